@@ -1,0 +1,113 @@
+"""The one place that configures numba: compiler flags and the cache of compiled kernels.
+
+Numba's own cache does not notice when a helper in *another* file changes, nor a change of
+``NUMBA_BOUNDSCHECK``. Here the kernels of a module are cached in a folder whose name is a digest
+of its source, of the sources of all modules of the core that it imports, of numba's version and
+of the flags, so a stale kernel can't be loaded.
+
+Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import os
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numba
+import numba.core.config as numba_config
+
+__all__ = ["cache_root", "compilation_count", "kernel"]
+
+_FLAGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False}
+_PACKAGE = "scene_graph_ros.geometry"
+_PACKAGE_FOLDER = Path(__file__).parent
+_IMPORT = re.compile(
+    rf"^\s*(?:from|import)\s+({re.escape(_PACKAGE)}[\w.]*)(?:\s+import\s+(\([^)]*\)|.*))?", re.M
+)
+_dispatchers: list[Any] = []
+
+
+def _module_file(name: str) -> Path | None:
+    if not f"{name}.".startswith(f"{_PACKAGE}."):
+        return None
+    base = _PACKAGE_FOLDER.joinpath(*name.split(".")[len(_PACKAGE.split(".")) :])
+    for candidate in (base.with_suffix(".py"), base / "__init__.py"):
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+@functools.cache
+def _imported_modules(name: str) -> frozenset[str]:
+    """Name the core's modules that the source of module ``name`` imports."""
+    path = _module_file(name)
+    if path is None:
+        return frozenset()
+    found = set()
+    for module, names in _IMPORT.findall(path.read_text()):
+        found.add(module)
+        found.update(f"{module}.{part}" for part in re.findall(r"\w+", names))
+    return frozenset(found)
+
+
+@functools.cache
+def _digest(module: str) -> str:
+    """Hash what decides the machine code of a module's kernels: sources, versions and flags."""
+    closure, pending = set(), {module}
+    while pending:
+        name = pending.pop()
+        closure.add(name)
+        pending |= _imported_modules(name) - closure
+    digest = hashlib.blake2b(digest_size=8)
+    for name in sorted(closure):
+        path = _module_file(name)
+        if path is not None:
+            digest.update(name.encode())
+            digest.update(path.read_bytes())
+    environment = (
+        numba.__version__,
+        sys.version_info[:3],
+        bool(numba_config.BOUNDSCHECK),
+        sorted(_FLAGS.items()),
+    )
+    digest.update(repr(environment).encode())
+    return digest.hexdigest()
+
+
+def cache_root() -> Path:
+    """Return the folder below which compiled kernels are kept."""
+    override = os.environ.get("SCENE_GRAPH_ROS_KERNEL_CACHE")
+    if override:
+        return Path(override)
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "scene_graph_ros" / "kernels"
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile ``function`` on its first call, or load it from the cache.
+
+    Kernels release the GIL, follow IEEE arithmetic strictly and divide by zero as numpy does.
+    With ``NUMBA_DISABLE_JIT=1`` the plain Python function is returned.
+    """
+    if numba_config.DISABLE_JIT:
+        return function
+    dispatcher = numba.njit(**_FLAGS)(function)
+    outer = numba_config.CACHE_DIR
+    numba_config.CACHE_DIR = str(cache_root() / _digest(function.__module__))
+    try:
+        dispatcher.enable_caching()
+    finally:
+        numba_config.CACHE_DIR = outer
+    _dispatchers.append(dispatcher)
+    return dispatcher
+
+
+def compilation_count() -> int:
+    """Count the kernels compiled by this process; loads from the cache do not count."""
+    return sum(sum(d.stats.cache_misses.values()) for d in _dispatchers)
