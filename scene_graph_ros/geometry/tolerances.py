@@ -29,3 +29,33 @@ MIN_SCALE = 1e-8
 
 OSCULATION = 4.0 * EPSILON
 """Relative to the pair's size: a penetration shallower than this counts as touching."""
+
+HULL_FLATNESS = 1e-12
+"""Relative to the extent of a point set: a set thinner than this is treated as flat (or as a
+segment, or a point). Rounding of coordinates makes coplanar points about 1e-15 thick."""
+
+HULL_COPLANARITY = 1e-13
+"""Relative to the extent of a hull: triangles this close to a plane become one face, so that the
+support of a merged face is off by less than a tenth of the promised 1e-12."""
+
+FLAT_SIMPLEX = 64.0 * EPSILON
+"""Relative to the product of its edges: a simplex with less area or volume counts as flat, since
+rounding of its corners alone can give it that much."""
+
+GJK_ROUNDING = 4.0
+"""In units of EPSILON times the pair's largest coordinate: the rounding of one support point of
+the Minkowski difference. A distance or a gap below it can't be told from zero."""
+
+ROTATION_ROUNDING = 8.0 * EPSILON
+"""Largest entry of ``R.T @ R - I`` at which a rotation counts as orthonormal to rounding and is
+taken over bit for bit: three products and two sums of numbers up to 1."""
+
+ZERO_DIRECTION = 1e-10
+"""Smallest accepted length of a vector that is to give a direction (its own unit)."""
+
+COINCIDENCE = 16.0 * EPSILON
+"""Relative to a shape's size: lengths that differ by less count as equal, and the stated rule for
+ties decides. A point that was moved through two poses is off by about this much."""
+
+UNDERFLOW = 1e-150
+"""Relative to a shape's size: a coordinate below it is taken as zero, as its square would be."""

@@ -1,0 +1,1 @@
+"""Algorithms on convex cores that are not about one pair of shapes."""

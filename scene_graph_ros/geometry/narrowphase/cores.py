@@ -1,0 +1,169 @@
+"""Convex shapes as cores with a radius, and the support points of cores.
+
+A core is the tuple ``(core_kind, hull, radius, params)``: an integer of this module, the row of
+its hull (or -1), the radius by which the core is inflated (m) and nine floats (m, in the core's
+own frame):
+
+========== ==================================================================
+POINT      the point's coordinates (zeros for a sphere)
+SEGMENT    half length along z
+BOX        half extents
+CYLINDER   radius, half length along z
+ELLIPSOID  semi-axes
+HULL       nothing: the vertices are those of row ``hull`` of ``Hulls``
+TRIANGLE   its three vertices
+========== ==================================================================
+
+A support point of a core in direction d is a point of it that lies furthest along d. Each comes
+with an index: which vertex it is, or ``CURVED`` where the core has infinitely many.
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.spatial.vectors import add, rotate, rotate_inverse
+
+__all__ = [
+    "BOX",
+    "CURVED",
+    "CYLINDER",
+    "ELLIPSOID",
+    "HULL",
+    "IDENTITY",
+    "ORIGIN",
+    "POINT",
+    "SEGMENT",
+    "TRIANGLE",
+    "is_curved",
+    "placed_support",
+    "support",
+    "support_hull",
+]
+
+POINT = 0
+SEGMENT = 1
+BOX = 2
+CYLINDER = 3
+ELLIPSOID = 4
+HULL = 5
+TRIANGLE = 6
+
+CURVED = -1
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+ORIGIN = (0.0, 0.0, 0.0)
+
+SCAN_LIMIT = 32
+"""Hulls up to this many vertices are scanned; in larger ones a climb over the edges is faster."""
+
+
+@kernel
+def is_curved(core):
+    """Return whether the core has infinitely many support points."""
+    return core[0] == CYLINDER or core[0] == ELLIPSOID
+
+
+@kernel
+def _along(vertices, k, d):
+    return vertices[k, 0] * d[0] + vertices[k, 1] * d[1] + vertices[k, 2] * d[2]
+
+
+@kernel
+def support_hull(hulls, hull, d, hint):
+    """Return the vertex row of a hull that lies furthest along d.
+
+    Small hulls are scanned. Large ones are climbed along their edges from ``hint`` (a row, or
+    -1); a vertex no neighbor of which lies further is furthest, because the hull is convex. Each
+    step gains, so there are at most as many steps as vertices.
+    """
+    first = hulls.vertex_start[hull]
+    last = hulls.vertex_start[hull + 1]
+    vertices = hulls.vertices
+    if last - first <= SCAN_LIMIT:
+        best = first
+        height = _along(vertices, first, d)
+        for k in range(first + 1, last):
+            along = _along(vertices, k, d)
+            if along > height:
+                best = k
+                height = along
+        return best
+    best = hint if first <= hint < last else first
+    height = _along(vertices, best, d)
+    for _ in range(last - first):
+        start = best
+        for e in range(hulls.neighbor_start[start], hulls.neighbor_start[start + 1]):
+            k = hulls.neighbors[e]
+            along = _along(vertices, k, d)
+            if along > height:
+                best = k
+                height = along
+        if best == start:
+            break
+    return best
+
+
+@kernel
+def _support_cylinder(params, d):
+    z = math.copysign(params[1], d[2])
+    radial = math.sqrt(d[0] * d[0] + d[1] * d[1])
+    if radial > 0.0:
+        return (params[0] * d[0] / radial, params[0] * d[1] / radial, z)
+    return (0.0, 0.0, z)
+
+
+@kernel
+def _support_ellipsoid(params, d):
+    x, y, z = params[0] * d[0], params[1] * d[1], params[2] * d[2]
+    length = math.sqrt(x * x + y * y + z * z)
+    if length > 0.0:
+        return (params[0] * x / length, params[1] * y / length, params[2] * z / length)
+    return (params[0], 0.0, 0.0)
+
+
+@kernel
+def _support_triangle(params, d):
+    h0 = params[0] * d[0] + params[1] * d[1] + params[2] * d[2]
+    h1 = params[3] * d[0] + params[4] * d[1] + params[5] * d[2]
+    h2 = params[6] * d[0] + params[7] * d[1] + params[8] * d[2]
+    if h0 >= h1 and h0 >= h2:
+        return (params[0], params[1], params[2]), 0
+    if h1 >= h2:
+        return (params[3], params[4], params[5]), 1
+    return (params[6], params[7], params[8]), 2
+
+
+@kernel
+def support(core, hulls, d, hint):
+    """Return (point, index): a support point of ``core`` in direction d, without its radius.
+
+    All vectors are in the core's frame; d need not be a unit vector. ``hint`` is an earlier index
+    of the same core, or -1; it only makes large hulls faster.
+    """
+    kind = core[0]
+    params = core[3]
+    if kind == BOX:
+        x = math.copysign(params[0], d[0])
+        y = math.copysign(params[1], d[1])
+        z = math.copysign(params[2], d[2])
+        return (x, y, z), int(x > 0.0) + 2 * int(y > 0.0) + 4 * int(z > 0.0)
+    if kind == HULL:
+        k = support_hull(hulls, core[1], d, hint)
+        return (hulls.vertices[k, 0], hulls.vertices[k, 1], hulls.vertices[k, 2]), int(k)
+    if kind == CYLINDER:
+        return _support_cylinder(params, d), CURVED
+    if kind == ELLIPSOID:
+        return _support_ellipsoid(params, d), CURVED
+    if kind == SEGMENT:
+        z = math.copysign(params[0], d[2])
+        return (0.0, 0.0, z), int(z > 0.0)
+    if kind == TRIANGLE:
+        return _support_triangle(params, d)
+    return (params[0], params[1], params[2]), 0
+
+
+@kernel
+def placed_support(core, hulls, R, p, d, hint):
+    """Return (point, index) like ``support``, for a core at pose (R, p); d is in the outer frame."""
+    local, index = support(core, hulls, rotate_inverse(R, d), hint)
+    return add(rotate(R, local), p), index

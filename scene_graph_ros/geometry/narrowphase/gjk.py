@@ -1,0 +1,98 @@
+"""Distance of two separated cores by the algorithm of Gilbert, Johnson and Keerthi (GJK).
+
+Works on the Minkowski difference C = {a - b}: v is the point of a simplex in C that is closest to
+the origin, and |v| an upper bound of the distance; the support point w of C along -v gives the
+lower bound v . w / |v|. The gap between both certifies the answer and ends the loop.
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.narrowphase.cores import placed_support, support
+from scene_graph_ros.geometry.narrowphase.simplex import CONTAINS, closest_on_simplex
+from scene_graph_ros.geometry.spatial.vectors import dot, scale, subtract
+from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
+
+__all__ = ["CONVERGED", "FAR", "MAX_ITERATIONS", "OVERLAP", "STALLED", "gjk", "store_support"]
+
+MAX_ITERATIONS = 128
+"""Polytopes need about ten; a smooth pair gains a factor of its gap each time."""
+
+CONVERGED = 0
+FAR = 1
+OVERLAP = 2
+STALLED = 3
+
+
+@kernel
+def store_support(core_A, core_B, R, p, hulls, n, S, ids, row, hints):
+    """Write the support point of C = {a - b} along -n into a row of ``S``; return it.
+
+    ``hints`` carries the last indices of A and B from call to call.
+    """
+    a, index_A = support(core_A, hulls, scale(-1.0, n), hints[0])
+    b, index_B = placed_support(core_B, hulls, R, p, n, hints[1])
+    w = subtract(a, b)
+    for c in range(3):
+        S[row, c] = w[c]
+        S[row, 3 + c] = a[c]
+        S[row, 6 + c] = b[c]
+    ids[row, 0] = index_A
+    ids[row, 1] = index_B
+    return w, (index_A, index_B)
+
+
+@kernel
+def _row_size(S, row):
+    size = 0.0
+    for c in range(9):
+        size = max(size, abs(S[row, c]))
+    return size
+
+
+@kernel
+def _is_repeated(S, count):
+    """Return whether row ``count`` equals one of the rows before it."""
+    for i in range(count):
+        if S[i, 0] == S[count, 0] and S[i, 1] == S[count, 1] and S[i, 2] == S[count, 2]:
+            return True
+    return False
+
+
+@kernel
+def gjk(core_A, core_B, R, p, hulls, v, count, max_distance, relative_gap, S, ids, lam):
+    """Run GJK from v and the first ``count`` rows of the simplex in S.
+
+    Returns (status, count, v, lower bound, size): ``CONVERGED`` when the gap is below
+    ``relative_gap`` times the distance or at rounding, ``FAR`` when the lower bound passed
+    ``max_distance``, ``OVERLAP`` when the origin is in C or within rounding of it, ``STALLED``
+    when rounding stopped the progress or the iterations ran out (the gap then tells the accuracy).
+    """
+    hints = (-1, -1)
+    lower = -math.inf
+    size = 0.0
+    for i in range(count):
+        size = max(size, _row_size(S, i))
+    for _ in range(MAX_ITERATIONS):
+        length = math.sqrt(dot(v, v))
+        w, hints = store_support(core_A, core_B, R, p, hulls, v, S, ids, count, hints)
+        size = max(size, _row_size(S, count))
+        lower = max(lower, dot(v, w) / length)
+        if lower > max_distance:
+            return FAR, count, v, lower, size
+        if count > 0:
+            rounding = GJK_ROUNDING * EPSILON * size
+            if length - lower <= max(relative_gap * length, rounding):
+                return CONVERGED, count, v, lower, size
+            if _is_repeated(S, count):
+                return STALLED, count, v, lower, size
+        old = length if count > 0 else math.inf
+        count, v = closest_on_simplex(S, ids, lam, count + 1)
+        if count == CONTAINS:
+            return OVERLAP, count, v, lower, size
+        length = math.sqrt(dot(v, v))
+        if length <= GJK_ROUNDING * EPSILON * size:
+            return OVERLAP, count, v, lower, size
+        if length >= old:
+            return STALLED, count, v, lower, size
+    return STALLED, count, v, lower, size

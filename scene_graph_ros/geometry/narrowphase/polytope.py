@@ -1,0 +1,170 @@
+"""A growing convex polytope of triangles, the working state of EPA.
+
+Arrays of one polytope: ``S`` (n, 9) and ``ids`` (n, 2) its corners (see ``simplex``), ``faces``
+(m, 8) int64 with the three corners of a face counter-clockwise seen from outside, then for its
+three edges (corner k to k+1) the neighbor's ``3 face + edge``, then ``ALIVE`` and ``CLOSED``
+flags, and ``planes`` (m, 4) with its outward unit normal and the origin's distance below it.
+A face without area has the distance ``inf``: it is never chosen, and gives way to any new corner.
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.spatial.vectors import cross, dot
+from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
+
+__all__ = ["ALIVE", "CLOSED", "MAX_HORIZON", "add_corner", "nearest_face", "start_tetrahedron"]
+
+ALIVE = 6
+CLOSED = 7
+MAX_HORIZON = 256
+"""Edges of the hole that a new corner may tear; more means that rounding broke the surface."""
+
+
+@kernel
+def _corner(S, i):
+    return (S[i, 0], S[i, 1], S[i, 2])
+
+
+@kernel
+def _edge(S, i, j):
+    return (S[j, 0] - S[i, 0], S[j, 1] - S[i, 1], S[j, 2] - S[i, 2])
+
+
+@kernel
+def _set_face(S, faces, planes, f, i, j, k):
+    """Write the corners and the plane of face f."""
+    faces[f, 0] = i
+    faces[f, 1] = j
+    faces[f, 2] = k
+    faces[f, ALIVE] = 1
+    faces[f, CLOSED] = 0
+    e = _edge(S, i, j)
+    g = _edge(S, i, k)
+    n = cross(e, g)
+    area = math.sqrt(dot(n, n))
+    planes[f, 0] = 0.0
+    planes[f, 1] = 0.0
+    planes[f, 2] = 0.0
+    planes[f, 3] = math.inf
+    if area > FLAT_SIMPLEX * math.sqrt(dot(e, e) * dot(g, g)):
+        n = (n[0] / area, n[1] / area, n[2] / area)
+        planes[f, 0] = n[0]
+        planes[f, 1] = n[1]
+        planes[f, 2] = n[2]
+        planes[f, 3] = dot(n, _corner(S, i))
+
+
+@kernel
+def _link(faces, f, e, g, h):
+    """Make edge e of face f and edge h of face g neighbors."""
+    faces[f, 3 + e] = 3 * g + h
+    faces[g, 3 + h] = 3 * f + e
+
+
+@kernel
+def start_tetrahedron(S, faces, planes):
+    """Make the polytope of corners 0 to 3, which must not be flat; return its number of faces."""
+    i, j = 1, 2
+    if dot(cross(_edge(S, 0, 1), _edge(S, 0, 2)), _edge(S, 0, 3)) < 0.0:
+        i, j = 2, 1
+    _set_face(S, faces, planes, 0, 0, j, i)
+    _set_face(S, faces, planes, 1, 0, i, 3)
+    _set_face(S, faces, planes, 2, i, j, 3)
+    _set_face(S, faces, planes, 3, j, 0, 3)
+    _link(faces, 0, 2, 1, 0)
+    _link(faces, 0, 1, 2, 0)
+    _link(faces, 0, 0, 3, 0)
+    _link(faces, 1, 1, 2, 2)
+    _link(faces, 2, 1, 3, 2)
+    _link(faces, 3, 1, 1, 2)
+    return 4
+
+
+@kernel
+def nearest_face(faces, planes, face_count):
+    """Return the living face of least distance, or -1 where none has an area."""
+    best = -1
+    distance = math.inf
+    for f in range(face_count):
+        if planes[f, 3] < distance and faces[f, ALIVE] == 1:
+            best = f
+            distance = planes[f, 3]
+    return best
+
+
+@kernel
+def _is_visible(planes, f, w, rounding):
+    height = planes[f, 0] * w[0] + planes[f, 1] * w[1] + planes[f, 2] * w[2] - planes[f, 3]
+    return planes[f, 3] == math.inf or height > rounding
+
+
+@kernel
+def _tear(faces, planes, seed, w, rounding, stack, horizon):
+    """Remove the faces that w sees, from ``seed`` on; return the length of the hole's border.
+
+    The border comes in order (counter-clockwise) as ``3 face + edge`` of the faces that remain.
+    -1 where it is longer than ``MAX_HORIZON``.
+    """
+    faces[seed, ALIVE] = 0
+    depth = 3
+    stack[0] = faces[seed, 5]
+    stack[1] = faces[seed, 4]
+    stack[2] = faces[seed, 3]
+    length = 0
+    while depth > 0:
+        depth -= 1
+        code = stack[depth]
+        f = code // 3
+        e = code % 3
+        if faces[f, ALIVE] == 0:
+            continue
+        if _is_visible(planes, f, w, rounding):
+            faces[f, ALIVE] = 0
+            if depth + 2 > stack.shape[0]:
+                return -1
+            stack[depth] = faces[f, 3 + (e + 2) % 3]
+            stack[depth + 1] = faces[f, 3 + (e + 1) % 3]
+            depth += 2
+        else:
+            if length == MAX_HORIZON:
+                return -1
+            horizon[length] = code
+            length += 1
+    return length
+
+
+@kernel
+def add_corner(S, faces, planes, face_count, seed, corner, rounding, stack, horizon):
+    """Extend the polytope by a corner beyond face ``seed``; return the new number of face rows.
+
+    Return -1 where the rows run out or rounding has broken the surface; the polytope is then lost.
+    """
+    w = _corner(S, corner)
+    length = _tear(faces, planes, seed, w, rounding, stack, horizon)
+    if length < 3:
+        return -1
+    free = 0
+    first = -1
+    before = -1
+    for k in range(length):
+        while free < face_count and faces[free, ALIVE] == 1:
+            free += 1
+        if free == faces.shape[0]:
+            return -1
+        face_count = max(face_count, free + 1)
+        g = horizon[k] // 3
+        e = horizon[k] % 3
+        _set_face(S, faces, planes, free, faces[g, (e + 1) % 3], faces[g, e], corner)
+        _link(faces, free, 0, g, e)
+        if before < 0:
+            first = free
+        else:
+            if faces[free, 0] != faces[before, 1]:
+                return -1
+            _link(faces, before, 1, free, 2)
+        before = free
+    if faces[first, 0] != faces[before, 1]:
+        return -1
+    _link(faces, before, 1, first, 2)
+    return face_count

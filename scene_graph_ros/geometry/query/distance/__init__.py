@@ -1,0 +1,1 @@
+"""Signed distance between two shapes: one kernel per pair of shapes, and their dispatch."""
