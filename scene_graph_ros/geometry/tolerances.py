@@ -30,9 +30,11 @@ MIN_SCALE = 1e-8
 OSCULATION = 4.0 * EPSILON
 """Relative to the pair's size: a penetration shallower than this counts as touching."""
 
-HULL_FLATNESS = 1e-12
-"""Relative to the extent of a point set: a set thinner than this is treated as flat (or as a
-segment, or a point). Rounding of coordinates makes coplanar points about 1e-15 thick."""
+HULL_FLATNESS = (1e-12, 1e-11, 1e-10, 1e-9)
+"""Relative to the extent of a point set: a set thinner than the first is treated as flat (or as a
+segment, or a point); rounding of coordinates makes coplanar points about 1e-15 thick. The others
+are tried in turn for needles in which qhull, whose own limit is about 1e-14 in volume, finds no
+solid; the hull's vertices stay points of the set."""
 
 HULL_COPLANARITY = 1e-13
 """Relative to the extent of a hull: triangles this close to a plane become one face, so that the
@@ -59,3 +61,18 @@ ties decides. A point that was moved through two poses is off by about this much
 
 UNDERFLOW = 1e-150
 """Relative to a shape's size: a coordinate below it is taken as zero, as its square would be."""
+
+WITNESS_SPLIT = 1e-9
+"""Relative to a mesh's size: two equally near points further apart than this are two answers, and
+the nearest point is not unique; closer ones are one point seen from two triangles."""
+
+PARALLEL_LINES = 64.0 * EPSILON
+"""Sine of an angle: lines closer to parallel than this have a common normal that is rounding."""
+
+POLISH_RESIDUAL = 32.0
+"""In units of EPSILON times the pair's largest coordinate: what may be left of a - b = phi n at a
+contact that counts as exact; two rotations and two support points round that much."""
+
+DEGENERATE_TRIANGLE = 1e-14
+"""Twice a triangle's area relative to the square of its longest side, below which it has none:
+the directions of its sides, known to about 1e-16, then give no normal."""

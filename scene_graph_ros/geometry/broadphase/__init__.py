@@ -1,0 +1,1 @@
+"""Which pairs might touch: bounding boxes and the search among them."""

@@ -1,0 +1,1 @@
+"""Triangle meshes and hulls: reading, checking, bounding volumes, tables for kernels."""

@@ -1,0 +1,99 @@
+"""Bounding volume hierarchies over triangles, as flat arrays for kernels."""
+
+import numpy as np
+
+from scene_graph_ros.geometry.jit import kernel
+
+__all__ = ["LEAF_TRIANGLES", "MAX_DEPTH", "build_bvh"]
+
+LEAF_TRIANGLES = 4
+"""A node with at most this many triangles is not split."""
+
+MAX_DEPTH = 64
+"""Halving the number of triangles 64 times passes any array, so a stack of this size suffices."""
+
+
+@kernel
+def _select(order, keys, first, last, middle):
+    """Move the smallest keys of order[first:last] before ``middle`` (Hoare's quickselect)."""
+    low, high = first, last - 1
+    while low < high:
+        pivot = keys[order[(low + high) // 2]]
+        i, j = low, high
+        while i <= j:
+            while keys[order[i]] < pivot:
+                i += 1
+            while keys[order[j]] > pivot:
+                j -= 1
+            if i <= j:
+                order[i], order[j] = order[j], order[i]
+                i += 1
+                j -= 1
+        if middle <= j:
+            high = j
+        elif middle >= i:
+            low = i
+        else:
+            return
+
+
+@kernel
+def _enclose(order, first, last, lower, upper, out_lower, out_upper):
+    """Write the box around the boxes order[first:last]."""
+    for axis in range(3):
+        low, high = np.inf, -np.inf
+        for k in range(first, last):
+            low = min(low, lower[order[k], axis])
+            high = max(high, upper[order[k], axis])
+        out_lower[axis] = low
+        out_upper[axis] = high
+
+
+@kernel
+def build_bvh(lower, upper):
+    """Build a tree over n boxes, split at the median of centres along the longest side.
+
+    Args:
+        lower: (n, 3) lower corners, n > 0.
+        upper: (n, 3) upper corners.
+
+    Returns:
+        (node_lower, node_upper, node_left, node_right, order) as in ``Surfaces``, with rows
+        counted from 0; children follow their parent.
+    """
+    n = len(lower)
+    capacity = 2 * n
+    node_lower = np.empty((capacity, 3))
+    node_upper = np.empty((capacity, 3))
+    left = np.empty(capacity, np.int64)
+    right = np.empty(capacity, np.int64)
+    order = np.arange(n)
+    centre = np.empty(n)
+    stack = np.empty((MAX_DEPTH, 3), np.int64)
+    stack[0] = (0, 0, n)
+    depth, count = 1, 1
+    while depth > 0:
+        depth -= 1
+        node, first, last = stack[depth]
+        _enclose(order, first, last, lower, upper, node_lower[node], node_upper[node])
+        if last - first <= LEAF_TRIANGLES:
+            left[node] = -1 - first
+            right[node] = last - first
+            continue
+        axis = np.argmax(node_upper[node] - node_lower[node])
+        for k in range(first, last):
+            centre[order[k]] = lower[order[k], axis] + upper[order[k], axis]
+        middle = (first + last) // 2
+        _select(order, centre, first, last, middle)
+        left[node], right[node] = count, count + 1
+        stack[depth] = (count + 1, middle, last)
+        stack[depth + 1] = (count, first, middle)
+        depth += 2
+        count += 2
+    return (
+        node_lower[:count].copy(),
+        node_upper[:count].copy(),
+        left[:count].copy(),
+        right[:count].copy(),
+        order,
+    )

@@ -1,0 +1,220 @@
+"""Convex hulls of points: vertices, edges and polygonal faces, also of flat and thin sets."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.tolerances import HULL_COPLANARITY, HULL_FLATNESS
+
+__all__ = ["Hull", "convex_hull"]
+
+
+class Hull(NamedTuple):
+    """One convex hull. Faces are polygons, counter-clockwise seen from outside.
+
+    A point has no edges and no faces, a segment one edge and no faces, a flat polygon two faces
+    with opposite normals.
+    """
+
+    vertices: np.ndarray
+    """(v, 3)."""
+    neighbors: list[np.ndarray]
+    """Per vertex, the sorted indices of the vertices it shares an edge with."""
+    faces: list[np.ndarray]
+    """Per face, indices of its corners."""
+    normals: np.ndarray
+    """(f, 3) unit, out of the hull."""
+    offsets: np.ndarray
+    """(f,): inside is where ``normals @ x <= offsets``."""
+
+
+def convex_hull(points: np.ndarray) -> Hull:
+    """Compute the convex hull of ``(n, 3)`` points.
+
+    Triangles in a common plane are merged. Every vertex is one of the points, unrounded; points
+    within rounding of an edge or face may be left out.
+
+    Raises:
+        MeshError: there is no point, or a coordinate is not finite.
+    """
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if points.ndim != 2 or points.shape[1:] != (3,) or not len(points):
+        raise MeshError(f"points for a convex hull must be (n, 3) with n > 0, got {points.shape}")
+    if not np.isfinite(points).all():
+        row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
+        raise MeshError(f"points for a convex hull: row {row} is not finite: {points[row]}")
+    points = np.unique(points, axis=0)
+    extent = float(np.max(points.max(axis=0) - points.min(axis=0)))
+    # A set that qhull finds too flat for a solid is treated as flat; each step accepts more.
+    for flatness in HULL_FLATNESS:
+        axes = _spanning_axes(points, flatness * extent)
+        if len(axes) < 3:
+            return _flat_hull(points, axes, HULL_COPLANARITY * extent)
+        try:
+            faces = _solid_faces(points, HULL_COPLANARITY * extent)
+        except _TooFlatError as error:
+            reason = error
+            continue
+        return _assemble(points, faces, [])
+    raise MeshError(f"no convex hull of {len(points)} points: {reason}")
+
+
+class _TooFlatError(Exception):
+    """Qhull found no solid simplex among the points."""
+
+
+def _flat_hull(points: np.ndarray, axes: np.ndarray, tolerance: float) -> Hull:
+    """Return the hull of points that span a plane, a line or nothing but themselves."""
+    if len(axes) == 0:
+        return _assemble(points[:1], [], [])
+    if len(axes) == 1:
+        along = (points - points[0]) @ axes[0]
+        return _assemble(points[[along.argmin(), along.argmax()]], [], [(0, 1)])
+    corners = _polygon(points, np.cross(axes[0], axes[1]), tolerance)
+    return _assemble(points, [corners, corners[::-1]], [])
+
+
+def _spanning_axes(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return (d, 3) orthonormal axes of the points' affine hull, d = 0 to 3."""
+    offsets = points - points[0]
+    start = points[np.argmax(np.einsum("ij,ij->i", offsets, offsets))]
+    offsets = points - start
+    axes: list[np.ndarray] = []
+    for _ in range(3):
+        lengths = np.sqrt(np.einsum("ij,ij->i", offsets, offsets))
+        farthest = int(lengths.argmax())
+        if not lengths[farthest] > tolerance:
+            break
+        axis = offsets[farthest] / lengths[farthest]
+        for other in axes:  # once more, since cancellation left the residual inexact
+            axis = axis - (axis @ other) * other
+        axis /= np.linalg.norm(axis)
+        axes.append(axis)
+        offsets = offsets - np.outer(offsets @ axis, axis)
+    return np.array(axes).reshape(-1, 3)
+
+
+def _polygon(points: np.ndarray, normal: np.ndarray, tolerance: float) -> np.ndarray:
+    """Order the corners of coplanar points counter-clockwise about ``normal``.
+
+    Monotone chain (Andrew 1979); points within ``tolerance`` of an edge are left out.
+    """
+    x_axis = np.eye(3)[np.abs(normal).argmin()]
+    x_axis = np.cross(x_axis, normal)
+    x_axis /= np.linalg.norm(x_axis)
+    y_axis = np.cross(normal, x_axis)
+    relative = points - points[0]
+    flat = np.column_stack([relative @ x_axis, relative @ y_axis])
+    order = np.lexsort((flat[:, 1], flat[:, 0]))
+
+    def chain(sequence: np.ndarray) -> list[int]:
+        kept: list[int] = []
+        for k in sequence:
+            while len(kept) > 1:
+                a, b = flat[kept[-2]], flat[kept[-1]]
+                edge, step = flat[k] - a, b - a
+                # Height of b over the line from a to k; b stays when it is outside of it.
+                height = step[1] * edge[0] - step[0] * edge[1]
+                if -height > tolerance * np.hypot(edge[0], edge[1]):
+                    break
+                kept.pop()
+            kept.append(int(k))
+        return kept
+
+    return np.array(chain(order)[:-1] + chain(order[::-1])[:-1], dtype=np.int64)
+
+
+def _solid_faces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
+    """Return the polygons of the hull of points that span space."""
+    triangles, adjacent = _triangulated_hull(points)
+    corner = points[triangles]
+    crosses = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    doubled_areas = np.linalg.norm(crosses, axis=1)
+    normals = crosses / np.where(doubled_areas > 0.0, doubled_areas, 1.0)[:, None]
+
+    def coplanar(seed: int, others: np.ndarray) -> np.ndarray:
+        heights = (points[triangles[others]] - corner[seed, 0]) @ normals[seed]
+        return np.abs(heights).max(axis=-1) <= tolerance
+
+    heights = np.einsum("tkcj,tj->tkc", corner[adjacent] - corner[:, None, :1], normals)
+    has_coplanar = (np.abs(heights).max(axis=2) <= tolerance).any(axis=1)
+    # Grow faces from the largest triangles, whose planes are known best, so nothing drifts.
+    face_of = np.full(len(triangles), -1, dtype=np.int64)
+    faces = []
+    for seed in np.argsort(-doubled_areas, kind="stable"):
+        if face_of[seed] >= 0:
+            continue
+        face_of[seed] = len(faces)
+        members, pending = [seed], [seed] if has_coplanar[seed] else []
+        while pending:
+            around = adjacent[pending.pop()]
+            around = around[face_of[around] < 0]
+            for t in around[coplanar(seed, around)] if len(around) else ():
+                if face_of[t] < 0:
+                    face_of[t] = len(faces)
+                    members.append(t)
+                    pending.append(t)
+        if len(members) == 1:
+            faces.append(triangles[seed].astype(np.int64))
+        else:
+            used = np.unique(triangles[members])
+            faces.append(used[_polygon(points[used], normals[seed], tolerance)])
+    return faces
+
+
+def _triangulated_hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (t, 3) outward triangles of the hull and (t, 3) indices of their neighbours."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    # The faces of a hull don't change under an affine map. Scaling each axis by a power of two
+    # is exact and gives qhull a set about as wide in all directions.
+    relative = points - points[0]
+    span = relative.max(axis=0) - relative.min(axis=0)
+    exponent = np.where(span > 0.0, -np.frexp(np.where(span > 0.0, span, 1.0))[1], 0)
+    try:
+        hull = ConvexHull(np.ldexp(relative, exponent))
+    except QhullError as error:
+        reason = str(error).strip().splitlines()[0]
+        raise _TooFlatError(reason) from error
+    triangles = hull.simplices
+    corner = hull.points[triangles]
+    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    inward = np.einsum("ij,ij->i", cross, hull.equations[:, :3]) < 0.0
+    triangles = np.where(inward[:, None], triangles[:, ::-1], triangles)
+    return triangles, hull.neighbors
+
+
+def _assemble(
+    points: np.ndarray, faces: list[np.ndarray], edges: list[tuple[int, int]]
+) -> Hull:
+    """Keep the used vertices and derive adjacency and planes from polygons (and bare edges)."""
+    pairs = [np.array(edges, dtype=np.int64).reshape(-1, 2)]
+    pairs += [np.column_stack([face, np.roll(face, -1)]) for face in faces]
+    directed = np.concatenate(pairs)
+    used = np.unique(directed) if len(directed) else np.zeros(1, dtype=np.int64)
+    vertices = points[used]
+    directed = np.searchsorted(used, directed)
+    both = np.unique(np.concatenate([directed, directed[:, ::-1]]), axis=0)
+    starts = np.searchsorted(both[:, 0], np.arange(len(used) + 1))
+    neighbors = np.split(both[:, 1], starts[1:-1])
+    faces = [np.searchsorted(used, face) for face in faces]
+    normals, offsets = _planes(vertices, faces)
+    return Hull(vertices, neighbors, faces, normals, offsets)
+
+
+def _planes(vertices: np.ndarray, faces: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return unit normals (Newell's method) and the largest offsets of polygons' corners."""
+    normals = np.empty((len(faces), 3))
+    offsets = np.empty(len(faces))
+    sizes = np.array([len(face) for face in faces])
+    for size in np.unique(sizes):
+        rows = np.flatnonzero(sizes == size)
+        corners = vertices[np.array([faces[row] for row in rows])]
+        relative = corners - corners[:, :1]
+        normal = np.cross(relative[:, 1:-1], relative[:, 2:]).sum(axis=1)
+        normal /= np.abs(normal).max(axis=1, keepdims=True)
+        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        normals[rows] = normal
+        offsets[rows] = np.einsum("fcj,fj->fc", corners, normal).max(axis=1)
+    return normals, offsets

@@ -1,0 +1,120 @@
+"""The data of ``Convex`` and ``Mesh``: read, scaled, and built once per process.
+
+Hulls and surfaces are kept by (identity of the source, scale), so that a hundred geometries of
+one file share one hull; the least recently used are forgotten.
+"""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.meshes.hull import Hull, convex_hull
+from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh, read_mesh_contents
+from scene_graph_ros.geometry.meshes.surfaces import Surface, build_surface
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+
+__all__ = ["hull_of", "load_surface", "source_identity", "surface_of", "validate"]
+
+_CAPACITY = 4096
+
+
+class _Cache:
+    """A thread-safe memory of what was built, bounded in its number of entries."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._entries: OrderedDict[Hashable, Any] = OrderedDict()
+
+    def get(self, key: Hashable, build: Callable[[], Any]) -> Any:
+        with self._lock:
+            if key in self._entries:
+                self._entries.move_to_end(key)
+                return self._entries[key]
+        value = build()  # not under the lock: a large mesh must not hold up the others
+        with self._lock:
+            value = self._entries.setdefault(key, value)
+            if len(self._entries) > _CAPACITY:
+                self._entries.popitem(last=False)
+        return value
+
+
+_raw = _Cache()
+_hulls = _Cache()
+_surfaces = _Cache()
+
+
+def source_identity(shape: MeshShape) -> Hashable:
+    """Return what tells the shape's hull and surface from others': class, source and scale."""
+    return (shape.kind, shape.source_key, shape.scale)
+
+
+def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
+    """Return the shape's data in G.
+
+    Returns:
+        vertices (n, 3) in metres, scale applied, and triangles (m, 3), counter-clockwise seen
+        from outside also where the scale mirrors. For a ``Convex`` m may be 0.
+
+    Raises:
+        MeshError: the source can't be read or is no mesh; names source and reason.
+    """
+    vertices, triangles = _raw.get(shape.source_key, lambda: _read(shape))
+    scale = np.array(shape.scale)
+    if scale.prod() < 0.0:
+        triangles = np.ascontiguousarray(triangles[:, ::-1])
+    return vertices * scale, triangles
+
+
+def hull_of(shape: MeshShape) -> Hull:
+    """Return the convex hull of the shape in G. Raises MeshError as ``load_surface`` does."""
+
+    def build() -> Hull:
+        vertices, triangles = load_surface(shape)
+        if shape.kind == ShapeKind.MESH and len(triangles):
+            vertices = vertices[np.unique(triangles)]
+        return convex_hull(vertices)
+
+    return _hulls.get(source_identity(shape), build)
+
+
+def surface_of(shape: MeshShape) -> Surface:
+    """Return the clean triangles of a ``Mesh`` in G.
+
+    Raises:
+        MeshError: as ``load_surface``, or there is no triangle with an area.
+    """
+
+    def build() -> Surface:
+        return build_surface(*load_surface(shape), name=_name(shape))
+
+    return _surfaces.get(source_identity(shape), build)
+
+
+def validate(shape: MeshShape) -> None:
+    """Read the shape and build what queries need of it, so that errors come now.
+
+    Raises:
+        MeshError: the shape can't be used in proximity queries; names source and reason.
+    """
+    hull_of(shape)
+    if shape.kind == ShapeKind.MESH:
+        surface_of(shape)
+
+
+def _name(shape: MeshShape) -> str:
+    if shape.path is not None:
+        return f"{shape.type_name} of file {str(shape.path)!r}"
+    return f"{shape.type_name} from memory"
+
+
+def _read(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
+    if shape.path is not None:
+        return read_mesh(shape.path)
+    if shape.contents is not None:
+        return read_mesh_contents(shape.contents, shape.file_type, name=_name(shape))
+    faces = np.zeros((0, 3), dtype=np.int64) if shape.faces is None else shape.faces
+    return checked_mesh(shape.vertices, faces, _name(shape))

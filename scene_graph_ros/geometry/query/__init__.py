@@ -1,0 +1,1 @@
+"""Questions to a scene: penetration, distance, points, candidates."""
