@@ -76,3 +76,13 @@ contact that counts as exact; two rotations and two support points round that mu
 DEGENERATE_TRIANGLE = 1e-14
 """Twice a triangle's area relative to the square of its longest side, below which it has none:
 the directions of its sides, known to about 1e-16, then give no normal."""
+
+TIE = 64.0
+"""In units of EPSILON times the pair's largest coordinate: depths this close count as equal."""
+
+FLAT_MINIMUM = 1e-10
+"""Relative to the pair's size: a depth whose second derivative over the normal is smaller than
+this has no single best direction (for example across a cylinder's axis)."""
+
+SAME_DIRECTION = 1.0 - 1e-10
+"""Cosine: unit vectors with a larger dot product (less than 1.4e-5 rad apart) are one direction."""

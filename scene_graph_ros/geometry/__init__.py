@@ -1,0 +1,75 @@
+"""The geometry core: shapes, the scene graph and the queries, without ROS.
+
+Shapes and properties describe what there is, ``SceneGraph`` where it is, and a query object
+answers how near, how deep and in contact with what. Conventions are in ``docs/conventions.md``.
+"""
+
+from scene_graph_ros.geometry.model.collision_filter import (
+    CollisionFilterDeclaration,
+    CollisionFilterScope,
+)
+from scene_graph_ros.geometry.model.contact_properties import (
+    add_compliant_hydroelastic_properties,
+    add_compliant_hydroelastic_properties_for_half_space,
+    add_contact_material,
+    add_rigid_hydroelastic_properties,
+)
+from scene_graph_ros.geometry.model.context import Context
+from scene_graph_ros.geometry.model.frame import GeometryFrame
+from scene_graph_ros.geometry.model.geometry_set import GeometrySet
+from scene_graph_ros.geometry.model.ids import FilterId, FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.instance import GeometryInstance
+from scene_graph_ros.geometry.model.properties import (
+    IllustrationProperties,
+    PerceptionProperties,
+    ProximityProperties,
+    make_phong_illustration_properties,
+)
+from scene_graph_ros.geometry.model.rgba import Rgba
+from scene_graph_ros.geometry.model.roles import Role, RoleAssign
+from scene_graph_ros.geometry.model.scene_graph import SceneGraph
+from scene_graph_ros.geometry.shapes.box import Box
+from scene_graph_ros.geometry.shapes.capsule import Capsule
+from scene_graph_ros.geometry.shapes.convex import Convex
+from scene_graph_ros.geometry.shapes.cylinder import Cylinder
+from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
+from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.mesh import Mesh
+from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.shapes.sphere import Sphere
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "CollisionFilterDeclaration",
+    "CollisionFilterScope",
+    "Context",
+    "Convex",
+    "Cylinder",
+    "Ellipsoid",
+    "FilterId",
+    "FrameId",
+    "GeometryFrame",
+    "GeometryId",
+    "GeometryInstance",
+    "GeometrySet",
+    "HalfSpace",
+    "IllustrationProperties",
+    "Mesh",
+    "PerceptionProperties",
+    "ProximityProperties",
+    "Rgba",
+    "Role",
+    "RoleAssign",
+    "SceneGraph",
+    "SceneGraphInspector",
+    "Shape",
+    "SourceId",
+    "Sphere",
+    "add_compliant_hydroelastic_properties",
+    "add_compliant_hydroelastic_properties_for_half_space",
+    "add_contact_material",
+    "add_rigid_hydroelastic_properties",
+    "make_phong_illustration_properties",
+]

@@ -1,0 +1,130 @@
+"""Changing what is registered: roles, shapes, poses and names."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, RoleError
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.instance import checked_properties, checked_shape
+from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.proximity import check_proximity
+from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID, GeometryRecord
+from scene_graph_ros.geometry.model.registration import check_name_is_free
+from scene_graph_ros.geometry.model.roles import Role, RoleAssign
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.spatial.poses import as_pose, compose, inverse
+
+__all__ = ["assign_role", "change_shape", "rename_frame", "rename_geometry"]
+
+
+def assign_role(
+    state: GeometryState,
+    source_id: SourceId,
+    geometry_id: GeometryId,
+    properties: Any,
+    assign: RoleAssign,
+) -> None:
+    """Give a geometry the role of the properties, or replace the properties of its role."""
+    record = state.own_geometry(source_id, geometry_id)
+    properties = checked_properties(properties)
+    if not isinstance(assign, RoleAssign):
+        raise RoleError(f"assign must be RoleAssign.NEW or RoleAssign.REPLACE, not {assign!r}")
+    role = properties.role
+    has_role = role in record.properties
+    label = f"geometry {record.name!r} ({geometry_id!r})"
+    if assign is RoleAssign.NEW and has_role:
+        raise RoleError(f"{label} has role {role.name} already; RoleAssign.REPLACE replaces it")
+    if assign is RoleAssign.REPLACE and not has_role:
+        raise RoleError(f"{label} has no role {role.name} that could be replaced")
+    if not has_role:
+        check_name_is_free(state, record.frame_id, role, record.name)
+    if role is Role.PROXIMITY:
+        check_proximity(record, properties)
+    changed = {**record.properties, role: properties.read_only_copy()}
+    state.geometries[geometry_id] = dataclasses.replace(record, properties=changed)
+    state.geometry_by_name[record.frame_id, role, record.name] = geometry_id
+    state.with_role[role][geometry_id] = None
+    state.changed(roles=(role,))
+
+
+def change_shape(
+    state: GeometryState,
+    source_id: SourceId,
+    geometry_id: GeometryId,
+    shape: Shape,
+    X_FG: Any | None,
+) -> None:
+    """Replace the shape, and the pose in its frame if one is given; hanging geometry follows."""
+    record = state.own_geometry(source_id, geometry_id)
+    changed = dataclasses.replace(record, shape=checked_shape(shape, record.name))
+    proximity = changed.properties.get(Role.PROXIMITY)
+    if proximity is not None:
+        check_proximity(changed, proximity)
+    if X_FG is not None:
+        pose = as_pose(X_FG, f"X_FG of geometry {record.name!r}")
+        changed = dataclasses.replace(changed, X_FG=pose, X_PG=_in_parent(state, changed, pose))
+    state.geometries[geometry_id] = changed
+    roles = set(changed.properties)
+    if X_FG is not None:
+        roles |= _move_children(state, geometry_id)
+    state.changed(roles=roles)
+
+
+def _in_parent(state: GeometryState, record: GeometryRecord, X_FG: Any) -> Any:
+    if record.parent_id is None:
+        return X_FG
+    X_PG = compose(inverse(state.geometries[record.parent_id].X_FG), X_FG)
+    X_PG.setflags(write=False)
+    return X_PG
+
+
+def _move_children(state: GeometryState, geometry_id: GeometryId) -> set[Role]:
+    """Place what hangs on a geometry anew; return the roles that have moved."""
+    roles: set[Role] = set()
+    pending = [geometry_id]
+    while pending:
+        parent = state.geometries[pending.pop()]
+        for child_id in state.geometry_children.get(parent.id, ()):
+            child = state.geometries[child_id]
+            X_FG = compose(parent.X_FG, child.X_PG)
+            X_FG.setflags(write=False)
+            state.geometries[child_id] = dataclasses.replace(child, X_FG=X_FG)
+            roles.update(child.properties)
+            pending.append(child_id)
+    return roles
+
+
+def rename_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId, name: str) -> None:
+    """Give a frame of the source another name, unique within the source."""
+    if frame_id == WORLD_FRAME_ID:
+        raise OwnershipError("the world frame cannot be renamed")
+    record = state.own_frame(source_id, frame_id)
+    label = canonical_name("frame", name)
+    if state.frame_by_name.get((source_id, label), frame_id) != frame_id:
+        raise NameConflictError(
+            f"source {state.source_names[source_id]!r} has a frame named {label!r} already"
+        )
+    del state.frame_by_name[source_id, record.name]
+    state.frame_by_name[source_id, label] = frame_id
+    state.frames[frame_id] = dataclasses.replace(record, name=label)
+    state.changed(frames=True)
+
+
+def rename_geometry(
+    state: GeometryState, source_id: SourceId, geometry_id: GeometryId, name: str
+) -> None:
+    """Give a geometry of the source another name, unique on its frame for each of its roles."""
+    record = state.own_geometry(source_id, geometry_id)
+    label = canonical_name("geometry", name)
+    if label == record.name:
+        return
+    for role in record.properties:
+        check_name_is_free(state, record.frame_id, role, label)
+    for role in record.properties:
+        del state.geometry_by_name[record.frame_id, role, record.name]
+        state.geometry_by_name[record.frame_id, role, label] = geometry_id
+    state.geometries[geometry_id] = dataclasses.replace(record, name=label)
+    state.changed()

@@ -1,0 +1,158 @@
+"""Helpers that put the properties of contact into their groups. They compute nothing."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from typing import Any
+
+from scene_graph_ros.geometry.errors import PropertyError
+from scene_graph_ros.geometry.model.properties import ProximityProperties
+
+__all__ = [
+    "CONVEX_HULL",
+    "HYDROELASTIC_GROUP",
+    "MATERIAL_GROUP",
+    "MESH_GROUP",
+    "REPRESENTATION",
+    "TRIANGLES",
+    "add_compliant_hydroelastic_properties",
+    "add_compliant_hydroelastic_properties_for_half_space",
+    "add_contact_material",
+    "add_rigid_hydroelastic_properties",
+    "uses_triangles",
+]
+
+HYDROELASTIC_GROUP = "hydroelastic"
+MATERIAL_GROUP = "material"
+MESH_GROUP = "mesh"
+REPRESENTATION = "representation"
+CONVEX_HULL = "convex_hull"
+TRIANGLES = "triangles"
+
+
+def uses_triangles(properties: ProximityProperties) -> bool:
+    """Tell whether a Mesh with these properties means its triangles instead of its hull.
+
+    Raises PropertyError if ``("mesh", "representation")`` is neither of the two words.
+    """
+    word = properties.get_property_or_default(MESH_GROUP, REPRESENTATION, CONVEX_HULL)
+    if word not in (CONVEX_HULL, TRIANGLES):
+        raise PropertyError(
+            f"property ({MESH_GROUP!r}, {REPRESENTATION!r}) must be {CONVEX_HULL!r} or"
+            f" {TRIANGLES!r}, not {word!r}"
+        )
+    return bool(word == TRIANGLES)
+
+
+def _number(name: str, value: Any, *, at_least: float | None = None) -> float:
+    """Return a finite number above zero, or at least ``at_least`` where that is given."""
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise PropertyError(f"{name} must be a number, not {value!r}")
+    number = float(value)
+    accepted = number > 0.0 if at_least is None else number >= at_least
+    if not math.isfinite(number) or not accepted:
+        bound = "positive" if at_least is None else f"at least {at_least:g}"
+        raise PropertyError(f"{name} must be finite and {bound}, not {value!r}")
+    return number
+
+
+def _set_compliance(
+    properties: ProximityProperties,
+    compliance_type: str,
+    resolution_hint: float | None,
+    margin: float | None,
+) -> None:
+    values: dict[str, Any] = {"compliance_type": compliance_type}
+    if resolution_hint is not None:
+        values["resolution_hint"] = _number("resolution_hint", resolution_hint)
+    if margin is not None:
+        values["margin"] = _number("margin", margin, at_least=0.0)
+    for name, value in values.items():
+        properties.add_property(HYDROELASTIC_GROUP, name, value)
+
+
+def add_rigid_hydroelastic_properties(
+    properties: ProximityProperties,
+    resolution_hint: float | None = None,
+    *,
+    margin: float | None = None,
+) -> None:
+    """Declare a geometry rigid for contact surfaces.
+
+    ``resolution_hint`` (m) is the wanted edge length of its mesh, needed by curved shapes;
+    ``margin`` (m) thickens the shape. Raises PropertyError for values out of range, or if the
+    properties have a compliance already.
+    """
+    _set_compliance(properties, "rigid", resolution_hint, margin)
+
+
+def add_compliant_hydroelastic_properties(
+    properties: ProximityProperties,
+    resolution_hint: float,
+    hydroelastic_modulus: float,
+    *,
+    margin: float | None = None,
+) -> None:
+    """Declare a geometry compliant for contact surfaces.
+
+    ``resolution_hint`` (m) is the wanted edge length of its mesh, ``hydroelastic_modulus`` (Pa)
+    the pressure at its deepest point, ``margin`` (m) thickens the shape. Raises PropertyError as
+    the rigid sibling does.
+    """
+    modulus = _number("hydroelastic_modulus", hydroelastic_modulus)
+    _set_compliance(properties, "compliant", resolution_hint, margin)
+    properties.add_property(HYDROELASTIC_GROUP, "hydroelastic_modulus", modulus)
+
+
+def add_compliant_hydroelastic_properties_for_half_space(
+    properties: ProximityProperties,
+    slab_thickness: float,
+    hydroelastic_modulus: float,
+    *,
+    margin: float | None = None,
+) -> None:
+    """Declare a half space compliant: a slab of ``slab_thickness`` (m) on rigid ground.
+
+    Raises PropertyError as the rigid sibling does.
+    """
+    thickness = _number("slab_thickness", slab_thickness)
+    modulus = _number("hydroelastic_modulus", hydroelastic_modulus)
+    _set_compliance(properties, "compliant", None, margin)
+    properties.add_property(HYDROELASTIC_GROUP, "slab_thickness", thickness)
+    properties.add_property(HYDROELASTIC_GROUP, "hydroelastic_modulus", modulus)
+
+
+def add_contact_material(
+    properties: ProximityProperties,
+    *,
+    dissipation: float | None = None,
+    point_stiffness: float | None = None,
+    static_friction: float | None = None,
+    dynamic_friction: float | None = None,
+) -> None:
+    """Add what is carried through to contact results: dissipation (s/m), stiffness (N/m), friction.
+
+    Friction coefficients come together, the static one at least as large as the dynamic one.
+    Raises PropertyError otherwise, or for values that are negative or not finite.
+    """
+    if (static_friction is None) != (dynamic_friction is None):
+        raise PropertyError(
+            "static_friction and dynamic_friction come together, not"
+            f" {static_friction!r} and {dynamic_friction!r}"
+        )
+    values: dict[str, float] = {}
+    if dissipation is not None:
+        values["hunt_crossley_dissipation"] = _number("dissipation", dissipation, at_least=0.0)
+    if point_stiffness is not None:
+        values["point_contact_stiffness"] = _number("point_stiffness", point_stiffness)
+    if static_friction is not None:
+        values["static_friction"] = _number("static_friction", static_friction, at_least=0.0)
+        values["dynamic_friction"] = _number("dynamic_friction", dynamic_friction, at_least=0.0)
+        if values["dynamic_friction"] > values["static_friction"]:
+            raise PropertyError(
+                f"dynamic_friction {dynamic_friction!r} must not exceed static_friction"
+                f" {static_friction!r}"
+            )
+    for name, value in values.items():
+        properties.add_property(MATERIAL_GROUP, name, value)

@@ -1,0 +1,160 @@
+"""A copy of the model with a pose for every frame."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
+from scene_graph_ros.geometry.model.ids import FrameId, SourceId
+from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.layout import FrameLayout
+from scene_graph_ros.geometry.model.owner import ModelOwner
+from scene_graph_ros.geometry.model.snapshot import Snapshot, refuse_frame_pose, stacked_poses
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.spatial.pose_kernels import VALID, store_poses
+from scene_graph_ros.geometry.spatial.poses import to_pose_array
+
+__all__ = ["Context"]
+
+_pose_versions = itertools.count(1)
+
+
+class Context(ModelOwner):
+    """A model of its own, and ``X_PF`` of every frame; frames start at the identity.
+
+    One thread writes; any thread may ask for the snapshot, which never changes again.
+    """
+
+    def __init__(self, state: GeometryState) -> None:
+        super().__init__(state)
+        self._layout = state.layout()
+        self._X_PF = np.tile(np.eye(4), (len(self._layout.ids), 1, 1))
+        self._poses_are_shared = False
+        self._pose_version = next(_pose_versions)
+        self._snapshot: Snapshot | None = None
+
+    @property
+    def model_version(self) -> int:
+        """A number that is the same for the same model only."""
+        return self._state.version
+
+    @property
+    def pose_version(self) -> int:
+        """A number that grows with every change of a pose."""
+        return self._pose_version
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The current moment; the same object until the model or a pose changes."""
+        with self._lock:
+            last = self._snapshot
+            if (
+                last is None
+                or last.model_version != self._state.version
+                or last.pose_version != self._pose_version
+            ):
+                self._fit_layout()
+                self._poses_are_shared = True
+                last = self._snapshot = Snapshot(self.share(), self._X_PF, self._pose_version)
+            return last
+
+    def inspector(self) -> SceneGraphInspector:
+        """Return an inspector that follows the changes of this context's model."""
+        return SceneGraphInspector(self)
+
+    def set_frame_poses(
+        self, source_id: SourceId, poses: Mapping[FrameId, Any] | NDArray[np.float64]
+    ) -> None:
+        """Move frames of a source: ``X_PF`` in their parents, in m.
+
+        ``poses`` maps frame ids to ``(4, 4)`` poses; frames that are not in it stay. An array
+        ``(n, 4, 4)`` moves all frames of the source in the order of their registration. Either
+        every pose is taken or, if an error is raised, none: InvalidPoseError naming the frame for
+        a pose that is not rigid and finite, or for a wrong number of poses; UnknownIdError for an
+        unknown source or frame; OwnershipError for a frame of another source.
+        """
+        with self._lock:
+            self._state.require_source(source_id)
+            layout = self._fit_layout()
+            if isinstance(poses, Mapping):
+                for frame_id in poses:
+                    self._require_movable(source_id, frame_id)
+                rows, given = stacked_poses(self._state, poses)
+            else:
+                rows, given = layout.source_rows[source_id], self._batch(source_id, layout, poses)
+            self._own_poses()
+            bad, status = store_poses(given, rows, self._X_PF)
+            if status != VALID:
+                raise refuse_frame_pose(layout.names[rows[bad]], status, given[bad])
+            self._pose_version = next(_pose_versions)
+
+    def set_frame_pose(self, source_id: SourceId, frame_id: FrameId, X_PF: Any) -> None:
+        """Move one frame of a source; see set_frame_poses."""
+        self.set_frame_poses(source_id, {frame_id: X_PF})
+
+    def frame_poses(self, source_id: SourceId) -> NDArray[np.float64]:
+        """Return ``X_PF`` ``(n, 4, 4)`` of a source's frames in the order of registration."""
+        with self._lock:
+            self._state.require_source(source_id)
+            layout = self._fit_layout()
+            return self._X_PF[layout.source_rows[source_id]]
+
+    def frame_pose(self, frame_id: FrameId) -> NDArray[np.float64]:
+        """Return ``X_PF`` ``(4, 4)`` of a frame. Raises UnknownIdError for an unknown frame."""
+        with self._lock:
+            layout = self._fit_layout()
+            return self._X_PF[layout.row[self._state.frame(frame_id).id]].copy()
+
+    def clone(self) -> Context:
+        """Return an independent context with the same model and poses."""
+        with self._lock:
+            layout = self._fit_layout()
+            result = Context(self.share())
+            result._layout = layout
+            result._X_PF = self._X_PF.copy()
+            return result
+
+    def _require_movable(self, source_id: SourceId, frame_id: FrameId) -> None:
+        record = self._state.frame(frame_id)
+        if record.source_id != source_id:
+            names = self._state.source_names
+            raise OwnershipError(
+                f"frame {record.name!r} ({frame_id!r}) belongs to source"
+                f" {names[record.source_id]!r}: {names[source_id]!r} cannot move it"
+            )
+
+    def _batch(self, source_id: SourceId, layout: FrameLayout, poses: Any) -> NDArray[np.float64]:
+        label = f"X_PFs of source {self._state.source_names[source_id]!r}"
+        if isinstance(poses, (list, tuple)):
+            poses = np.array([to_pose_array(X, label) for X in poses]).reshape(-1, 4, 4)
+        given = to_pose_array(poses, label)
+        expected = len(layout.source_rows[source_id])
+        if given.ndim != 3 or len(given) != expected:
+            raise InvalidPoseError(
+                f"{label} must be ({expected}, 4, 4), one for each of its frames, not {given.shape}"
+            )
+        return given
+
+    def _own_poses(self) -> None:
+        """Make the poses writable: a snapshot keeps the array it was given."""
+        if self._poses_are_shared:
+            self._X_PF = self._X_PF.copy()
+            self._poses_are_shared = False
+
+    def _fit_layout(self) -> FrameLayout:
+        """Bring the poses into the rows of the current model; new frames start at identity."""
+        layout = self._state.layout()
+        if layout is not self._layout:
+            X_PF = np.tile(np.eye(4), (len(layout.ids), 1, 1))
+            old_row = self._layout.row
+            kept = [(row, old_row[i]) for row, i in enumerate(layout.ids) if i in old_row]
+            new_rows, old_rows = zip(*kept, strict=True)
+            X_PF[list(new_rows)] = self._X_PF[list(old_rows)]
+            self._X_PF, self._layout, self._poses_are_shared = X_PF, layout, False
+            self._pose_version = next(_pose_versions)
+        return layout

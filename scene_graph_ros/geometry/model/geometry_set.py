@@ -1,0 +1,55 @@
+"""Sets of geometries, named one by one or by the frames they hang on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from scene_graph_ros.geometry.errors import UnknownIdError
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+
+__all__ = ["GeometrySet"]
+
+Id = FrameId | GeometryId
+
+
+class GeometrySet:
+    """Geometry ids, and frame ids that stand for all geometries on these frames.
+
+    The set checks nothing: which geometries a frame has is looked up when the set is used.
+    """
+
+    __slots__ = ("_frame_ids", "_geometry_ids")
+
+    def __init__(self, *ids: Id | Iterable[Id]) -> None:
+        """Take ids, or iterables of ids: ``GeometrySet(frame)``, ``GeometrySet([ball, box])``."""
+        self._frame_ids: set[FrameId] = set()
+        self._geometry_ids: set[GeometryId] = set()
+        self.add(*ids)
+
+    def add(self, *ids: Id | Iterable[Id]) -> None:
+        """Add ids, or iterables of ids. Raises UnknownIdError for anything else."""
+        for item in ids:
+            if isinstance(item, FrameId):
+                self._frame_ids.add(item)
+            elif isinstance(item, GeometryId):
+                self._geometry_ids.add(item)
+            elif isinstance(item, Iterable) and not isinstance(item, (str, bytes)):
+                self.add(*item)
+            else:
+                raise UnknownIdError(f"a GeometrySet holds FrameIds and GeometryIds: {item!r}")
+
+    def frame_ids(self) -> frozenset[FrameId]:
+        """Return the frames of the set."""
+        return frozenset(self._frame_ids)
+
+    def geometry_ids(self) -> frozenset[GeometryId]:
+        """Return the geometries that were added by their own id."""
+        return frozenset(self._geometry_ids)
+
+    def copy(self) -> GeometrySet:
+        """Return an independent set."""
+        return GeometrySet(self._frame_ids, self._geometry_ids)
+
+    def __repr__(self) -> str:
+        members = [*sorted(self._frame_ids), *sorted(self._geometry_ids)]
+        return f"GeometrySet({', '.join(map(repr, members))})"

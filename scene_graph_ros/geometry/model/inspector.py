@@ -1,0 +1,313 @@
+"""What can be asked about a model without knowing any pose that moves."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
+from scene_graph_ros.geometry.model.geometry_set import GeometrySet
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.instance import GeometryInstance
+from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.properties import (
+    GeometryProperties,
+    IllustrationProperties,
+    PerceptionProperties,
+    ProximityProperties,
+)
+from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.model.version import GeometryVersion
+from scene_graph_ros.geometry.shapes.shape import Shape
+
+__all__ = ["SceneGraphInspector"]
+
+
+class _HasState(Protocol):
+    @property
+    def state(self) -> GeometryState: ...
+
+
+class SceneGraphInspector:
+    """Answers about sources, frames, geometries, roles and filters.
+
+    An inspector of a scene graph or a context follows its changes and is for the thread that
+    makes them; an inspector of a snapshot never changes and is for any thread. Every method that
+    takes an id raises UnknownIdError if it names nothing. Lists are in the order of registration,
+    unless the method says otherwise.
+    """
+
+    __slots__ = ("_holder",)
+
+    def __init__(self, holder: _HasState) -> None:
+        self._holder = holder
+
+    @property
+    def _state(self) -> GeometryState:
+        return self._holder.state
+
+    # The whole scene.
+
+    def num_sources(self) -> int:
+        """Count the sources, among them the scene graph's own, which has the world frame."""
+        return len(self._state.source_names)
+
+    def num_frames(self) -> int:
+        """Count the frames, the world included."""
+        return len(self._state.frames)
+
+    def num_geometries(self) -> int:
+        """Count the geometries."""
+        return len(self._state.geometries)
+
+    def num_anchored_geometries(self) -> int:
+        """Count the geometries on the world frame."""
+        return self.num_geometries_for_frame(WORLD_FRAME_ID)
+
+    def num_dynamic_geometries(self) -> int:
+        """Count the geometries on frames that move."""
+        return self.num_geometries() - self.num_anchored_geometries()
+
+    def num_deformable_geometries(self) -> int:
+        """Count the deformable geometries."""
+        return len(self.get_all_deformable_geometry_ids())
+
+    def num_geometries_with_role(self, role: Role) -> int:
+        """Count the geometries with a role; UNASSIGNED counts those without any."""
+        return len(self.get_all_geometry_ids(role))
+
+    def world_frame_id(self) -> FrameId:
+        """Return the id of the world frame."""
+        return WORLD_FRAME_ID
+
+    def get_all_source_ids(self) -> list[SourceId]:
+        """Return all sources, the scene graph's own first."""
+        return list(self._state.source_names)
+
+    def get_all_frame_ids(self) -> list[FrameId]:
+        """Return all frames, parents before children, the world first."""
+        return list(self._state.frames)
+
+    all_frame_ids = get_all_frame_ids
+
+    def get_all_geometry_ids(self, role: Role | None = None) -> list[GeometryId]:
+        """Return all geometries, or those with ``role``; UNASSIGNED means without any."""
+        state = self._state
+        if role is None:
+            return list(state.geometries)
+        return [i for i, record in state.geometries.items() if state.has_role(record, role)]
+
+    def get_all_deformable_geometry_ids(self) -> list[GeometryId]:
+        """Return all deformable geometries."""
+        return [i for i in self._state.geometries if self._state.is_deformable(i)]
+
+    def get_geometry_ids(
+        self, geometry_set: GeometrySet, role: Role | None = None
+    ) -> list[GeometryId]:
+        """Return the geometries a set means, sorted; those with ``role`` only if it is given."""
+        return sorted(self._state.ids_of_set(geometry_set, role))
+
+    def get_collision_candidates(self) -> list[tuple[GeometryId, GeometryId]]:
+        """Return all pairs that collision queries check, each sorted, and sorted.
+
+        That is every two geometries with the proximity role but those on one frame, two anchored
+        ones, and those excluded by declarations.
+        """
+        filtered = self._state.collision_filtered
+        ids = sorted(self._state.with_role[Role.PROXIMITY])
+        return [pair for pair in itertools.combinations(ids, 2) if not filtered(*pair)]
+
+    def geometry_version(self) -> GeometryVersion:
+        """Return a token per role that changes with what has the role, or its filters."""
+        versions = self._state.role_versions
+        return GeometryVersion(
+            proximity=versions[Role.PROXIMITY],
+            illustration=versions[Role.ILLUSTRATION],
+            perception=versions[Role.PERCEPTION],
+        )
+
+    # Sources.
+
+    def source_is_registered(self, source_id: SourceId) -> bool:
+        """Tell whether there is a source with this id."""
+        return isinstance(source_id, SourceId) and source_id in self._state.source_names
+
+    def get_name(self, any_id: SourceId | FrameId | GeometryId) -> str:
+        """Return the name of a source, a frame or a geometry."""
+        if isinstance(any_id, GeometryId):
+            return self._state.geometry(any_id).name
+        if isinstance(any_id, FrameId):
+            return self._state.frame(any_id).name
+        return self._state.source_names[self._state.require_source(any_id)]
+
+    get_source_name = get_name
+    get_name_by_frame_id = get_name
+    get_name_by_geometry_id = get_name
+
+    def get_source_id_by_name(self, name: str) -> SourceId:
+        """Return the source with a name. Raises UnknownIdError if there is none."""
+        source_id = self._state.source_by_name.get(canonical_name("source", name))
+        if source_id is None:
+            raise UnknownIdError(f"no source is named {name!r}")
+        return source_id
+
+    def num_frames_for_source(self, source_id: SourceId) -> int:
+        """Count the frames of a source."""
+        return len(self.frames_for_source(source_id))
+
+    def frames_for_source(self, source_id: SourceId) -> list[FrameId]:
+        """Return the frames of a source in the order of their registration."""
+        return list(self._state.source_frames[self._state.require_source(source_id)])
+
+    get_frames_for_source = frames_for_source
+
+    def get_geometries_for_source(self, source_id: SourceId) -> list[GeometryId]:
+        """Return the geometries of a source, anchored ones included."""
+        self._state.require_source(source_id)
+        return [i for i, r in self._state.geometries.items() if r.source_id == source_id]
+
+    # Frames.
+
+    def belongs_to_source(self, any_id: FrameId | GeometryId, source_id: SourceId) -> bool:
+        """Tell whether a source registered the frame or geometry."""
+        return self.get_owning_source_id(any_id) == self._state.require_source(source_id)
+
+    def get_owning_source_id(self, any_id: FrameId | GeometryId) -> SourceId:
+        """Return the source that registered the frame or geometry."""
+        if isinstance(any_id, GeometryId):
+            return self._state.geometry(any_id).source_id
+        return self._state.frame(any_id).source_id
+
+    def get_owning_source_name(self, any_id: FrameId | GeometryId) -> str:
+        """Return the name of the source that registered the frame or geometry."""
+        return self._state.source_names[self.get_owning_source_id(any_id)]
+
+    def get_parent_frame(self, frame_id: FrameId) -> FrameId:
+        """Return the parent of a frame; the world is its own parent."""
+        return self._state.frame(frame_id).parent_id
+
+    def get_child_frames(self, frame_id: FrameId) -> list[FrameId]:
+        """Return the frames whose parent is the given one."""
+        return list(self._state.frame_children[self._state.frame(frame_id).id])
+
+    def get_frame_group(self, frame_id: FrameId) -> int:
+        """Return the group number of a frame."""
+        return self._state.frame(frame_id).frame_group
+
+    def get_frame_id_by_name(self, source_id: SourceId, name: str) -> FrameId:
+        """Return a source's frame with a name. Raises UnknownIdError if there is none."""
+        key = (self._state.require_source(source_id), canonical_name("frame", name))
+        if key not in self._state.frame_by_name:
+            source = self._state.source_names[source_id]
+            raise UnknownIdError(f"source {source!r} has no frame named {name!r}")
+        return self._state.frame_by_name[key]
+
+    def num_geometries_for_frame(self, frame_id: FrameId) -> int:
+        """Count the geometries on a frame."""
+        return len(self._state.frame_geometries[self._state.frame(frame_id).id])
+
+    def num_geometries_for_frame_with_role(self, frame_id: FrameId, role: Role) -> int:
+        """Count the geometries on a frame that have a role."""
+        return len(self.get_geometries(frame_id, role))
+
+    def get_geometries(self, frame_id: FrameId, role: Role | None = None) -> list[GeometryId]:
+        """Return the geometries on a frame, those with ``role`` only if it is given."""
+        state = self._state
+        ids = state.frame_geometries[state.frame(frame_id).id]
+        return [i for i in ids if role is None or state.has_role(state.geometries[i], role)]
+
+    def get_geometry_id_by_name(self, frame_id: FrameId, role: Role, name: str) -> GeometryId:
+        """Return the geometry on a frame with a role and a name, which is trimmed first.
+
+        Raises UnknownIdError if there is none, NameConflictError if there are several, which only
+        geometries without a role can be.
+        """
+        state = self._state
+        label = canonical_name("geometry", name)
+        if role is Role.UNASSIGNED:
+            on_frame = self.get_geometries(frame_id, role)
+            named = [i for i in on_frame if state.geometries[i].name == label]
+        else:
+            found = state.geometry_by_name.get((state.frame(frame_id).id, role, label))
+            named = [] if found is None else [found]
+        where = f"on frame {state.frame(frame_id).name!r} with role {role.name} named {label!r}"
+        if not named:
+            raise UnknownIdError(f"there is no geometry {where}")
+        if len(named) > 1:
+            raise NameConflictError(f"there are {len(named)} geometries {where}: {named}")
+        return named[0]
+
+    # Geometries.
+
+    def get_frame_id(self, geometry_id: GeometryId) -> FrameId:
+        """Return the frame a geometry moves with, also if it hangs on another geometry."""
+        return self._state.geometry(geometry_id).frame_id
+
+    def get_parent_geometry(self, geometry_id: GeometryId) -> GeometryId | None:
+        """Return the geometry that a geometry hangs on, or None if it hangs on its frame."""
+        return self._state.geometry(geometry_id).parent_id
+
+    def is_anchored(self, geometry_id: GeometryId) -> bool:
+        """Tell whether a geometry is on the world frame."""
+        return self._state.geometry(geometry_id).is_anchored
+
+    def is_deformable(self, geometry_id: GeometryId) -> bool:
+        """Tell whether a geometry is deformable."""
+        return self._state.is_deformable(geometry_id)
+
+    def get_shape(self, geometry_id: GeometryId) -> Shape:
+        """Return the shape of a geometry."""
+        return self._state.geometry(geometry_id).shape
+
+    def get_pose_in_frame(self, geometry_id: GeometryId) -> NDArray[np.float64]:
+        """Return ``X_FG`` ``(4, 4)``, read-only: the pose in the geometry's frame."""
+        return self._state.geometry(geometry_id).X_FG
+
+    def get_pose_in_parent(self, geometry_id: GeometryId) -> NDArray[np.float64]:
+        """Return ``X_PG`` ``(4, 4)``, read-only: the pose in the parent, frame or geometry."""
+        return self._state.geometry(geometry_id).X_PG
+
+    X_FG = get_pose_in_frame
+    X_PG = get_pose_in_parent
+
+    def get_roles(self, geometry_id: GeometryId) -> set[Role]:
+        """Return the roles of a geometry."""
+        return set(self._state.geometry(geometry_id).properties)
+
+    def get_properties(self, geometry_id: GeometryId, role: Role) -> GeometryProperties | None:
+        """Return the properties for a role, read-only, or None if the geometry lacks it."""
+        return self._state.geometry(geometry_id).properties.get(role)
+
+    def get_proximity_properties(self, geometry_id: GeometryId) -> ProximityProperties | None:
+        """Return the proximity properties, read-only, or None."""
+        return self.get_properties(geometry_id, Role.PROXIMITY)  # type: ignore[return-value]
+
+    def get_illustration_properties(
+        self, geometry_id: GeometryId
+    ) -> IllustrationProperties | None:
+        """Return the illustration properties, read-only, or None."""
+        return self.get_properties(geometry_id, Role.ILLUSTRATION)  # type: ignore[return-value]
+
+    def get_perception_properties(self, geometry_id: GeometryId) -> PerceptionProperties | None:
+        """Return the perception properties, read-only, or None."""
+        return self.get_properties(geometry_id, Role.PERCEPTION)  # type: ignore[return-value]
+
+    def collision_filtered(self, id_A: GeometryId, id_B: GeometryId) -> bool:
+        """Tell whether collision queries skip a pair: same frame, both anchored, or excluded.
+
+        Raises RoleError if one of them has no proximity role.
+        """
+        return self._state.collision_filtered(id_A, id_B)
+
+    def clone_geometry_instance(self, geometry_id: GeometryId) -> GeometryInstance:
+        """Return a new instance with the same shape, name, ``X_PG`` and roles, and an id anew."""
+        record = self._state.geometry(geometry_id)
+        instance = GeometryInstance(record.X_PG, record.shape, record.name)
+        for properties in record.properties.values():
+            instance.set_properties(properties)
+        return instance

@@ -1,0 +1,70 @@
+"""Rows for kernels: frames parents first, geometries of a role by id."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord
+
+__all__ = ["FrameLayout", "RoleArrays", "frame_layout", "role_arrays"]
+
+IntArray = NDArray[np.int64]
+
+
+class FrameLayout(NamedTuple):
+    """The frames of a model in rows; row 0 is the world, parents come before children."""
+
+    ids: tuple[FrameId, ...]
+    names: tuple[str, ...]
+    row: dict[FrameId, int]
+    parent: IntArray
+    """(f,) row of each frame's parent; the world is its own."""
+    source_rows: dict[SourceId, IntArray]
+    """Rows of a source's frames in the order of their registration."""
+
+
+class RoleArrays(NamedTuple):
+    """The geometries with one role in rows sorted by id."""
+
+    ids: IntArray
+    """(n,) integer values of the ids, ascending."""
+    geometry_ids: tuple[GeometryId, ...]
+    frame: NDArray[np.int32]
+    """(n,) row of the frame each geometry hangs on; 0 is the world."""
+    X_FG: NDArray[np.float64]
+    """(n, 4, 4) pose in that frame."""
+
+
+def frame_layout(records: Iterable[FrameRecord], sources: Iterable[SourceId]) -> FrameLayout:
+    """Lay out frames that are given with parents before children, the world first."""
+    frames = tuple(records)
+    row = {record.id: i for i, record in enumerate(frames)}
+    rows: dict[SourceId, list[int]] = {source_id: [] for source_id in sources}
+    for i, record in enumerate(frames[1:], start=1):
+        rows[record.source_id].append(i)
+    return FrameLayout(
+        ids=tuple(record.id for record in frames),
+        names=tuple(record.name for record in frames),
+        row=row,
+        parent=np.array([row[record.parent_id] for record in frames], dtype=np.int64),
+        source_rows={s: np.array(r, dtype=np.int64) for s, r in rows.items()},
+    )
+
+
+def role_arrays(records: Iterable[GeometryRecord], layout: FrameLayout) -> RoleArrays:
+    """Lay out geometries in the order of their ids."""
+    chosen = sorted(records, key=lambda record: int(record.id))
+    X_FG = np.empty((len(chosen), 4, 4))
+    for i, record in enumerate(chosen):
+        X_FG[i] = record.X_FG
+    return RoleArrays(
+        ids=np.array([int(record.id) for record in chosen], dtype=np.int64),
+        geometry_ids=tuple(record.id for record in chosen),
+        frame=np.array([layout.row[record.frame_id] for record in chosen], dtype=np.int32),
+        X_FG=X_FG,
+    )

@@ -1,0 +1,88 @@
+"""What queries read about the geometries with the proximity role: arrays, row by row."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
+from scene_graph_ros.geometry.model.contact_properties import uses_triangles
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
+from scene_graph_ros.geometry.model.records import GeometryRecord
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+
+__all__ = ["ProximityArrays", "check_proximity", "proximity_arrays"]
+
+
+class ProximityArrays(NamedTuple):
+    """The geometries with the proximity role; rows ascend by geometry id."""
+
+    table: ShapeTable
+    ids: NDArray[np.int64]
+    """(n,) integer values of the geometry ids, ascending."""
+    geometry_ids: tuple[GeometryId, ...]
+    frame: NDArray[np.int32]
+    """(n,) row of the frame each geometry hangs on; 0 is the world."""
+    X_FG: NDArray[np.float64]
+    """(n, 4, 4) pose in that frame."""
+    is_anchored: NDArray[np.bool_]
+    """(n,) whether the frame is the world."""
+    filter_bits: NDArray[np.uint8] | None
+    """(n, ceil(n / 8)) or None without any: pair (i, j) was excluded by a declaration where
+    ``(filter_bits[i, j >> 3] >> (j & 7)) & 1``; pairs on one frame are not marked."""
+
+
+def _is_exact(record: GeometryRecord) -> bool:
+    properties = record.properties[Role.PROXIMITY]
+    assert isinstance(properties, ProximityProperties)
+    return uses_triangles(properties)
+
+
+def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> None:
+    """Check that a geometry can get the proximity role: its properties, and its mesh data.
+
+    Raises PropertyError for the former, MeshError for data that cannot be read or are no mesh.
+    The data is kept for the queries, so nothing is read twice.
+    """
+    assert isinstance(properties, ProximityProperties)
+    uses_triangles(properties)
+    if isinstance(record.shape, MeshShape):
+        # Imported here: a scene without meshes needs no reader of mesh files and no hulls.
+        from scene_graph_ros.geometry.meshes.shape_table_builder import check_mesh_shape
+
+        check_mesh_shape(record.shape)
+
+
+def proximity_arrays(state: GeometryState) -> ProximityArrays:
+    """Return the arrays of a state, computed on first use and kept while they hold."""
+    result: ProximityArrays = state.cached("proximity", lambda: _assemble(state))
+    return result
+
+
+def _assemble(state: GeometryState) -> ProximityArrays:
+    rows = state.role_arrays(Role.PROXIMITY)
+    table = state.cached("table", lambda: _table(state))
+    bits = state.cached("pairs", lambda: (state.filters.bit_matrix(rows.geometry_ids),))[0]
+    return ProximityArrays(
+        table=table,
+        ids=rows.ids,
+        geometry_ids=rows.geometry_ids,
+        frame=rows.frame,
+        X_FG=rows.X_FG,
+        is_anchored=rows.frame == 0,
+        filter_bits=bits,
+    )
+
+
+def _table(state: GeometryState) -> ShapeTable:
+    # Imported here, as above: convex hulls come with an import that takes a while.
+    from scene_graph_ros.geometry.meshes.shape_table_builder import build_shape_table
+
+    ids = state.role_arrays(Role.PROXIMITY).geometry_ids
+    records = [state.geometries[geometry_id] for geometry_id in ids]
+    return build_shape_table([r.shape for r in records], [_is_exact(r) for r in records])

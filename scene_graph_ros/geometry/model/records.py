@@ -1,0 +1,50 @@
+"""What the model stores about a source, a frame and a geometry: immutable rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.shapes.shape import Shape
+
+__all__ = ["WORLD_FRAME_ID", "FrameRecord", "GeometryRecord"]
+
+WORLD_FRAME_ID = FrameId.get_new_id()
+"""The one frame that never moves; the same in every scene graph."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameRecord:
+    """A registered frame F with its parent frame P; the world is its own parent."""
+
+    id: FrameId
+    source_id: SourceId
+    parent_id: FrameId
+    name: str
+    frame_group: int
+
+
+@dataclass(frozen=True, slots=True)
+class GeometryRecord:
+    """A registered geometry G on frame F; its parent P is F or another geometry on F."""
+
+    id: GeometryId
+    source_id: SourceId
+    frame_id: FrameId
+    parent_id: GeometryId | None
+    name: str
+    shape: Shape
+    X_PG: NDArray[np.float64]
+    X_FG: NDArray[np.float64]
+    properties: Mapping[Role, GeometryProperties]
+
+    @property
+    def is_anchored(self) -> bool:
+        """Whether the geometry hangs on the world."""
+        return self.frame_id == WORLD_FRAME_ID

@@ -1,0 +1,134 @@
+"""Adding sources, frames and geometries to a state. Everything is checked before it changes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
+from scene_graph_ros.geometry.model.frame import GeometryFrame
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.instance import GeometryInstance
+from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.proximity import check_proximity
+from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID, FrameRecord, GeometryRecord
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.spatial.poses import compose
+
+__all__ = ["add_frame", "add_geometry", "add_source", "check_name_is_free"]
+
+
+def add_source(state: GeometryState, name: str) -> SourceId:
+    """Add a source; an empty name becomes one made of its id."""
+    source_id = SourceId.get_new_id()
+    if not isinstance(name, str):
+        raise NameConflictError(f"the name of a source must be text, not {name!r}")
+    label = canonical_name("source", name) if name else f"source_{int(source_id)}"
+    if label in state.source_by_name:
+        raise NameConflictError(
+            f"the source name {label!r} is taken by {state.source_by_name[label]!r}"
+        )
+    state.source_names[source_id] = label
+    state.source_by_name[label] = source_id
+    state.source_frames[source_id] = {}
+    state.changed(frames=True)
+    return source_id
+
+
+def add_frame(
+    state: GeometryState, source_id: SourceId, frame: GeometryFrame, parent_id: FrameId
+) -> FrameId:
+    """Add a frame below a frame of the same source, or below the world."""
+    state.require_source(source_id)
+    if not isinstance(frame, GeometryFrame):
+        raise TypeError(f"register_frame needs a GeometryFrame, not {frame!r}")
+    if parent_id != WORLD_FRAME_ID:
+        state.own_frame(source_id, parent_id)
+    source = state.source_names[source_id]
+    if frame.id() in state.frames:
+        raise NameConflictError(f"frame {frame.name()!r} ({frame.id()!r}) is registered already")
+    if (source_id, frame.name()) in state.frame_by_name:
+        raise NameConflictError(f"source {source!r} has a frame named {frame.name()!r} already")
+    record = FrameRecord(frame.id(), source_id, parent_id, frame.name(), frame.frame_group())
+    state.frames[record.id] = record
+    state.frame_by_name[source_id, record.name] = record.id
+    state.source_frames[source_id][record.id] = None
+    state.frame_children[parent_id][record.id] = None
+    state.frame_children[record.id] = {}
+    state.frame_geometries[record.id] = {}
+    state.changed(frames=True)
+    return record.id
+
+
+def check_name_is_free(state: GeometryState, frame_id: FrameId, role: Role, name: str) -> None:
+    """Raise NameConflictError if a geometry on the frame has this role and name."""
+    taken = state.geometry_by_name.get((frame_id, role, name))
+    if taken is not None:
+        raise NameConflictError(
+            f"frame {state.frames[frame_id].name!r} has a geometry named {name!r} with role"
+            f" {role.name} already: {taken!r}"
+        )
+
+
+def add_geometry(
+    state: GeometryState,
+    source_id: SourceId,
+    parent: FrameId | GeometryId,
+    instance: GeometryInstance,
+) -> GeometryId:
+    """Add a geometry on a frame, the world or another geometry, with the roles it has."""
+    state.require_source(source_id)
+    if not isinstance(instance, GeometryInstance):
+        raise TypeError(f"registering a geometry needs a GeometryInstance, not {instance!r}")
+    record = _record(state, source_id, parent, instance)
+    if record.id in state.geometries:
+        raise NameConflictError(
+            f"geometry {record.name!r} ({record.id!r}) is registered already:"
+            " register a new instance or a clone"
+        )
+    for role, properties in record.properties.items():
+        check_name_is_free(state, record.frame_id, role, record.name)
+        if role is Role.PROXIMITY:
+            check_proximity(record, properties)
+    state.geometries[record.id] = record
+    state.frame_geometries[record.frame_id][record.id] = None
+    if record.parent_id is not None:
+        state.geometry_children.setdefault(record.parent_id, {})[record.id] = None
+    for role in record.properties:
+        state.geometry_by_name[record.frame_id, role, record.name] = record.id
+        state.with_role[role][record.id] = None
+    state.changed(roles=record.properties)
+    return record.id
+
+
+def _record(
+    state: GeometryState, source_id: SourceId, parent: Any, instance: GeometryInstance
+) -> GeometryRecord:
+    """Return the record of an instance on its parent, which the source must be allowed to use."""
+    X_PG = instance.pose()
+    if isinstance(parent, FrameId):
+        if parent != WORLD_FRAME_ID:
+            state.own_frame(source_id, parent)
+        frame_id, parent_id, X_FG = parent, None, X_PG
+    elif isinstance(parent, GeometryId):
+        parent_record = state.own_geometry(source_id, parent)
+        frame_id, parent_id = parent_record.frame_id, parent
+        X_FG = compose(parent_record.X_FG, X_PG)
+        X_FG.setflags(write=False)
+    else:
+        raise UnknownIdError(f"a geometry hangs on a FrameId or a GeometryId, not on {parent!r}")
+    return GeometryRecord(
+        id=instance.id(),
+        source_id=source_id,
+        frame_id=frame_id,
+        parent_id=parent_id,
+        name=instance.name(),
+        shape=instance.shape(),
+        X_PG=X_PG,
+        X_FG=X_FG,
+        properties={
+            properties.role: properties.read_only_copy()
+            for role in Role
+            if (properties := instance.properties(role)) is not None
+        },
+    )

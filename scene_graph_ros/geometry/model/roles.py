@@ -1,0 +1,27 @@
+"""What a geometry is for."""
+
+import enum
+
+__all__ = ["Role", "RoleAssign"]
+
+
+class Role(enum.Enum):
+    """The uses of a geometry. A geometry may have several roles, or none yet."""
+
+    UNASSIGNED = 0
+    """No role: known to the model, ignored by every query."""
+    PROXIMITY = 1
+    """Takes part in collision, distance and contact queries."""
+    ILLUSTRATION = 2
+    """Is drawn for people."""
+    PERCEPTION = 3
+    """Is seen by simulated cameras."""
+
+
+class RoleAssign(enum.Enum):
+    """What assigning a role does with properties that are there already."""
+
+    NEW = 0
+    """The geometry must not have the role yet."""
+    REPLACE = 1
+    """The geometry must have the role; all its properties are replaced."""

@@ -1,0 +1,229 @@
+"""The scene graph: where sources register frames and geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from scene_graph_ros.geometry.model import alteration, registration, removal
+from scene_graph_ros.geometry.model.collision_filter import CollisionFilterManager
+from scene_graph_ros.geometry.model.context import Context
+from scene_graph_ros.geometry.model.frame import GeometryFrame
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.instance import GeometryInstance
+from scene_graph_ros.geometry.model.owner import ModelOwner
+from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.roles import Role, RoleAssign
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.shapes.shape import Shape
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.query.query_object import QueryObject
+
+__all__ = ["SceneGraph"]
+
+
+class SceneGraph:
+    """The model of the world, from which contexts are made.
+
+    Every method that changes the model takes ``context``: without it the scene graph's own model
+    changes and contexts that exist keep theirs; with it that context's model changes, and neither
+    the scene graph nor any other context. A method that raises has changed nothing.
+
+    Sources change only what they registered themselves; OwnershipError otherwise. UnknownIdError
+    is raised for an id that names nothing.
+    """
+
+    _query_type: ClassVar[Callable[[Context], Any] | None] = None
+
+    def __init__(self) -> None:
+        self._model = ModelOwner(GeometryState())
+
+    @classmethod
+    def provide_queries(cls, query_type: Callable[[Context], Any]) -> None:
+        """Set what query_object makes; the query layer, which is above this one, calls it."""
+        cls._query_type = query_type
+
+    def _owner(self, context: Context | None) -> ModelOwner:
+        if context is None:
+            return self._model
+        if not isinstance(context, Context):
+            raise TypeError(f"context must come from create_default_context(), not {context!r}")
+        return context
+
+    # Contexts, queries, inspection.
+
+    def create_default_context(self) -> Context:
+        """Return a context with a copy of the model, every frame at the identity in its parent."""
+        return Context(self._model.share())
+
+    def query_object(self, context: Context) -> QueryObject:
+        """Return a live query object: it sees later changes of the context, until baked."""
+        self._owner(context)
+        make = type(self)._query_type
+        assert make is not None
+        result: QueryObject = make(context)
+        return result
+
+    def model_inspector(self) -> SceneGraphInspector:
+        """Return an inspector of the scene graph's own model, which follows its changes."""
+        return SceneGraphInspector(self._model)
+
+    def collision_filter_manager(self, context: Context | None = None) -> CollisionFilterManager:
+        """Return what applies collision filter declarations to the model, or the context's."""
+        return CollisionFilterManager(self._owner(context))
+
+    @staticmethod
+    def world_frame_id() -> FrameId:
+        """Return the id of the world frame, the same in every scene graph."""
+        return WORLD_FRAME_ID
+
+    def source_is_registered(self, source_id: SourceId, *, context: Context | None = None) -> bool:
+        """Tell whether there is a source with this id."""
+        return SceneGraphInspector(self._owner(context)).source_is_registered(source_id)
+
+    # Registration.
+
+    def register_source(self, name: str = "", *, context: Context | None = None) -> SourceId:
+        """Add a source; its id is the token for all it does later.
+
+        Without a name one is made up. Raises NameConflictError if the name is taken or blank.
+        """
+        with self._owner(context).changing() as state:
+            return registration.add_source(state, name)
+
+    def register_frame(
+        self,
+        source_id: SourceId,
+        frame: GeometryFrame,
+        *,
+        parent: FrameId | None = None,
+        context: Context | None = None,
+    ) -> FrameId:
+        """Add a frame below ``parent``, a frame of the same source, or below the world.
+
+        Returns the frame's id. Raises NameConflictError if the source has a frame with that name,
+        or the frame is registered already.
+        """
+        with self._owner(context).changing() as state:
+            parent_id = WORLD_FRAME_ID if parent is None else parent
+            return registration.add_frame(state, source_id, frame, parent_id)
+
+    def register_geometry(
+        self,
+        source_id: SourceId,
+        parent: FrameId | GeometryId,
+        geometry: GeometryInstance,
+        *,
+        context: Context | None = None,
+    ) -> GeometryId:
+        """Add a geometry on a frame, or on another geometry whose frame it then shares.
+
+        It gets the roles its instance has properties for. Returns the geometry's id. Raises
+        NameConflictError if its name is taken on that frame for one of the roles or the instance
+        is registered already, and MeshError or PropertyError if it cannot get the proximity role.
+        """
+        with self._owner(context).changing() as state:
+            return registration.add_geometry(state, source_id, parent, geometry)
+
+    def register_anchored_geometry(
+        self, source_id: SourceId, geometry: GeometryInstance, *, context: Context | None = None
+    ) -> GeometryId:
+        """Add a geometry on the world, where it never moves: ``X_PG`` is ``X_WG``."""
+        return self.register_geometry(source_id, WORLD_FRAME_ID, geometry, context=context)
+
+    # Roles.
+
+    def assign_role(
+        self,
+        source_id: SourceId,
+        geometry_id: GeometryId,
+        properties: GeometryProperties,
+        assign: RoleAssign = RoleAssign.NEW,
+        *,
+        context: Context | None = None,
+    ) -> None:
+        """Give a geometry the role that the type of the properties stands for.
+
+        Raises RoleError if it has the role already (NEW) or not yet (REPLACE), NameConflictError
+        if another geometry on its frame has that role and its name, and MeshError or PropertyError
+        if it cannot get the proximity role. The properties are copied.
+        """
+        with self._owner(context).changing() as state:
+            alteration.assign_role(state, source_id, geometry_id, properties, assign)
+
+    def remove_role(
+        self,
+        source_id: SourceId,
+        target: FrameId | GeometryId,
+        role: Role,
+        *,
+        context: Context | None = None,
+    ) -> int:
+        """Take a role from a geometry, or from all the source's geometries on a frame.
+
+        Returns how many had it. What collision filters said about them is forgotten with the
+        proximity role.
+        """
+        with self._owner(context).changing() as state:
+            return removal.remove_role(state, source_id, target, role)
+
+    # Removal.
+
+    def remove_geometry(
+        self, source_id: SourceId, geometry_id: GeometryId, *, context: Context | None = None
+    ) -> None:
+        """Remove a geometry, and the geometries that hang on it."""
+        with self._owner(context).changing() as state:
+            removal.remove_geometry(state, source_id, geometry_id)
+
+    def remove_frame(
+        self, source_id: SourceId, frame_id: FrameId, *, context: Context | None = None
+    ) -> None:
+        """Remove a frame, the frames below it and all their geometries."""
+        with self._owner(context).changing() as state:
+            removal.remove_frame(state, source_id, frame_id)
+
+    def remove_source(self, source_id: SourceId, *, context: Context | None = None) -> None:
+        """Remove a source with all its frames and geometries."""
+        with self._owner(context).changing() as state:
+            removal.remove_source(state, source_id)
+
+    # Alteration.
+
+    def change_shape(
+        self,
+        source_id: SourceId,
+        geometry_id: GeometryId,
+        shape: Shape,
+        X_FG: Any | None = None,
+        *,
+        context: Context | None = None,
+    ) -> None:
+        """Replace a geometry's shape, and its pose ``(4, 4)`` in its frame if one is given.
+
+        Geometries that hang on it move along. Roles and filters stay.
+        """
+        with self._owner(context).changing() as state:
+            alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
+
+    def rename_frame(
+        self, source_id: SourceId, frame_id: FrameId, name: str, *, context: Context | None = None
+    ) -> None:
+        """Rename a frame. Raises NameConflictError if its source has one of that name."""
+        with self._owner(context).changing() as state:
+            alteration.rename_frame(state, source_id, frame_id, name)
+
+    def rename_geometry(
+        self,
+        source_id: SourceId,
+        geometry_id: GeometryId,
+        name: str,
+        *,
+        context: Context | None = None,
+    ) -> None:
+        """Rename a geometry. Raises NameConflictError if the name is taken for one of its roles."""
+        with self._owner(context).changing() as state:
+            alteration.rename_geometry(state, source_id, geometry_id, name)

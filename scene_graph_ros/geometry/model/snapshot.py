@@ -1,0 +1,177 @@
+"""A model and poses that never change any more: what queries and publishers read."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.layout import RoleArrays
+from scene_graph_ros.geometry.model.proximity import ProximityArrays, proximity_arrays
+from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.spatial.pose_kernels import (
+    VALID,
+    store_poses,
+    world_poses,
+    world_poses_of_children,
+)
+from scene_graph_ros.geometry.spatial.poses import refuse_pose, to_pose_array
+
+__all__ = ["Snapshot", "refuse_frame_pose", "stacked_poses"]
+
+Poses = NDArray[np.float64]
+
+
+def refuse_frame_pose(name: str, status: int, value: Any) -> Exception:
+    """Return the error for an invalid pose of the frame called ``name``."""
+    return refuse_pose(f"X_PF of frame {name!r}", status, value)
+
+
+def stacked_poses(state: GeometryState, poses: Mapping[FrameId, Any]) -> tuple[Any, Poses]:
+    """Return the rows of the frames, and their poses as given, ``(k,)`` and ``(k, 4, 4)``.
+
+    Raises UnknownIdError for an unknown frame, OwnershipError for the world, and InvalidPoseError
+    for a pose that is no ``(4, 4)`` array.
+    """
+    layout = state.layout()
+    rows = np.empty(len(poses), dtype=np.int64)
+    X_PFs = np.empty((len(poses), 4, 4))
+    for i, (frame_id, X_PF) in enumerate(poses.items()):
+        record = state.frame(frame_id)
+        if frame_id == WORLD_FRAME_ID:
+            raise OwnershipError("the world frame cannot be moved")
+        label = f"X_PF of frame {record.name!r}"
+        array = to_pose_array(X_PF, label)
+        if array.ndim != 2:
+            raise InvalidPoseError(f"pose {label} must be one (4, 4) array, not {array.shape}")
+        rows[i] = layout.row[frame_id]
+        X_PFs[i] = array
+    return rows, X_PFs
+
+
+class Snapshot:
+    """One moment of a context. Everything derived from it is computed once, on first use.
+
+    Any number of threads may use a snapshot.
+    """
+
+    __slots__ = (
+        "_X_PF",
+        "_X_WF",
+        "_X_WG",
+        "_lock",
+        "_state",
+        "pose_version",
+    )
+
+    def __init__(self, state: GeometryState, X_PF: Poses, pose_version: int) -> None:
+        """Take a shared state, and poses ``(f, 4, 4)`` in its layout that nobody writes to."""
+        assert state.shared
+        self._state = state
+        self._X_PF = X_PF
+        self._X_WF: Poses | None = None
+        self._X_WG: dict[Role, Poses] = {}
+        self._lock = threading.Lock()
+        self.pose_version = pose_version
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """This snapshot; a context has the same property, and gives its current one."""
+        return self
+
+    @property
+    def state(self) -> GeometryState:
+        """The model, not to be changed."""
+        return self._state
+
+    @property
+    def inspector(self) -> SceneGraphInspector:
+        """Answers about the model of this snapshot."""
+        return SceneGraphInspector(self._state)
+
+    @property
+    def model_version(self) -> int:
+        """A number that is the same for the same model only."""
+        return self._state.version
+
+    @property
+    def proximity(self) -> ProximityArrays:
+        """The geometries with the proximity role."""
+        return proximity_arrays(self._state)
+
+    def role_arrays(self, role: Role) -> RoleArrays:
+        """Return ids, frames and fixed poses of the geometries with a role, rows by id."""
+        return self._state.role_arrays(role)
+
+    @property
+    def X_PF(self) -> Poses:
+        """(f, 4, 4) frames in their parents, not to be written to."""
+        return self._X_PF
+
+    @property
+    def X_WF(self) -> Poses:
+        """(f, 4, 4) frames in the world, not to be written to; row 0 is the world."""
+        result = self._X_WF
+        if result is None:
+            with self._lock:
+                result = self._X_WF
+                if result is None:
+                    result = np.empty_like(self._X_PF)
+                    world_poses(self._state.layout().parent, self._X_PF, result)
+                    self._X_WF = result
+        return result
+
+    @property
+    def X_WG(self) -> Poses:
+        """(n, 4, 4) geometries with the proximity role in the world, not to be written to."""
+        return self.X_WG_of(Role.PROXIMITY)
+
+    def X_WG_of(self, role: Role) -> Poses:
+        """Return ``(n, 4, 4)`` geometries with a role in the world, rows as in role_arrays."""
+        result = self._X_WG.get(role)
+        if result is None:
+            rows, X_WF = self._state.role_arrays(role), self.X_WF
+            with self._lock:
+                result = self._X_WG.get(role)
+                if result is None:
+                    result = np.empty_like(rows.X_FG)
+                    world_poses_of_children(rows.frame, X_WF, rows.X_FG, result)
+                    self._X_WG[role] = result
+        return result
+
+    def pose_in_world(self, target: FrameId | GeometryId) -> Poses:
+        """Return ``X_WF`` of a frame or ``X_WG`` of a geometry, a new ``(4, 4)`` array.
+
+        Raises UnknownIdError if there is no such frame or geometry.
+        """
+        if isinstance(target, GeometryId):
+            record = self._state.geometry(target)
+            return self._world_pose_of_frame(record.frame_id) @ record.X_FG
+        return self._world_pose_of_frame(self._state.frame(target).id)
+
+    def pose_in_parent(self, frame_id: FrameId) -> Poses:
+        """Return ``X_PF``, a new ``(4, 4)`` array. Raises UnknownIdError for an unknown frame."""
+        return self._X_PF[self._state.layout().row[self._state.frame(frame_id).id]].copy()
+
+    def _world_pose_of_frame(self, frame_id: FrameId) -> Poses:
+        return self.X_WF[self._state.layout().row[frame_id]].copy()
+
+    def with_frame_poses(self, poses: Mapping[FrameId, Any]) -> Snapshot:
+        """Return a snapshot with other poses for some frames, of any source: "what if".
+
+        Raises as Context.set_frame_poses does; this snapshot stays as it is.
+        """
+        rows, given = stacked_poses(self._state, poses)
+        X_PF = self._X_PF.copy()
+        bad, status = store_poses(given, rows, X_PF)
+        if status != VALID:
+            raise refuse_frame_pose(self._state.layout().names[rows[bad]], status, given[bad])
+        return Snapshot(self._state, X_PF, self.pose_version)

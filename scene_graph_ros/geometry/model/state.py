@@ -1,0 +1,243 @@
+"""The model: everything about sources, frames and geometries that does not depend on poses.
+
+A state is shared between a scene graph, its contexts and their snapshots until one of them
+changes it; that one then continues with a copy (see ``owner.py``). A shared state is never
+changed, so any number of threads may read it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import threading
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from scene_graph_ros.geometry.errors import OwnershipError, RoleError, UnknownIdError
+from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
+from scene_graph_ros.geometry.model.geometry_set import GeometrySet
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.model.layout import (
+    FrameLayout,
+    RoleArrays,
+    frame_layout,
+    role_arrays,
+)
+from scene_graph_ros.geometry.model.pair_filter import PairFilter
+from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID, FrameRecord, GeometryRecord
+from scene_graph_ros.geometry.model.roles import Role
+
+__all__ = ["ROLES", "GeometryState"]
+
+ROLES = (Role.PROXIMITY, Role.ILLUSTRATION, Role.PERCEPTION)
+_INTERNAL_SOURCE = SourceId.get_new_id()
+_versions = itertools.count(1)
+
+
+class GeometryState:
+    """Tables of records by id, and the indices into them.
+
+    Insertion-ordered dicts serve as ordered sets. Frames are stored parents before children.
+    """
+
+    def __init__(self) -> None:
+        world = FrameRecord(WORLD_FRAME_ID, _INTERNAL_SOURCE, WORLD_FRAME_ID, "world", 0)
+        self.shared = False
+        self.source_names: dict[SourceId, str] = {_INTERNAL_SOURCE: "scene_graph_internal"}
+        self.source_by_name: dict[str, SourceId] = {"scene_graph_internal": _INTERNAL_SOURCE}
+        self.source_frames: dict[SourceId, dict[FrameId, None]] = {_INTERNAL_SOURCE: {}}
+        self.frames: dict[FrameId, FrameRecord] = {WORLD_FRAME_ID: world}
+        self.frame_by_name: dict[tuple[SourceId, str], FrameId] = {}
+        self.frame_children: dict[FrameId, dict[FrameId, None]] = {WORLD_FRAME_ID: {}}
+        self.frame_geometries: dict[FrameId, dict[GeometryId, None]] = {WORLD_FRAME_ID: {}}
+        self.geometries: dict[GeometryId, GeometryRecord] = {}
+        self.geometry_children: dict[GeometryId, dict[GeometryId, None]] = {}
+        self.geometry_by_name: dict[tuple[FrameId, Role, str], GeometryId] = {}
+        self.with_role: dict[Role, dict[GeometryId, None]] = {role: {} for role in ROLES}
+        self.filters = PairFilter()
+        self.version = next(_versions)
+        self.role_versions: dict[Role, int] = {role: next(_versions) for role in ROLES}
+        self._caches: dict[str, Any] = {}
+        self._lock = threading.RLock()
+
+    def copy(self) -> GeometryState:
+        """Return an independent state; records and caches are shared, for they never change."""
+        result = object.__new__(GeometryState)
+        result.__dict__.update(self.__dict__)
+        result.shared = False
+        for name in (
+            "source_names",
+            "source_by_name",
+            "frames",
+            "frame_by_name",
+            "geometries",
+            "geometry_by_name",
+            "role_versions",
+        ):
+            setattr(result, name, dict(getattr(self, name)))
+        for name in (
+            "source_frames",
+            "frame_children",
+            "frame_geometries",
+            "geometry_children",
+            "with_role",
+        ):
+            nested = getattr(self, name)
+            setattr(result, name, {key: dict(members) for key, members in nested.items()})
+        result.filters = self.filters.copy()
+        with self._lock:
+            result._caches = dict(self._caches)
+        result._lock = threading.RLock()
+        return result
+
+    @property
+    def state(self) -> GeometryState:
+        """This state, so that an inspector takes it like any other holder of one."""
+        return self
+
+    # Versions and caches.
+
+    def changed(self, *, frames: bool = False, roles: Iterable[Role] = ()) -> None:
+        """Record a change, and forget what was derived from the parts that changed."""
+        self.version = next(_versions)
+        if frames:
+            self._forget("layout", "arrays", "proximity")
+        for role in roles:
+            self.role_versions[role] = next(_versions)
+            self._forget(f"arrays {role.name}")
+            if role is Role.PROXIMITY:
+                self._forget("proximity", "table", "pairs")
+
+    def filters_changed(self) -> None:
+        """Record a change of the collision filters alone: shapes and poses are kept."""
+        self.version = next(_versions)
+        self.role_versions[Role.PROXIMITY] = next(_versions)
+        self._forget("proximity", "pairs")
+
+    def _forget(self, *prefixes: str) -> None:
+        for key in [key for key in self._caches if key.startswith(prefixes)]:
+            del self._caches[key]
+
+    def cached(self, key: str, compute: Callable[[], Any]) -> Any:
+        """Return a derived value, computed once; other threads wait for it."""
+        value = self._caches.get(key)
+        if value is None:
+            with self._lock:
+                value = self._caches.get(key)
+                if value is None:
+                    value = self._caches[key] = compute()
+        return value
+
+    def layout(self) -> FrameLayout:
+        """Return the rows of the frames."""
+        result: FrameLayout = self.cached(
+            "layout", lambda: frame_layout(self.frames.values(), self.source_names)
+        )
+        return result
+
+    def role_arrays(self, role: Role) -> RoleArrays:
+        """Return the rows of the geometries with a role."""
+        result: RoleArrays = self.cached(
+            f"arrays {role.name}",
+            lambda: role_arrays(
+                [self.geometries[i] for i in self.with_role[role]], self.layout()
+            ),
+        )
+        return result
+
+    # Look-ups that refuse what is not there.
+
+    def require_source(self, source_id: Any) -> SourceId:
+        """Return the id. Raises UnknownIdError if no such source is registered."""
+        if not isinstance(source_id, SourceId) or source_id not in self.source_names:
+            raise UnknownIdError(f"no source is registered with id {source_id!r}")
+        return source_id
+
+    def frame(self, frame_id: Any) -> FrameRecord:
+        """Return a frame. Raises UnknownIdError if no such frame is registered."""
+        record = self.frames.get(frame_id) if isinstance(frame_id, FrameId) else None
+        if record is None:
+            raise UnknownIdError(f"no frame is registered with id {frame_id!r}")
+        return record
+
+    def geometry(self, geometry_id: Any) -> GeometryRecord:
+        """Return a geometry. Raises UnknownIdError if no such geometry is registered."""
+        record = self.geometries.get(geometry_id) if isinstance(geometry_id, GeometryId) else None
+        if record is None:
+            raise UnknownIdError(f"no geometry is registered with id {geometry_id!r}")
+        return record
+
+    def own_frame(self, source_id: SourceId, frame_id: FrameId) -> FrameRecord:
+        """Return a frame of a source. Raises OwnershipError if another source registered it."""
+        self.require_source(source_id)
+        record = self.frame(frame_id)
+        if record.source_id != source_id:
+            raise OwnershipError(
+                f"frame {record.name!r} ({frame_id!r}) belongs to source"
+                f" {self.source_names[record.source_id]!r}, not to"
+                f" {self.source_names[source_id]!r}"
+            )
+        return record
+
+    def own_geometry(self, source_id: SourceId, geometry_id: GeometryId) -> GeometryRecord:
+        """Return a geometry of a source. Raises OwnershipError if another registered it."""
+        self.require_source(source_id)
+        record = self.geometry(geometry_id)
+        if record.source_id != source_id:
+            raise OwnershipError(
+                f"geometry {record.name!r} ({geometry_id!r}) belongs to source"
+                f" {self.source_names[record.source_id]!r}, not to"
+                f" {self.source_names[source_id]!r}"
+            )
+        return record
+
+    # Sets and pairs.
+
+    def ids_of_set(self, geometry_set: GeometrySet, role: Role | None = None) -> set[GeometryId]:
+        """Return the geometries a set means, those with ``role`` only if it is given.
+
+        Raises UnknownIdError if the set has ids that are not registered.
+        """
+        found = {self.geometry(geometry_id).id for geometry_id in geometry_set.geometry_ids()}
+        for frame_id in geometry_set.frame_ids():
+            found.update(self.frame_geometries[self.frame(frame_id).id])
+        if role is None:
+            return found
+        return {i for i in found if self.has_role(self.geometries[i], role)}
+
+    def proximity_ids(
+        self, geometry_set: GeometrySet, scope: CollisionFilterScope
+    ) -> frozenset[GeometryId]:
+        """Return the geometries of a set that a filter declaration is about."""
+        ids = self.ids_of_set(geometry_set, Role.PROXIMITY)
+        if scope is CollisionFilterScope.OMIT_DEFORMABLE:
+            ids = {i for i in ids if not self.is_deformable(i)}
+        return frozenset(ids)
+
+    @staticmethod
+    def has_role(record: GeometryRecord, role: Role) -> bool:
+        """Tell whether a geometry has a role; UNASSIGNED means it has none."""
+        if role is Role.UNASSIGNED:
+            return not record.properties
+        return role in record.properties
+
+    def is_deformable(self, geometry_id: GeometryId) -> bool:
+        """Tell whether a geometry deforms; every shape of this model is rigid."""
+        self.geometry(geometry_id)
+        return False
+
+    def collision_filtered(self, id_A: GeometryId, id_B: GeometryId) -> bool:
+        """Tell whether a pair is never checked: by its frames, or by declarations.
+
+        Raises RoleError if one of the two has no proximity role.
+        """
+        records = (self.geometry(id_A), self.geometry(id_B))
+        for record in records:
+            if Role.PROXIMITY not in record.properties:
+                raise RoleError(
+                    f"geometry {record.name!r} ({record.id!r}) has no proximity role, so it is in"
+                    " no pair that could be filtered"
+                )
+        # Two anchored geometries are on one frame, the world.
+        if records[0].frame_id == records[1].frame_id:
+            return True
+        return self.filters.is_excluded(id_A, id_B)

@@ -1,0 +1,1 @@
+"""What things are: one file per shape, without pose, role or picture."""

@@ -1,0 +1,37 @@
+"""A cylinder along z."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.shape import Shape, checked_size, symmetric_bounds
+
+__all__ = ["Cylinder"]
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder(Shape):
+    """A solid cylinder of ``length`` along z, centred on the origin."""
+
+    kind: ClassVar[ShapeKind] = ShapeKind.CYLINDER
+    radius: float
+    length: float
+
+    def __post_init__(self) -> None:
+        for field in ("radius", "length"):
+            size = checked_size("Cylinder", field, getattr(self, field))
+            object.__setattr__(self, field, size)
+
+    def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the corners of the box around the shape."""
+        return symmetric_bounds((self.radius, self.radius, 0.5 * self.length))
+
+    def volume(self) -> float:
+        """Return pi r^2 times the length in m^3."""
+        return math.pi * self.radius**2 * self.length

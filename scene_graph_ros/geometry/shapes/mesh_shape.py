@@ -1,0 +1,249 @@
+"""What Convex and Mesh share: where their data comes from, and their scale.
+
+The data is one of: a file, the content of a file held in memory, or arrays. It is looked at here
+only as far as it needs no parser; the mesh layer reads it when a geometry is registered for
+proximity.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Hashable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.errors import InvalidShapeError
+from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SCALE
+
+__all__ = ["MeshShape"]
+
+Scale = float | tuple[float, float, float] | ArrayLike
+
+
+class MeshShape(Shape):
+    """A shape given by vertices and triangles in frame G before scaling, units of metres."""
+
+    __slots__ = ("_digest", "contents", "faces", "file_type", "path", "scale", "vertices")
+
+    path: Path | None
+    """The absolute path of the file, or None."""
+    contents: bytes | None
+    """The content of a file held in memory, or None."""
+    file_type: str
+    """Lower-case extension without a dot, e.g. ``"obj"``; empty for arrays."""
+    vertices: NDArray[np.float64] | None
+    """(n, 3), read-only, or None."""
+    faces: NDArray[np.int64] | None
+    """(m, 3) indices into ``vertices``, counter-clockwise seen from outside, read-only, or None."""
+    scale: tuple[float, float, float]
+    """Factor per axis of G; negative factors mirror."""
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        scale: Scale = 1.0,
+        *,
+        vertices: ArrayLike | None = None,
+        faces: ArrayLike | None = None,
+        contents: bytes | str | None = None,
+        file_type: str | None = None,
+    ) -> None:
+        """Describe a mesh by a file, by arrays or by a file's content.
+
+        Raises InvalidShapeError for a file that cannot be read, arrays that are no mesh, or a
+        scale that is not finite or smaller in magnitude than MIN_SCALE.
+        """
+        name = type(self).__name__
+        if sum(source is not None for source in (path, vertices, contents)) != 1:
+            raise InvalidShapeError(f"{name}: give exactly one of path, vertices or contents")
+        if faces is not None and vertices is None:
+            raise InvalidShapeError(f"{name}: faces come with vertices, not with a file")
+        if file_type is not None and contents is None:
+            raise InvalidShapeError(f"{name}: file_type {file_type!r} comes with contents")
+        put = object.__setattr__
+        put(self, "path", None)
+        put(self, "contents", None)
+        put(self, "file_type", "")
+        put(self, "vertices", None)
+        put(self, "faces", None)
+        put(self, "scale", _checked_scale(name, scale))
+        if path is not None:
+            put(self, "path", _checked_path(name, path))
+            put(self, "file_type", Path(path).suffix.lower().lstrip("."))
+            put(self, "_digest", str(self.path))
+            return
+        if contents is not None:
+            put(self, "contents", _checked_contents(name, contents))
+            put(self, "file_type", _checked_file_type(name, file_type))
+        else:
+            put(self, "vertices", _checked_vertices(name, vertices))
+            if faces is not None:
+                put(self, "faces", _checked_faces(name, faces, len(self.vertices)))
+        put(self, "_digest", self._digest_of_data())
+
+    def _digest_of_data(self) -> str:
+        digest = hashlib.blake2b(digest_size=16)
+        for part in (self.contents, self.vertices, self.faces):
+            if part is not None:
+                digest.update(memoryview(part).cast("B") if len(part) else b"")
+                digest.update(b"|%d|" % len(part))
+        return f"{self.file_type}:{digest.hexdigest()}"
+
+    @property
+    def source_key(self) -> Hashable:
+        """The identity of the unscaled data: equal keys mean equal vertices and faces.
+
+        For a file it changes when the file is written again.
+        """
+        if self.path is None:
+            return self._digest
+        try:
+            status = self.path.stat()
+        except OSError as error:
+            raise InvalidShapeError(
+                f"{self.type_name}: cannot read file {str(self.path)!r}: {error.strerror}"
+            ) from error
+        return (self._digest, status.st_mtime_ns, status.st_size)
+
+    @property
+    def filename(self) -> str:
+        """The absolute path as text; empty for data in memory."""
+        return "" if self.path is None else str(self.path)
+
+    @property
+    def extension(self) -> str:
+        """The file type with its dot, e.g. ``".obj"``; empty for arrays."""
+        return f".{self.file_type}" if self.file_type else ""
+
+    def with_scale(self, scale: Scale) -> MeshShape:
+        """Return the same data with another scale."""
+        result = object.__new__(type(self))
+        for slot in MeshShape.__slots__:
+            object.__setattr__(result, slot, getattr(self, slot))
+        object.__setattr__(result, "scale", _checked_scale(self.type_name, scale))
+        return result
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{self.type_name} is immutable: cannot set {name!r}")
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{self.type_name} is immutable: cannot delete {name!r}")
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._digest == other._digest and self.scale == other.scale
+
+    def __hash__(self) -> int:
+        return hash((type(self), self._digest, self.scale))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restore, (type(self), [getattr(self, slot) for slot in MeshShape.__slots__])
+
+    def __repr__(self) -> str:
+        if self.path is not None:
+            source = repr(str(self.path))
+        elif self.contents is not None:
+            source = f"contents=<{len(self.contents)} bytes>, file_type={self.file_type!r}"
+        else:
+            source = f"vertices=<{len(self.vertices)}>"
+            if self.faces is not None:
+                source += f", faces=<{len(self.faces)}>"
+        scale = self.scale if len(set(self.scale)) > 1 else self.scale[0]
+        return f"{self.type_name}({source}, scale={scale!r})"
+
+
+def _restore(cls: type[MeshShape], values: list[Any]) -> MeshShape:
+    result = object.__new__(cls)
+    for slot, value in zip(MeshShape.__slots__, values, strict=True):
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+        object.__setattr__(result, slot, value)
+    return result
+
+
+def _checked_scale(name: str, scale: Any) -> tuple[float, float, float]:
+    try:
+        array = np.asarray(scale, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidShapeError(f"{name}: scale must be one or three numbers: {scale!r}") from error
+    if array.shape not in ((), (3,)):
+        raise InvalidShapeError(f"{name}: scale must be one or three numbers, not {scale!r}")
+    factors = np.broadcast_to(array, 3)
+    if not np.isfinite(factors).all() or np.abs(factors).max() > MAX_SHAPE_SIZE:
+        raise InvalidShapeError(
+            f"{name}: scale must be finite and at most {MAX_SHAPE_SIZE:g}, not {scale!r}"
+        )
+    if np.abs(factors).min() < MIN_SCALE:
+        raise InvalidShapeError(
+            f"{name}: scale must be at least {MIN_SCALE:g} in magnitude, not {scale!r}"
+        )
+    return (float(factors[0]), float(factors[1]), float(factors[2]))
+
+
+def _checked_path(name: str, path: str | os.PathLike[str]) -> Path:
+    if not isinstance(path, (str, os.PathLike)):
+        raise InvalidShapeError(f"{name}: path must be a file's path, not {path!r}")
+    # Not resolved: a link keeps its name, which tells the file type and appears in markers.
+    absolute = Path(os.path.abspath(os.fspath(path)))
+    try:
+        with absolute.open("rb"):
+            return absolute
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InvalidShapeError(f"{name}: cannot read file {str(path)!r}: {reason}") from error
+
+
+def _checked_contents(name: str, contents: Any) -> bytes:
+    data = contents.encode() if isinstance(contents, str) else contents
+    if not isinstance(data, (bytes, bytearray, memoryview)) or len(data) == 0:
+        raise InvalidShapeError(f"{name}: contents must be the bytes of a file, not {contents!r}")
+    return bytes(data)
+
+
+def _checked_file_type(name: str, file_type: Any) -> str:
+    if not isinstance(file_type, str) or not file_type.strip(" ."):
+        raise InvalidShapeError(
+            f'{name}: contents need a file_type such as "obj", not {file_type!r}'
+        )
+    return file_type.strip(" .").lower()
+
+
+def _checked_vertices(name: str, vertices: Any) -> NDArray[np.float64]:
+    try:
+        array = np.array(vertices, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise InvalidShapeError(f"{name}: vertices must be (n, 3) numbers: {error}") from error
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
+        raise InvalidShapeError(f"{name}: vertices must be (n, 3) with n > 0, not {array.shape}")
+    bad = ~(np.isfinite(array) & (np.abs(array) <= MAX_SHAPE_SIZE)).all(axis=1)
+    if bad.any():
+        row = int(bad.argmax())
+        raise InvalidShapeError(
+            f"{name}: vertices[{row}] must be finite and within {MAX_SHAPE_SIZE:g} m,"
+            f" not {array[row].tolist()}"
+        )
+    array.setflags(write=False)
+    return array
+
+
+def _checked_faces(name: str, faces: Any, vertex_count: int) -> NDArray[np.int64]:
+    raw = np.asarray(faces)
+    if raw.ndim != 2 or raw.shape[1] != 3 or len(raw) == 0 or raw.dtype.kind not in "iu":
+        raise InvalidShapeError(
+            f"{name}: faces must be (m, 3) integers with m > 0, not {raw.shape} {raw.dtype}"
+        )
+    bad = ((raw < 0) | (raw >= vertex_count)).any(axis=1)
+    if bad.any():
+        row = int(bad.argmax())
+        raise InvalidShapeError(
+            f"{name}: faces[{row}] must index the {vertex_count} vertices, not {raw[row].tolist()}"
+        )
+    array = np.array(raw, dtype=np.int64, order="C")
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,66 @@
+"""What all shapes have in common, and the checks of their parameters."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import InvalidShapeError
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
+
+__all__ = ["Shape", "checked_size", "symmetric_bounds"]
+
+
+class Shape:
+    """A shape in its canonical frame G. Shapes are immutable; equal parameters mean equal shapes.
+
+    Lengths are in metres.
+    """
+
+    __slots__ = ()
+    kind: ClassVar[ShapeKind]
+
+    @property
+    def type_name(self) -> str:
+        """The name of the shape's class, e.g. ``"Sphere"``."""
+        return type(self).__name__
+
+    def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the lower and upper corner ``(3,)`` of the tight box around the shape in G."""
+        raise NotImplementedError(f"{self.type_name} has no bounds without its mesh data")
+
+    def volume(self) -> float:
+        """Return the volume in m^3; infinite for a half space."""
+        raise NotImplementedError(f"{self.type_name} has no volume without its mesh data")
+
+
+def checked_size(shape_name: str, field: str, value: Any) -> float:
+    """Return a size parameter in metres as ``float``.
+
+    Raises InvalidShapeError, naming shape, field and value, unless it is a finite number between
+    MIN_SHAPE_SIZE and MAX_SHAPE_SIZE.
+    """
+    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+        raise InvalidShapeError(f"{shape_name}: {field} must be a number, not {value!r}")
+    size = float(value)
+    if not math.isfinite(size) or size <= 0.0:
+        raise InvalidShapeError(f"{shape_name}: {field} must be positive and finite, not {value!r}")
+    if not MIN_SHAPE_SIZE <= size <= MAX_SHAPE_SIZE:
+        raise InvalidShapeError(
+            f"{shape_name}: {field} must be between {MIN_SHAPE_SIZE:g} and {MAX_SHAPE_SIZE:g} m,"
+            f" not {value!r}"
+        )
+    return size
+
+
+def symmetric_bounds(
+    half_extents: tuple[float, float, float],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the corners ``-h`` and ``h`` of a box centred on the origin."""
+    upper = np.array(half_extents)
+    return -upper, upper

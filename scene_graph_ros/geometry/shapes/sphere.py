@@ -1,0 +1,36 @@
+"""A ball around the origin."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.shape import Shape, checked_size, symmetric_bounds
+
+__all__ = ["Sphere"]
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere(Shape):
+    """A ball of the given radius, centred on the origin of G."""
+
+    kind: ClassVar[ShapeKind] = ShapeKind.SPHERE
+    radius: float
+
+    def __post_init__(self) -> None:
+        for field in ("radius",):
+            size = checked_size("Sphere", field, getattr(self, field))
+            object.__setattr__(self, field, size)
+
+    def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the corners of the box around the shape."""
+        return symmetric_bounds((self.radius, self.radius, self.radius))
+
+    def volume(self) -> float:
+        """Return 4/3 pi r^3 in m^3."""
+        return 4.0 / 3.0 * math.pi * self.radius**3

@@ -1,0 +1,280 @@
+"""Loops over poses: checks, products, quaternions. Poses are rows of ``(n, 4, 4)`` arrays."""
+
+import math
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.tolerances import (
+    MAX_COORDINATE,
+    QUATERNION_NORM_DEFECT,
+    ROTATION_DEFECT,
+    ROTATION_ROUNDING,
+)
+
+__all__ = [
+    "BAD_BOTTOM_ROW",
+    "FAR_AWAY",
+    "NOT_FINITE",
+    "NOT_ORTHONORMAL",
+    "NOT_UNIT",
+    "REFLECTION",
+    "VALID",
+    "check_poses",
+    "compose_pose",
+    "invert_poses",
+    "poses_from_quaternions_kernel",
+    "quaternions_from_poses_kernel",
+    "store_poses",
+    "world_poses",
+    "world_poses_of_children",
+]
+
+VALID = 0
+NOT_FINITE = 1
+BAD_BOTTOM_ROW = 2
+FAR_AWAY = 3
+NOT_ORTHONORMAL = 4
+REFLECTION = 5
+NOT_UNIT = 6
+
+_POLISH_STEPS = 3  # The error is squared by each step: 1e-6 becomes rounding after two.
+
+
+@kernel
+def _rotation_defect(X, i):
+    """Return the largest entry of ``abs(R.T @ R - I)`` of row i."""
+    worst = 0.0
+    for a in range(3):
+        for b in range(a, 3):
+            product = X[i, 0, a] * X[i, 0, b] + X[i, 1, a] * X[i, 1, b] + X[i, 2, a] * X[i, 2, b]
+            if a == b:
+                product -= 1.0
+            worst = max(worst, abs(product))
+    return worst
+
+
+@kernel
+def _determinant(X, i):
+    """Return the determinant of the rotation of row i."""
+    return (
+        X[i, 0, 0] * (X[i, 1, 1] * X[i, 2, 2] - X[i, 1, 2] * X[i, 2, 1])
+        - X[i, 0, 1] * (X[i, 1, 0] * X[i, 2, 2] - X[i, 1, 2] * X[i, 2, 0])
+        + X[i, 0, 2] * (X[i, 1, 0] * X[i, 2, 1] - X[i, 1, 1] * X[i, 2, 0])
+    )
+
+
+@kernel
+def _pose_status(X, i):
+    """Tell what is wrong with row i: one of the status constants of this module."""
+    for row in range(4):
+        for column in range(4):
+            if not math.isfinite(X[i, row, column]):
+                return NOT_FINITE
+    for column in range(4):
+        expected = 1.0 if column == 3 else 0.0
+        if abs(X[i, 3, column] - expected) > ROTATION_DEFECT:
+            return BAD_BOTTOM_ROW
+    for row in range(3):
+        if abs(X[i, row, 3]) > MAX_COORDINATE:
+            return FAR_AWAY
+    if not _rotation_defect(X, i) <= ROTATION_DEFECT:
+        return NOT_ORTHONORMAL
+    if _determinant(X, i) < 0.0:
+        return REFLECTION
+    return VALID
+
+
+@kernel
+def check_poses(X):
+    """Return (row, status) of the first invalid pose, or (-1, VALID)."""
+    for i in range(X.shape[0]):
+        status = _pose_status(X, i)
+        if status != VALID:
+            return i, status
+    return -1, VALID
+
+
+@kernel
+def _polish_rotation(out, k):
+    """Make the rotation of row k orthonormal to rounding: R <- R (3 I - R^T R) / 2.
+
+    The Newton-Schulz iteration for the polar factor (Higham, Functions of Matrices, eq. 8.20).
+    """
+    for _ in range(_POLISH_STEPS):
+        if _rotation_defect(out, k) <= ROTATION_ROUNDING:
+            return
+        a00, a01, a02 = out[k, 0, 0], out[k, 0, 1], out[k, 0, 2]
+        a10, a11, a12 = out[k, 1, 0], out[k, 1, 1], out[k, 1, 2]
+        a20, a21, a22 = out[k, 2, 0], out[k, 2, 1], out[k, 2, 2]
+        s00 = 1.5 - 0.5 * (a00 * a00 + a10 * a10 + a20 * a20)
+        s11 = 1.5 - 0.5 * (a01 * a01 + a11 * a11 + a21 * a21)
+        s22 = 1.5 - 0.5 * (a02 * a02 + a12 * a12 + a22 * a22)
+        s01 = -0.5 * (a00 * a01 + a10 * a11 + a20 * a21)
+        s02 = -0.5 * (a00 * a02 + a10 * a12 + a20 * a22)
+        s12 = -0.5 * (a01 * a02 + a11 * a12 + a21 * a22)
+        for row in range(3):
+            x, y, z = out[k, row, 0], out[k, row, 1], out[k, row, 2]
+            out[k, row, 0] = x * s00 + y * s01 + z * s02
+            out[k, row, 1] = x * s01 + y * s11 + z * s12
+            out[k, row, 2] = x * s02 + y * s12 + z * s22
+
+
+@kernel
+def store_poses(X, rows, out):
+    """Check all poses of X, then write row i to ``out[rows[i]]``, made rigid to rounding.
+
+    Returns (row, status) of the first invalid pose; then nothing was written.
+    """
+    for i in range(X.shape[0]):
+        status = _pose_status(X, i)
+        if status != VALID:
+            return i, status
+    for i in range(X.shape[0]):
+        k = rows[i]
+        for row in range(3):
+            for column in range(4):
+                out[k, row, column] = X[i, row, column]
+        out[k, 3, 0] = 0.0
+        out[k, 3, 1] = 0.0
+        out[k, 3, 2] = 0.0
+        out[k, 3, 3] = 1.0
+        _polish_rotation(out, k)
+    return -1, VALID
+
+
+@kernel
+def compose_pose(X_AB, i, X_BC, j, X_AC, k):
+    """Write ``X_AB[i] X_BC[j]`` to ``X_AC[k]``."""
+    for row in range(3):
+        r0, r1, r2 = X_AB[i, row, 0], X_AB[i, row, 1], X_AB[i, row, 2]
+        for column in range(3):
+            X_AC[k, row, column] = (
+                r0 * X_BC[j, 0, column] + r1 * X_BC[j, 1, column] + r2 * X_BC[j, 2, column]
+            )
+        X_AC[k, row, 3] = (
+            r0 * X_BC[j, 0, 3] + r1 * X_BC[j, 1, 3] + r2 * X_BC[j, 2, 3] + X_AB[i, row, 3]
+        )
+    X_AC[k, 3, 0] = 0.0
+    X_AC[k, 3, 1] = 0.0
+    X_AC[k, 3, 2] = 0.0
+    X_AC[k, 3, 3] = 1.0
+
+
+@kernel
+def world_poses(parent, X_PF, X_WF):
+    """Sweep a tree of frames from its root: ``X_WF[i] = X_WF[parent[i]] X_PF[i]``.
+
+    Rows are ordered with parents before children; row 0 is the world, its own parent.
+    """
+    for row in range(4):
+        for column in range(4):
+            X_WF[0, row, column] = 1.0 if row == column else 0.0
+    for i in range(1, X_PF.shape[0]):
+        compose_pose(X_WF, parent[i], X_PF, i, X_WF, i)
+
+
+@kernel
+def world_poses_of_children(frame, X_WF, X_FG, X_WG):
+    """Place geometries on their frames: ``X_WG[i] = X_WF[frame[i]] X_FG[i]``."""
+    for i in range(X_FG.shape[0]):
+        compose_pose(X_WF, frame[i], X_FG, i, X_WG, i)
+
+
+@kernel
+def invert_poses(X_AB, X_BA):
+    """Write the inverses of rigid poses."""
+    for i in range(X_AB.shape[0]):
+        for row in range(3):
+            for column in range(3):
+                X_BA[i, row, column] = X_AB[i, column, row]
+            X_BA[i, row, 3] = -(
+                X_AB[i, 0, row] * X_AB[i, 0, 3]
+                + X_AB[i, 1, row] * X_AB[i, 1, 3]
+                + X_AB[i, 2, row] * X_AB[i, 2, 3]
+            )
+            X_BA[i, 3, row] = 0.0
+        X_BA[i, 3, 3] = 1.0
+
+
+@kernel
+def _quaternion_status(p, q, i):
+    """Tell what is wrong with row i of positions and quaternions (x, y, z, w)."""
+    square = 0.0
+    for k in range(4):
+        if not math.isfinite(q[i, k]):
+            return NOT_FINITE
+        square += q[i, k] * q[i, k]
+    for k in range(3):
+        if not math.isfinite(p[i, k]):
+            return NOT_FINITE
+        if abs(p[i, k]) > MAX_COORDINATE:
+            return FAR_AWAY
+    if not abs(math.sqrt(square) - 1.0) <= QUATERNION_NORM_DEFECT:
+        return NOT_UNIT
+    return VALID
+
+
+@kernel
+def poses_from_quaternions_kernel(p, q, X):
+    """Write poses from positions (n, 3) and quaternions (n, 4) in the order x, y, z, w.
+
+    Returns (row, status) of the first invalid row; rows from there on are not written.
+    """
+    for i in range(p.shape[0]):
+        status = _quaternion_status(p, q, i)
+        if status != VALID:
+            return i, status
+        x, y, z, w = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
+        # Diebel, Representing Attitude, eq. 125; dividing by the norm makes it a rotation.
+        s = 2.0 / (x * x + y * y + z * z + w * w)
+        X[i, 0, 0] = 1.0 - s * (y * y + z * z)
+        X[i, 0, 1] = s * (x * y - z * w)
+        X[i, 0, 2] = s * (x * z + y * w)
+        X[i, 1, 0] = s * (x * y + z * w)
+        X[i, 1, 1] = 1.0 - s * (x * x + z * z)
+        X[i, 1, 2] = s * (y * z - x * w)
+        X[i, 2, 0] = s * (x * z - y * w)
+        X[i, 2, 1] = s * (y * z + x * w)
+        X[i, 2, 2] = 1.0 - s * (x * x + y * y)
+        for row in range(3):
+            X[i, row, 3] = p[i, row]
+            X[i, 3, row] = 0.0
+        X[i, 3, 3] = 1.0
+    return -1, VALID
+
+
+@kernel
+def quaternions_from_poses_kernel(X, q):
+    """Write unit quaternions (x, y, z, w) with w >= 0; the largest component is computed first.
+
+    Shepperd's method (Journal of Guidance and Control, 1978): no loss near half turns.
+    """
+    for i in range(X.shape[0]):
+        r00, r11, r22 = X[i, 0, 0], X[i, 1, 1], X[i, 2, 2]
+        trace = r00 + r11 + r22
+        if trace >= r00 and trace >= r11 and trace >= r22:
+            x = X[i, 2, 1] - X[i, 1, 2]
+            y = X[i, 0, 2] - X[i, 2, 0]
+            z = X[i, 1, 0] - X[i, 0, 1]
+            w = 1.0 + trace
+        elif r00 >= r11 and r00 >= r22:
+            x = 1.0 + r00 - r11 - r22
+            y = X[i, 0, 1] + X[i, 1, 0]
+            z = X[i, 0, 2] + X[i, 2, 0]
+            w = X[i, 2, 1] - X[i, 1, 2]
+        elif r11 >= r22:
+            x = X[i, 0, 1] + X[i, 1, 0]
+            y = 1.0 - r00 + r11 - r22
+            z = X[i, 1, 2] + X[i, 2, 1]
+            w = X[i, 0, 2] - X[i, 2, 0]
+        else:
+            x = X[i, 0, 2] + X[i, 2, 0]
+            y = X[i, 1, 2] + X[i, 2, 1]
+            z = 1.0 - r00 - r11 + r22
+            w = X[i, 1, 0] - X[i, 0, 1]
+        length = math.sqrt(x * x + y * y + z * z + w * w)
+        if w < 0.0:
+            length = -length
+        q[i, 0] = x / length
+        q[i, 1] = y / length
+        q[i, 2] = z / length
+        q[i, 3] = w / length

@@ -1,0 +1,194 @@
+"""The border for poses: whatever comes in leaves as a rigid, contiguous ``float64`` array.
+
+``X_AB`` is the pose of frame B measured and expressed in frame A: ``p_AQ = X_AB @ p_BQ``.
+Quaternions are in ROS order (x, y, z, w), angles in radians, lengths in metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.geometry.spatial import pose_kernels as kernels
+from scene_graph_ros.geometry.tolerances import (
+    MAX_COORDINATE,
+    QUATERNION_NORM_DEFECT,
+    ROTATION_DEFECT,
+)
+
+__all__ = [
+    "as_pose",
+    "as_poses",
+    "compose",
+    "identity",
+    "inverse",
+    "pose_from_xyz_rpy",
+    "poses_from_quaternions",
+    "quaternions_from_poses",
+    "refuse_pose",
+    "rotation_from_rpy",
+    "rpy_from_rotation",
+    "to_pose_array",
+]
+
+Poses = NDArray[np.float64]
+
+_REASONS = {
+    kernels.NOT_FINITE: "has an entry that is not finite",
+    kernels.BAD_BOTTOM_ROW: "has a last row other than 0, 0, 0, 1",
+    kernels.FAR_AWAY: f"has a coordinate beyond {MAX_COORDINATE:g} m",
+    kernels.NOT_ORTHONORMAL: f"is not rigid: R.T @ R differs from I by more than {ROTATION_DEFECT:g}",
+    kernels.REFLECTION: "is a reflection: its determinant is negative",
+    kernels.NOT_UNIT: f"has a quaternion whose norm is off 1 by more than {QUATERNION_NORM_DEFECT:g}",
+}
+
+
+def _quote(value: Any) -> str:
+    return np.array2string(np.asarray(value), precision=9, separator=", ").replace("\n", "")
+
+
+def refuse_pose(name: str, status: int, value: Any) -> InvalidPoseError:
+    """Return the error that names a pose, what is wrong with it, and its value."""
+    return InvalidPoseError(f"pose {name} {_REASONS[status]}: {_quote(value)}")
+
+
+def to_pose_array(X: Any, name: str) -> Poses:
+    """Return X as contiguous ``float64``, ``(4, 4)`` or ``(n, 4, 4)``, its values unchecked.
+
+    Anything with ``as_matrix()`` is accepted. Raises InvalidPoseError for another shape or type.
+    """
+    if not isinstance(X, np.ndarray) and hasattr(X, "as_matrix"):
+        X = X.as_matrix()
+    try:
+        array = np.ascontiguousarray(X, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidPoseError(f"pose {name} is not an array of numbers: {X!r}") from error
+    if array.shape[-2:] != (4, 4) or array.ndim not in (2, 3) or np.iscomplexobj(X):
+        raise InvalidPoseError(
+            f"pose {name} must be (4, 4) or (n, 4, 4) real numbers, not {array.shape}: {_quote(X)}"
+        )
+    # A read-only array is another type to numba: without the copy it would compile a second time.
+    return array if array.flags.writeable else array.copy()
+
+
+def as_pose(X: Any, name: str) -> Poses:
+    """Validate one pose and return a read-only ``(4, 4)`` copy, orthonormal to rounding.
+
+    ``name`` appears in the error, e.g. ``"X_PG of geometry 'ball'"``.
+    Raises InvalidPoseError if X is not finite or not rigid.
+    """
+    array = to_pose_array(X, name)
+    if array.ndim != 2:
+        raise InvalidPoseError(f"pose {name} must be one (4, 4) array, not {array.shape}")
+    result = as_poses(array[np.newaxis], name)[0]
+    result.setflags(write=False)
+    return result
+
+
+def as_poses(X: Any, name: str) -> Poses:
+    """Validate poses and return a ``(n, 4, 4)`` copy, orthonormal to rounding.
+
+    X is ``(n, 4, 4)``, or a sequence of poses. Raises InvalidPoseError naming the row.
+    """
+    if isinstance(X, Sequence):
+        X = np.array([to_pose_array(X_i, f"{name}[{i}]") for i, X_i in enumerate(X)])
+        X = X.reshape(-1, 4, 4)
+    array = to_pose_array(X, name)
+    if array.ndim != 3:
+        raise InvalidPoseError(f"poses {name} must be (n, 4, 4), not {array.shape}")
+    result = np.empty_like(array)
+    row, status = kernels.store_poses(array, np.arange(len(array)), result)
+    if status != kernels.VALID:
+        label = name if len(array) == 1 else f"{name}[{row}]"
+        raise refuse_pose(label, status, array[row])
+    return result
+
+
+def identity() -> Poses:
+    """Return a read-only identity pose."""
+    return _IDENTITY
+
+
+_IDENTITY = np.eye(4)
+_IDENTITY.setflags(write=False)
+
+
+def inverse(X_AB: Poses) -> Poses:
+    """Return ``X_BA`` of a rigid pose ``(4, 4)`` or of each of ``(n, 4, 4)``."""
+    batch = to_pose_array(X_AB, "to invert").reshape(-1, 4, 4)
+    result = np.empty_like(batch)
+    kernels.invert_poses(batch, result)
+    return result.reshape(np.shape(X_AB))
+
+
+def compose(X_AB: Poses, X_BC: Poses) -> Poses:
+    """Return ``X_AC = X_AB X_BC``; either side may be one pose or a batch of the same length."""
+    X_AC = np.matmul(X_AB, X_BC)
+    X_AC[..., 3, :] = (0.0, 0.0, 0.0, 1.0)
+    return X_AC
+
+
+def poses_from_quaternions(p: ArrayLike, q_xyzw: ArrayLike, name: str = "from quaternions") -> Poses:
+    """Return ``(n, 4, 4)`` poses from positions ``(n, 3)`` in m and quaternions ``(n, 4)``.
+
+    Quaternions are normalized. Raises InvalidPoseError, naming the row, for a value that is not
+    finite or a norm further from 1 than QUATERNION_NORM_DEFECT.
+    """
+    positions = np.require(p, np.float64, ["C", "W"])
+    quaternions = np.require(q_xyzw, np.float64, ["C", "W"])
+    if positions.ndim != 2 or positions.shape != (len(quaternions), 3):
+        raise InvalidPoseError(f"positions of poses {name} must be (n, 3): {positions.shape}")
+    if quaternions.shape != (len(positions), 4):
+        raise InvalidPoseError(f"quaternions of poses {name} must be (n, 4): {quaternions.shape}")
+    X = np.empty((len(positions), 4, 4))
+    row, status = kernels.poses_from_quaternions_kernel(positions, quaternions, X)
+    if status != kernels.VALID:
+        value = np.concatenate([positions[row], quaternions[row]])
+        raise refuse_pose(f"{name}[{row}]", status, value)
+    return X
+
+
+def quaternions_from_poses(X: Poses) -> NDArray[np.float64]:
+    """Return unit quaternions ``(n, 4)`` in the order x, y, z, w with w >= 0."""
+    batch = to_pose_array(X, "to convert").reshape(-1, 4, 4)
+    result = np.empty((len(batch), 4))
+    kernels.quaternions_from_poses_kernel(batch, result)
+    return result
+
+
+def rotation_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
+    """Return ``Rz(yaw) Ry(pitch) Rx(roll)``, the fixed-axis convention of URDF and REP-103."""
+    roll, pitch, yaw = (float(angle) for angle in np.asarray(rpy, dtype=np.float64))
+    cr, sr = math.cos(roll), math.sin(roll)
+    cp, sp = math.cos(pitch), math.sin(pitch)
+    cy, sy = math.cos(yaw), math.sin(yaw)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def rpy_from_rotation(R: ArrayLike) -> NDArray[np.float64]:
+    """Return (roll, pitch, yaw) of a rotation; at pitch = +-90 degrees roll is chosen as 0."""
+    R = np.asarray(R, dtype=np.float64)
+    horizontal = math.hypot(R[0, 0], R[1, 0])
+    pitch = math.atan2(-R[2, 0], horizontal)
+    if horizontal * horizontal > ROTATION_DEFECT * ROTATION_DEFECT:
+        return np.array([math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
+    return np.array([0.0, pitch, math.atan2(-R[0, 1], R[1, 1])])
+
+
+def pose_from_xyz_rpy(xyz: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Poses:
+    """Return the pose of a URDF ``origin``: position in m, roll, pitch and yaw in rad."""
+    X = np.eye(4)
+    X[:3, :3] = rotation_from_rpy(rpy)
+    X[:3, 3] = np.asarray(xyz, dtype=np.float64)
+    return as_pose(X, f"from xyz={list(np.atleast_1d(xyz))} rpy={list(np.atleast_1d(rpy))}")
