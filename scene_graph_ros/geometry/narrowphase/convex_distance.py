@@ -5,34 +5,25 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.jit import kernel
-from scene_graph_ros.geometry.narrowphase.cores import is_curved, placed_support, support
+from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import LARGE, SMALL, epa, expand_to_tetrahedron
-from scene_graph_ros.geometry.narrowphase.gjk import FAR, OVERLAP, gjk
+from scene_graph_ros.geometry.narrowphase.gjk import FAR, OVERLAP, STALLED, gjk
+from scene_graph_ros.geometry.narrowphase.refine import refine, separation
+from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, scale, subtract, unit
 
 __all__ = ["convex_distance"]
 
+FIRST_GAP = 1e-3
+"""Relative gap at which GJK's contact of curved cores is first polished; squared each time."""
 
-@kernel
-def _witnesses(S, lam, count):
-    """Return the points of A and B that the weights of a simplex stand for."""
-    ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(count):
-        ax += lam[i] * S[i, 3]
-        ay += lam[i] * S[i, 4]
-        az += lam[i] * S[i, 5]
-        bx += lam[i] * S[i, 6]
-        by += lam[i] * S[i, 7]
-        bz += lam[i] * S[i, 8]
-    return (ax, ay, az), (bx, by, bz)
+ATTEMPTS = 4
 
+COARSE_GAP = 1e-2
+"""Share of the depth up to which a face of EPA is taken to have one minimum, for smooth cores."""
 
-@kernel
-def _separation(core_A, core_B, R, p, hulls, n):
-    """Return the gap between A and B along n: a lower bound of their distance for every n."""
-    a, _ = support(core_A, hulls, scale(-1.0, n), -1)
-    b, _ = placed_support(core_B, hulls, R, p, n, -1)
-    return dot(n, subtract(a, b))
+FINE_GAP = 1e-4
+"""The same with a hull, many faces of which may nearly tie."""
 
 
 @kernel
@@ -59,22 +50,23 @@ def _finish(core_A, core_B, distance, a, b, n, unique, gap):
 @kernel
 def _overlap(core_A, core_B, R, p, hulls, count, S, ids, lam):
     """Return (distance, a, b, n, unique, gap) of cores that touch or overlap."""
-    a, b = _witnesses(S, lam, count if count < 4 else 0)
+    a, b = weighted_points(S, lam, count if count < 4 else 0)
     rank, n, size = expand_to_tetrahedron(core_A, core_B, R, p, hulls, count, S, ids)
     if rank < 3:
-        distance = min(_separation(core_A, core_B, R, p, hulls, n), 0.0)
+        distance = min(separation(core_A, core_B, R, p, hulls, n), 0.0)
         return distance, a, b, n, False, 0.0
-    relative_gap = 1e-10 if is_curved(core_A) or is_curved(core_B) else 0.0
-    done, count, n, depth, lower = epa(
-        core_A, core_B, R, p, hulls, size, relative_gap, SMALL, S, ids, lam
+    settle_gap = 0.0
+    if is_curved(core_A) or is_curved(core_B):
+        settle_gap = FINE_GAP if core_A[0] == HULL or core_B[0] == HULL else COARSE_GAP
+    done, n, a, b, depth, lower, unique = epa(
+        core_A, core_B, R, p, hulls, size, settle_gap, SMALL, S, ids, lam
     )
     if not done:
         expand_to_tetrahedron(core_A, core_B, R, p, hulls, 0, S, ids)
-        done, count, n, depth, lower = epa(
-            core_A, core_B, R, p, hulls, size, relative_gap, LARGE, S, ids, lam
+        done, n, a, b, depth, lower, unique = epa(
+            core_A, core_B, R, p, hulls, size, settle_gap, LARGE, S, ids, lam
         )
-    a, b = _witnesses(S, lam, count)
-    return -depth, a, b, n, True, depth - lower
+    return -depth, a, b, n, unique, max(depth - lower, 0.0)
 
 
 @kernel
@@ -92,9 +84,26 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
     limit = max_distance + core_A[2] + core_B[2]
-    status, count, v, lower, size = gjk(
-        core_A, core_B, R_AB, p_AB, hulls, v, 0, limit, 1e-12, S, ids, lam
-    )
+    curved = is_curved(core_A) or is_curved(core_B)
+    relative_gap = FIRST_GAP if curved else 0.0
+    count = 0
+    for attempt in range(ATTEMPTS):
+        status, count, v, lower, size = gjk(
+            core_A, core_B, R_AB, p_AB, hulls, v, count, limit, relative_gap, S, ids, lam
+        )
+        if status == FAR or status == OVERLAP:
+            break
+        a, b = weighted_points(S, lam, count)
+        n = _simplex_normal(S, count, v)
+        if curved:
+            proven, m, q_A, q_B, distance, error, _ = refine(
+                core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, count
+            )
+            if proven:
+                return _finish(core_A, core_B, distance, q_A, q_B, m, True, error)
+        relative_gap *= relative_gap
+        if status == STALLED or not curved:
+            break
     if status == FAR:
         n = unit(v, (0.0, 0.0, 1.0))
         phi = lower - core_A[2] - core_B[2]
@@ -103,10 +112,6 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
         distance, a, b, n, unique, gap = _overlap(
             core_A, core_B, R_AB, p_AB, hulls, count, S, ids, lam
         )
-    else:
-        a, b = _witnesses(S, lam, count)
-        n = _simplex_normal(S, count, v)
-        distance = math.sqrt(dot(v, v))
-        gap = distance - lower
-        unique = True
-    return _finish(core_A, core_B, distance, a, b, n, unique, gap)
+        return _finish(core_A, core_B, distance, a, b, n, unique, gap)
+    distance = math.sqrt(dot(v, v))
+    return _finish(core_A, core_B, distance, a, b, n, True, distance - lower)

@@ -12,15 +12,24 @@ import numpy as np
 from scene_graph_ros.geometry.jit import kernel
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.polytope import (
+    ALIVE,
     CLOSED,
     MAX_HORIZON,
     add_corner,
     nearest_face,
     start_tetrahedron,
 )
-from scene_graph_ros.geometry.narrowphase.simplex import closest_on_simplex
+from scene_graph_ros.geometry.narrowphase.refine import refine, separation
+from scene_graph_ros.geometry.narrowphase.simplex import closest_on_simplex, weighted_points
 from scene_graph_ros.geometry.spatial.vectors import any_orthogonal, cross, dot, scale, unit
-from scene_graph_ros.geometry.tolerances import EPSILON, FLAT_SIMPLEX, GJK_ROUNDING
+from scene_graph_ros.geometry.tolerances import (
+    EPSILON,
+    FLAT_MINIMUM,
+    FLAT_SIMPLEX,
+    GJK_ROUNDING,
+    SAME_DIRECTION,
+    TIE,
+)
 
 __all__ = ["LARGE", "SMALL", "epa", "expand_to_tetrahedron"]
 
@@ -29,6 +38,16 @@ SMALL = 96
 
 LARGE = 1024
 """Corners of the second workspace, for large hulls whose faces nearly tie."""
+
+
+MAX_MINIMA = 16
+"""Directions of locally least depth that are told apart; a ring of ties fills them."""
+
+BASIN_COSINE = math.cos(0.2)
+"""A polished direction further than this from where it started belongs to another face."""
+
+DEPTH = 9
+STIFFNESS = 10
 
 
 @kernel
@@ -126,11 +145,6 @@ def _equals_corner(S, corner):
 
 
 @kernel
-def _normal(planes, f):
-    return (planes[f, 0], planes[f, 1], planes[f, 2])
-
-
-@kernel
 def _reduce(S, ids, faces, f, S_out, ids_out, lam):
     """Copy a face into ``S_out`` and reduce it to the part nearest to the origin."""
     for k in range(3):
@@ -144,14 +158,84 @@ def _reduce(S, ids, faces, f, S_out, ids_out, lam):
 
 
 @kernel
-def epa(core_A, core_B, R, p, hulls, size, relative_gap, capacity, S0, ids0, lam):
+def _store_minimum(minima, row, n, a, b, depth, stiffness):
+    for c in range(3):
+        minima[row, c] = n[c]
+        minima[row, 3 + c] = a[c]
+        minima[row, 6 + c] = b[c]
+    minima[row, DEPTH] = depth
+    minima[row, STIFFNESS] = stiffness
+
+
+@kernel
+def _nearby_minimum(minima, found, n, cosine):
+    """Return the row of a known minimum within an angle of n, or -1."""
+    for i in range(found):
+        if minima[i, 0] * n[0] + minima[i, 1] * n[1] + minima[i, 2] * n[2] > cosine:
+            return i
+    return -1
+
+
+@kernel
+def _best_minimum(minima, found):
+    best = 0
+    for i in range(1, found):
+        if minima[i, DEPTH] < minima[best, DEPTH]:
+            best = i
+    return best
+
+
+@kernel
+def _is_tied(core_A, core_B, R, p, hulls, size, faces, planes, face_count, minima, found, best):
+    """Return whether another direction gives the same depth, to rounding."""
+    n = (minima[best, 0], minima[best, 1], minima[best, 2])
+    tie = minima[best, DEPTH] + TIE * EPSILON * size
+    if minima[best, STIFFNESS] < FLAT_MINIMUM * size:
+        return True
+    for i in range(found):
+        if i != best and minima[i, DEPTH] <= tie:
+            m = (minima[i, 0], minima[i, 1], minima[i, 2])
+            if dot(n, m) < SAME_DIRECTION:
+                return True
+    for f in range(face_count):
+        if faces[f, ALIVE] == 1 and faces[f, CLOSED] == 0 and planes[f, 3] <= tie:
+            m = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
+            if dot(n, m) < SAME_DIRECTION:
+                if -separation(core_A, core_B, R, p, hulls, m) <= tie:
+                    return True
+    return False
+
+
+@kernel
+def _settle(core_A, core_B, R, p, hulls, size, n, extent, S, ids, lam, count, minima, found):
+    """Find the minimum that the region of a face belongs to; return (its row, minima found).
+
+    The row is -1 where the face has to be divided further. A known minimum nearby is taken
+    without another polish.
+    """
+    near = _nearby_minimum(minima, found, n, BASIN_COSINE)
+    if near >= 0:
+        return near, found
+    a, b = weighted_points(S, lam, count)
+    proven, m, a, b, distance, _, stiffness = refine(
+        core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count
+    )
+    if not proven or stiffness < -FLAT_MINIMUM * size or dot(m, n) < BASIN_COSINE:
+        return -1, found
+    _store_minimum(minima, found, m, a, b, -distance, stiffness)
+    return found, found + 1
+
+
+@kernel
+def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
     """Grow the tetrahedron in rows 0 to 3 of ``S0`` until the depth is known.
 
-    Returns (is finished, count, n, depth, lower bound): the unit direction n of least depth (out
-    of B into A), the extent of C along it, which bounds the depth from above, and the bound from
-    below. Rows 0 to count of ``S0`` become the face of C that the direction belongs to, ``lam``
-    the weights of its point nearest to the origin. Not finished: the workspace of ``capacity``
-    corners was exhausted, or rounding broke the surface; the bounds hold all the same.
+    Returns (is finished, n, a, b, depth, lower bound, unique): the unit direction n of least depth
+    (out of B into A), the witness points, the extent of C along n, which bounds the depth from
+    above, and the bound from below. ``settle_gap``, relative to the depth, tells when a face is
+    small enough to be polished (0 for polytopes, whose faces are exact). Not finished: the
+    workspace of ``capacity`` corners was exhausted, or rounding broke the surface; the bounds hold
+    all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
     """
     S = np.empty((capacity, 9))
     ids = np.empty((capacity, 2), np.int64)
@@ -159,6 +243,7 @@ def epa(core_A, core_B, R, p, hulls, size, relative_gap, capacity, S0, ids0, lam
     planes = np.empty((2 * capacity, 4))
     stack = np.empty(2 * capacity, np.int64)
     horizon = np.empty(MAX_HORIZON, np.int64)
+    minima = np.empty((MAX_MINIMA + 2, 11))
     for i in range(4):
         for c in range(9):
             S[i, c] = S0[i, c]
@@ -168,31 +253,60 @@ def epa(core_A, core_B, R, p, hulls, size, relative_gap, capacity, S0, ids0, lam
     rounding = GJK_ROUNDING * EPSILON * size
     depth = math.inf
     lower = -math.inf
-    best = (0.0, 0.0, 1.0)
-    count = 0
+    found = 0
+    finished = False
     hints = (-1, -1)
+    # Row MAX_MINIMA + 1 holds the least extent seen so far.
+    fallback = MAX_MINIMA + 1
     for corner in range(4, capacity):
         f = nearest_face(faces, planes, face_count)
         if f < 0:
-            return False, count, best, depth, lower
+            break
         lower = max(lower, planes[f, 3])
-        if faces[f, CLOSED] == 1:
-            # Its extent is already known to be its distance, so nothing nearer exists.
-            return True, _reduce(S, ids, faces, f, S0, ids0, lam), best, depth, lower
-        n = scale(-1.0, _normal(planes, f))
+        if faces[f, CLOSED] == 1 or depth - planes[f, 3] <= rounding or found == MAX_MINIMA:
+            finished = True
+            break
+        n = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
         w, hints = store_support(core_A, core_B, R, p, hulls, n, S, ids, corner, hints)
         extent = -dot(n, w)
+        gap = extent - planes[f, 3]
+        count = _reduce(S, ids, faces, f, S0, ids0, lam)
         if extent < depth:
             depth = extent
-            best = n
-        if depth - planes[f, 3] <= max(relative_gap * abs(depth), rounding):
-            return True, _reduce(S, ids, faces, f, S0, ids0, lam), n, extent, lower
+            a, b = weighted_points(S0, lam, count)
+            _store_minimum(minima, fallback, n, a, b, extent, math.inf)
+        if gap <= rounding:
+            finished = True
+            break
+        if gap <= settle_gap * abs(extent):
+            row, found = _settle(
+                core_A, core_B, R, p, hulls, size, n, extent, S0, ids0, lam, count, minima, found
+            )
+            if row >= 0:
+                faces[f, CLOSED] = 1
+                planes[f, 3] = max(planes[f, 3], minima[row, DEPTH])
+                depth = min(depth, minima[row, DEPTH])
+                continue
         if _equals_corner(S, corner):
             faces[f, CLOSED] = 1
             planes[f, 3] = extent
             continue
-        count = _reduce(S, ids, faces, f, S0, ids0, lam)
         face_count = add_corner(S, faces, planes, face_count, f, corner, rounding, stack, horizon)
         if face_count < 0:
-            return False, count, best, depth, lower
-    return False, count, best, depth, lower
+            face_count = 0
+            break
+    best = _best_minimum(minima, found)
+    if found == 0 or minima[fallback, DEPTH] < minima[best, DEPTH]:
+        best = fallback
+    tied = _is_tied(
+        core_A, core_B, R, p, hulls, size, faces, planes, face_count, minima, found, best
+    )
+    return (
+        finished,
+        (minima[best, 0], minima[best, 1], minima[best, 2]),
+        (minima[best, 3], minima[best, 4], minima[best, 5]),
+        (minima[best, 6], minima[best, 7], minima[best, 8]),
+        minima[best, DEPTH],
+        lower,
+        not tied,
+    )

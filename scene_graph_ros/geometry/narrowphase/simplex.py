@@ -12,7 +12,7 @@ from scene_graph_ros.geometry.jit import kernel
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 
-__all__ = ["CONTAINS", "closest_on_simplex"]
+__all__ = ["CONTAINS", "closest_on_simplex", "weighted_points"]
 
 CONTAINS = 4
 """The count returned for a tetrahedron that contains the origin."""
@@ -186,3 +186,17 @@ def closest_on_simplex(S, ids, lam, count):
     if inside:
         return CONTAINS, v
     return _compact(S, ids, lam, weights), v
+
+
+@kernel
+def weighted_points(S, lam, count):
+    """Return the points of A and B that the weights of a simplex stand for."""
+    ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(count):
+        ax += lam[i] * S[i, 3]
+        ay += lam[i] * S[i, 4]
+        az += lam[i] * S[i, 5]
+        bx += lam[i] * S[i, 6]
+        by += lam[i] * S[i, 7]
+        bz += lam[i] * S[i, 8]
+    return (ax, ay, az), (bx, by, bz)
