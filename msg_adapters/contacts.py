@@ -1,0 +1,117 @@
+"""Contacts: result tables to ``ContactArray`` and to markers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point, Vector3
+from numpy.typing import NDArray
+from scene_graph_msgs.msg import ContactArray, PointContact
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from msg_adapters.names import SceneNames
+from msg_adapters.poses import header_to_msg
+
+__all__ = [
+    "CONTACT_MARKER_NAMESPACE",
+    "contact_markers_to_msg",
+    "contacts_to_msg",
+    "point_contacts_to_msg",
+]
+
+CONTACT_MARKER_NAMESPACE = "contacts"
+
+_POINTS_ID = 0
+_NORMALS_ID = 1
+
+_LINE_WIDTH = 0.2
+"""Width of a normal's line, relative to the diameter of the points."""
+
+
+def point_contacts_to_msg(table: Any, names: SceneNames) -> list[PointContact]:
+    """Return the rows of a penetration table, in their order.
+
+    Geometry names are shared between contacts, so don't change them.
+    """
+    rows = zip(
+        np.asarray(table.id_A).tolist(),
+        np.asarray(table.id_B).tolist(),
+        np.asarray(table.p_WCa).tolist(),
+        np.asarray(table.p_WCb).tolist(),
+        np.asarray(table.nhat_BA_W).tolist(),
+        np.asarray(table.depth).tolist(),
+        strict=True,
+    )
+    name = names.geometry_name
+    return [
+        PointContact(
+            geometry_a=name(id_A),
+            geometry_b=name(id_B),
+            point_a=Point(x=a[0], y=a[1], z=a[2]),
+            point_b=Point(x=b[0], y=b[1], z=b[2]),
+            normal=Vector3(x=n[0], y=n[1], z=n[2]),
+            depth=depth,
+        )
+        for id_A, id_B, a, b, n, depth in rows
+    ]
+
+
+def contacts_to_msg(
+    table: Any, names: SceneNames, *, stamp_ns: int, frame_id: str, scene_version: int
+) -> ContactArray:
+    """Return all contacts of a scene; ``stamp_ns`` is that of the poses, ``frame_id`` the world."""
+    return ContactArray(
+        header=header_to_msg(stamp_ns, frame_id),
+        scene_version=int(scene_version),
+        points=point_contacts_to_msg(table, names),
+    )
+
+
+def _points(rows: NDArray[np.float64]) -> list[Point]:
+    return [Point(x=x, y=y, z=z) for x, y, z in rows.tolist()]
+
+
+def contact_markers_to_msg(
+    table: Any,
+    *,
+    stamp_ns: int,
+    frame_id: str,
+    point_diameter: float = 0.02,
+    normal_length: float = 0.1,
+    color: tuple[float, float, float, float] = (0.9, 0.1, 0.1, 1.0),
+) -> MarkerArray:
+    """Return both witness points of each contact as balls, and a line from Cb along the normal.
+
+    Lengths are in metres. The line points out of B into A and is as long as ``normal_length``, or
+    as the depth where that is larger, so that it ends outside the overlap. There are two markers,
+    whatever the number of contacts; without contacts they delete what was shown.
+    """
+    header = header_to_msg(stamp_ns, frame_id)
+    count = len(table)
+    markers = [
+        Marker(
+            header=header,
+            ns=CONTACT_MARKER_NAMESPACE,
+            id=identity,
+            type=kind,
+            action=Marker.ADD if count else Marker.DELETE,
+        )
+        for identity, kind in ((_POINTS_ID, Marker.SPHERE_LIST), (_NORMALS_ID, Marker.LINE_LIST))
+    ]
+    if not count:
+        return MarkerArray(markers=markers)
+    balls, lines = markers
+    for marker in markers:
+        marker.color = ColorRGBA(**dict(zip("rgba", map(float, color), strict=True)))
+        marker.pose.orientation.w = 1.0
+    diameter = float(point_diameter)
+    balls.scale = Vector3(x=diameter, y=diameter, z=diameter)
+    lines.scale = Vector3(x=_LINE_WIDTH * diameter)
+    p_WCa, p_WCb = np.asarray(table.p_WCa), np.asarray(table.p_WCb)
+    lengths = np.maximum(np.asarray(table.depth), float(normal_length))
+    p_WEnd = p_WCb + lengths[:, np.newaxis] * np.asarray(table.nhat_BA_W)
+    balls.points = _points(np.stack([p_WCa, p_WCb], axis=1).reshape(-1, 3))
+    lines.points = _points(np.stack([p_WCb, p_WEnd], axis=1).reshape(-1, 3))
+    return MarkerArray(markers=markers)

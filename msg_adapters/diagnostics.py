@@ -1,0 +1,90 @@
+"""Diagnostics, and the report on effects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from scene_graph_msgs.msg import EffectStatus
+from std_msgs.msg import Header
+
+from msg_adapters.stamps import stamp_to_msg
+
+__all__ = [
+    "diagnostic_array_to_msg",
+    "diagnostic_status_to_msg",
+    "effect_to_diagnostic",
+    "effect_to_msg",
+]
+
+_LEVELS = (
+    DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR, DiagnosticStatus.STALE,
+)  # fmt: skip
+
+
+def _text(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def diagnostic_status_to_msg(
+    name: str, level: int | bytes, message: str, values: Mapping[str, Any], hardware_id: str = ""
+) -> DiagnosticStatus:
+    """Return one entry; ``level`` is 0 to 3 or a constant of ``DiagnosticStatus``.
+
+    Values become text in their order, floats with six digits.
+    """
+    # The field is a `byte`, which rclpy takes as bytes of length one.
+    level_byte = level if isinstance(level, bytes) else bytes([level])
+    if level_byte not in _LEVELS:
+        raise ValueError(f"level of {name!r} must be 0 to 3, not {level!r}")
+    return DiagnosticStatus(
+        level=level_byte,
+        name=name,
+        message=message,
+        hardware_id=hardware_id,
+        values=[KeyValue(key=str(key), value=_text(value)) for key, value in values.items()],
+    )
+
+
+def diagnostic_array_to_msg(
+    statuses: Iterable[DiagnosticStatus], *, stamp_ns: int
+) -> DiagnosticArray:
+    """Return the message for ``/diagnostics``."""
+    return DiagnosticArray(header=Header(stamp=stamp_to_msg(stamp_ns)), status=list(statuses))
+
+
+def effect_to_msg(
+    name: str,
+    *,
+    is_on: bool,
+    reason: str,
+    topics: Iterable[str] = (),
+    count: int = 0,
+    mean_seconds: float = 0.0,
+    max_seconds: float = 0.0,
+) -> EffectStatus:
+    """Return what the node tells about one effect."""
+    return EffectStatus(
+        name=name,
+        is_on=bool(is_on),
+        reason=reason,
+        topics=list(topics),
+        count=int(count),
+        mean_seconds=float(mean_seconds),
+        max_seconds=float(max_seconds),
+    )
+
+
+def effect_to_diagnostic(effect: EffectStatus, prefix: str) -> DiagnosticStatus:
+    """Return the diagnostics entry ``<prefix>: <effect>`` for one effect."""
+    values = {
+        "on": effect.is_on,
+        "topics": " ".join(effect.topics),
+        "updates": effect.count,
+        "mean time per update (s)": effect.mean_seconds,
+        "max time per update (s)": effect.max_seconds,
+    }
+    return diagnostic_status_to_msg(
+        f"{prefix}: {effect.name}", DiagnosticStatus.OK, effect.reason, values
+    )

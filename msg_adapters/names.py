@@ -1,0 +1,171 @@
+"""What messages call things: ids and paths to the core's ids, and back.
+
+A geometry's path is ``<source>/<frame>/<name>``, a frame's ``<source>/<frame>``. A bare name does
+where only one thing in the scene is called so. Names may contain slashes themselves: paths are
+compared as a whole, never taken apart.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scene_graph_msgs.msg import GeometryName, GeometryReference
+
+from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+
+__all__ = ["SceneNames"]
+
+T = TypeVar("T", SourceId, FrameId, GeometryId)
+
+_LISTED = 5
+"""How many candidates an error about an ambiguous name lists."""
+
+
+class SceneNames:
+    """All names of one version of a scene; make another when the scene changes.
+
+    Tables are made when they are first needed. Safe to read from several threads.
+    """
+
+    def __init__(self, inspector: Any) -> None:
+        """Take the names that ``inspector``, which must not change any more, knows."""
+        self._inspector = inspector
+        self._names: dict[int, GeometryName] = {}
+
+    def source_id(self, name: str) -> SourceId:
+        """Return the source called ``name``; raises UnknownIdError."""
+        source = self._sources.get(name)
+        if source is None:
+            raise UnknownIdError(f"there is no source {name!r}")
+        return source
+
+    def source_name(self, item: FrameId | GeometryId) -> str:
+        """Return the name of the source that registered a frame or geometry."""
+        return self._inspector.get_owning_source_name(item)
+
+    def frame_id(self, name: str, source: str | None = None) -> FrameId:
+        """Return the frame with this path, or with this bare name, of ``source`` if given.
+
+        Raises UnknownIdError for a name that is not there, NameConflictError for a bare name
+        that several frames have.
+        """
+        if source is None:
+            return _find(name, self._frame_paths, self._frame_bare_names, "frame", self.frame_path)
+        self.source_id(source)
+        found = self._frame_paths.get(f"{source}/{name}", [])
+        if not found:
+            raise UnknownIdError(f"source {source!r} has no frame {name!r}")
+        return found[0]
+
+    def frame_path(self, frame_id: FrameId) -> str:
+        """Return ``<source>/<frame>``, or just ``<frame>`` for the world."""
+        name = self._inspector.get_name(frame_id)
+        if frame_id == self._inspector.world_frame_id():
+            return name
+        return f"{self.source_name(frame_id)}/{name}"
+
+    def geometry_id(self, reference: GeometryReference | GeometryId | str | int) -> GeometryId:
+        """Return the geometry with this id, path or bare name.
+
+        Raises UnknownIdError for one that is not there, NameConflictError for a name that several
+        geometries have.
+        """
+        if isinstance(reference, GeometryReference):
+            reference = reference.id or reference.name
+        if isinstance(reference, str):
+            return _find(
+                reference,
+                self._geometry_paths,
+                self._geometry_bare_names,
+                "geometry",
+                self.geometry_path,
+            )
+        geometry_id = self._geometries.get(int(reference))
+        if geometry_id is None:
+            raise UnknownIdError(f"there is no geometry with id {int(reference)}")
+        return geometry_id
+
+    def geometry_path(self, geometry_id: GeometryId | int) -> str:
+        """Return ``<source>/<frame>/<name>``."""
+        name = self.geometry_name(geometry_id)
+        return f"{name.source}/{name.frame}/{name.name}"
+
+    def geometry_name(self, geometry_id: GeometryId | int) -> GeometryName:
+        """Return the message that names a geometry: shared, so don't change it.
+
+        Raises UnknownIdError for an id that is not there.
+        """
+        name = self._names.get(int(geometry_id))
+        if name is None:
+            name = self._names[int(geometry_id)] = self._make_name(int(geometry_id))
+        return name
+
+    def _make_name(self, value: int) -> GeometryName:
+        geometry_id = self.geometry_id(value)
+        frame_id = self._inspector.get_frame_id(geometry_id)
+        return GeometryName(
+            id=value,
+            frame_id=int(frame_id),
+            source=self.source_name(geometry_id),
+            frame=self._inspector.get_name(frame_id),
+            name=self._inspector.get_name(geometry_id),
+        )
+
+    def legend(self, *columns: ArrayLike) -> list[GeometryName]:
+        """Return the names of all ids in columns of ids, sorted by id."""
+        ids = np.unique(np.concatenate([np.asarray(column, np.int64) for column in columns]))
+        return [self.geometry_name(value) for value in ids.tolist()]
+
+    @cached_property
+    def _sources(self) -> Mapping[str, SourceId]:
+        return {self._inspector.get_name(s): s for s in self._inspector.get_all_source_ids()}
+
+    @cached_property
+    def _frame_paths(self) -> Mapping[str, list[FrameId]]:
+        return _by_name(self._inspector.get_all_frame_ids(), self.frame_path)
+
+    @cached_property
+    def _frame_bare_names(self) -> Mapping[str, list[FrameId]]:
+        return _by_name(self._inspector.get_all_frame_ids(), self._inspector.get_name)
+
+    @cached_property
+    def _geometries(self) -> Mapping[int, GeometryId]:
+        return {int(g): g for g in self._inspector.get_all_geometry_ids()}
+
+    @cached_property
+    def _geometry_paths(self) -> Mapping[str, list[GeometryId]]:
+        return _by_name(self._geometries.values(), self.geometry_path)
+
+    @cached_property
+    def _geometry_bare_names(self) -> Mapping[str, list[GeometryId]]:
+        return _by_name(self._geometries.values(), self._inspector.get_name)
+
+
+def _by_name(ids: Iterable[T], name: Any) -> Mapping[str, list[T]]:
+    result = defaultdict(list)
+    for item in ids:
+        result[name(item)].append(item)
+    return dict(result)
+
+
+def _find(
+    name: str,
+    paths: Mapping[str, list[T]],
+    bare_names: Mapping[str, list[T]],
+    what: str,
+    path: Any,
+) -> T:
+    found = paths.get(name) or bare_names.get(name) or []
+    if not found:
+        raise UnknownIdError(f"there is no {what} {name!r}")
+    if len(found) > 1:
+        listed = ", ".join(f"{path(item)} (id {int(item)})" for item in found[:_LISTED])
+        rest = f" and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
+        raise NameConflictError(f"{what} {name!r} is ambiguous: {listed}{rest}")
+    return found[0]

@@ -1,0 +1,328 @@
+"""Poses: messages of geometry_msgs, sensor_msgs and tf2_msgs to and from ``(n, 4, 4)`` arrays.
+
+Messages hold positions in metres and quaternions in the order x, y, z, w. A batch that comes from
+outside is never refused as a whole because one pose in it is bad: what is bad is listed beside
+what is good.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Transform,
+    TransformStamped,
+    Vector3,
+)
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState, MultiDOFJointState
+from std_msgs.msg import Header
+
+from msg_adapters.errors import MessageError
+from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
+from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.geometry.spatial.poses import (
+    poses_from_quaternions,
+    quaternions_from_poses,
+)
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
+
+__all__ = [
+    "JointBatch",
+    "PoseBatch",
+    "PoseFault",
+    "RefusedPose",
+    "header_to_msg",
+    "joints_from_msg",
+    "multi_dof_joint_state_to_msg",
+    "pose_from_msg",
+    "pose_stamped_to_msg",
+    "pose_to_msg",
+    "poses_from_components",
+    "poses_from_multi_dof_joint_state",
+    "poses_from_pose_stamped",
+    "poses_from_tf",
+    "poses_from_transform_stamped",
+    "poses_to_msg",
+    "tf_to_msg",
+    "transform_from_msg",
+    "transform_stamped_to_msg",
+    "transform_to_msg",
+]
+
+
+class PoseFault(enum.Enum):
+    """Why a pose or a joint position in a message is refused."""
+
+    NOT_FINITE = "not finite"
+    NOT_UNIT_QUATERNION = "quaternion not of unit length"
+    FAR_AWAY = "beyond the largest coordinate"
+
+
+class RefusedPose(NamedTuple):
+    """One pose or joint position of a message that is not used."""
+
+    name: str
+    fault: PoseFault
+    message: str
+    """One sentence with the name and the value."""
+
+
+class PoseBatch(NamedTuple):
+    """The poses of one message: entry i of each field is about one frame F with parent P."""
+
+    names: tuple[str, ...]
+    parents: tuple[str, ...]
+    """The ``frame_id`` that the poses are expressed in, as the sender wrote it."""
+    stamps_ns: NDArray[np.int64]
+    X_PF: NDArray[np.float64]
+    """``(n, 4, 4)``; only what is valid."""
+    refused: tuple[RefusedPose, ...]
+
+
+class JointBatch(NamedTuple):
+    """The joint positions of one message."""
+
+    names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    """``(n,)`` in radians or metres; only what is finite."""
+    stamp_ns: int
+    refused: tuple[RefusedPose, ...]
+
+
+_REASONS = {
+    PoseFault.NOT_FINITE: "is not finite",
+    PoseFault.FAR_AWAY: f"has a coordinate beyond {MAX_COORDINATE:g} m",
+    PoseFault.NOT_UNIT_QUATERNION: (
+        f"has a quaternion whose norm is off 1 by more than {QUATERNION_NORM_DEFECT:g}"
+    ),
+}
+
+
+def _refuse(name: str, fault: PoseFault, value: NDArray[np.float64]) -> RefusedPose:
+    return RefusedPose(name, fault, f"pose of {name!r} {_REASONS[fault]}: {value.tolist()}")
+
+
+def poses_from_components(
+    components: NDArray[np.float64], names: Sequence[str]
+) -> tuple[NDArray[np.bool_], NDArray[np.float64], tuple[RefusedPose, ...]]:
+    """Judge rows of x, y, z, qx, qy, qz, qw; return (which are valid, their poses, the others).
+
+    ``components`` is ``(n, 7)``. Quaternions within QUATERNION_NORM_DEFECT of unit length are
+    normalized.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        norms = np.sqrt(np.einsum("ij,ij->i", components[:, 3:], components[:, 3:]))
+        is_unit = np.abs(norms - 1.0) <= QUATERNION_NORM_DEFECT
+        is_near = (np.abs(components[:, :3]) <= MAX_COORDINATE).all(axis=1)
+    valid = is_unit & is_near
+    if valid.all():
+        return valid, poses_from_quaternions(components[:, :3], components[:, 3:]), ()
+    refused = []
+    for row in np.flatnonzero(~valid):
+        if not np.isfinite(components[row]).all():
+            fault = PoseFault.NOT_FINITE
+        elif not is_near[row]:
+            fault = PoseFault.FAR_AWAY
+        else:
+            fault = PoseFault.NOT_UNIT_QUATERNION
+        refused.append(_refuse(names[row], fault, components[row]))
+    good = components[valid]
+    return valid, poses_from_quaternions(good[:, :3], good[:, 3:]), tuple(refused)
+
+
+def _batch(
+    names: Sequence[str],
+    parents: Sequence[str],
+    stamps_ns: Sequence[int],
+    components: list[tuple[float, ...]],
+) -> PoseBatch:
+    rows = np.array(components, dtype=np.float64).reshape(-1, 7)
+    valid, X_PF, refused = poses_from_components(rows, names)
+    stamps = np.array(stamps_ns, dtype=np.int64)
+    if not refused:
+        return PoseBatch(tuple(names), tuple(parents), stamps, X_PF, ())
+    kept = np.flatnonzero(valid)
+    return PoseBatch(
+        tuple(names[i] for i in kept), tuple(parents[i] for i in kept), stamps[kept], X_PF, refused
+    )
+
+
+def _components(position: Point | Vector3, rotation: Quaternion) -> tuple[float, ...]:
+    return (
+        position.x, position.y, position.z,
+        rotation.x, rotation.y, rotation.z, rotation.w,
+    )  # fmt: skip
+
+
+def poses_from_multi_dof_joint_state(msg: MultiDOFJointState) -> PoseBatch:
+    """Read the pose of each named frame in its parent.
+
+    Raises MessageError where there are not as many transforms as names, or a name comes twice.
+    """
+    names, transforms = msg.joint_names, msg.transforms
+    if len(names) != len(transforms):
+        raise MessageError(f"{len(names)} joint_names, but {len(transforms)} transforms")
+    if len(set(names)) != len(names):
+        twice = sorted({name for name in names if names.count(name) > 1})
+        raise MessageError(f"joint_names holds names more than once: {twice}")
+    components = [_components(t.translation, t.rotation) for t in transforms]
+    count = len(names)
+    stamp_ns = stamp_from_msg(msg.header.stamp)
+    return _batch(names, [msg.header.frame_id] * count, [stamp_ns] * count, components)
+
+
+def poses_from_pose_stamped(msg: PoseStamped, frame: str) -> PoseBatch:
+    """Read the pose of the one frame, named ``frame``, that the sender moves."""
+    components = [_components(msg.pose.position, msg.pose.orientation)]
+    stamp_ns = stamp_from_msg(msg.header.stamp)
+    return _batch([frame], [msg.header.frame_id], [stamp_ns], components)
+
+
+def poses_from_transform_stamped(msg: TransformStamped) -> PoseBatch:
+    """Read the pose of ``child_frame_id`` in ``header.frame_id``."""
+    return _from_transforms([msg])
+
+
+def poses_from_tf(msg: Any) -> PoseBatch:
+    """Read all transforms of a ``tf2_msgs/TFMessage``, which may come from several senders."""
+    return _from_transforms(msg.transforms)
+
+
+def _from_transforms(transforms: Iterable[TransformStamped]) -> PoseBatch:
+    transforms = list(transforms)
+    return _batch(
+        [t.child_frame_id for t in transforms],
+        [t.header.frame_id for t in transforms],
+        [stamp_from_msg(t.header.stamp) for t in transforms],
+        [_components(t.transform.translation, t.transform.rotation) for t in transforms],
+    )
+
+
+def joints_from_msg(msg: JointState) -> JointBatch:
+    """Read named joint positions; velocities and efforts are not looked at.
+
+    Raises MessageError where there are not as many positions as names.
+    """
+    if len(msg.name) != len(msg.position):
+        raise MessageError(f"{len(msg.name)} names, but {len(msg.position)} positions")
+    stamp_ns = stamp_from_msg(msg.header.stamp)
+    positions = np.array(msg.position, dtype=np.float64)
+    finite = np.isfinite(positions)
+    if finite.all():
+        return JointBatch(tuple(msg.name), positions, stamp_ns, ())
+    refused = tuple(
+        RefusedPose(
+            msg.name[i],
+            PoseFault.NOT_FINITE,
+            f"position of joint {msg.name[i]!r} is not finite: {positions[i]}",
+        )
+        for i in np.flatnonzero(~finite)
+    )
+    names = tuple(name for name, good in zip(msg.name, finite, strict=True) if good)
+    return JointBatch(names, positions[finite], stamp_ns, refused)
+
+
+def _one(position: Point | Vector3, rotation: Quaternion, name: str) -> NDArray[np.float64]:
+    rows = np.array([_components(position, rotation)], dtype=np.float64)
+    _, X, refused = poses_from_components(rows, [name])
+    if refused:
+        raise InvalidPoseError(refused[0].message)
+    return X[0]
+
+
+def pose_from_msg(pose: Pose, name: str) -> NDArray[np.float64]:
+    """Return the ``(4, 4)`` pose; raises InvalidPoseError with ``name`` and the value."""
+    return _one(pose.position, pose.orientation, name)
+
+
+def transform_from_msg(transform: Transform, name: str) -> NDArray[np.float64]:
+    """Return the ``(4, 4)`` pose; raises InvalidPoseError with ``name`` and the value."""
+    return _one(transform.translation, transform.rotation, name)
+
+
+def _split(X: NDArray[np.float64]) -> tuple[list[list[float]], list[list[float]]]:
+    batch = np.asarray(X, dtype=np.float64).reshape(-1, 4, 4)
+    return batch[:, :3, 3].tolist(), quaternions_from_poses(batch).tolist()
+
+
+def _quaternion(q: Sequence[float]) -> Quaternion:
+    return Quaternion(x=q[0], y=q[1], z=q[2], w=q[3])
+
+
+def poses_to_msg(X: NDArray[np.float64]) -> list[Pose]:
+    """Return a message for each of ``(n, 4, 4)`` poses, with w >= 0."""
+    return [
+        Pose(position=Point(x=p[0], y=p[1], z=p[2]), orientation=_quaternion(q))
+        for p, q in zip(*_split(X), strict=True)
+    ]
+
+
+def pose_to_msg(X: NDArray[np.float64]) -> Pose:
+    """Return the message of one ``(4, 4)`` pose."""
+    return poses_to_msg(X)[0]
+
+
+def _transforms_to_msg(X: NDArray[np.float64]) -> list[Transform]:
+    return [
+        Transform(translation=Vector3(x=p[0], y=p[1], z=p[2]), rotation=_quaternion(q))
+        for p, q in zip(*_split(X), strict=True)
+    ]
+
+
+def transform_to_msg(X: NDArray[np.float64]) -> Transform:
+    """Return the message of one ``(4, 4)`` pose."""
+    return _transforms_to_msg(X)[0]
+
+
+def header_to_msg(stamp_ns: int, frame_id: str) -> Header:
+    """Return a header with a stamp in nanoseconds."""
+    return Header(stamp=stamp_to_msg(stamp_ns), frame_id=frame_id)
+
+
+def multi_dof_joint_state_to_msg(
+    names: Sequence[str], X_PF: NDArray[np.float64], *, stamp_ns: int, frame_id: str
+) -> MultiDOFJointState:
+    """Return the pose message of a source: frame ``names[i]`` is at ``X_PF[i]``."""
+    transforms = _transforms_to_msg(X_PF)
+    if len(names) != len(transforms):
+        raise ValueError(f"{len(names)} names for {len(transforms)} poses")
+    return MultiDOFJointState(
+        header=header_to_msg(stamp_ns, frame_id), joint_names=list(names), transforms=transforms
+    )
+
+
+def pose_stamped_to_msg(
+    X_PF: NDArray[np.float64], *, stamp_ns: int, frame_id: str
+) -> PoseStamped:
+    """Return the stamped message of one pose in ``frame_id``."""
+    return PoseStamped(header=header_to_msg(stamp_ns, frame_id), pose=pose_to_msg(X_PF))
+
+
+def transform_stamped_to_msg(
+    X_PF: NDArray[np.float64], *, stamp_ns: int, frame_id: str, child_frame_id: str
+) -> TransformStamped:
+    """Return the stamped transform of ``child_frame_id`` in ``frame_id``."""
+    return TransformStamped(
+        header=header_to_msg(stamp_ns, frame_id),
+        child_frame_id=child_frame_id,
+        transform=transform_to_msg(X_PF),
+    )
+
+
+def tf_to_msg(
+    names: Sequence[str], X_PF: NDArray[np.float64], *, stamp_ns: int, frame_id: str
+) -> list[TransformStamped]:
+    """Return the transforms of a ``TFMessage`` that places ``names`` in ``frame_id``."""
+    header = header_to_msg(stamp_ns, frame_id)
+    return [
+        TransformStamped(header=header, child_frame_id=name, transform=transform)
+        for name, transform in zip(names, _transforms_to_msg(X_PF), strict=True)
+    ]

@@ -1,0 +1,57 @@
+"""Outcomes of requests: exceptions become the ``Status`` of a response."""
+
+from scene_graph_msgs.msg import Status
+
+from msg_adapters.errors import MessageError, StaleError, TooLargeError, UnavailableError
+from scene_graph_ros.geometry.errors import (
+    InvalidPoseError,
+    InvalidShapeError,
+    MeshError,
+    NameConflictError,
+    OwnershipError,
+    PropertyError,
+    RoleError,
+    UnknownIdError,
+    UnsupportedPairError,
+)
+
+__all__ = ["ok_status", "status_from_exception"]
+
+_CODES: dict[type[Exception], int] = {
+    UnsupportedPairError: Status.UNSUPPORTED_PAIR,
+    UnknownIdError: Status.UNKNOWN_NAME,
+    StaleError: Status.STALE,
+    InvalidPoseError: Status.INVALID_ARGUMENT,
+    InvalidShapeError: Status.INVALID_ARGUMENT,
+    MeshError: Status.INVALID_ARGUMENT,
+    MessageError: Status.INVALID_ARGUMENT,
+    PropertyError: Status.INVALID_ARGUMENT,
+    RoleError: Status.INVALID_ARGUMENT,
+    OwnershipError: Status.NOT_OWNER,
+    TooLargeError: Status.TOO_LARGE,
+    NameConflictError: Status.NAME_CONFLICT,
+    UnavailableError: Status.UNAVAILABLE,
+    # Plain argument errors of the core: non-finite points, negative distances, wrong types.
+    ValueError: Status.INVALID_ARGUMENT,
+    TypeError: Status.INVALID_ARGUMENT,
+}
+
+
+def ok_status() -> Status:
+    """Return the status of a request that was answered."""
+    return Status(code=Status.OK)
+
+
+def status_from_exception(error: BaseException) -> Status:
+    """Return the status that tells the caller what ``error`` means.
+
+    The most derived class in the table decides. What is in no table is a fault of the node:
+    INTERNAL_ERROR, without the details, which belong into the log.
+    """
+    for base in type(error).__mro__:
+        if base in _CODES:
+            return Status(code=_CODES[base], message=str(error))
+    return Status(
+        code=Status.INTERNAL_ERROR,
+        message=f"the node failed with {type(error).__name__}; its log has the details",
+    )
