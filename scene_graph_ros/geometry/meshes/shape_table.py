@@ -15,7 +15,7 @@ from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.sources import hull_of, source_identity, surface_of
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, Shape
 
 __all__ = ["Hulls", "ShapeTable", "Surfaces", "build_shape_table"]
 
@@ -140,7 +140,7 @@ def build_shape_table(shapes: Sequence[Shape], exact: Sequence[bool]) -> ShapeTa
     surfaces: list[Surface] = []
     rows_of: dict[Any, tuple[int, int]] = {}
     for row, shape in enumerate(shapes):
-        if shape.kind not in (ShapeKind.CONVEX, ShapeKind.MESH):
+        if isinstance(shape, PrimitiveShape):
             lower[row], upper[row] = shape.local_bounds()
             continue
         key = source_identity(shape)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -82,8 +82,8 @@ class Context(ModelOwner):
             self._state.require_source(source_id)
             layout = self._fit_layout()
             if isinstance(poses, Mapping):
-                for frame_id in poses:
-                    self._require_movable(source_id, frame_id)
+                if not poses.keys() <= self._state.source_frames[source_id].keys():
+                    self._refuse_frames(source_id, poses)
                 rows, given = stacked_poses(self._state, poses)
             else:
                 rows, given = layout.source_rows[source_id], self._batch(source_id, layout, poses)
@@ -119,14 +119,16 @@ class Context(ModelOwner):
             result._X_PF = self._X_PF.copy()
             return result
 
-    def _require_movable(self, source_id: SourceId, frame_id: FrameId) -> None:
-        record = self._state.frame(frame_id)
-        if record.source_id != source_id:
-            names = self._state.source_names
-            raise OwnershipError(
-                f"frame {record.name!r} ({frame_id!r}) belongs to source"
-                f" {names[record.source_id]!r}: {names[source_id]!r} cannot move it"
-            )
+    def _refuse_frames(self, source_id: SourceId, frame_ids: Iterable[FrameId]) -> None:
+        """Raise the error for the first frame that is not the source's."""
+        names = self._state.source_names
+        for frame_id in frame_ids:
+            record = self._state.frame(frame_id)
+            if record.source_id != source_id:
+                raise OwnershipError(
+                    f"frame {record.name!r} ({frame_id!r}) belongs to source"
+                    f" {names[record.source_id]!r}: {names[source_id]!r} cannot move it"
+                )
 
     def _batch(self, source_id: SourceId, layout: FrameLayout, poses: Any) -> NDArray[np.float64]:
         label = f"X_PFs of source {self._state.source_names[source_id]!r}"

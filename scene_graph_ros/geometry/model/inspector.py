@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
+from scene_graph_ros.geometry.meshes.hull import Hull
+from scene_graph_ros.geometry.meshes.sources import hull_of
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
@@ -23,6 +25,7 @@ from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 __all__ = ["SceneGraphInspector"]
@@ -296,6 +299,15 @@ class SceneGraphInspector:
     def get_perception_properties(self, geometry_id: GeometryId) -> PerceptionProperties | None:
         """Return the perception properties, read-only, or None."""
         return self.get_properties(geometry_id, Role.PERCEPTION)  # type: ignore[return-value]
+
+    def get_convex_hull(self, geometry_id: GeometryId) -> Hull | None:
+        """Return the convex hull of a Convex or Mesh in G, or None for other shapes.
+
+        Raises MeshError if its data cannot be read, which was not tried before it had the
+        proximity role.
+        """
+        shape = self._state.geometry(geometry_id).shape
+        return hull_of(shape) if isinstance(shape, MeshShape) else None
 
     def collision_filtered(self, id_A: GeometryId, id_B: GeometryId) -> bool:
         """Tell whether collision queries skip a pair: same frame, both anchored, or excluded.

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
+from scene_graph_ros.geometry.meshes.shape_table import ShapeTable, build_shape_table
+from scene_graph_ros.geometry.meshes.sources import validate
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
@@ -16,7 +17,7 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["ProximityArrays", "check_proximity", "proximity_arrays"]
+__all__ = ["ProximityArrays", "check_proximity", "proximity_arrays", "read_mesh_data"]
 
 
 class ProximityArrays(NamedTuple):
@@ -51,11 +52,16 @@ def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> N
     """
     assert isinstance(properties, ProximityProperties)
     uses_triangles(properties)
-    if isinstance(record.shape, MeshShape):
-        # Imported here: a scene without meshes needs no reader of mesh files and no hulls.
-        from scene_graph_ros.geometry.meshes.shape_table_builder import check_mesh_shape
+    read_mesh_data(record.shape)
 
-        check_mesh_shape(record.shape)
+
+def read_mesh_data(shape: Any) -> None:
+    """Read and keep the data of a Convex or Mesh; other shapes have none.
+
+    This may take long, so it is called once before a model is locked for a change.
+    """
+    if isinstance(shape, MeshShape):
+        validate(shape)
 
 
 def proximity_arrays(state: GeometryState) -> ProximityArrays:
@@ -80,9 +86,6 @@ def _assemble(state: GeometryState) -> ProximityArrays:
 
 
 def _table(state: GeometryState) -> ShapeTable:
-    # Imported here, as above: convex hulls come with an import that takes a while.
-    from scene_graph_ros.geometry.meshes.shape_table_builder import build_shape_table
-
     ids = state.role_arrays(Role.PROXIMITY).geometry_ids
     records = [state.geometries[geometry_id] for geometry_id in ids]
     return build_shape_table([r.shape for r in records], [_is_exact(r) for r in records])

@@ -13,7 +13,8 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
+from scene_graph_ros.geometry.model.proximity import read_mesh_data
 from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.state import GeometryState
@@ -58,6 +59,15 @@ class SceneGraph:
     def create_default_context(self) -> Context:
         """Return a context with a copy of the model, every frame at the identity in its parent."""
         return Context(self._model.share())
+
+    def clone(self) -> SceneGraph:
+        """Return an independent scene graph with the same model, ids included.
+
+        It costs next to nothing: the model is shared until either of the two changes.
+        """
+        result = SceneGraph()
+        result._model = ModelOwner(self._model.share())
+        return result
 
     def query_object(self, context: Context) -> QueryObject:
         """Return a live query object: it sees later changes of the context, until baked."""
@@ -125,7 +135,10 @@ class SceneGraph:
         NameConflictError if its name is taken on that frame for one of the roles or the instance
         is registered already, and MeshError or PropertyError if it cannot get the proximity role.
         """
-        with self._owner(context).changing() as state:
+        owner = self._owner(context)
+        if isinstance(geometry, GeometryInstance) and geometry.properties(Role.PROXIMITY):
+            read_mesh_data(geometry.shape())
+        with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)
 
     def register_anchored_geometry(
@@ -151,7 +164,11 @@ class SceneGraph:
         if another geometry on its frame has that role and its name, and MeshError or PropertyError
         if it cannot get the proximity role. The properties are copied.
         """
-        with self._owner(context).changing() as state:
+        owner = self._owner(context)
+        record = owner.state.geometries.get(geometry_id)
+        if record is not None and isinstance(properties, ProximityProperties):
+            read_mesh_data(record.shape)
+        with owner.changing() as state:
             alteration.assign_role(state, source_id, geometry_id, properties, assign)
 
     def remove_role(
@@ -206,7 +223,11 @@ class SceneGraph:
 
         Geometries that hang on it move along. Roles and filters stay.
         """
-        with self._owner(context).changing() as state:
+        owner = self._owner(context)
+        record = owner.state.geometries.get(geometry_id)
+        if record is not None and Role.PROXIMITY in record.properties:
+            read_mesh_data(shape)
+        with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 
     def rename_frame(

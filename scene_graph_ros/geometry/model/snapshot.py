@@ -42,17 +42,20 @@ def stacked_poses(state: GeometryState, poses: Mapping[FrameId, Any]) -> tuple[A
     for a pose that is no ``(4, 4)`` array.
     """
     layout = state.layout()
-    rows = np.empty(len(poses), dtype=np.int64)
-    X_PFs = np.empty((len(poses), 4, 4))
-    for i, (frame_id, X_PF) in enumerate(poses.items()):
-        record = state.frame(frame_id)
-        if frame_id == WORLD_FRAME_ID:
-            raise OwnershipError("the world frame cannot be moved")
-        label = f"X_PF of frame {record.name!r}"
+    rows = np.array([layout.row.get(frame_id, 0) for frame_id in poses], dtype=np.int64)
+    if not rows.all():
+        for frame_id in poses:
+            if state.frame(frame_id).id == WORLD_FRAME_ID:
+                raise OwnershipError("the world frame cannot be moved")
+    values = list(poses.values())
+    if all(type(X) is np.ndarray and X.shape == (4, 4) and X.dtype == float for X in values):
+        return rows, np.concatenate(values).reshape(-1, 4, 4) if values else np.empty((0, 4, 4))
+    X_PFs = np.empty((len(values), 4, 4))
+    for i, (row, X_PF) in enumerate(zip(rows, values, strict=True)):
+        label = f"X_PF of frame {layout.names[row]!r}"
         array = to_pose_array(X_PF, label)
         if array.ndim != 2:
             raise InvalidPoseError(f"pose {label} must be one (4, 4) array, not {array.shape}")
-        rows[i] = layout.row[frame_id]
         X_PFs[i] = array
     return rows, X_PFs
 

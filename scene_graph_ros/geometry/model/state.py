@@ -138,9 +138,7 @@ class GeometryState:
         """Return the rows of the geometries with a role."""
         result: RoleArrays = self.cached(
             f"arrays {role.name}",
-            lambda: role_arrays(
-                [self.geometries[i] for i in self.with_role[role]], self.layout()
-            ),
+            lambda: role_arrays([self.geometries[i] for i in self.with_role[role]], self.layout()),
         )
         return result
 

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import Shape, checked_size, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, checked_size, symmetric_bounds
 
 __all__ = ["Box"]
 
 
 @dataclass(frozen=True, slots=True)
-class Box(Shape):
+class Box(PrimitiveShape):
     """A box centred on the origin: ``width`` along x, ``depth`` along y, ``height`` along z."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.BOX

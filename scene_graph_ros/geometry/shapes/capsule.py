@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import Shape, checked_size, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, checked_size, symmetric_bounds
 
 __all__ = ["Capsule"]
 
 
 @dataclass(frozen=True, slots=True)
-class Capsule(Shape):
+class Capsule(PrimitiveShape):
     """All points within ``radius`` of a segment of ``length`` along z, centred on the origin."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import Shape, checked_size, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, checked_size, symmetric_bounds
 
 __all__ = ["Ellipsoid"]
 
 
 @dataclass(frozen=True, slots=True)
-class Ellipsoid(Shape):
+class Ellipsoid(PrimitiveShape):
     """The points with ``(x/a)^2 + (y/b)^2 + (z/c)^2 <= 1``: semi-axes ``a``, ``b``, ``c``."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.ELLIPSOID

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
 from scene_graph_ros.geometry.tolerances import ZERO_DIRECTION
 
 __all__ = ["HalfSpace"]
@@ -25,7 +25,7 @@ def _finite_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 @dataclass(frozen=True, slots=True)
-class HalfSpace(Shape):
+class HalfSpace(PrimitiveShape):
     """The points with z <= 0; the outward normal is +z and the origin lies on the boundary."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.HALF_SPACE

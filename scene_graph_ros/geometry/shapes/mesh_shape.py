@@ -28,7 +28,9 @@ Scale = float | tuple[float, float, float] | ArrayLike
 class MeshShape(Shape):
     """A shape given by vertices and triangles in frame G before scaling, units of metres."""
 
-    __slots__ = ("_digest", "contents", "faces", "file_type", "path", "scale", "vertices")
+    __slots__ = ("_key", "contents", "faces", "file_type", "path", "scale", "vertices")
+
+    _key: Hashable
 
     path: Path | None
     """The absolute path of the file, or None."""
@@ -39,7 +41,7 @@ class MeshShape(Shape):
     vertices: NDArray[np.float64] | None
     """(n, 3), read-only, or None."""
     faces: NDArray[np.int64] | None
-    """(m, 3) indices into ``vertices``, counter-clockwise seen from outside, read-only, or None."""
+    """(m, 3) indices, counter-clockwise seen from outside, read-only, or None."""
     scale: tuple[float, float, float]
     """Factor per axis of G; negative factors mirror."""
 
@@ -75,7 +77,7 @@ class MeshShape(Shape):
         if path is not None:
             put(self, "path", _checked_path(name, path))
             put(self, "file_type", Path(path).suffix.lower().lstrip("."))
-            put(self, "_digest", str(self.path))
+            put(self, "_key", _file_key(name, self.path))
             return
         if contents is not None:
             put(self, "contents", _checked_contents(name, contents))
@@ -84,7 +86,7 @@ class MeshShape(Shape):
             put(self, "vertices", _checked_vertices(name, vertices))
             if faces is not None:
                 put(self, "faces", _checked_faces(name, faces, len(self.vertices)))
-        put(self, "_digest", self._digest_of_data())
+        put(self, "_key", self._digest_of_data())
 
     def _digest_of_data(self) -> str:
         digest = hashlib.blake2b(digest_size=16)
@@ -98,17 +100,9 @@ class MeshShape(Shape):
     def source_key(self) -> Hashable:
         """The identity of the unscaled data: equal keys mean equal vertices and faces.
 
-        For a file it changes when the file is written again.
+        That of a file was taken when the shape was made: its path, size and time of change.
         """
-        if self.path is None:
-            return self._digest
-        try:
-            status = self.path.stat()
-        except OSError as error:
-            raise InvalidShapeError(
-                f"{self.type_name}: cannot read file {str(self.path)!r}: {error.strerror}"
-            ) from error
-        return (self._digest, status.st_mtime_ns, status.st_size)
+        return self._key
 
     @property
     def filename(self) -> str:
@@ -137,10 +131,10 @@ class MeshShape(Shape):
     def __eq__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
-        return self._digest == other._digest and self.scale == other.scale
+        return self._key == other._key and self.scale == other.scale
 
     def __hash__(self) -> int:
-        return hash((type(self), self._digest, self.scale))
+        return hash((type(self), self._key, self.scale))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restore, (type(self), [getattr(self, slot) for slot in MeshShape.__slots__])
@@ -171,7 +165,9 @@ def _checked_scale(name: str, scale: Any) -> tuple[float, float, float]:
     try:
         array = np.asarray(scale, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InvalidShapeError(f"{name}: scale must be one or three numbers: {scale!r}") from error
+        raise InvalidShapeError(
+            f"{name}: scale must be one or three numbers: {scale!r}"
+        ) from error
     if array.shape not in ((), (3,)):
         raise InvalidShapeError(f"{name}: scale must be one or three numbers, not {scale!r}")
     factors = np.broadcast_to(array, 3)
@@ -197,6 +193,16 @@ def _checked_path(name: str, path: str | os.PathLike[str]) -> Path:
     except OSError as error:
         reason = error.strerror or str(error)
         raise InvalidShapeError(f"{name}: cannot read file {str(path)!r}: {reason}") from error
+
+
+def _file_key(name: str, path: Path) -> Hashable:
+    try:
+        status = path.stat()
+    except OSError as error:
+        raise InvalidShapeError(
+            f"{name}: cannot read file {str(path)!r}: {error.strerror}"
+        ) from error
+    return (str(path), status.st_mtime_ns, status.st_size)
 
 
 def _checked_contents(name: str, contents: Any) -> bytes:

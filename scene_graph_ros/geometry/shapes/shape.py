@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import abc
 import math
 import numbers
 from typing import Any, ClassVar
@@ -13,7 +14,7 @@ from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
 
-__all__ = ["Shape", "checked_size", "symmetric_bounds"]
+__all__ = ["PrimitiveShape", "Shape", "checked_size", "symmetric_bounds"]
 
 
 class Shape:
@@ -30,13 +31,19 @@ class Shape:
         """The name of the shape's class, e.g. ``"Sphere"``."""
         return type(self).__name__
 
+
+class PrimitiveShape(Shape, abc.ABC):
+    """A shape that a few numbers describe completely."""
+
+    __slots__ = ()
+
+    @abc.abstractmethod
     def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the lower and upper corner ``(3,)`` of the tight box around the shape in G."""
-        raise NotImplementedError(f"{self.type_name} has no bounds without its mesh data")
 
+    @abc.abstractmethod
     def volume(self) -> float:
         """Return the volume in m^3; infinite for a half space."""
-        raise NotImplementedError(f"{self.type_name} has no volume without its mesh data")
 
 
 def checked_size(shape_name: str, field: str, value: Any) -> float:
@@ -49,7 +56,9 @@ def checked_size(shape_name: str, field: str, value: Any) -> float:
         raise InvalidShapeError(f"{shape_name}: {field} must be a number, not {value!r}")
     size = float(value)
     if not math.isfinite(size) or size <= 0.0:
-        raise InvalidShapeError(f"{shape_name}: {field} must be positive and finite, not {value!r}")
+        raise InvalidShapeError(
+            f"{shape_name}: {field} must be positive and finite, not {value!r}"
+        )
     if not MIN_SHAPE_SIZE <= size <= MAX_SHAPE_SIZE:
         raise InvalidShapeError(
             f"{shape_name}: {field} must be between {MIN_SHAPE_SIZE:g} and {MAX_SHAPE_SIZE:g} m,"

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import Shape, checked_size, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, checked_size, symmetric_bounds
 
 __all__ = ["Sphere"]
 
 
 @dataclass(frozen=True, slots=True)
-class Sphere(Shape):
+class Sphere(PrimitiveShape):
     """A ball of the given radius, centred on the origin of G."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.SPHERE

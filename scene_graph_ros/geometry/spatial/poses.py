@@ -42,9 +42,9 @@ _REASONS = {
     kernels.NOT_FINITE: "has an entry that is not finite",
     kernels.BAD_BOTTOM_ROW: "has a last row other than 0, 0, 0, 1",
     kernels.FAR_AWAY: f"has a coordinate beyond {MAX_COORDINATE:g} m",
-    kernels.NOT_ORTHONORMAL: f"is not rigid: R.T @ R differs from I by more than {ROTATION_DEFECT:g}",
+    kernels.NOT_ORTHONORMAL: f"is not rigid: R.T @ R is off I by more than {ROTATION_DEFECT:g}",
     kernels.REFLECTION: "is a reflection: its determinant is negative",
-    kernels.NOT_UNIT: f"has a quaternion whose norm is off 1 by more than {QUATERNION_NORM_DEFECT:g}",
+    kernels.NOT_UNIT: f"has a quaternion of norm off 1 by more than {QUATERNION_NORM_DEFECT:g}",
 }
 
 
@@ -133,7 +133,9 @@ def compose(X_AB: Poses, X_BC: Poses) -> Poses:
     return X_AC
 
 
-def poses_from_quaternions(p: ArrayLike, q_xyzw: ArrayLike, name: str = "from quaternions") -> Poses:
+def poses_from_quaternions(
+    p: ArrayLike, q_xyzw: ArrayLike, name: str = "from quaternions"
+) -> Poses:
     """Return ``(n, 4, 4)`` poses from positions ``(n, 3)`` in m and quaternions ``(n, 4)``.
 
     Quaternions are normalized. Raises InvalidPoseError, naming the row, for a value that is not
