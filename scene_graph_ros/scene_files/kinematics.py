@@ -1,0 +1,215 @@
+"""Where a robot's links are, from the positions of its joints (forward kinematics by pinocchio).
+
+Pinocchio is imported when the first Kinematics is made, not when this module is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
+from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
+from scene_graph_ros.scene_files.errors import JointStateError
+from scene_graph_ros.scene_files.pinocchio_model import build_model
+from scene_graph_ros.scene_files.robot_model import JointType, RobotModel
+from scene_graph_ros.scene_files.urdf_tree import suggestion
+
+__all__ = ["Kinematics"]
+
+_MAX_MAPPINGS = 32
+"""How many different lists of joint names are remembered; publishers use one or two each."""
+
+
+class _Mapping(NamedTuple):
+    """How the positions of one list of joint names go into the vector of all positions."""
+
+    entries: NDArray[np.intp]
+    """Entries of the message that name a joint."""
+    joints: NDArray[np.intp]
+    """The joints they name."""
+    mimics: tuple[tuple[int, int, float, float], ...]
+    """(joint, followed joint, multiplier, offset): to be computed, in this order."""
+    unknown: tuple[str, ...]
+
+
+class Kinematics:
+    """Forward kinematics of one robot, with a memory of the last position of each joint.
+
+    Poses are of links L in the parent P of the robot's frames: the world, unless the robot was
+    registered below a frame. All joints start at 0, or where ``positions`` says. An instance may
+    be used by one thread at a time.
+    """
+
+    def __init__(
+        self,
+        robot: RobotModel,
+        *,
+        links: Sequence[str] | None = None,
+        X_PB: ArrayLike | None = None,
+    ) -> None:
+        """Prepare for ``links`` (default: all); ``X_PB`` is the pose of the root link in P.
+
+        Raises KeyError for an unknown link and ImportError, naming the package, without pinocchio.
+        """
+        self.robot = robot
+        self.link_names: tuple[str, ...] = tuple(robot.links if links is None else links)
+        for name in self.link_names:
+            if name not in robot.links:
+                hint = suggestion(name, robot.links)
+                raise KeyError(f"robot {robot.name!r} has no link {name!r}{hint}")
+        built = build_model(robot)
+        self._pinocchio, self._model = built.pinocchio, built.model
+        self._data = self._model.createData()
+        self._q = self._pinocchio.neutral(self._model)
+        self._joint_rows = np.array([built.joint_of_link[n] for n in self.link_names], np.intp)
+        self._X_JL = np.array([built.X_JL[name] for name in self.link_names]).reshape(-1, 4, 4)
+        self._q_start = built.q_start
+        self.joint_names: tuple[str, ...] = tuple(j.name for j in robot.positioned_joints())
+        self._index = {name: i for i, name in enumerate(self.joint_names)}
+        self._q_of = np.array([built.q_start[name] for name in self.joint_names], np.intp)
+        self._positions = np.zeros(len(self.joint_names))
+        self._mappings: dict[tuple[str, ...], _Mapping] = {}
+        self._X_PJ = np.empty((self._model.njoints, 4, 4))
+        self.unknown_joints: tuple[str, ...] = ()
+        """Names in the last update that are no joint of the robot with a position."""
+        self.X_PB = np.eye(4) if X_PB is None else X_PB
+        for entry in self._mimics_of(frozenset(self.joint_names) - self._following()):
+            self._follow(self._positions, entry)
+        self._q[self._q_of] = self._positions
+
+    @property
+    def X_PB(self) -> NDArray[np.float64]:
+        """Pose ``(4, 4)`` of the robot's root link in P."""
+        return self._X_PB
+
+    @X_PB.setter
+    def X_PB(self, X: ArrayLike) -> None:
+        self._X_PB = as_pose(X, f"X_PB of robot {self.robot.name!r}")
+        self._base_is_identity = bool(np.array_equal(self._X_PB, np.eye(4)))
+
+    @property
+    def positions(self) -> dict[str, float]:
+        """The position of each joint now, in rad or m, mimicking joints included."""
+        return dict(zip(self.joint_names, self._positions.tolist(), strict=True))
+
+    def update(self, joint_names: Sequence[str], positions: ArrayLike) -> None:
+        """Move the named joints; the others stay, except those that mimic a named one.
+
+        A mimicking joint that is named itself goes where its own position says. Positions beyond
+        a joint's limits are taken as they are: this is what the robot measured. Names the robot
+        does not have are put into ``unknown_joints``. Raises JointStateError, and moves nothing,
+        for a position that is not finite, a joint named twice, or lists of different lengths.
+        """
+        values = np.asarray(positions, dtype=np.float64)
+        names = tuple(joint_names)
+        if values.shape != (len(names),):
+            raise JointStateError(
+                f"robot {self.robot.name!r}: {len(names)} joint names with positions of shape"
+                f" {values.shape}"
+            )
+        mapping = self._mappings.get(names) or self._remember(names)
+        known = values[mapping.entries]
+        if not np.isfinite(known).all():
+            bad = mapping.entries[int(np.argmin(np.isfinite(known)))]
+            raise JointStateError(
+                f"robot {self.robot.name!r}: position of joint {names[bad]!r} must be finite,"
+                f" got {values[bad]}"
+            )
+        self._positions[mapping.joints] = known
+        for entry in mapping.mimics:
+            self._follow(self._positions, entry)
+        self._q[self._q_of] = self._positions
+        self.unknown_joints = mapping.unknown
+
+    @staticmethod
+    def _follow(positions: NDArray[np.float64], entry: tuple[int, int, float, float]) -> None:
+        joint, followed, multiplier, offset = entry
+        positions[joint] = multiplier * positions[followed] + offset
+
+    def _following(self) -> frozenset[str]:
+        return frozenset(n for n in self.joint_names if self.robot.joints[n].mimic is not None)
+
+    def _remember(self, names: tuple[str, ...]) -> _Mapping:
+        """Work out, and keep, where the positions of a list of names go."""
+        entries = [i for i, name in enumerate(names) if name in self._index]
+        named = [names[i] for i in entries]
+        if len(set(named)) != len(named):
+            twice = next(name for name in named if named.count(name) > 1)
+            raise JointStateError(f"robot {self.robot.name!r}: joint {twice!r} is named twice")
+        mapping = _Mapping(
+            np.array(entries, np.intp),
+            np.array([self._index[name] for name in named], np.intp),
+            self._mimics_of(frozenset(named)),
+            tuple(name for name in names if name not in self._index),
+        )
+        if len(self._mappings) >= _MAX_MAPPINGS:
+            self._mappings.clear()
+        self._mappings[names] = mapping
+        return mapping
+
+    def _mimics_of(self, named: frozenset[str]) -> tuple[tuple[int, int, float, float], ...]:
+        """List the joints that move because they mimic a named joint, followed ones first."""
+        moving = set(named)
+        result = []
+        pending = [j for j in self.robot.positioned_joints() if j.mimic and j.name not in named]
+        progress = True
+        while progress:
+            progress = False
+            for joint in list(pending):
+                assert joint.mimic is not None
+                if joint.mimic.joint in moving:
+                    rule = joint.mimic
+                    followed = self._index[rule.joint]
+                    result.append(
+                        (self._index[joint.name], followed, rule.multiplier, rule.offset)
+                    )
+                    moving.add(joint.name)
+                    pending.remove(joint)
+                    progress = True
+        return tuple(result)
+
+    def set_joint_pose(self, joint_name: str, X_JcC: Any) -> None:
+        """Place the child of a planar or floating joint relative to where it is at rest.
+
+        ``X_JcC`` is ``(4, 4)``. Raises JointStateError for another kind of joint, or a pose that
+        leaves a planar joint's plane.
+        """
+        joint = self.robot.joints.get(joint_name)
+        if joint is None or joint.type not in (JointType.PLANAR, JointType.FLOATING):
+            raise JointStateError(
+                f"robot {self.robot.name!r} has no planar or floating joint {joint_name!r}"
+            )
+        X = as_pose(X_JcC, f"of joint {joint_name!r}")
+        if joint.type is JointType.PLANAR:
+            normal = np.array(joint.axis)
+            tilt = float(np.abs(X[:3, :3] @ normal - normal).max())
+            lift = abs(float(normal @ X[:3, 3]))
+            if tilt > ROTATION_DEFECT or lift > ROTATION_DEFECT:
+                raise JointStateError(
+                    f"joint {joint_name!r} is planar with normal {joint.axis}: the pose leaves the"
+                    f" plane by {lift:g} m and a tilt of {tilt:g}"
+                )
+        start = self._q_start[joint_name]
+        self._q[start : start + 3] = X[:3, 3]
+        self._q[start + 3 : start + 7] = quaternions_from_poses(X[np.newaxis])[0]
+
+    def link_poses(
+        self, joint_names: Sequence[str] = (), positions: ArrayLike = ()
+    ) -> tuple[tuple[str, ...], NDArray[np.float64]]:
+        """Update the named joints and return the links' names and poses ``X_PL`` ``(n, 4, 4)``.
+
+        Raises JointStateError like ``update``.
+        """
+        if len(joint_names):
+            self.update(joint_names, positions)
+        self._pinocchio.forwardKinematics(self._model, self._data, self._q)
+        for row, X_BJ in enumerate(self._data.oMi):
+            self._X_PJ[row] = X_BJ.homogeneous
+        X_PL = np.matmul(self._X_PJ[self._joint_rows], self._X_JL)
+        if not self._base_is_identity:
+            X_PL = np.matmul(self._X_PB, X_PL)
+        return self.link_names, X_PL

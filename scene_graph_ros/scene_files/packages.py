@@ -1,0 +1,168 @@
+"""Find the files behind ``package://`` and ``file://`` addresses, without importing ROS."""
+
+from __future__ import annotations
+
+import functools
+import os
+import site
+import sys
+import urllib.parse
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from scene_graph_ros.scene_files.errors import SceneFileError, UnknownPackageError
+from scene_graph_ros.scene_files.xml_tree import parse_xml
+
+__all__ = ["Packages", "find_package", "resolve_resource"]
+
+_INDEX = Path("share/ament_index/resource_index/packages")
+
+
+@dataclass(frozen=True)
+class Packages:
+    """Where packages are looked for, first match wins.
+
+    1. ``package_map``: package name -> its share folder;
+    2. ``package_dirs``: folders that are the package, or contain it;
+    3. the ament index of each prefix in ``AMENT_PREFIX_PATH``;
+    4. each folder of ``ROS_PACKAGE_PATH``, searched like ``package_dirs``;
+    5. the folders above the file that names the package, as in a source checkout;
+    6. the prefixes of this Python environment, where wheels put robot descriptions.
+    """
+
+    package_map: Mapping[str, str | Path] = field(default_factory=dict)
+    package_dirs: tuple[str | Path, ...] = ()
+
+    @staticmethod
+    def of(
+        package_map: Mapping[str, str | Path] | None = None,
+        package_dirs: Iterable[str | Path] = (),
+    ) -> Packages:
+        """Return the search rule for optional arguments as the loaders take them."""
+        return Packages(dict(package_map or {}), tuple(package_dirs))
+
+    def find(self, name: str, *, near: Path | None = None) -> Path:
+        """Return the share folder of package ``name``; ``near`` is a file that names it.
+
+        Raises UnknownPackageError listing the places searched.
+        """
+        if name in self.package_map:
+            folder = Path(self.package_map[name])
+            if folder.is_dir():
+                return folder
+            raise UnknownPackageError(f"package {name!r} is mapped to {folder}, which is no folder")
+        searched = []
+        for label, folder in self._candidates(name, near):
+            if label not in searched:
+                searched.append(label)
+            if folder is not None:
+                return folder
+        places = ", ".join(searched) or "nowhere (AMENT_PREFIX_PATH is not set)"
+        raise UnknownPackageError(f"package {name!r} not found; searched {places}")
+
+    def _candidates(self, name: str, near: Path | None) -> Iterator[tuple[str, Path | None]]:
+        for entry in self.package_dirs:
+            yield f"package_dirs entry {entry}", _package_in(Path(entry), name)
+        for prefix in _environment_paths("AMENT_PREFIX_PATH"):
+            yield f"ament prefix {prefix}", _package_in_prefix(prefix, name)
+        for folder in _environment_paths("ROS_PACKAGE_PATH"):
+            yield f"ROS_PACKAGE_PATH entry {folder}", _package_in(folder, name)
+        if near is not None:
+            for folder in near.resolve().parents:
+                yield f"folders above {near.name}", folder if _is_package(folder, name) else None
+        for prefix in _python_prefixes():
+            yield f"Python prefix {prefix}", _package_in_prefix(prefix, name)
+
+
+def _environment_paths(variable: str) -> list[Path]:
+    return [Path(part) for part in os.environ.get(variable, "").split(os.pathsep) if part]
+
+
+def _python_prefixes() -> list[Path]:
+    """Return the prefixes below which installed wheels have a ``share`` folder."""
+    folders = [Path(sys.prefix)]
+    for packages in site.getsitepackages():
+        folders.append(Path(packages) / "cmeel.prefix")
+    return [folder for folder in folders if folder.is_dir()]
+
+
+def _package_in_prefix(prefix: Path, name: str) -> Path | None:
+    share = prefix / "share" / name
+    if (prefix / _INDEX / name).exists() or (share / "package.xml").is_file():
+        return share if share.is_dir() else None
+    return None
+
+
+def _package_in(folder: Path, name: str) -> Path | None:
+    """Return ``folder`` if it is package ``name``, or the package directly or in share below it."""
+    if _is_package(folder, name):
+        return folder
+    child = folder / name
+    if child.is_dir():
+        return child
+    return _package_in_prefix(folder, name)
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    manifest = folder / "package.xml"
+    if not manifest.is_file():
+        return False
+    return folder.name == name or _manifest_name(manifest) == name
+
+
+@functools.lru_cache(maxsize=256)
+def _manifest_name(manifest: Path) -> str | None:
+    """Read a package's name; a broken manifest names no package."""
+    try:
+        element = parse_xml(manifest.read_bytes(), str(manifest)).child("name")
+    except (OSError, SceneFileError):
+        return None
+    return element.text.strip() if element is not None else None
+
+
+def find_package(
+    name: str,
+    *,
+    package_map: Mapping[str, str | Path] | None = None,
+    package_dirs: Iterable[str | Path] = (),
+) -> Path:
+    """Return the share folder of the ROS package ``name``.
+
+    Raises UnknownPackageError listing the places searched.
+    """
+    return Packages.of(package_map, package_dirs).find(name)
+
+
+def resolve_resource(
+    resource: str, *, base: Path | None = None, packages: Packages | None = None
+) -> Path:
+    """Return the existing file that ``resource`` means.
+
+    ``resource`` is ``package://<package>/<path>``, ``file:///<path>``, an absolute path or one
+    relative to the folder of ``base``, the file that contains it (without one: the working folder).
+    Raises SceneFileError with the resource and the path tried.
+    """
+    scheme, separator, rest = resource.partition("://")
+    if not separator:
+        path = Path(resource).expanduser()
+        if not path.is_absolute() and base is not None:
+            path = base.parent / path
+    elif scheme == "package":
+        # Some robot descriptions write a third slash, which other readers skip as well.
+        package, _, inner = rest.lstrip("/").partition("/")
+        if not package or not inner:
+            raise SceneFileError(f"expected package://<package>/<path>, got {resource!r}")
+        path = (packages or Packages()).find(package, near=base) / inner
+    elif scheme == "file":
+        path = Path(urllib.parse.unquote(rest))
+        if not path.is_absolute():
+            raise SceneFileError(f"expected file:///<absolute path>, got {resource!r}")
+    else:
+        raise SceneFileError(
+            f"expected a path, package:// or file://, got the scheme {scheme!r} in {resource!r}"
+        )
+    if not path.is_file():
+        kind = "a folder" if path.is_dir() else "no such file"
+        raise SceneFileError(f"{resource!r} means {path}: {kind}")
+    return path

@@ -1,0 +1,194 @@
+"""Read SRDF files: which pairs of a robot's links need no collision check, and named postures.
+
+Groups of joints, end effectors, virtual joints and planning hints are passed over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from scene_graph_ros.scene_files.errors import Location, SceneFileError
+from scene_graph_ros.scene_files.packages import Packages
+from scene_graph_ros.scene_files.robot_model import RobotModel
+from scene_graph_ros.scene_files.urdf import read_robot_text
+from scene_graph_ros.scene_files.urdf_tree import suggestion
+from scene_graph_ros.scene_files.xml_tree import XmlElement, parse_xml
+
+__all__ = ["DisabledPair", "GroupState", "SemanticModel", "load_srdf"]
+
+
+@dataclass(frozen=True)
+class DisabledPair:
+    """Two links, in alphabetical order, whose contact is of no interest, with the file's reason."""
+
+    link_A: str
+    link_B: str
+    reason: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class GroupState:
+    """A named posture of a group of joints; positions in rad or m."""
+
+    name: str
+    group: str
+    positions: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class SemanticModel:
+    """What an SRDF says about collisions and postures of one robot."""
+
+    robot: str
+    file: str
+    disabled_pairs: tuple[DisabledPair, ...]
+    disabled_links: tuple[str, ...]
+    """Links that are checked with no other link unless a pair is enabled."""
+    enabled_pairs: tuple[tuple[str, str], ...]
+    """Exceptions from ``disabled_links``, each in alphabetical order."""
+    group_states: tuple[GroupState, ...]
+    warnings: tuple[str, ...] = ()
+
+    def filtered_pairs(self, links: Iterable[str]) -> set[tuple[str, str]]:
+        """Return the pairs among ``links`` that are not to be checked, each in order.
+
+        As in MoveIt: links disabled by default first, then enabled pairs, then disabled pairs.
+        """
+        known = sorted(set(links))
+        pairs = {
+            (min(link, other), max(link, other))
+            for link in self.disabled_links
+            for other in known
+            if other != link and link in known
+        }
+        pairs -= set(self.enabled_pairs)
+        members = set(known)
+        pairs |= {
+            (pair.link_A, pair.link_B)
+            for pair in self.disabled_pairs
+            if pair.link_A in members and pair.link_B in members
+        }
+        return pairs
+
+    def group_state(self, name: str, group: str | None = None) -> GroupState:
+        """Return a posture by name. Raises SceneFileError if there is none, or it is ambiguous."""
+        found = [
+            state
+            for state in self.group_states
+            if state.name == name and (group is None or state.group == group)
+        ]
+        if len(found) != 1:
+            names = sorted(f"{state.name} (group {state.group})" for state in self.group_states)
+            problem = "no" if not found else "more than one"
+            raise SceneFileError(
+                f"{self.file}: {problem} group state {name!r}; there are: {', '.join(names)}"
+            )
+        return found[0]
+
+
+def load_srdf(
+    path_or_xml: str | Path,
+    robot: RobotModel,
+    *,
+    package_map: Mapping[str, str | Path] | None = None,
+    package_dirs: Iterable[str | Path] = (),
+) -> SemanticModel:
+    """Read an SRDF that belongs to ``robot``; the source is given as for ``load_urdf``.
+
+    Names of links and joints that the robot does not have are warnings, since one SRDF often
+    serves several variants of a robot; but a file that fits no link at all is refused. Raises
+    SceneFileError naming file, line, element and attribute.
+    """
+    packages = Packages.of(package_map, package_dirs)
+    text, label, _ = read_robot_text(path_or_xml, packages)
+    root = parse_xml(text, label)
+    if root.tag != "robot":
+        raise SceneFileError(f"{Location(label, root.line)}: expected <robot>, got <{root.tag}>")
+    return _Reader(root, robot).model()
+
+
+class _Reader:
+    def __init__(self, root: XmlElement, robot: RobotModel) -> None:
+        self.root = root
+        self.robot = robot
+        self.warnings: list[str] = []
+        self.matched = False
+
+    def model(self) -> SemanticModel:
+        name = self.root.attributes.get("name", "").strip()
+        pairs = self._disabled_pairs()
+        model = SemanticModel(
+            robot=name,
+            file=self.root.file,
+            disabled_pairs=pairs,
+            disabled_links=self._disabled_links(),
+            enabled_pairs=tuple(
+                pair for pair in map(self._pair, self.root.all("enable_collisions")) if pair
+            ),
+            group_states=tuple(self._states()),
+            warnings=tuple(self.warnings),
+        )
+        collisions = [c for c in self.root.children if "collisions" in c.tag]
+        if collisions and not self.matched:
+            raise collisions[0].error(
+                f"no link of this file is a link of robot {self.robot.name!r}"
+                f" ({self.robot.file}): is it another robot's SRDF?"
+            )
+        return model
+
+    def _link(self, element: XmlElement, attribute: str) -> str | None:
+        """Return a link's name, or None with a warning if the robot has no such link."""
+        name = element.string(attribute)
+        if name in self.robot.links:
+            self.matched = True
+            return name
+        hint = suggestion(name, self.robot.links)
+        self.warnings.append(
+            f"{element.location(attribute)}: robot {self.robot.name!r} has no link {name!r}{hint}"
+        )
+        return None
+
+    def _pair(self, element: XmlElement) -> tuple[str, str] | None:
+        first, second = self._link(element, "link1"), self._link(element, "link2")
+        if first is None or second is None:
+            return None
+        if first == second:
+            raise element.error(f"names link {first!r} twice")
+        return (min(first, second), max(first, second))
+
+    def _disabled_pairs(self) -> tuple[DisabledPair, ...]:
+        found: dict[tuple[str, str], DisabledPair] = {}
+        for element in self.root.all("disable_collisions"):
+            pair = self._pair(element)
+            if pair is not None and pair not in found:
+                reason = element.attributes.get("reason", "")
+                found[pair] = DisabledPair(*pair, reason, element.location())
+        return tuple(found.values())
+
+    def _disabled_links(self) -> tuple[str, ...]:
+        elements = self.root.all("disable_default_collisions")
+        names = (self._link(element, "link") for element in elements)
+        return tuple(dict.fromkeys(name for name in names if name is not None))
+
+    def _states(self) -> Iterable[GroupState]:
+        for element in self.root.all("group_state"):
+            positions = {}
+            for joint in element.all("joint"):
+                name = joint.string("name")
+                values = joint.string("value").split()
+                known = self.robot.joints.get(name)
+                if known is None and len(values) != 1:
+                    continue  # the pose of a virtual joint between the robot and the world
+                if known is None:
+                    self.warnings.append(
+                        f"{joint.location('name')}: robot {self.robot.name!r} has no joint"
+                        f" {name!r}{suggestion(name, self.robot.joints)}"
+                    )
+                elif known.type.has_position:
+                    positions[name] = joint.number("value")
+            yield GroupState(
+                element.string("name"), element.attributes.get("group", "").strip(), positions
+            )

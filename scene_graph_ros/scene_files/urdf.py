@@ -1,0 +1,266 @@
+"""Read URDF files.
+
+Everything about geometry and kinematics is checked; inertia, transmissions, sensors and the
+extensions of simulators are passed over.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
+from scene_graph_ros.geometry.tolerances import MIN_SCALE
+from scene_graph_ros.scene_files.errors import Location, SceneFileError
+from scene_graph_ros.scene_files.packages import Packages, resolve_resource
+from scene_graph_ros.scene_files.robot_model import (
+    Joint,
+    JointType,
+    Link,
+    LinkGeometry,
+    MeshFile,
+    Mimic,
+    Pose,
+    PrimitiveShape,
+    RobotModel,
+)
+from scene_graph_ros.scene_files.urdf_tree import arrange_joints, check_mimics
+from scene_graph_ros.scene_files.xml_tree import XmlElement, parse_xml
+
+__all__ = ["load_urdf", "read_robot_text"]
+
+Rgba = tuple[float, float, float, float]
+Named = TypeVar("Named", Link, Joint)
+
+
+def load_urdf(
+    path_or_xml: str | Path,
+    *,
+    package_map: Mapping[str, str | Path] | None = None,
+    package_dirs: Iterable[str | Path] = (),
+) -> RobotModel:
+    """Read a robot from a file, a ``package://`` or ``file://`` address, or URDF text.
+
+    Poses are in m and rad. A mesh that is not found is a warning here, and an error when its
+    geometry is registered. Raises SceneFileError naming file, line, element and attribute.
+    """
+    packages = Packages.of(package_map, package_dirs)
+    text, label, base = read_robot_text(path_or_xml, packages)
+    root = parse_xml(text, label)
+    if root.tag != "robot":
+        raise SceneFileError(f"{Location(label, root.line)}: expected <robot>, got <{root.tag}>")
+    return _Reader(root, base, packages).robot()
+
+
+def read_robot_text(
+    path_or_xml: str | Path, packages: Packages
+) -> tuple[str | bytes, str, Path | None]:
+    """Return the XML, its label for messages, and the file it comes from, if any."""
+    if isinstance(path_or_xml, str) and path_or_xml.lstrip().startswith("<"):
+        # Declared encodings of text that is decoded already would be wrong: hand over UTF-8.
+        return path_or_xml, "<text>", None
+    path = resolve_resource(str(path_or_xml), packages=packages)
+    try:
+        return path.read_bytes(), str(path_or_xml), path
+    except OSError as error:
+        raise SceneFileError(f"{path}: cannot be read: {error.strerror}") from error
+
+
+class _Reader:
+    """Turns the XML tree of one file into a RobotModel."""
+
+    def __init__(self, root: XmlElement, base: Path | None, packages: Packages) -> None:
+        self.root = root
+        self.base = base
+        self.packages = packages
+        self.warnings: list[str] = []
+        self.colours = self._colours()
+
+    def robot(self) -> RobotModel:
+        links = self._unique(self._link(element) for element in self.root.all("link"))
+        if not links:
+            raise SceneFileError(f"{Location(self.root.file, self.root.line)}: no <link>")
+        joints = self._unique(self._joint(element) for element in self.root.all("joint"))
+        base, ordered = arrange_joints(self.root, links, joints)
+        check_mimics(ordered)
+        return RobotModel(
+            name=self.root.attributes.get("name", "").strip() or "robot",
+            file=self.root.file,
+            links=links,
+            joints=ordered,
+            root=base,
+            warnings=tuple(self.warnings),
+        )
+
+    @staticmethod
+    def _unique(items: Iterable[Named]) -> dict[str, Named]:
+        found: dict[str, Named] = {}
+        for item in items:
+            if item.name in found:
+                first = found[item.name].location.line
+                raise SceneFileError(f"{item.location}: the name is taken by line {first}")
+            found[item.name] = item
+        return found
+
+    def _colours(self) -> dict[str, Rgba]:
+        """Collect the robot's named materials; those inside links may define names as well."""
+        colours: dict[str, Rgba] = {}
+        in_links = (
+            material
+            for link in self.root.all("link")
+            for visual in link.all("visual")
+            for material in visual.all("material")
+        )
+        for material in (*self.root.all("material"), *in_links):
+            color = material.only_child("color")
+            if color is not None and material.attributes.get("name"):
+                colours.setdefault(material.attributes["name"], _rgba(color))
+        return colours
+
+    def _link(self, element: XmlElement) -> Link:
+        return Link(
+            name=element.string("name"),
+            collisions=self._geometries(element, "collision"),
+            visuals=self._geometries(element, "visual"),
+            location=element.location(),
+        )
+
+    def _geometries(self, link: XmlElement, tag: str) -> tuple[LinkGeometry, ...]:
+        """Read a link's geometry; names are made unique, as URDF does not ask them to be."""
+        result: list[LinkGeometry] = []
+        taken: set[str] = set()
+        for index, element in enumerate(link.all(tag)):
+            name = element.attributes.get("name", "").strip()
+            if not name or name in taken:
+                name = f"{link.attributes['name'].strip()}_{tag}_{index}"
+            taken.add(name)
+            result.append(
+                LinkGeometry(
+                    name=name,
+                    X_LG=_origin(element),
+                    shape=self._shape(element.required_child("geometry")),
+                    rgba=self._material(element),
+                    location=element.location(),
+                )
+            )
+        return tuple(result)
+
+    def _shape(self, geometry: XmlElement) -> PrimitiveShape | MeshFile:
+        shapes = [child for child in geometry.children if child.tag in _SHAPES]
+        if len(shapes) != 1:
+            got = ", ".join(f"<{child.tag}>" for child in geometry.children) or "nothing"
+            raise geometry.error(f"expected one of {', '.join(_SHAPES)}, got {got}")
+        shape = shapes[0]
+        match shape.tag:
+            case "box":
+                size = shape.numbers("size", 3)
+                if min(size) <= 0.0:
+                    text = shape.attributes["size"]
+                    raise shape.error(f"must be positive, got {text!r}", "size")
+                return PrimitiveShape("box", size)
+            case "sphere":
+                return PrimitiveShape("sphere", (shape.positive("radius"),))
+            case "mesh":
+                return self._mesh(shape)
+            case kind:
+                return PrimitiveShape(kind, (shape.positive("radius"), shape.positive("length")))
+
+    def _mesh(self, element: XmlElement) -> MeshFile:
+        resource = element.string("filename")
+        x, y, z = element.numbers("scale", 3, "1 1 1")
+        if min(abs(x), abs(y), abs(z)) < MIN_SCALE:
+            text = element.attributes["scale"]
+            raise element.error(f"must be at least {MIN_SCALE:g} in magnitude, got {text!r}", "scale")
+        try:
+            path = resolve_resource(resource, base=self.base, packages=self.packages)
+        except SceneFileError as error:
+            self.warnings.append(f"{element.location('filename')}: {error}")
+            return MeshFile(resource, (x, y, z), None, str(error))
+        return MeshFile(resource, (x, y, z), path)
+
+    def _material(self, element: XmlElement) -> Rgba | None:
+        material = element.only_child("material")
+        if material is None:
+            return None
+        color = material.only_child("color")
+        if color is not None:
+            return _rgba(color)
+        name = material.attributes.get("name", "").strip()
+        if name in self.colours:
+            return self.colours[name]
+        if name and not any(child.tag == "texture" for child in material.children):
+            self.warnings.append(f"{material.location()}: no material of this name has a color")
+        return None
+
+    def _joint(self, element: XmlElement) -> Joint:
+        name = element.string("name")
+        word = element.string("type")
+        try:
+            kind = JointType(word)
+        except ValueError:
+            words = ", ".join(member.value for member in JointType)
+            raise element.error(f"expected one of {words}, got {word!r}", "type") from None
+        limit = element.only_child("limit")
+        mimic = element.only_child("mimic")
+        if mimic is not None and not kind.has_position:
+            self.warnings.append(f"{mimic.location()}: ignored, as a {word} joint has no position")
+            mimic = None
+        return Joint(
+            name=name,
+            type=kind,
+            parent=element.required_child("parent").string("link"),
+            child=element.required_child("child").string("link"),
+            X_PC=_origin(element),
+            axis=_axis(element, kind),
+            lower=_limit(limit, "lower", kind),
+            upper=_limit(limit, "upper", kind),
+            mimic=None if mimic is None else _mimic(mimic),
+            location=element.location(),
+        )
+
+
+_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
+
+
+def _origin(element: XmlElement) -> Pose:
+    """Return the pose in ``<origin>``, identity without one; angles are fixed-axis roll-pitch-yaw."""
+    origin = element.only_child("origin")
+    if origin is None:
+        return np.eye(4)
+    return pose_from_xyz_rpy(origin.numbers("xyz", 3, "0 0 0"), origin.numbers("rpy", 3, "0 0 0"))
+
+
+def _rgba(color: XmlElement) -> Rgba:
+    red, green, blue, alpha = color.numbers("rgba", 4)
+    if not all(0.0 <= channel <= 1.0 for channel in (red, green, blue, alpha)):
+        raise color.error(f"must be between 0 and 1, got {color.attributes['rgba']!r}", "rgba")
+    return (red, green, blue, alpha)
+
+
+def _axis(element: XmlElement, kind: JointType) -> tuple[float, float, float]:
+    axis = element.only_child("axis")
+    if axis is None:
+        return (1.0, 0.0, 0.0)
+    x, y, z = axis.numbers("xyz", 3, "1 0 0")
+    length = math.hypot(x, y, z)
+    if not length > 0.0:
+        if kind in (JointType.FIXED, JointType.FLOATING):
+            return (1.0, 0.0, 0.0)
+        raise axis.error(f"must not be zero, got {axis.attributes['xyz']!r}", "xyz")
+    return (x / length, y / length, z / length)
+
+
+def _limit(limit: XmlElement | None, name: str, kind: JointType) -> float | None:
+    if limit is None or kind not in (JointType.REVOLUTE, JointType.PRISMATIC):
+        return None
+    return limit.number(name, "0")
+
+
+def _mimic(mimic: XmlElement) -> Mimic:
+    return Mimic(
+        mimic.string("joint"), mimic.number("multiplier", "1"), mimic.number("offset", "0")
+    )

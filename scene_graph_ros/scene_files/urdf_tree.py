@@ -1,0 +1,88 @@
+"""Check that the links and joints of a URDF form one tree, and put parents before children."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+
+from scene_graph_ros.scene_files.errors import Location, SceneFileError
+from scene_graph_ros.scene_files.robot_model import Joint, Link
+from scene_graph_ros.scene_files.xml_tree import XmlElement
+
+__all__ = ["arrange_joints", "check_mimics", "suggestion"]
+
+
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return "; did you mean 'x'?" for the known name nearest to ``name``, or nothing."""
+    near = difflib.get_close_matches(name, list(known), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def arrange_joints(
+    root: XmlElement, links: Mapping[str, Link], joints: Mapping[str, Joint]
+) -> tuple[str, dict[str, Joint]]:
+    """Return the root link's name and the joints, each after the joint that moves its parent.
+
+    Raises SceneFileError for unknown links, two joints with one child, several roots or a loop.
+    """
+    by_child: dict[str, Joint] = {}
+    for joint in joints.values():
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                raise SceneFileError(
+                    f"{joint.location}/{role}: no link {name!r}{suggestion(name, links)}"
+                )
+        if joint.child in by_child:
+            other = by_child[joint.child]
+            raise SceneFileError(
+                f"{joint.location}/child: link {joint.child!r} is already moved by joint"
+                f" {other.name!r} in line {other.location.line}"
+            )
+        by_child[joint.child] = joint
+    roots = [name for name in links if name not in by_child]
+    if len(roots) != 1:
+        what = ", ".join(repr(name) for name in roots) or "none: the joints form a loop"
+        place = Location(root.file, root.line)
+        raise SceneFileError(f"{place}: expected one root link, got {what}")
+    return roots[0], _ordered(roots[0], joints)
+
+
+def _ordered(base: str, joints: Mapping[str, Joint]) -> dict[str, Joint]:
+    by_parent: dict[str, list[Joint]] = {}
+    for joint in joints.values():
+        by_parent.setdefault(joint.parent, []).append(joint)
+    result: dict[str, Joint] = {}
+    pending = [base]
+    while pending:
+        below = by_parent.get(pending.pop(), [])
+        result.update((joint.name, joint) for joint in below)
+        pending.extend(joint.child for joint in reversed(below))
+    for joint in joints.values():
+        if joint.name not in result:
+            raise SceneFileError(f"{joint.location}: is part of a loop of joints")
+    return result
+
+
+def check_mimics(joints: Mapping[str, Joint]) -> None:
+    """Raise SceneFileError if a mimicked joint is unknown, immobile, or mimics in a circle."""
+    for joint in joints.values():
+        followed = [joint.name]
+        current = joint
+        while current.mimic is not None:
+            name = current.mimic.joint
+            if name not in joints:
+                raise SceneFileError(
+                    f"{current.location}/mimic: no joint {name!r}{suggestion(name, joints)}"
+                )
+            if name in followed:
+                raise SceneFileError(
+                    f"{joint.location}/mimic: joints mimic each other: "
+                    f"{' -> '.join([*followed, name])}"
+                )
+            followed.append(name)
+            current = joints[name]
+            if not current.type.has_position:
+                raise SceneFileError(
+                    f"{joint.location}/mimic: joint {name!r} is {current.type.value} and has no"
+                    " position to mimic"
+                )

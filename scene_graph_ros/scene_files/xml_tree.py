@@ -1,0 +1,170 @@
+"""A small XML tree whose elements know their line, and read their attributes with located errors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from xml.parsers import expat
+
+from scene_graph_ros.scene_files.errors import Location, SceneFileError
+
+__all__ = ["XmlElement", "parse_xml"]
+
+
+@dataclass
+class XmlElement:
+    """An element of a parsed file; ``path`` names it from below the root, for messages."""
+
+    tag: str
+    attributes: dict[str, str]
+    file: str
+    line: int
+    path: str
+    children: list[XmlElement] = field(default_factory=list)
+    text: str = ""
+
+    def all(self, tag: str) -> Iterator[XmlElement]:
+        """Yield the direct children called ``tag``."""
+        return (child for child in self.children if child.tag == tag)
+
+    def child(self, tag: str) -> XmlElement | None:
+        """Return the first direct child called ``tag``, if there is one."""
+        return next(self.all(tag), None)
+
+    def only_child(self, tag: str) -> XmlElement | None:
+        """Return the child called ``tag``, if there is one; raise if there are several."""
+        found = list(self.all(tag))
+        if len(found) > 1:
+            raise found[1].error(f"second <{tag}>, the first is in line {found[0].line}")
+        return found[0] if found else None
+
+    def required_child(self, tag: str) -> XmlElement:
+        """Return the one child called ``tag``; raise if it is missing or there are several."""
+        child = self.only_child(tag)
+        if child is None:
+            raise self.error(f"missing <{tag}>")
+        return child
+
+    def location(self, attribute: str = "") -> Location:
+        """Return where this element, or one of its attributes, is."""
+        path = f"{self.path}.{attribute}" if attribute else self.path
+        return Location(self.file, self.line, path)
+
+    def error(self, message: str, attribute: str = "") -> SceneFileError:
+        """Return an error that names file, line, element and attribute."""
+        return SceneFileError(f"{self.location(attribute)}: {message}")
+
+    def string(self, name: str, default: str | None = None) -> str:
+        """Return an attribute that may not be empty; raise if it is missing without default."""
+        value = self.attributes.get(name, default)
+        if value is None:
+            raise self.error("missing attribute", name)
+        if not value.strip():
+            raise self.error(f"must not be empty, got {value!r}", name)
+        return value.strip()
+
+    def numbers(self, name: str, count: int, default: str | None = None) -> tuple[float, ...]:
+        """Return an attribute that holds ``count`` finite numbers parted by blanks."""
+        text = self.string(name, default)
+        parts = text.split()
+        if len(parts) != count:
+            noun = "number" if count == 1 else "numbers"
+            raise self.error(f"expected {count} {noun}, got {text!r}", name)
+        values = []
+        for part in parts:
+            try:
+                value = float(part)
+            except ValueError:
+                raise self.error(f"expected a number, got {part!r} in {text!r}", name) from None
+            if not math.isfinite(value):
+                raise self.error(f"must be finite, got {text!r}", name)
+            values.append(value)
+        return tuple(values)
+
+    def number(self, name: str, default: str | None = None) -> float:
+        """Return an attribute that holds one finite number."""
+        return self.numbers(name, 1, default)[0]
+
+    def positive(self, name: str) -> float:
+        """Return an attribute that holds one number greater than zero."""
+        value = self.number(name)
+        if not value > 0.0:
+            raise self.error(f"must be positive, got {value:g}", name)
+        return value
+
+
+class _TreeBuilder:
+    """Collects what expat reports into a tree."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.root: XmlElement | None = None
+        self.open: list[XmlElement] = []
+        self.counts: list[dict[str, int]] = [{}]
+        self.parser = expat.ParserCreate()
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.CharacterDataHandler = self.characters
+        self.parser.EntityDeclHandler = self.entity
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        line = self.parser.CurrentLineNumber
+        if tag.startswith("xacro:"):
+            raise SceneFileError(
+                f"{Location(self.file, line, tag)}: is a macro; expand the file with xacro first"
+            )
+        element = XmlElement(tag, attributes, self.file, line, self._path(tag, attributes))
+        if self.open:
+            self.open[-1].children.append(element)
+        else:
+            self.root = element
+        self.open.append(element)
+        self.counts.append({})
+
+    def _path(self, tag: str, attributes: dict[str, str]) -> str:
+        """Name an element as ``link['arm']/collision[1]/geometry``; the root has no name."""
+        if not self.open:
+            return ""
+        index = self.counts[-1].get(tag, 0)
+        self.counts[-1][tag] = index + 1
+        if attributes.get("name"):
+            label = f"{tag}[{attributes['name']!r}]"
+        else:
+            label = tag if index == 0 else f"{tag}[{index}]"
+        parent = self.open[-1].path
+        return f"{parent}/{label}" if parent else label
+
+    def end(self, _tag: str) -> None:
+        self.open.pop()
+        self.counts.pop()
+
+    def characters(self, text: str) -> None:
+        if self.open:
+            self.open[-1].text += text
+
+    def entity(self, name: str, *_details: object) -> None:
+        line = self.parser.CurrentLineNumber
+        raise SceneFileError(f"{Location(self.file, line)}: entity {name!r}: entities are refused")
+
+
+def parse_xml(source: str | bytes, file: str) -> XmlElement:
+    """Return the root element of an XML text; ``file`` is its name in messages.
+
+    Raises SceneFileError, with the line, for text that is not well-formed XML, declares entities
+    or still contains xacro macros.
+    """
+    builder = _TreeBuilder(file)
+    try:
+        builder.parser.Parse(source, True)
+    except expat.ExpatError as error:
+        reason = expat.ErrorString(error.code)
+        where = Location(file, error.lineno)
+        raise SceneFileError(f"{where}: not well-formed XML: {reason}") from error
+    except ValueError as error:
+        if isinstance(error, SceneFileError):
+            raise
+        raise SceneFileError(f"{file}: cannot be read as XML: {error}") from error
+    if builder.root is None:
+        raise SceneFileError(f"{file}: no XML element")
+    return builder.root
