@@ -131,7 +131,7 @@ def add_contact_material(
     static_friction: float | None = None,
     dynamic_friction: float | None = None,
 ) -> None:
-    """Add what is carried through to contact results: dissipation (s/m), stiffness (N/m), friction.
+    """Add what contact results carry through: dissipation (s/m), stiffness (N/m), friction.
 
     Friction coefficients come together, the static one at least as large as the dynamic one.
     Raises PropertyError otherwise, or for values that are negative or not finite.

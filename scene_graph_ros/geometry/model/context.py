@@ -138,7 +138,7 @@ class Context(ModelOwner):
         expected = len(layout.source_rows[source_id])
         if given.ndim != 3 or len(given) != expected:
             raise InvalidPoseError(
-                f"{label} must be ({expected}, 4, 4), one for each of its frames, not {given.shape}"
+                f"{label} must be ({expected}, 4, 4), one for each frame, not {given.shape}"
             )
         return given
 

@@ -245,6 +245,6 @@ class SceneGraph:
         *,
         context: Context | None = None,
     ) -> None:
-        """Rename a geometry. Raises NameConflictError if the name is taken for one of its roles."""
+        """Rename a geometry. Raises NameConflictError if one of its roles has that name."""
         with self._owner(context).changing() as state:
             alteration.rename_geometry(state, source_id, geometry_id, name)

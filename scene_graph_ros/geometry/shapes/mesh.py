@@ -37,7 +37,7 @@ class Mesh(MeshShape):
         file_type: str | None = None,
     ) -> None:
         """Describe a mesh; see MeshShape. With ``vertices`` there must be ``faces``."""
-        if vertices is not None and faces is None:
+        if vertices is not None and faces is None and path is None and contents is None:
             raise InvalidShapeError("Mesh: vertices come with faces; Convex takes points alone")
         super().__init__(
             path, scale, vertices=vertices, faces=faces, contents=contents, file_type=file_type

@@ -65,13 +65,16 @@ def to_pose_array(X: Any, name: str) -> Poses:
     if not isinstance(X, np.ndarray) and hasattr(X, "as_matrix"):
         X = X.as_matrix()
     try:
-        array = np.ascontiguousarray(X, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        given = np.asarray(X)
+    except ValueError as error:
         raise InvalidPoseError(f"pose {name} is not an array of numbers: {X!r}") from error
-    if array.shape[-2:] != (4, 4) or array.ndim not in (2, 3) or np.iscomplexobj(X):
+    if given.dtype.kind not in "fiu":
+        raise InvalidPoseError(f"pose {name} is not an array of real numbers: {X!r}")
+    if given.shape[-2:] != (4, 4) or given.ndim not in (2, 3):
         raise InvalidPoseError(
-            f"pose {name} must be (4, 4) or (n, 4, 4) real numbers, not {array.shape}: {_quote(X)}"
+            f"pose {name} must be (4, 4) or (n, 4, 4), not {given.shape}: {_quote(given)}"
         )
+    array = np.ascontiguousarray(given, dtype=np.float64)
     # A read-only array is another type to numba: without the copy it would compile a second time.
     return array if array.flags.writeable else array.copy()
 
