@@ -21,8 +21,9 @@ from typing import Any
 
 import numba
 import numba.core.config as numba_config
+from numba import types
 
-__all__ = ["cache_root", "compilation_count", "kernel"]
+__all__ = ["cache_root", "compilation_count", "inlined_kernel", "kernel"]
 
 _FLAGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False}
 _PACKAGE = "scene_graph_ros.geometry"
@@ -80,6 +81,23 @@ def _digest(module: str) -> str:
     return digest.hexdigest()
 
 
+def _forget_literals(dispatcher: Any) -> None:
+    """Make calls from other kernels compile for the types of constants, not for their values.
+
+    Numba compiles a callee anew for every literal it is called with; the optimizer propagates
+    constants into what it inlines in any case, so that costs minutes and gains nothing.
+    """
+    resolve = dispatcher.get_call_template
+
+    def get_call_template(args: Any, kws: Any) -> Any:
+        return resolve(
+            tuple(types.unliteral(arg) for arg in args),
+            {name: types.unliteral(arg) for name, arg in dict(kws).items()},
+        )
+
+    dispatcher.get_call_template = get_call_template
+
+
 def cache_root() -> Path:
     """Return the folder below which compiled kernels are kept."""
     override = os.environ.get("SCENE_GRAPH_ROS_KERNEL_CACHE")
@@ -95,9 +113,23 @@ def kernel(function: Callable[..., Any]) -> Any:
     Kernels release the GIL, follow IEEE arithmetic strictly and divide by zero as numpy does.
     With ``NUMBA_DISABLE_JIT=1`` the plain Python function is returned.
     """
+    return _compiled(function, _FLAGS)
+
+
+def inlined_kernel(function: Callable[..., Any]) -> Any:
+    """Compile like ``kernel``, and let the machine code always be inlined into its callers.
+
+    For functions that take a tuple of arrays, such as a shape table: a call that is not inlined
+    copies every pointer, shape and stride to the stack, which takes longer than most answers.
+    """
+    return _compiled(function, {**_FLAGS, "forceinline": True})
+
+
+def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
     if numba_config.DISABLE_JIT:
         return function
-    dispatcher = numba.njit(**_FLAGS)(function)
+    dispatcher = numba.njit(**flags)(function)
+    _forget_literals(dispatcher)
     outer = numba_config.CACHE_DIR
     numba_config.CACHE_DIR = str(cache_root() / _digest(function.__module__))
     try:
