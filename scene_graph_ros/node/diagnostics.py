@@ -1,0 +1,155 @@
+"""What /diagnostics says: rates and ages per source, latency, drops, and each effect's time."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from collections import Counter, deque
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+
+from msg_adapters.diagnostics import (
+    diagnostic_array_to_msg,
+    diagnostic_status_to_msg,
+    effect_to_diagnostic,
+    effect_to_msg,
+)
+from scene_graph_ros.node.effects.manager import EffectReport
+from scene_graph_ros.node.intake import Fault, Statistics
+
+__all__ = ["Diagnostics", "Monitor"]
+
+_OPTIONAL_MODULES = ("pinocchio", "tf2_msgs", "trimesh")
+"""Costly or optional imports: reported, so that it can be seen what a scene really needs."""
+
+_LATENCIES = 1000
+"""Updates that the latency is taken over."""
+
+
+class Monitor:
+    """Counts updates and measures the time from a pose's arrival to its contact message."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._latencies: deque[float] = deque(maxlen=_LATENCIES)
+        self._ticks: deque[int] = deque(maxlen=_LATENCIES)
+        self.updates = 0
+        self.clock_jumps = 0
+        self.errors = 0
+
+    def updated(self, now: int) -> None:
+        """Count an update at steady time ``now``, nanoseconds."""
+        with self._lock:
+            self.updates += 1
+            self._ticks.append(now)
+
+    def published(self, arrival: int, now: int) -> None:
+        """Record that poses which arrived at ``arrival`` went out as contacts at ``now``."""
+        with self._lock:
+            self._latencies.append((now - arrival) * 1e-9)
+
+    def rate(self, now: int) -> float:
+        """Return updates per second over the last two seconds."""
+        with self._lock:
+            recent = sum(tick >= now - 2_000_000_000 for tick in self._ticks)
+        return recent / 2.0
+
+    def latency(self) -> tuple[float, float, float]:
+        """Return median, 99th percentile and worst of recent latencies in seconds; nan if none."""
+        with self._lock:
+            values = np.array(self._latencies)
+        if values.size == 0:
+            return (float("nan"),) * 3
+        median, high = np.percentile(values, (50.0, 99.0)).tolist()
+        return median, high, float(values.max())
+
+
+class Diagnostics:
+    """Builds the diagnostics message; remembers what it said last to tell what is new."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._faults: dict[str, int] = {}
+
+    def message(
+        self,
+        *,
+        stamp: int,
+        world: DiagnosticStatus,
+        sources: Iterable[DiagnosticStatus],
+        effects: Iterable[EffectReport],
+    ) -> DiagnosticArray:
+        """Return the whole message; ``stamp`` in nanoseconds."""
+        statuses = [world, *sources]
+        statuses += [self._effect(report) for report in effects]
+        return diagnostic_array_to_msg(statuses, stamp_ns=stamp)
+
+    def world(
+        self, monitor: Monitor, now: int, *, scene_version: int, values: Mapping[str, Any]
+    ) -> DiagnosticStatus:
+        """Return the entry of the world; ``now`` is steady time in nanoseconds."""
+        median, high, worst = monitor.latency()
+        entries = {
+            "scene version": scene_version,
+            "updates": monitor.updates,
+            "update rate (Hz)": monitor.rate(now),
+            "latency median (s)": median,
+            "latency 99th percentile (s)": high,
+            "latency worst (s)": worst,
+            "clock jumps": monitor.clock_jumps,
+            "internal errors": monitor.errors,
+            "imported": " ".join(m for m in _OPTIONAL_MODULES if m in sys.modules),
+            **values,
+        }
+        level = DiagnosticStatus.ERROR if monitor.errors else DiagnosticStatus.OK
+        text = "updating" if not monitor.errors else "internal errors: see the log"
+        return diagnostic_status_to_msg(f"{self._name}: world", level, text, entries)
+
+    def source(
+        self, source: str, topic: str, statistics: Statistics, now: int, max_age: float
+    ) -> DiagnosticStatus:
+        """Return the entry of a source; ``now`` is steady time, ``max_age`` seconds."""
+        age = None if statistics.last_arrival is None else (now - statistics.last_arrival) * 1e-9
+        faults: Counter[Fault] = statistics.faults.copy()
+        values: dict[str, Any] = {
+            "topic": topic,
+            "rate (Hz)": statistics.rate(now),
+            "age (s)": "never" if age is None else age,
+            "messages received": statistics.received,
+            "messages superseded": statistics.superseded,
+            "poses applied": statistics.applied_poses,
+            "dropped": sum(faults.values()),
+        }
+        values.update({fault.value: faults[fault] for fault in Fault})
+        total = sum(faults.values())
+        new, self._faults[source] = total - self._faults.get(source, 0), total
+        level, text = DiagnosticStatus.OK, "receiving poses"
+        if age is None:
+            text = "no poses yet"
+        elif max_age > 0.0 and age > max_age:
+            level, text = DiagnosticStatus.STALE, f"no poses for {age:.1f} s"
+        if new > 0:
+            level, text = DiagnosticStatus.WARN, f"{new} new faults: {_listed(faults)}"
+        return diagnostic_status_to_msg(f"{self._name}: source {source}", level, text, values)
+
+    def _effect(self, report: EffectReport) -> DiagnosticStatus:
+        message = effect_to_msg(
+            report.name,
+            is_on=report.is_on,
+            reason=report.reason,
+            topics=report.topics,
+            count=report.count,
+            mean_seconds=report.mean_seconds,
+            max_seconds=report.max_seconds,
+        )
+        status = effect_to_diagnostic(message, f"{self._name}: effect")
+        extra = diagnostic_status_to_msg("", DiagnosticStatus.OK, "", report.counters)
+        status.values = [*status.values, *extra.values]
+        return status
+
+
+def _listed(faults: Mapping[Fault, int]) -> str:
+    return ", ".join(f"{count} {fault.value}" for fault, count in faults.items() if count)

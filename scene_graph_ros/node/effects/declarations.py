@@ -1,0 +1,108 @@
+"""The one list of effects: what asks for each, what it publishes, and which module builds it.
+
+The module is imported when the effect is first asked for. Reading this list imports neither
+rclpy nor any effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from scene_graph_ros.geometry import Role
+from scene_graph_ros.node.names import (
+    CONTACT_MARKERS,
+    CONTACTS,
+    MARKERS_ILLUSTRATION,
+    MARKERS_PERCEPTION,
+    MARKERS_PROXIMITY,
+)
+
+__all__ = ["EFFECTS", "EFFECT_NAMES", "Demand", "EffectDeclaration"]
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What may ask for effects: geometries per role, and requests per query so far."""
+
+    geometries: Mapping[Role, int]
+    requests: Mapping[str, int]
+
+
+@dataclass(frozen=True)
+class EffectDeclaration:
+    """One effect.
+
+    ``asked_by`` returns the sentence that says what asks for it, or "" where nothing does;
+    ``would_ask`` says what would. ``factory`` is ``module:class`` of what computes and publishes,
+    empty for answers to requests, which the services compute.
+    """
+
+    name: str
+    asked_by: Callable[[Demand], str]
+    would_ask: str
+    topics: tuple[str, ...] = ()
+    factory: str = ""
+
+
+def _by_role(role: Role) -> Callable[[Demand], str]:
+    def asked_by(demand: Demand) -> str:
+        count = demand.geometries.get(role, 0)
+        noun = "geometry has" if count == 1 else "geometries have"
+        return f"{count} {noun} the {role.name.lower()} role" if count else ""
+
+    return asked_by
+
+
+def _by_request(query: str) -> Callable[[Demand], str]:
+    def asked_by(demand: Demand) -> str:
+        count = demand.requests.get(query, 0)
+        return f"{count} request{'' if count == 1 else 's'} so far" if count else ""
+
+    return asked_by
+
+
+_PACKAGE = "scene_graph_ros.node.effects"
+
+EFFECTS: tuple[EffectDeclaration, ...] = (
+    EffectDeclaration(
+        "point_contact",
+        _by_role(Role.PROXIMITY),
+        "a geometry with the proximity role",
+        (CONTACTS, CONTACT_MARKERS),
+        f"{_PACKAGE}.point_contact:PointContact",
+    ),
+    EffectDeclaration(
+        "illustration",
+        _by_role(Role.ILLUSTRATION),
+        "a geometry with the illustration role",
+        (MARKERS_ILLUSTRATION,),
+        f"{_PACKAGE}.markers:IllustrationMarkers",
+    ),
+    EffectDeclaration(
+        "proximity",
+        _by_role(Role.PROXIMITY),
+        "a geometry with the proximity role",
+        (MARKERS_PROXIMITY,),
+        f"{_PACKAGE}.markers:ProximityMarkers",
+    ),
+    EffectDeclaration(
+        "perception",
+        _by_role(Role.PERCEPTION),
+        "a geometry with the perception role",
+        (MARKERS_PERCEPTION,),
+        f"{_PACKAGE}.markers:PerceptionMarkers",
+    ),
+    EffectDeclaration(
+        "signed_distance",
+        _by_request("signed_distance"),
+        "a request to compute_signed_distance_pair or compute_signed_distance_pairwise",
+    ),
+    EffectDeclaration(
+        "point_distance",
+        _by_request("point_distance"),
+        "a request to compute_signed_distance_to_point",
+    ),
+)
+
+EFFECT_NAMES = tuple(declaration.name for declaration in EFFECTS)

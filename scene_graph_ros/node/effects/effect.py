@@ -1,0 +1,126 @@
+"""What an effect that publishes has to offer, and what it gets from the node."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol
+
+from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import PublisherEventCallbacks
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+
+from scene_graph_ros.node.qos import overridable
+from scene_graph_ros.node.world import WorldSnapshot
+
+__all__ = ["Effect", "Host", "Outlet"]
+
+
+class Host(Protocol):
+    """What the node offers to its effects."""
+
+    node: Node
+    group: CallbackGroup
+    world_frame: str
+
+    def parameter(self, name: str) -> Any:
+        """Return the value of a parameter of the node."""
+
+    def request_update(self) -> None:
+        """Ask for an update soon, also when no poses arrive."""
+
+    def contacts_published(self, snapshot: WorldSnapshot) -> None:
+        """Tell that the contacts of ``snapshot`` are on their way."""
+
+
+class Effect(Protocol):
+    """Computes and publishes one thing, in the thread that updates the world."""
+
+    def has_work(self) -> bool:
+        """Tell whether somebody listens and it is time to publish."""
+
+    def update(self, snapshot: WorldSnapshot) -> None:
+        """Compute and publish for a snapshot; called only when there is work."""
+
+    def vanish(self, snapshot: WorldSnapshot) -> None:
+        """Take back what was published, before the effect ends."""
+
+    def close(self) -> None:
+        """Stop being advertised."""
+
+    def counters(self) -> Mapping[str, int]:
+        """Return how much work was done, for diagnostics and tests."""
+
+
+class Outlet:
+    """A publisher that knows whether anybody listens and whether somebody new came.
+
+    Readers that ask for volatile data, as viewers do by default, get nothing from a transient
+    local writer's past; so a new match is reported once through ``take_newcomers``.
+    """
+
+    def __init__(
+        self,
+        host: Host,
+        kind: Any,
+        topic: str,
+        qos: QoSProfile,
+        *,
+        period: Callable[[], float] | None = None,
+    ) -> None:
+        """Advertise ``topic``; ``period`` returns seconds between messages (None: no limit)."""
+        self._host = host
+        self._lock = threading.Lock()
+        self._newcomers = False
+        self._period = period
+        self._last = float("-inf")
+        self.messages = 0
+        self._publisher = host.node.create_publisher(
+            kind,
+            topic,
+            qos,
+            callback_group=host.group,
+            event_callbacks=PublisherEventCallbacks(matched=self._matched),
+            qos_overriding_options=overridable(),
+        )
+
+    def _matched(self, event: Any) -> None:
+        if event.current_count_change > 0:
+            with self._lock:
+                self._newcomers = True
+            self._host.request_update()
+
+    def take_newcomers(self) -> bool:
+        """Tell whether a subscriber was matched since the last call."""
+        with self._lock:
+            newcomers, self._newcomers = self._newcomers, False
+        return newcomers
+
+    @property
+    def topic(self) -> str:
+        """Absolute name of the topic."""
+        return str(self._publisher.topic_name)
+
+    def is_heard(self) -> bool:
+        """Tell whether there are subscribers."""
+        return self._publisher.get_subscription_count() > 0
+
+    def is_due(self) -> bool:
+        """Tell whether there are subscribers who should get a message now."""
+        if not self.is_heard():
+            return False
+        if self._newcomers or self._period is None:
+            return True
+        return time.monotonic() - self._last >= self._period()
+
+    def publish(self, message: Any) -> None:
+        """Publish a message."""
+        self._last = time.monotonic()
+        self.messages += 1
+        self._publisher.publish(message)
+
+    def close(self) -> None:
+        """Stop advertising."""
+        self._host.node.destroy_publisher(self._publisher)

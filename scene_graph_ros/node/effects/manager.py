@@ -1,0 +1,175 @@
+"""Turns effects on and off with the scene, runs those that have work, and reports on all."""
+
+from __future__ import annotations
+
+import importlib
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from scene_graph_ros.geometry import Role
+from scene_graph_ros.node.effects.declarations import EFFECTS, Demand, EffectDeclaration
+from scene_graph_ros.node.effects.effect import Effect, Host
+from scene_graph_ros.node.world import WorldSnapshot
+
+__all__ = ["EffectReport", "Effects"]
+
+LINGER = 2.0
+"""Seconds that a publisher outlives its effect, so that reliable readers get the last message."""
+
+_RECENT = 100
+"""Updates that the mean and worst time of an effect are taken over."""
+
+
+@dataclass(frozen=True)
+class EffectReport:
+    """What an effect is doing and why; times in seconds over recent updates."""
+
+    name: str
+    is_on: bool
+    reason: str
+    topics: tuple[str, ...]
+    count: int
+    mean_seconds: float
+    max_seconds: float
+    counters: dict[str, int]
+
+
+@dataclass
+class _State:
+    declaration: EffectDeclaration
+    reason: str = ""
+    effect: Effect | None = None
+    closes_at: float | None = None
+    count: int = 0
+    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=_RECENT))
+
+    @property
+    def is_on(self) -> bool:
+        """Whether something asks for the effect."""
+        return bool(self.reason)
+
+
+class Effects:
+    """All effects of the node."""
+
+    def __init__(
+        self, host: Host, declarations: Iterable[EffectDeclaration] = EFFECTS
+    ) -> None:
+        self._host = host
+        self._lock = threading.RLock()
+        self._states = {d.name: _State(d) for d in declarations}
+        self._requests: Counter[str] = Counter()
+        self._switched_off: frozenset[str] = frozenset()
+        self._scene_version = -1
+
+    def switch_off(self, names: Iterable[str]) -> None:
+        """Keep effects off whatever asks for them; effects not named follow the scene again."""
+        self._switched_off = frozenset(names)
+        self._scene_version = -1
+
+    def record(self, query: str, seconds: float) -> None:
+        """Count a request that a service answered for an effect."""
+        with self._lock:
+            self._requests[query] += 1
+            state = self._states.get(query)
+            if state is not None and not state.declaration.factory:
+                state.count += 1
+                state.seconds.append(seconds)
+                state.reason = state.declaration.asked_by(self._demand({}))
+
+    def update(self, snapshot: WorldSnapshot) -> None:
+        """Follow the scene, then let each effect publish that has somebody to publish to."""
+        with self._lock:
+            if snapshot.scene_version != self._scene_version:
+                self._follow(snapshot)
+            for state in self._states.values():
+                if state.effect is None:
+                    continue
+                if state.closes_at is not None:
+                    self._close_if_time(state)
+                elif state.effect.has_work():
+                    begin = time.perf_counter()
+                    state.effect.update(snapshot)
+                    state.seconds.append(time.perf_counter() - begin)
+                    state.count += 1
+
+    def close(self) -> None:
+        """Stop all effects at once."""
+        with self._lock:
+            for state in self._states.values():
+                if state.effect is not None:
+                    state.effect.close()
+                state.effect, state.reason = None, ""
+            self._scene_version = -1
+
+    def reports(self) -> list[EffectReport]:
+        """Describe every effect, also those that are off."""
+        with self._lock:
+            return [self._report(state) for state in self._states.values()]
+
+    def _demand(self, geometries: dict[Role, int]) -> Demand:
+        return Demand(geometries, self._requests)
+
+    def _follow(self, snapshot: WorldSnapshot) -> None:
+        self._scene_version = snapshot.scene_version
+        inspector = snapshot.inspector
+        counts = {
+            role: inspector.num_geometries_with_role(role)
+            for role in Role
+            if role is not Role.UNASSIGNED
+        }
+        demand = self._demand(counts)
+        for state in self._states.values():
+            name = state.declaration.name
+            reason = "" if name in self._switched_off else state.declaration.asked_by(demand)
+            changed = bool(reason) != state.is_on
+            state.reason = reason
+            if changed:
+                self._switch(state, snapshot)
+
+    def _switch(self, state: _State, snapshot: WorldSnapshot) -> None:
+        name, factory = state.declaration.name, state.declaration.factory
+        logger = self._host.node.get_logger()
+        if not factory:
+            return
+        if state.is_on:
+            logger.info(f"effect {name} is on: {state.reason}")
+            state.closes_at = None
+            if state.effect is None:
+                module, kind = factory.split(":")
+                state.effect = getattr(importlib.import_module(module), kind)(self._host)
+        elif state.effect is not None:
+            logger.info(f"effect {name} is off: {self._why_off(state)}")
+            state.effect.vanish(snapshot)
+            state.closes_at = time.monotonic() + LINGER
+
+    @staticmethod
+    def _close_if_time(state: _State) -> None:
+        if state.effect is not None and state.closes_at is not None:
+            if time.monotonic() >= state.closes_at:
+                state.effect.close()
+                state.effect, state.closes_at = None, None
+
+    def _why_off(self, state: _State) -> str:
+        if state.declaration.name in self._switched_off:
+            return "switched off by the scene file"
+        return f"nothing asks for it; {state.declaration.would_ask} would"
+
+    def _report(self, state: _State) -> EffectReport:
+        resolve = self._host.node.resolve_topic_name
+        seconds: list[float] = list(state.seconds)
+        counters: dict[str, Any] = dict(state.effect.counters()) if state.effect else {}
+        return EffectReport(
+            name=state.declaration.name,
+            is_on=state.is_on,
+            reason=state.reason or self._why_off(state),
+            topics=tuple(resolve(topic) for topic in state.declaration.topics),
+            count=state.count,
+            mean_seconds=sum(seconds) / len(seconds) if seconds else 0.0,
+            max_seconds=max(seconds, default=0.0),
+            counters=counters,
+        )

@@ -1,0 +1,125 @@
+"""Markers of the geometries of a role, in the world: all at first, then what moved."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from visualization_msgs.msg import MarkerArray
+
+from msg_adapters.markers import MarkerItem, SceneMarkers, marker_from_shape
+from msg_adapters.scene import marker_items
+from scene_graph_ros.geometry import Role
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.node.effects.effect import Host, Outlet
+from scene_graph_ros.node.names import (
+    MARKERS_ILLUSTRATION,
+    MARKERS_PERCEPTION,
+    MARKERS_PROXIMITY,
+)
+from scene_graph_ros.node.qos import marker_qos
+from scene_graph_ros.node.world import WorldSnapshot
+
+__all__ = ["IllustrationMarkers", "PerceptionMarkers", "ProximityMarkers"]
+
+
+class RoleMarkers:
+    """Publishes the markers of one role where somebody listens."""
+
+    ROLE: ClassVar[Role]
+    TOPIC: ClassVar[str]
+
+    def __init__(self, host: Host) -> None:
+        self._outlet = Outlet(
+            host,
+            MarkerArray,
+            self.TOPIC,
+            marker_qos(),
+            period=lambda: 1.0 / host.parameter("marker_rate"),
+        )
+        self._logger = host.node.get_logger()
+        self._markers = SceneMarkers(frame_id=host.world_frame)
+        self._scene_version = -1
+        self._sequence = -1
+        self._unshown: set[int] = set()
+        self._rows: list[int] | None = None
+        self._placed = 0
+
+    def has_work(self) -> bool:
+        """Tell whether somebody listens and the last message is long enough ago."""
+        return self._outlet.is_due()
+
+    def update(self, snapshot: WorldSnapshot) -> None:
+        """Publish all markers to newcomers, else deletions and what moved; nothing if none."""
+        is_whole = self._outlet.take_newcomers()
+        if snapshot.sequence == self._sequence and not is_whole:
+            return
+        if snapshot.scene_version != self._scene_version:
+            self._set_items(snapshot)
+        self._sequence = snapshot.sequence
+        X_WG = snapshot.query.snapshot.X_WG_of(self.ROLE)
+        if self._rows is not None:
+            X_WG = X_WG[self._rows]
+        message = self._markers.deletions(snapshot.stamp)
+        place = self._markers.full if is_whole else self._markers.moved
+        message.markers.extend(place(X_WG, snapshot.stamp).markers)
+        if message.markers or is_whole:
+            self._placed += len(message.markers)
+            self._outlet.publish(message)
+
+    def _set_items(self, snapshot: WorldSnapshot) -> None:
+        arrays = snapshot.query.snapshot.role_arrays(self.ROLE)
+        items = marker_items(
+            snapshot.inspector, snapshot.names, self.ROLE, arrays.geometry_ids, mesh_hulls=True
+        )
+        self._rows = None
+        try:
+            self._markers.set_items(items)
+        except SceneGraphError:
+            # A mesh that can't be shown must not hide the others: leave only that one out.
+            self._rows = [row for row, item in enumerate(items) if self._can_show(item)]
+            self._markers.set_items([items[row] for row in self._rows])
+        self._scene_version = snapshot.scene_version
+
+    def _can_show(self, item: MarkerItem) -> bool:
+        try:
+            marker_from_shape(item, frame_id="")
+        except SceneGraphError as error:
+            if item.geometry_id not in self._unshown:
+                self._unshown.add(item.geometry_id)
+                self._logger.warning(f"geometry {item.geometry_id} can't be shown: {error}")
+            return False
+        return True
+
+    def vanish(self, snapshot: WorldSnapshot) -> None:
+        """Delete all markers that were published."""
+        self.update(snapshot)
+
+    def close(self) -> None:
+        """Stop being advertised."""
+        self._outlet.close()
+
+    def counters(self) -> Mapping[str, int]:
+        """Return how many markers were placed and messages published."""
+        return {"markers placed": self._placed, "messages": self._outlet.messages}
+
+
+class IllustrationMarkers(RoleMarkers):
+    """What people are to see."""
+
+    ROLE = Role.ILLUSTRATION
+    TOPIC = MARKERS_ILLUSTRATION
+
+
+class ProximityMarkers(RoleMarkers):
+    """What collides, as it collides: meshes as their hulls unless they ask for triangles."""
+
+    ROLE = Role.PROXIMITY
+    TOPIC = MARKERS_PROXIMITY
+
+
+class PerceptionMarkers(RoleMarkers):
+    """What simulated cameras see."""
+
+    ROLE = Role.PERCEPTION
+    TOPIC = MARKERS_PERCEPTION

@@ -1,0 +1,94 @@
+"""Point contact: all penetrating pairs, as data at every update and as markers for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from scene_graph_msgs.msg import ContactArray
+from visualization_msgs.msg import MarkerArray
+
+from msg_adapters.contacts import contact_markers_to_msg, contacts_to_msg
+from scene_graph_ros.node.effects.effect import Host, Outlet
+from scene_graph_ros.node.names import CONTACT_MARKERS, CONTACTS
+from scene_graph_ros.node.qos import contact_qos, marker_qos
+from scene_graph_ros.node.world import WorldSnapshot
+
+__all__ = ["PointContact"]
+
+
+class PointContact:
+    """Publishes ``~/contacts`` and ``~/contact_markers`` where somebody listens."""
+
+    def __init__(self, host: Host) -> None:
+        self._host = host
+        self._contacts = Outlet(host, ContactArray, CONTACTS, contact_qos())
+        self._markers = Outlet(
+            host,
+            MarkerArray,
+            CONTACT_MARKERS,
+            marker_qos(),
+            period=lambda: 1.0 / host.parameter("marker_rate"),
+        )
+        self._computed_for = -1
+        self._table: Any = None
+        self._message: ContactArray | None = None
+        self._computed = 0
+
+    def has_work(self) -> bool:
+        """Tell whether somebody listens to contacts or their markers."""
+        return self._contacts.is_due() or self._markers.is_due()
+
+    def update(self, snapshot: WorldSnapshot) -> None:
+        """Publish the contacts of ``snapshot``, computed once even if published again."""
+        if snapshot.sequence != self._computed_for:
+            self._table = snapshot.query.compute_point_pair_penetration()
+            self._message = None
+            self._computed_for = snapshot.sequence
+            self._computed += 1
+        if self._contacts.is_due():
+            self._publish_contacts(snapshot)
+        if self._markers.is_due():
+            self._publish_markers(snapshot)
+
+    def _publish_contacts(self, snapshot: WorldSnapshot) -> None:
+        self._contacts.take_newcomers()
+        if self._message is None:
+            self._message = contacts_to_msg(
+                self._table,
+                snapshot.names,
+                stamp_ns=snapshot.stamp,
+                frame_id=self._host.world_frame,
+                scene_version=snapshot.scene_version,
+            )
+        self._contacts.publish(self._message)
+        self._host.contacts_published(snapshot)
+
+    def _publish_markers(self, snapshot: WorldSnapshot) -> None:
+        self._markers.take_newcomers()
+        message = contact_markers_to_msg(
+            self._table,
+            stamp_ns=snapshot.stamp,
+            frame_id=self._host.world_frame,
+            point_diameter=self._host.parameter("contact_point_size"),
+            normal_length=self._host.parameter("contact_normal_length"),
+        )
+        self._markers.publish(message)
+
+    def vanish(self, snapshot: WorldSnapshot) -> None:
+        """Publish once more: without geometry there are no contacts."""
+        if self.has_work():
+            self.update(snapshot)
+
+    def close(self) -> None:
+        """Stop being advertised."""
+        self._contacts.close()
+        self._markers.close()
+
+    def counters(self) -> Mapping[str, int]:
+        """Return how often contacts were computed and published."""
+        return {
+            "computed": self._computed,
+            "contact messages": self._contacts.messages,
+            "marker messages": self._markers.messages,
+        }

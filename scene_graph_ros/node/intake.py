@@ -1,0 +1,272 @@
+"""What arrives from a source, validated: rows of poses that may be applied, and counts of the rest.
+
+Nothing here knows topics or rclpy. A pose that can't be applied is counted by its reason, named
+in one warning per source, reason and frame, and changes nothing; the other poses of the same
+message are applied.
+"""
+
+from __future__ import annotations
+
+import enum
+from collections import Counter, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from msg_adapters.poses import PoseBatch, PoseFault
+
+__all__ = ["Fault", "Intake", "SourceFrames", "Statistics", "TimeLimits", "UNSTAMPED"]
+
+UNSTAMPED = np.iinfo(np.int64).min
+"""Stamp of a frame whose pose never came from a message, nanoseconds."""
+
+_WARNINGS_KEPT = 1000
+"""Distinct warnings remembered per source; further ones are only counted, so memory is bounded."""
+
+
+class Fault(enum.Enum):
+    """Why a pose, or a whole message, was not applied."""
+
+    MALFORMED = "malformed"
+    STALE = "stale"
+    FUTURE = "future"
+    OUT_OF_ORDER = "out_of_order"
+    NOT_FINITE = "not_finite"
+    NOT_UNIT = "not_unit"
+    UNKNOWN_FRAME = "unknown_frame"
+    WRONG_SOURCE = "wrong_source"
+    WRONG_PARENT = "wrong_parent"
+
+
+_FAULTS = {
+    PoseFault.NOT_FINITE: Fault.NOT_FINITE,
+    PoseFault.FAR_AWAY: Fault.NOT_FINITE,
+    PoseFault.NOT_UNIT_QUATERNION: Fault.NOT_UNIT,
+}
+
+
+class TimeLimits(NamedTuple):
+    """Nanoseconds of the node's clock: the time now, and how old and how new a pose may be.
+
+    ``now`` of 0 (simulated time that has not begun) switches both checks off, ``max_age`` of 0
+    that of the age.
+    """
+
+    now: int
+    max_age: int
+    max_lead: int
+
+
+@dataclass
+class SourceFrames:
+    """The frames of one source in registration order, with their newest poses.
+
+    ``X_PF`` is ``(n, 4, 4)``; ``stamps`` ``(n,)`` nanoseconds. ``foreign`` maps names of other
+    sources' frames to the source that owns them.
+    """
+
+    source: str
+    ids: tuple[Any, ...]
+    names: tuple[str, ...]
+    parents: tuple[str, ...]
+    X_PF: np.ndarray
+    stamps: np.ndarray
+    foreign: dict[str, str] = field(default_factory=dict)
+    rows: dict[str, int] = field(init=False)
+    row_of_id: dict[Any, int] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.rows = {name: row for row, name in enumerate(self.names)}
+        self.row_of_id = {frame_id: row for row, frame_id in enumerate(self.ids)}
+
+
+class Statistics:
+    """Counts of what one source sent, and when; times in nanoseconds of a steady clock."""
+
+    def __init__(self) -> None:
+        self.received = 0
+        self.superseded = 0
+        self.applied_messages = 0
+        self.applied_poses = 0
+        self.faults: Counter[Fault] = Counter()
+        self.last_arrival: int | None = None
+        self._arrivals: deque[int] = deque(maxlen=200)
+
+    def arrived(self, now: int) -> None:
+        """Count a message that came at steady time ``now``."""
+        self.received += 1
+        self.last_arrival = now
+        self._arrivals.append(now)
+
+    def rate(self, now: int, window: float = 2.0) -> float:
+        """Return messages per second over the last ``window`` seconds, at most 200 messages."""
+        since = now - int(window * 1e9)
+        recent = [t for t in tuple(self._arrivals) if t >= since]
+        if len(recent) < 2:
+            return len(recent) / window
+        if len(recent) == self._arrivals.maxlen:
+            return (len(recent) - 1) / max((recent[-1] - recent[0]) * 1e-9, 1e-9)
+        return len(recent) / window
+
+    @property
+    def dropped(self) -> int:
+        """Count all poses and messages that were not applied for a fault."""
+        return sum(self.faults.values())
+
+
+class Intake:
+    """Validates the messages of one source and keeps count."""
+
+    def __init__(
+        self,
+        source: str,
+        warn: Callable[[str], None],
+        *,
+        unknown_is_normal: bool = False,
+        world_frame: str = "world",
+    ) -> None:
+        self.source = source
+        self.statistics = Statistics()
+        self._warn = warn
+        self._warned: set[tuple[Fault, str]] = set()
+        self._unknown_is_normal = unknown_is_normal
+        self._world_frame = world_frame
+        self._cached_names: tuple[str, ...] | None = None
+        self._cached_frames: SourceFrames | None = None
+        self._cached_rows = np.empty(0, dtype=np.int64)
+
+    def fault(self, fault: Fault, frame: str, detail: str, count: int = 1) -> None:
+        """Count ``count`` poses of ``frame`` as faulty, and warn where that is new."""
+        self.statistics.faults[fault] += count
+        key = (fault, frame)
+        if key in self._warned or len(self._warned) >= _WARNINGS_KEPT:
+            return
+        self._warned.add(key)
+        where = f"source '{self.source}'" + (f", frame '{frame}'" if frame else "")
+        self._warn(f"{where}: {detail} ({fault.value}; counted, warned about once)")
+
+    def accept(self, batch: PoseBatch, frames: SourceFrames, limits: TimeLimits) -> int:
+        """Write the valid poses of ``batch`` into ``frames`` and return how many there were."""
+        for refused in batch.refused:
+            self.fault(_FAULTS[refused.fault], refused.name, refused.message)
+        rows, stamps = self._rows(batch.names, frames), _stamped(batch.stamps_ns, limits.now)
+        valid = rows >= 0
+        if not valid.all():
+            self._name_strangers(batch.names, rows, frames)
+        valid &= self._right_parent(batch, rows, frames)
+        valid &= self._in_time(batch.names, stamps, rows, valid, (frames, limits))
+        chosen = np.flatnonzero(valid)
+        self._store(frames, rows[chosen], batch.X_PF[chosen], stamps[chosen])
+        return int(chosen.size)
+
+    def accept_poses(
+        self,
+        names: tuple[str, ...],
+        X_PF: np.ndarray,
+        stamp: int,
+        frames: SourceFrames,
+        limits: TimeLimits,
+    ) -> int:
+        """Write poses that the node computed itself, all of one stamp, of frames it knows."""
+        stamps = np.full(len(names), stamp, dtype=np.int64)
+        parents = ("",) * len(names)
+        return self.accept(PoseBatch(names, parents, stamps, X_PF, ()), frames, limits)
+
+    def in_time(self, stamp: int, frames: SourceFrames, limits: TimeLimits) -> bool:
+        """Tell whether a whole message of one stamp may be applied, and count it where not.
+
+        For messages whose parts depend on each other, as joint positions do.
+        """
+        now, max_age, max_lead = limits
+        if stamp == 0:
+            return True
+        newest = int(frames.stamps.max()) if len(frames.stamps) else UNSTAMPED
+        lag = f"a message stamped {(now - stamp) * 1e-9:.3f} s ago is "
+        if now > 0 and max_age > 0 and now - stamp > max_age:
+            self.fault(Fault.STALE, "", lag + "older than max_pose_age")
+        elif now > 0 and stamp - now > max_lead:
+            self.fault(Fault.FUTURE, "", lag + "stamped beyond max_pose_lead in the future")
+        elif stamp < newest:
+            self.fault(Fault.OUT_OF_ORDER, "", lag + "older than the poses it would replace")
+        else:
+            return True
+        return False
+
+    def _store(
+        self, frames: SourceFrames, rows: np.ndarray, X_PF: np.ndarray, stamps: np.ndarray
+    ) -> None:
+        if rows.size == 0:
+            return
+        frames.X_PF[rows] = X_PF
+        frames.stamps[rows] = stamps
+        self.statistics.applied_poses += int(rows.size)
+        self.statistics.applied_messages += 1
+
+    def _rows(self, names: tuple[str, ...], frames: SourceFrames) -> np.ndarray:
+        if frames is not self._cached_frames or names != self._cached_names:
+            find = frames.rows.get
+            self._cached_rows = np.array([find(name, -1) for name in names], dtype=np.int64)
+            self._cached_names, self._cached_frames = names, frames
+        return self._cached_rows
+
+    def _name_strangers(
+        self, names: tuple[str, ...], rows: np.ndarray, frames: SourceFrames
+    ) -> None:
+        for index in np.flatnonzero(rows < 0):
+            name = names[index]
+            owner = frames.foreign.get(name)
+            if self._unknown_is_normal:
+                self.statistics.faults[Fault.UNKNOWN_FRAME] += 1
+            elif owner is not None:
+                self.fault(Fault.WRONG_SOURCE, name, f"the frame belongs to source '{owner}'")
+            else:
+                self.fault(Fault.UNKNOWN_FRAME, name, "no such frame is registered")
+
+    def _in_time(
+        self,
+        names: Sequence[str],
+        stamps: np.ndarray,
+        rows: np.ndarray,
+        known: np.ndarray,
+        given: tuple[SourceFrames, TimeLimits],
+    ) -> np.ndarray:
+        frames, (now, max_age, max_lead) = given
+        in_time = np.ones(len(stamps), dtype=bool)
+        checks: list[tuple[np.ndarray, Fault, str]] = []
+        if now > 0:
+            if max_age > 0:
+                checks.append((now - stamps > max_age, Fault.STALE, "older than max_pose_age"))
+            future = stamps - now > max_lead
+            checks.append((future, Fault.FUTURE, "stamped beyond max_pose_lead in the future"))
+        newest = frames.stamps[np.where(known, rows, 0)] if len(frames.stamps) else stamps
+        late = known & (stamps < newest)
+        checks.append((late, Fault.OUT_OF_ORDER, "older than the pose it would replace"))
+        for wrong, fault, detail in checks:
+            for index in np.flatnonzero(wrong & known & in_time):
+                lag = (now - int(stamps[index])) * 1e-9
+                self.fault(fault, names[index], f"a pose stamped {lag:.3f} s ago is {detail}")
+            in_time &= ~wrong
+        return in_time
+
+    def _right_parent(
+        self, batch: PoseBatch, rows: np.ndarray, frames: SourceFrames
+    ) -> np.ndarray:
+        right = np.ones(len(rows), dtype=bool)
+        if all(parent in ("", self._world_frame) for parent in batch.parents):
+            if not any(batch.parents) or all(p == self._world_frame for p in frames.parents):
+                return right
+        for index in np.flatnonzero(rows >= 0):
+            claimed = batch.parents[index if len(batch.parents) > 1 else 0]
+            actual = frames.parents[rows[index]]
+            if claimed not in ("", actual):
+                right[index] = False
+                detail = f"the pose is given in '{claimed}', the frame's parent is '{actual}'"
+                self.fault(Fault.WRONG_PARENT, batch.names[index], detail)
+        return right
+
+
+def _stamped(stamps: np.ndarray, now: int) -> np.ndarray:
+    """Give unstamped poses the time of their arrival."""
+    return np.where(stamps == 0, now, stamps)

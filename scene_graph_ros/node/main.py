@@ -1,0 +1,78 @@
+"""The node's own process: ``python -m scene_graph_ros.node`` and ``ros2 run``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Sequence
+from types import FrameType
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from scene_graph_ros.node.node import SceneGraphNode
+
+__all__ = ["main", "make_executor"]
+
+
+def make_executor(node: SceneGraphNode) -> Executor:
+    """Return the executor that the node's parameters name."""
+    if node.server.parameter("executor") == "single_threaded":
+        return SingleThreadedExecutor(context=node.context)
+    return MultiThreadedExecutor(node.server.parameter("executor_threads"), context=node.context)
+
+
+def main(args: Sequence[str] | None = None) -> int:
+    """Run the node until SIGINT or SIGTERM; return the exit code of the process."""
+    stop = threading.Event()
+    _stop_on_signals(stop)
+    # ROS's own handlers would end the context while callbacks still publish.
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = SceneGraphNode()
+    except (ParameterException, ValueError, OSError, LookupError) as error:
+        print(f"scene_graph: {error}", file=sys.stderr)
+        rclpy.shutdown()
+        return 1
+    failures = _spin_until(stop, node)
+    node.destroy_node()
+    rclpy.shutdown()
+    if failures:
+        raise failures[0]
+    return 0
+
+
+def _stop_on_signals(stop: threading.Event) -> None:
+    def handle(number: int, frame: FrameType | None) -> None:
+        stop.set()
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, handle)
+
+
+def _spin_until(stop: threading.Event, node: SceneGraphNode) -> list[BaseException]:
+    """Spin in a thread of its own: the main thread sleeps, where signals reach it at once."""
+    failures: list[BaseException] = []
+    executor: Any = make_executor(node)
+    executor.add_node(node)
+
+    def spin() -> None:
+        try:
+            while not stop.is_set():
+                executor.spin_once()
+        except BaseException as error:
+            failures.append(error)
+            stop.set()
+
+    thread = threading.Thread(target=spin, name="executor")
+    thread.start()
+    stop.wait()
+    # An empty task makes a sleeping executor return.
+    executor.create_task(lambda: None)
+    thread.join()
+    executor.shutdown()
+    return failures

@@ -1,0 +1,51 @@
+"""Names of the node's topics and services: relative, so that namespaces and remapping work."""
+
+from __future__ import annotations
+
+__all__ = [
+    "CONTACTS",
+    "CONTACT_MARKERS",
+    "DEFAULT_POSE_TYPE",
+    "DIAGNOSTICS",
+    "MARKERS_ILLUSTRATION",
+    "MARKERS_PERCEPTION",
+    "MARKERS_PROXIMITY",
+    "NODE_NAME",
+    "POSE_TOPICS",
+    "default_pose_topic",
+    "service_name",
+]
+
+NODE_NAME = "scene_graph"
+
+MARKERS_ILLUSTRATION = "~/markers/illustration"
+MARKERS_PROXIMITY = "~/markers/proximity"
+MARKERS_PERCEPTION = "~/markers/perception"
+CONTACTS = "~/contacts"
+CONTACT_MARKERS = "~/contact_markers"
+DIAGNOSTICS = "/diagnostics"
+
+DEFAULT_POSE_TYPE = "sensor_msgs/msg/MultiDOFJointState"
+
+POSE_TOPICS: dict[str, str] = {
+    "sensor_msgs/msg/MultiDOFJointState": "{source}/poses",
+    "geometry_msgs/msg/PoseStamped": "{source}/poses",
+    "geometry_msgs/msg/TransformStamped": "{source}/poses",
+    "sensor_msgs/msg/JointState": "joint_states",
+    "tf2_msgs/msg/TFMessage": "/tf",
+}
+"""Every message type that a source may send its poses as, and the topic where none is named."""
+
+
+def default_pose_topic(source: str, pose_type: str) -> str:
+    """Return the topic on which ``source`` sends messages of ``pose_type`` unless told otherwise.
+
+    Raises ``KeyError`` for a type that is no pose input.
+    """
+    return POSE_TOPICS[pose_type].format(source=source)
+
+
+def service_name(service_type: str) -> str:
+    """Return the relative name of a service: ``HasCollisions`` is ``~/has_collisions``."""
+    words = "".join(f"_{c.lower()}" if c.isupper() else c for c in service_type)
+    return f"~/{words.lstrip('_')}"

@@ -1,0 +1,224 @@
+"""The node's parameters as data: readable, and checkable, without rclpy.
+
+A set of values is accepted or refused as a whole; `validate` says why. ``main`` and the node
+declare exactly this table, ``config/scene_graph.yaml`` and the launch file are tested against it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["PARAMETERS", "Parameter", "defaults", "validate"]
+
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter; its type is that of its default."""
+
+    name: str
+    default: Value
+    description: str
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[str, ...] = ()
+    read_only: bool = False
+
+    def problem(self, value: Any) -> str | None:
+        """Say what is wrong with ``value`` for this parameter alone, or return None."""
+        if not _has_type(value, self.default):
+            wanted = _TYPE_NAMES[type(self.default)]
+            return f"{self.name} must be {wanted}, not {value!r}"
+        if self.choices and value not in self.choices:
+            return f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}"
+        if isinstance(value, (bool, str)):
+            return None
+        if not math.isfinite(value):
+            return f"{self.name} must be finite, not {value!r}"
+        if self.minimum is not None and value < self.minimum:
+            return f"{self.name} must be at least {self.minimum}, not {value!r}"
+        if self.maximum is not None and value > self.maximum:
+            return f"{self.name} must be at most {self.maximum}, not {value!r}"
+        return None
+
+
+_TYPE_NAMES = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+
+
+def _has_type(value: Any, default: Value) -> bool:
+    # A bool is an int to Python, but not to ROS; neither is an integer a double.
+    return type(value) is type(default)
+
+
+PARAMETERS: tuple[Parameter, ...] = (
+    Parameter(
+        "scene",
+        "",
+        "Scene file to load at start: a path, file:// or package:// address; empty: none.",
+        read_only=True,
+    ),
+    Parameter(
+        "package_paths",
+        "",
+        "Folders, separated by colons, searched first for the packages of package:// addresses.",
+        read_only=True,
+    ),
+    Parameter(
+        "world_frame",
+        "world",
+        "Name of the world frame in all outgoing headers.",
+        read_only=True,
+    ),
+    Parameter(
+        "autostart",
+        True,
+        "Configure and activate at start; false leaves it to a lifecycle manager.",
+        read_only=True,
+    ),
+    Parameter(
+        "executor",
+        "multi_threaded",
+        "Executor of the node's process.",
+        choices=("multi_threaded", "single_threaded"),
+        read_only=True,
+    ),
+    Parameter(
+        "executor_threads",
+        3,
+        "Threads of the multi-threaded executor.",
+        minimum=2,
+        maximum=64,
+        read_only=True,
+    ),
+    Parameter(
+        "allow_editing",
+        True,
+        "Whether services may change the scene: register, remove, filter, load.",
+    ),
+    Parameter(
+        "max_update_rate",
+        250.0,
+        "Hz. The world is updated when poses arrive, but no more often than this.",
+        minimum=0.1,
+        maximum=10000.0,
+    ),
+    Parameter(
+        "min_update_rate",
+        10.0,
+        "Hz. Contacts are published at least this often while no poses arrive.",
+        minimum=0.01,
+        maximum=1000.0,
+    ),
+    Parameter(
+        "marker_rate",
+        30.0,
+        "Hz. Markers are published at most this often.",
+        minimum=0.01,
+        maximum=1000.0,
+    ),
+    Parameter(
+        "diagnostics_rate",
+        1.0,
+        "Hz. How often /diagnostics is published.",
+        minimum=0.1,
+        maximum=100.0,
+    ),
+    Parameter(
+        "max_pose_age",
+        5.0,
+        "Seconds. A pose message stamped longer ago is stale and ignored; 0 accepts any age.",
+        minimum=0.0,
+        maximum=1e6,
+    ),
+    Parameter(
+        "max_pose_lead",
+        1.0,
+        "Seconds. A pose message stamped further in the future is ignored.",
+        minimum=0.0,
+        maximum=1e6,
+    ),
+    Parameter(
+        "max_points_per_request",
+        1_000_000,
+        "Points times configurations that one request may ask about; more is TOO_LARGE.",
+        minimum=1,
+        maximum=100_000_000,
+    ),
+    Parameter(
+        "max_rows_per_response",
+        1_000_000,
+        "Rows that one answer may have; more is TOO_LARGE.",
+        minimum=1,
+        maximum=100_000_000,
+    ),
+    Parameter(
+        "max_pairs_per_request",
+        100_000,
+        "Named pairs times configurations that one request may ask about; more is TOO_LARGE.",
+        minimum=1,
+        maximum=10_000_000,
+    ),
+    Parameter(
+        "max_configurations_per_request",
+        10_000,
+        "What-if configurations that one request may ask about; more is TOO_LARGE.",
+        minimum=1,
+        maximum=1_000_000,
+    ),
+    Parameter(
+        "max_wait",
+        5.0,
+        "Seconds. Longest wait of a query for poses of its minimal stamp.",
+        minimum=0.0,
+        maximum=60.0,
+    ),
+    Parameter(
+        "contact_point_size",
+        0.02,
+        "Metres. Diameter of the spheres that show contact points.",
+        minimum=1e-6,
+        maximum=1e3,
+    ),
+    Parameter(
+        "contact_normal_length",
+        0.1,
+        "Metres. Length of the arrows that show contact normals.",
+        minimum=1e-6,
+        maximum=1e3,
+    ),
+)
+
+
+def defaults() -> dict[str, Value]:
+    """Return the default of each parameter by name."""
+    return {parameter.name: parameter.default for parameter in PARAMETERS}
+
+
+_BY_NAME = {parameter.name: parameter for parameter in PARAMETERS}
+
+
+def validate(values: Mapping[str, Any], current: Mapping[str, Any] | None = None) -> list[str]:
+    """List what is wrong with ``values`` set together on top of ``current``; empty if nothing is.
+
+    ``current`` holds the values of the other parameters, their defaults where it is None.
+    Names that this table does not know are wrong, too.
+    """
+    problems = []
+    for name, value in values.items():
+        parameter = _BY_NAME.get(name)
+        problem = f"unknown parameter {name}" if parameter is None else parameter.problem(value)
+        if problem is not None:
+            problems.append(problem)
+    if problems:
+        return problems
+    merged = {**defaults(), **(current or {}), **values}
+    if merged["min_update_rate"] > merged["max_update_rate"]:
+        problems.append(
+            f"min_update_rate {merged['min_update_rate']} must not be greater than "
+            f"max_update_rate {merged['max_update_rate']}"
+        )
+    return problems

@@ -1,0 +1,258 @@
+"""Answers to query requests: pure functions of a request and a snapshot, without rclpy.
+
+Each handler fills the response of one service type. What goes wrong is raised; the services turn
+it into a status.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from msg_adapters.contacts import point_contacts_to_msg
+from msg_adapters.errors import MessageError, TooLargeError
+from msg_adapters.poses import poses_to_msg
+from msg_adapters.properties import role_from_msg
+from msg_adapters.queries import (
+    Options,
+    candidates_to_msg,
+    configuration_start_to_msg,
+    flags_to_msg,
+    limit_from_msg,
+    point_distances_to_msg,
+    points_from_msg,
+    signed_distance_pair_to_msg,
+    signed_distances_to_msg,
+)
+from msg_adapters.scene import frames_to_msg, geometries_to_msg, source_to_msg
+from msg_adapters.status import status_from_exception
+from scene_graph_msgs.msg import SignedDistancePair
+from scene_graph_ros.geometry.errors import UnsupportedPairError
+from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.node.intake import UNSTAMPED
+from scene_graph_ros.node.world import SourceRecord, WorldSnapshot
+
+__all__ = ["QUERIES", "Asked", "Query"]
+
+
+@dataclass
+class Asked:
+    """What a handler answers from: a snapshot, the options of the request, and the limits."""
+
+    snapshot: WorldSnapshot
+    options: Options
+    limit: Callable[[str], Any]
+    records: Mapping[str, SourceRecord]
+    pose_topics: Mapping[str, str]
+
+    @cached_property
+    def worlds(self) -> list[QueryObject]:
+        """One query object per configuration asked about."""
+        query = self.snapshot.query
+        return [
+            QueryObject(query.snapshot.with_frame_poses(poses)) if poses else query
+            for poses in self.options.configurations
+        ]
+
+    @property
+    def legend(self) -> Any:
+        """The names for tables, or None where they are not wanted."""
+        return self.snapshot.names if self.options.with_names else None
+
+    def require(self, parameter: str, count: int, what: str) -> None:
+        """Raise TooLargeError where ``count`` is over the node's limit."""
+        limit = self.limit(parameter)
+        if count > limit:
+            raise TooLargeError(f"{what}: {count} are more than {parameter}, which is {limit}")
+
+    def require_rows(self, tables: list[Any]) -> None:
+        """Raise TooLargeError where the tables have more rows than one answer may have."""
+        rows = sum(len(table) for table in tables)
+        self.require("max_rows_per_response", rows, "rows of the answer")
+
+
+Handler = Callable[[Any, Any, Asked], None]
+
+
+def _possible_pairs(asked: Asked) -> int:
+    """Bound the number of pairs that the scene has, all configurations together."""
+    anchored = np.asarray(asked.snapshot.query.snapshot.proximity.is_anchored)
+    count, moving = len(anchored), int(np.count_nonzero(~anchored.astype(bool)))
+    pairs = moving * (count - moving) + moving * (moving - 1) // 2
+    return pairs * len(asked.options.configurations)
+
+
+def penetration(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputePointPairPenetration."""
+    tables = [world.compute_point_pair_penetration() for world in asked.worlds]
+    asked.require_rows(tables)
+    response.configuration_start = configuration_start_to_msg(tables)
+    for table in tables:
+        response.contacts.extend(point_contacts_to_msg(table, asked.snapshot.names))
+
+
+def signed_distances(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeSignedDistancePairwise."""
+    limit = limit_from_msg(request.max_distance, "max_distance")
+    if np.isinf(limit):
+        asked.require("max_rows_per_response", _possible_pairs(asked), "pairs of the scene")
+    tables = [
+        world.compute_signed_distance_pairwise_closest_points(max_distance=limit)
+        for world in asked.worlds
+    ]
+    asked.require_rows(tables)
+    response.table = signed_distances_to_msg(tables, asked.legend)
+
+
+def signed_distance_pairs(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeSignedDistancePair: each pair has a status of its own."""
+    if len(request.geometries_a) != len(request.geometries_b):
+        raise MessageError(
+            f"geometries_a has {len(request.geometries_a)} entries, geometries_b "
+            f"{len(request.geometries_b)}"
+        )
+    if len(request.ids_a) != len(request.ids_b):
+        raise MessageError(
+            f"ids_a has {len(request.ids_a)} entries, ids_b {len(request.ids_b)}"
+        )
+    wanted = [
+        *zip(request.geometries_a, request.geometries_b, strict=True),
+        *zip(request.ids_a, request.ids_b, strict=True),
+    ]
+    count = len(wanted) * len(asked.options.configurations)
+    asked.require("max_pairs_per_request", count, "pairs")
+    names = asked.snapshot.names
+    pairs = [(names.geometry_id(a), names.geometry_id(b)) for a, b in wanted]
+    for world in asked.worlds:
+        response.pairs.extend(_pair(world, min(pair), max(pair), names) for pair in pairs)
+
+
+def _pair(world: QueryObject, id_A: Any, id_B: Any, names: Any) -> SignedDistancePair:
+    try:
+        record = world.compute_signed_distance_pair_closest_points(id_A, id_B)
+    except UnsupportedPairError as error:
+        return SignedDistancePair(
+            status=status_from_exception(error),
+            geometry_a=names.geometry_name(id_A),
+            geometry_b=names.geometry_name(id_B),
+        )
+    snapshot = world.snapshot
+    return signed_distance_pair_to_msg(
+        record, names, snapshot.pose_in_world(id_A), snapshot.pose_in_world(id_B)
+    )
+
+
+def point_distances(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeSignedDistanceToPoint."""
+    count = len(request.points) // 3 * len(asked.options.configurations)
+    asked.require("max_points_per_request", count, "points")
+    points = points_from_msg(request.points)
+    threshold = limit_from_msg(request.threshold, "threshold")
+    if np.isinf(threshold):
+        geometries = len(asked.snapshot.query.snapshot.proximity.ids)
+        asked.require("max_rows_per_response", count * geometries, "points times geometries")
+    tables = [
+        world.compute_signed_distance_to_points(points, threshold=threshold)
+        for world in asked.worlds
+    ]
+    asked.require_rows(tables)
+    response.table = point_distances_to_msg(tables, asked.legend)
+
+
+def candidates(request: Any, response: Any, asked: Asked) -> None:
+    """Answer FindCollisionCandidates."""
+    tables = [world.find_collision_candidates() for world in asked.worlds]
+    asked.require_rows(tables)
+    response.table = candidates_to_msg(tables, asked.legend)
+
+
+def collisions(request: Any, response: Any, asked: Asked) -> None:
+    """Answer HasCollisions."""
+    response.has_collisions = flags_to_msg(world.has_collisions() for world in asked.worlds)
+
+
+def poses(request: Any, response: Any, asked: Asked) -> None:
+    """Answer GetPoseInWorld."""
+    names = asked.snapshot.names
+    wanted = [names.frame_id(frame) for frame in request.frames]
+    wanted += [names.geometry_id(reference) for reference in request.geometries]
+    count = len(wanted) * len(asked.options.configurations)
+    asked.require("max_rows_per_response", count, "poses")
+    X_W = [world.snapshot.pose_in_world(item) for world in asked.worlds for item in wanted]
+    response.poses = poses_to_msg(np.array(X_W).reshape(-1, 4, 4))
+
+
+def describe(request: Any, response: Any, asked: Asked) -> None:
+    """Answer DescribeScene."""
+    snapshot = asked.snapshot
+    inspector, names = snapshot.inspector, snapshot.names
+    chosen = list(asked.records.values())
+    if request.source:
+        source_id = names.source_id(request.source)
+        chosen = [record for record in chosen if record.id == source_id]
+    role = role_from_msg(request.role) if request.role else None
+    for record in sorted(chosen, key=lambda record: record.id):
+        stamp = snapshot.source_stamps.get(record.name, UNSTAMPED)
+        response.sources.append(
+            source_to_msg(
+                record.id,
+                record.name,
+                pose_topic=asked.pose_topics.get(record.name, ""),
+                pose_type=record.pose_type,
+                stamp_ns=max(stamp, 0),
+            )
+        )
+    frames = sorted(f for record in chosen for f in inspector.frames_for_source(record.id))
+    response.frames = frames_to_msg(
+        inspector, names, frames, snapshot.query.snapshot.pose_in_world
+    )
+    geometries = sorted(
+        geometry
+        for record in chosen
+        for geometry in inspector.get_geometries_for_source(record.id)
+        if role is None or role in inspector.get_roles(geometry)
+    )
+    response.geometries = geometries_to_msg(
+        inspector,
+        names,
+        geometries,
+        with_shapes=request.with_shapes,
+        with_properties=request.with_properties,
+    )
+
+
+def filtered(request: Any, response: Any, asked: Asked) -> None:
+    """Answer IsCollisionFiltered."""
+    if len(request.a) != len(request.b):
+        raise MessageError(f"a has {len(request.a)} entries, b {len(request.b)}")
+    asked.require("max_pairs_per_request", len(request.a), "pairs")
+    names, inspector = asked.snapshot.names, asked.snapshot.inspector
+    response.is_filtered = flags_to_msg(
+        inspector.collision_filtered(names.geometry_id(a), names.geometry_id(b))
+        for a, b in zip(request.a, request.b, strict=True)
+    )
+
+
+@dataclass(frozen=True)
+class Query:
+    """A query service: who answers it, and which effect its time is booked under."""
+
+    handler: Handler
+    effect: str = ""
+
+
+QUERIES: dict[str, Query] = {
+    "ComputePointPairPenetration": Query(penetration),
+    "ComputeSignedDistancePair": Query(signed_distance_pairs, "signed_distance"),
+    "ComputeSignedDistancePairwise": Query(signed_distances, "signed_distance"),
+    "ComputeSignedDistanceToPoint": Query(point_distances, "point_distance"),
+    "DescribeScene": Query(describe),
+    "FindCollisionCandidates": Query(candidates),
+    "GetPoseInWorld": Query(poses),
+    "HasCollisions": Query(collisions),
+    "IsCollisionFiltered": Query(filtered),
+}

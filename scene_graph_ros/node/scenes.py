@@ -1,0 +1,67 @@
+"""Scene files into an edit of the world; files and packages are found with the node's rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from msg_adapters.errors import MessageError
+from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.world import Edit, SourceRecord, new_token
+from scene_graph_ros.scene_files.packages import Packages, resolve_resource
+
+__all__ = ["SceneLoader"]
+
+
+class SceneLoader:
+    """Loads scene files and resolves the addresses of meshes."""
+
+    def __init__(self, package_paths: str, check_pose_type: Callable[[str], Any]) -> None:
+        """``package_paths`` are folders separated by colons."""
+        self._folders = tuple(Path(part) for part in package_paths.split(":") if part)
+        self._packages = Packages.of(package_dirs=self._folders)
+        self._check_pose_type = check_pose_type
+
+    def resolve(self, resource: str) -> Path:
+        """Return the file behind a path, ``file://`` or ``package://`` address."""
+        return resolve_resource(resource, packages=self._packages)
+
+    def load_request(self, edit: Edit, request: Any) -> list[SourceRecord]:
+        """Add the scene that a LoadScene request names or contains."""
+        return self.load(edit, request.resource, text=request.text, prefix=request.prefix)
+
+    def load(
+        self, edit: Edit, resource: str, *, text: str = "", prefix: str = ""
+    ) -> list[SourceRecord]:
+        """Add a scene to ``edit`` and return its sources; raises SceneFileError."""
+        # Reading files needs pydantic and the XML readers: only where a scene is loaded.
+        from scene_graph_ros.scene_files import load_scene, load_scene_text
+
+        if resource:
+            scene = load_scene(self.resolve(resource), package_dirs=self._folders)
+        else:
+            scene = load_scene_text(text, package_dirs=self._folders)
+        loaded = scene.apply(edit.scene_graph, prefix=prefix)
+        for name, switch in loaded.effects.items():
+            if name not in EFFECT_NAMES:
+                known = ", ".join(EFFECT_NAMES)
+                raise MessageError(f"effects: '{name}' is none of {known}")
+            change = edit.effects_off.add if switch == "off" else edit.effects_off.discard
+            change(name)
+        return [self._record(edit, source) for source in loaded.sources.values()]
+
+    def _record(self, edit: Edit, source: Any) -> SourceRecord:
+        if source.pose_type:
+            self._check_pose_type(source.pose_type)
+        record = SourceRecord(
+            source.source_id,
+            source.name,
+            new_token(),
+            source.pose_type,
+            source.pose_topic,
+            source.robot,
+        )
+        edit.records[record.name] = record
+        edit.initial_poses.update(source.initial_poses)
+        return record

@@ -1,0 +1,234 @@
+"""The parts of the node and how they hang together: world, inputs, effects, services."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
+from rclpy.duration import Duration
+from rclpy.node import Node
+
+from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.node.declare import NodeParameters
+from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
+from scene_graph_ros.node.edits import Tools
+from scene_graph_ros.node.effects.manager import Effects
+from scene_graph_ros.node.inputs import PoseInputs, message_type
+from scene_graph_ros.node.intake import TimeLimits
+from scene_graph_ros.node.names import DIAGNOSTICS
+from scene_graph_ros.node.pacing import Pacing
+from scene_graph_ros.node.qos import diagnostics_qos, overridable
+from scene_graph_ros.node.scenes import SceneLoader
+from scene_graph_ros.node.services import Services
+from scene_graph_ros.node.world import World, WorldSnapshot
+
+__all__ = ["Server"]
+
+
+class Server:
+    """A geometry world on a node: `configure`, `activate`, `deactivate`, `clean_up`.
+
+    Configured it answers services, active it also takes in poses and publishes.
+    """
+
+    def __init__(self, node: Node, scene_graph: SceneGraph | None = None) -> None:
+        """Declare the parameters; raises ValueError for values that don't go together."""
+        self.node = node
+        self._parameters = NodeParameters(node)
+        self._given_scene_graph = scene_graph
+        self.world_frame: str = self.parameter("world_frame")
+        self.group = MutuallyExclusiveCallbackGroup()
+        self._intake_group = MutuallyExclusiveCallbackGroup()
+        self._diagnostics_group = MutuallyExclusiveCallbackGroup()
+        self._monitor = Monitor()
+        self._is_configured = False
+        self._is_active = False
+
+    @property
+    def world(self) -> World:
+        """The world; only there while configured."""
+        return self._world
+
+    @property
+    def effects(self) -> Effects:
+        """The effects; only there while configured."""
+        return self._effects
+
+    def parameter(self, name: str) -> Any:
+        """Return the value of a parameter of the node."""
+        return self._parameters[name]
+
+    def is_running(self) -> bool:
+        """Tell whether poses are taken in and the world is updated."""
+        return self._is_active
+
+    def pose_topics(self) -> dict[str, str]:
+        """Return the absolute name of each source's pose topic."""
+        return {name: channel.topic for name, channel in self._inputs.channels.items()}
+
+    def request_update(self) -> None:
+        """Ask for an update soon, also when no poses arrive."""
+        if self._is_active:
+            self._pacing.request()
+
+    def scene_changed(self) -> None:
+        """Follow a change of the scene: subscriptions, effects."""
+        if self._is_active:
+            self._inputs.refresh()
+        self._effects.switch_off(self._world.effects_off)
+        self.request_update()
+
+    def contacts_published(self, snapshot: WorldSnapshot) -> None:
+        """Take the time from the arrival of poses to their contacts."""
+        if snapshot.arrival is not None and snapshot.sequence != self._timed_sequence:
+            self._timed_sequence = snapshot.sequence
+            self._monitor.published(snapshot.arrival, time.monotonic_ns())
+
+    def configure(self) -> None:
+        """Load the scene and offer the services."""
+        world = World(self._given_scene_graph, world_frame=self.world_frame)
+        loader = SceneLoader(self.parameter("package_paths"), message_type)
+        scene = self.parameter("scene")
+        if scene:
+            world.edit(lambda edit: loader.load(edit, scene))
+        self._world = world
+        self._timed_sequence = -1
+        self._inputs = PoseInputs(self.node, world, self._intake_group, self.request_update)
+        self._effects = Effects(self)
+        self._effects.switch_off(world.effects_off)
+        tools = Tools(loader.resolve, message_type, loader.load_request)
+        self._services = Services(self, world, self._effects, tools)
+        self._diagnostics = Diagnostics(self.node.get_fully_qualified_name().lstrip("/"))
+        self._diagnostics_publisher = self.node.create_publisher(
+            DiagnosticArray,
+            DIAGNOSTICS,
+            diagnostics_qos(),
+            qos_overriding_options=overridable(),
+        )
+        self._diagnostics_timer = self.node.create_timer(
+            1.0 / self.parameter("diagnostics_rate"),
+            self._publish_diagnostics,
+            callback_group=self._diagnostics_group,
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
+        self._jump_handle = self.node.get_clock().create_jump_callback(
+            JumpThreshold(
+                min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True
+            ),
+            post_callback=self._on_clock_jump,
+        )
+        self._is_configured = True
+
+    def activate(self) -> None:
+        """Take in poses and publish."""
+        self._pacing = Pacing(
+            self.node,
+            self.group,
+            self._update,
+            max_rate=lambda: self.parameter("max_update_rate"),
+            min_rate=lambda: self.parameter("min_update_rate"),
+        )
+        self._is_active = True
+        self._inputs.refresh()
+        snapshot = self._world.snapshot
+        self._effects.update(snapshot)
+        for report in self._effects.reports():
+            state = "on" if report.is_on else "off"
+            self.node.get_logger().info(f"effect {report.name}: {state}, {report.reason}")
+        inspector = snapshot.inspector
+        self.node.get_logger().info(
+            f"running: {len(self._world.records)} sources, {inspector.num_frames() - 1} frames, "
+            f"{inspector.num_geometries()} geometries"
+        )
+        self.request_update()
+
+    def deactivate(self) -> None:
+        """Stop taking in poses and publishing; services still answer."""
+        if self._is_active:
+            self._is_active = False
+            self._pacing.close()
+            self._inputs.close()
+            self._effects.close()
+
+    def clean_up(self) -> None:
+        """Forget the world and stop offering the services."""
+        if self._is_configured:
+            self._is_configured = False
+            self._jump_handle.unregister()
+            self._services.close()
+            self.node.destroy_timer(self._diagnostics_timer)
+            self.node.destroy_publisher(self._diagnostics_publisher)
+
+    def stop(self) -> None:
+        """End whatever is going on, in any state."""
+        self.deactivate()
+        self.clean_up()
+
+    # What happens while it runs.
+
+    def _limits(self) -> TimeLimits:
+        return TimeLimits(
+            self.node.get_clock().now().nanoseconds,
+            int(self.parameter("max_pose_age") * 1e9),
+            int(self.parameter("max_pose_lead") * 1e9),
+        )
+
+    def _update(self) -> None:
+        if not self._is_active:
+            return
+        try:
+            limits = self._limits()
+            with self._world.lock:
+                moved, arrival = self._inputs.collect(limits)
+                snapshot = (
+                    self._world.commit(moved, arrival) if moved else self._world.snapshot
+                )
+            self._effects.update(snapshot)
+            self._monitor.updated(time.monotonic_ns())
+        except Exception:  # the node survives a fault of its own, and says so
+            self._monitor.errors += 1
+            self.node.get_logger().error(
+                f"an update failed:\n{traceback.format_exc()}", throttle_duration_sec=1.0
+            )
+
+    def _on_clock_jump(self, jump: TimeJump) -> None:
+        self._monitor.clock_jumps += 1
+        self.node.get_logger().warning(
+            "the clock jumped back or changed its source: stamps of earlier poses are forgotten"
+        )
+        with self._world.lock:
+            self._inputs.discard()
+            self._world.forget_stamps()
+        self.request_update()
+
+    def _publish_diagnostics(self) -> None:
+        if self._diagnostics_publisher.get_subscription_count() == 0:
+            return
+        now = time.monotonic_ns()
+        max_age = self.parameter("max_pose_age")
+        sources = [
+            self._diagnostics.source(
+                name, channel.topic, channel.intake.statistics, now, max_age
+            )
+            for name, channel in self._inputs.channels.items()
+        ]
+        world = self._diagnostics.world(
+            self._monitor,
+            now,
+            scene_version=self._world.snapshot.scene_version,
+            values={
+                "requests": sum(self._services.requests.values()),
+                "requests refused": sum(self._services.refused.values()),
+            },
+        )
+        message = self._diagnostics.message(
+            stamp=self.node.get_clock().now().nanoseconds,
+            world=world,
+            sources=sources,
+            effects=self._effects.reports(),
+        )
+        self._diagnostics_publisher.publish(message)
