@@ -1,0 +1,113 @@
+"""Turn what a scene file says about a geometry into the core's types."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scene_graph_ros.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    GeometryInstance,
+    HalfSpace,
+    IllustrationProperties,
+    Mesh,
+    PerceptionProperties,
+    ProximityProperties,
+    Rgba,
+    Shape,
+    Sphere,
+)
+from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP, MATERIAL_GROUP
+from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.scene_files.schema import GeometrySpec
+from scene_graph_ros.scene_files.schema_shapes import (
+    BoxSpec,
+    CapsuleSpec,
+    ConvexSpec,
+    CylinderSpec,
+    EllipsoidSpec,
+    HalfSpaceSpec,
+    MeshSpec,
+    ShapeSpec,
+    SphereSpec,
+)
+
+__all__ = ["instance_from_spec", "properties_from_spec", "shape_from_spec"]
+
+_PROPERTIES: dict[str, type[GeometryProperties]] = {
+    "proximity": ProximityProperties,
+    "illustration": IllustrationProperties,
+    "perception": PerceptionProperties,
+}
+
+
+def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
+    """Return the shape; ``resolve`` finds the file behind a resource.
+
+    Raises InvalidShapeError for what the core refuses, SceneFileError for a missing file.
+    """
+    match spec:
+        case SphereSpec():
+            return Sphere(spec.radius)
+        case BoxSpec():
+            return Box(*spec.size)
+        case CapsuleSpec():
+            return Capsule(spec.radius, spec.length)
+        case CylinderSpec():
+            return Cylinder(spec.radius, spec.length)
+        case EllipsoidSpec():
+            return Ellipsoid(*spec.semi_axes)
+        case HalfSpaceSpec():
+            return HalfSpace()
+        case ConvexSpec():
+            if spec.file is not None:
+                return Convex(resolve(spec.file), spec.scale)
+            return Convex(vertices=np.array(spec.vertices), scale=spec.scale)
+        case MeshSpec():
+            if spec.file is not None:
+                return Mesh(resolve(spec.file), spec.scale)
+            return Mesh(
+                vertices=np.array(spec.vertices), faces=np.array(spec.faces), scale=spec.scale
+            )
+
+
+def instance_from_spec(
+    spec: GeometrySpec, X_PG: ArrayLike, resolve: Callable[[str], Path]
+) -> GeometryInstance:
+    """Return the geometry with its roles at ``X_PG`` ``(4, 4)`` in its frame."""
+    instance = GeometryInstance(X_PG, shape_from_spec(spec.shape, resolve), spec.name)
+    for role in _PROPERTIES:
+        groups = getattr(spec.roles, role)
+        if groups is not None:
+            instance.set_properties(properties_from_spec(role, groups, spec.color))
+    return instance
+
+
+def properties_from_spec(
+    role: str, groups: Mapping[str, Mapping[str, Any]], color: list[float] | None
+) -> GeometryProperties:
+    """Return the properties of a role; ``color`` becomes ("phong", "diffuse") where one is shown.
+
+    Three or four numbers for ("phong", "diffuse") are a colour. Whole numbers in the groups on
+    contact are taken as floats, which is what their readers expect.
+    """
+    properties = _PROPERTIES[role]()
+    for group, values in groups.items():
+        for name, value in values.items():
+            if (group, name) == ("phong", "diffuse"):
+                value = Rgba.from_value(value)
+            elif group in (HYDROELASTIC_GROUP, MATERIAL_GROUP) and type(value) is int:
+                value = float(value)
+            properties.add_property(group, name, value)
+    shown = role != "proximity" and not properties.has_property("phong", "diffuse")
+    if color is not None and shown:
+        properties.add_property("phong", "diffuse", Rgba.from_value(color))
+    return properties

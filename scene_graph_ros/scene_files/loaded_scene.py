@@ -1,0 +1,90 @@
+"""What a scene file became in a scene graph: ids by name, poses to start with, kinematics."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
+
+from scene_graph_ros.scene_files.kinematics import Kinematics
+from scene_graph_ros.scene_files.robot_model import Pose, RobotModel
+from scene_graph_ros.scene_files.srdf import SemanticModel
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry import Context
+    from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+
+__all__ = ["LoadedRobot", "LoadedScene", "LoadedSource"]
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedRobot:
+    """A registered robot; pinocchio is imported when ``kinematics`` is first used."""
+
+    model: RobotModel
+    semantics: SemanticModel | None
+    link_frames: dict[str, FrameId]
+    """Frames by link, in the order of their registration and of ``kinematics.link_names``."""
+    X_WB: Pose
+    positions: dict[str, float]
+    """Joint positions to start with; the joints not named start at 0."""
+    joint_states_topic: str
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Forward kinematics of the links with frames, in the world, at the start's positions."""
+        result = Kinematics(self.model, links=tuple(self.link_frames), X_PB=self.X_WB)
+        if self.positions:
+            result.update(tuple(self.positions), tuple(self.positions.values()))
+        return result
+
+    def frame_poses(
+        self, joint_names: Sequence[str] = (), positions: ArrayLike = ()
+    ) -> dict[FrameId, Pose]:
+        """Update the named joints and return the pose ``X_WL`` of each link's frame.
+
+        Raises JointStateError, and moves nothing, for positions that are not usable.
+        """
+        _, X_WL = self.kinematics.link_poses(joint_names, positions)
+        return dict(zip(self.link_frames.values(), X_WL, strict=True))
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedSource:
+    """A registered source and where its poses come from."""
+
+    source_id: SourceId
+    name: str
+    pose_type: str
+    """A ROS message type, e.g. ``sensor_msgs/msg/JointState``; empty without moving frames."""
+    pose_topic: str
+    """Empty for the default topic of the type."""
+    frames: dict[str, FrameId] = field(default_factory=dict)
+    initial_poses: dict[FrameId, Pose] = field(default_factory=dict)
+    """Poses in the parent of the frames that the scene file names; links are not among them."""
+    robot: LoadedRobot | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedScene:
+    """A scene in a scene graph."""
+
+    name: str
+    sources: dict[str, LoadedSource]
+    geometries: dict[str, GeometryId]
+    """Geometries of the file's ``geometries`` by ``source/frame/name``."""
+    effects: dict[str, str]
+    """"auto" or "off" by the name of an effect; effects not named are "auto"."""
+    warnings: tuple[str, ...]
+
+    def set_initial_poses(self, context: Context) -> None:
+        """Put every frame of the scene where the file says; robots need pinocchio for that."""
+        for source in self.sources.values():
+            poses = dict(source.initial_poses)
+            if source.robot is not None:
+                poses.update(source.robot.frame_poses())
+            if poses:
+                context.set_frame_poses(source.source_id, poses)

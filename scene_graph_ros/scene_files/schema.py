@@ -1,0 +1,187 @@
+"""The schema of scene files, version 1. Lengths are in metres, angles in radians."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
+
+__all__ = [
+    "ColorSpec",
+    "FilterSpec",
+    "FrameSpec",
+    "GeometrySpec",
+    "PoseSpec",
+    "PoseType",
+    "RobotSpec",
+    "RolesSpec",
+    "SceneSpec",
+    "SourceSpec",
+    "json_schema",
+]
+
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
+Coordinate = Annotated[Number, Field(ge=-MAX_COORDINATE, le=MAX_COORDINATE)]
+Channel = Annotated[Number, Field(ge=0.0, le=1.0)]
+Name = Annotated[
+    str, StringConstraints(strict=True, strip_whitespace=True, min_length=1, pattern=r"^[^/]*$")
+]
+Text = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1)]
+Reference = Text
+ColorSpec = Annotated[list[Channel], Field(min_length=3, max_length=4)]
+PropertyValue = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
+Properties = dict[Text, dict[Text, PropertyValue]]
+
+PoseType = Literal[
+    "sensor_msgs/msg/MultiDOFJointState",
+    "geometry_msgs/msg/PoseStamped",
+    "geometry_msgs/msg/TransformStamped",
+    "tf2_msgs/msg/TFMessage",
+]
+
+
+class _Spec(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PoseSpec(_Spec):
+    """A pose: position and rotation, the latter as fixed-axis angles or as a quaternion."""
+
+    xyz: Annotated[list[Coordinate], Field(min_length=3, max_length=3)] = [0.0, 0.0, 0.0]
+    rpy: Annotated[list[Number], Field(min_length=3, max_length=3)] | None = Field(
+        None, description="Roll, pitch and yaw in radians: Rz(yaw) Ry(pitch) Rx(roll)."
+    )
+    quaternion: Annotated[list[Number], Field(min_length=4, max_length=4)] | None = Field(
+        None, description="Unit quaternion in the order x, y, z, w."
+    )
+
+    @model_validator(mode="after")
+    def _one_rotation(self) -> PoseSpec:
+        if self.rpy is not None and self.quaternion is not None:
+            raise ValueError("give rpy or quaternion, not both")
+        return self
+
+
+class PosesSpec(_Spec):
+    """Where the poses of a source's frames come from."""
+
+    type: PoseType = "sensor_msgs/msg/MultiDOFJointState"
+    topic: Text | None = Field(None, description='Default: "<source>/poses", or "/tf".')
+
+
+class SourceSpec(_Spec):
+    """Someone who owns frames and geometry, and alone moves and changes them."""
+
+    name: Name
+    poses: PosesSpec | None = Field(
+        None, description="Default for a source with frames: MultiDOFJointState messages."
+    )
+
+
+class FrameSpec(_Spec):
+    """A frame that its source moves; the pose is where it is until the source says otherwise."""
+
+    name: Name
+    source: Name
+    parent: Name = Field("world", description="A frame of the same source, or world.")
+    pose: PoseSpec = PoseSpec()
+
+
+class RolesSpec(_Spec):
+    """The roles of a geometry, each with its properties as group -> name -> value."""
+
+    proximity: Properties | None = None
+    illustration: Properties | None = None
+    perception: Properties | None = None
+
+
+class GeometrySpec(_Spec):
+    """A shape fixed to a frame, or anchored to the world."""
+
+    name: Name
+    source: Name
+    frame: Name = Field("world", description="A frame of the same source, or world: anchored.")
+    pose: PoseSpec = PoseSpec()
+    shape: ShapeSpec
+    color: ColorSpec | None = Field(None, description="Red, green, blue and opacity, 0 to 1.")
+    roles: RolesSpec = Field(
+        RolesSpec(proximity={}, illustration={}),
+        description="Default: proximity and illustration, without properties.",
+    )
+
+
+class RobotSpec(_Spec):
+    """A robot: a source whose frames are the links of a URDF, moved by joint states."""
+
+    name: Name = Field(description="Name of the robot's source.")
+    urdf: Text = Field(description="A path relative to this file, package:// or file://.")
+    srdf: Text | None = Field(None, description="Its disabled collisions become filters.")
+    prefix: str = Field("", description="Put before the names of links.")
+    base: PoseSpec = Field(PoseSpec(), description="Pose of the root link in the world.")
+    joint_states: Text = Field("joint_states", description="Topic of JointState messages.")
+    positions: dict[Text, Number] = Field({}, description="Joint positions until one arrives.")
+    group_state: Text | None = Field(None, description="A posture of the SRDF to start in.")
+    collision: bool = True
+    visual: bool = True
+    all_links: bool = Field(False, description="Make frames of links without geometry, too.")
+    filter_adjacent: bool = Field(False, description="Never check links that a joint connects.")
+    proximity: Properties = Field({}, description="Properties of all collision geometry.")
+
+    @model_validator(mode="after")
+    def _posture_needs_srdf(self) -> RobotSpec:
+        if self.group_state is not None and self.srdf is None:
+            raise ValueError("group_state needs an srdf")
+        return self
+
+
+class FilterSpec(_Spec):
+    """Pairs that are never checked, or are checked again. Later filters overrule earlier ones.
+
+    Members are "source", "source/frame" or "source/frame/geometry"; the frame of anchored
+    geometry is "world".
+    """
+
+    action: Literal["exclude", "allow"] = "exclude"
+    within: Annotated[list[Reference], Field(min_length=1)] | None = None
+    between: (
+        Annotated[
+            list[Annotated[list[Reference], Field(min_length=1)]],
+            Field(min_length=2, max_length=2),
+        ]
+        | None
+    ) = None
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> FilterSpec:
+        if (self.within is None) == (self.between is None):
+            raise ValueError("give within or between, and only one of them")
+        return self
+
+
+class SceneSpec(_Spec):
+    """A scene: who owns what, where it is, and what is not checked."""
+
+    version: Literal[1] = Field(description="Version of this format.")
+    name: str = ""
+    packages: dict[Text, Text] = Field(
+        {}, description="Folders of packages, relative to this file, before any other search."
+    )
+    sources: list[SourceSpec] = []
+    robots: list[RobotSpec] = []
+    frames: list[FrameSpec] = []
+    geometries: list[GeometrySpec] = []
+    collision_filters: list[FilterSpec] = []
+    effects: dict[Text, Literal["auto", "off"]] = Field(
+        {}, description="auto: computed when something asks for it; off: never."
+    )
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of scene files, for editors that complete and check while typing."""
+    schema = SceneSpec.model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    schema["title"] = "scene_graph_ros scene"
+    return schema
