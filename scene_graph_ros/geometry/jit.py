@@ -122,7 +122,7 @@ def inlined_kernel(function: Callable[..., Any]) -> Any:
     For functions that take a tuple of arrays, such as a shape table: a call that is not inlined
     copies every pointer, shape and stride to the stack, which takes longer than most answers.
     """
-    return _compiled(function, {**_FLAGS, "forceinline": True})
+    return _compiled(function, {**_FLAGS, "forceinline": True, "_nrt": False})
 
 
 def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:

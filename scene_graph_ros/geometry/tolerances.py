@@ -86,3 +86,7 @@ this has no single best direction (for example across a cylinder's axis)."""
 
 SAME_DIRECTION = 1.0 - 1e-10
 """Cosine: unit vectors with a larger dot product (less than 1.4e-5 rad apart) are one direction."""
+
+BOX_ROUNDING = 8.0 * EPSILON
+"""Relative to the coordinates that enter: bounding boxes are grown by this, so that rounding
+never loses a pair. Five products and sums are rounded by half an EPSILON each."""

@@ -1,0 +1,130 @@
+"""Signed distance from many points to all rows of a shape table, in one call."""
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.query.point.dispatch import distance_point_within
+from scene_graph_ros.geometry.spatial.vectors import (
+    load_rotation,
+    load_translation,
+    load_vector,
+    rotate,
+    rotate_inverse,
+    store_vector,
+    subtract,
+)
+from scene_graph_ros.geometry.tolerances import COINCIDENCE
+
+__all__ = ["distance_points"]
+
+_FIRST_CAPACITY = 64
+
+
+@kernel
+def _world_boxes(table, X_WG):
+    """Return the rows' bounding boxes in W, (6, n): three lower and three upper coordinates."""
+    n = table.kind.shape[0]
+    boxes = np.empty((6, n))
+    for i in range(n):
+        for axis in range(3):
+            lower = upper = X_WG[i, axis, 3]
+            for k in range(3):
+                r = X_WG[i, axis, k]
+                if r != 0.0:
+                    a, b = r * table.lower[i, k], r * table.upper[i, k]
+                    lower += min(a, b)
+                    upper += max(a, b)
+            boxes[axis, i] = lower
+            boxes[axis + 3, i] = upper
+    return boxes
+
+
+@kernel
+def _square_bounds(boxes, p_WQ, bounds):
+    """Write each row's squared distance from Q to its box, a lower bound, into ``bounds``."""
+    x, y, z = p_WQ
+    for i in range(bounds.shape[0]):
+        dx = max(max(boxes[0, i] - x, x - boxes[3, i]), 0.0)
+        dy = max(max(boxes[1, i] - y, y - boxes[4, i]), 0.0)
+        dz = max(max(boxes[2, i] - z, z - boxes[5, i]), 0.0)
+        bounds[i] = dx * dx + dy * dy + dz * dz
+
+
+@kernel
+def _largest_coordinate(boxes):
+    """Return the largest finite magnitude among the boxes' coordinates."""
+    largest = 0.0
+    for k in range(6):
+        for i in range(boxes.shape[1]):
+            magnitude = abs(boxes[k, i])
+            if magnitude < math.inf:
+                largest = max(largest, magnitude)
+    return largest
+
+
+@kernel
+def _grow(rows, capacity):
+    """Return a longer copy of a one- or two-dimensional array."""
+    longer = np.empty((capacity,) + rows.shape[1:], rows.dtype)
+    longer[: rows.shape[0]] = rows
+    return longer
+
+
+@inlined_kernel
+def _answer_rows(table, X_WG, p_WQ, q, first, bounds, reach, threshold, count, columns):
+    """Write the answers of rows from ``first`` on; return (next row, count) when full or done."""
+    point, row, phi, p_GN, grad_W, unique = columns
+    n = bounds.shape[0]
+    for i in range(first, n):
+        if bounds[i] > reach * reach:
+            continue
+        if count == point.shape[0]:
+            return i, count
+        R_WG = load_rotation(X_WG, i)
+        p_GQ = rotate_inverse(R_WG, subtract(p_WQ, load_translation(X_WG, i)))
+        distance, nearest, gradient, is_unique = distance_point_within(table, i, p_GQ, threshold)
+        if distance <= threshold:
+            point[count], row[count], phi[count], unique[count] = q, i, distance, is_unique
+            store_vector(p_GN, count, nearest)
+            store_vector(grad_W, count, rotate(R_WG, gradient))
+            count += 1
+    return n, count
+
+
+@kernel
+def distance_points(table, X_WG, p_WQs, threshold):
+    """Return the signed distances phi <= threshold of (m, 3) points to all n rows of a table.
+
+    ``X_WG`` is (n, 4, 4). Returned are the columns (point, row, phi, p_GN, grad_W, unique), of
+    shapes (k,), (k,), (k,), (k, 3), (k, 3), (k,), sorted by point, then row: the fields of
+    ``distance_point``, the nearest point in the row's frame G, the gradient in W. A row whose
+    bounding box is further away than the threshold is skipped.
+    """
+    m, n = p_WQs.shape[0], table.kind.shape[0]
+    capacity = m * n if threshold == math.inf else min(m * n, _FIRST_CAPACITY + m)
+    point, row = np.empty(capacity, np.int64), np.empty(capacity, np.int64)
+    phi, unique = np.empty(capacity), np.empty(capacity, np.bool_)
+    p_GN, grad_W = np.empty((capacity, 3)), np.empty((capacity, 3))
+    boxes = _world_boxes(table, X_WG)
+    bounds = np.empty(n)
+    largest = _largest_coordinate(boxes)
+    count = 0
+    for q in range(m):
+        p_WQ = load_vector(p_WQs, q)
+        magnitude = max(largest, abs(p_WQ[0]), abs(p_WQ[1]), abs(p_WQ[2]))
+        reach = max(threshold, 0.0) + COINCIDENCE * magnitude
+        _square_bounds(boxes, p_WQ, bounds)
+        i = 0
+        while i < n:
+            columns = (point, row, phi, p_GN, grad_W, unique)
+            i, count = _answer_rows(
+                table, X_WG, p_WQ, q, i, bounds, reach, threshold, count, columns
+            )
+            if i < n:
+                capacity = min(m * n, 2 * capacity)
+                point, row = _grow(point, capacity), _grow(row, capacity)
+                phi, unique = _grow(phi, capacity), _grow(unique, capacity)
+                p_GN, grad_W = _grow(p_GN, capacity), _grow(grad_W, capacity)
+    return point[:count], row[:count], phi[:count], p_GN[:count], grad_W[:count], unique[:count]

@@ -1,0 +1,71 @@
+"""Signed distance from a point to any shape: which kernel answers for which kind.
+
+The kinds are those of ``ShapeKind``; kernels compare plain integers. ``Convex`` is measured to
+its hull, ``Mesh`` to its triangles.
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.query.point.point_box import point_box
+from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
+from scene_graph_ros.geometry.query.point.point_convex import point_convex
+from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
+from scene_graph_ros.geometry.query.point.point_ellipsoid import point_ellipsoid
+from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
+from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
+from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.vectors import load_vector
+
+__all__ = ["distance_point", "distance_point_within"]
+
+_SPHERE = int(ShapeKind.SPHERE)
+_CAPSULE = int(ShapeKind.CAPSULE)
+_BOX = int(ShapeKind.BOX)
+_CYLINDER = int(ShapeKind.CYLINDER)
+_ELLIPSOID = int(ShapeKind.ELLIPSOID)
+_HALF_SPACE = int(ShapeKind.HALF_SPACE)
+_CONVEX = int(ShapeKind.CONVEX)
+
+
+@inlined_kernel
+def distance_point_within(table, i, p_GQ, threshold):
+    """Return (phi, p_GN, grad_G, unique) as ``distance_point``, exact where phi <= threshold.
+
+    Beyond the threshold, phi may be inf and the rest meaningless.
+    """
+    kind = table.kind[i]
+    size = load_vector(table.size, i)
+    if kind == _SPHERE:
+        return point_sphere(size, p_GQ)
+    if kind == _CAPSULE:
+        return point_capsule(size, p_GQ)
+    if kind == _BOX:
+        return point_box(size, p_GQ)
+    if kind == _CYLINDER:
+        return point_cylinder(size, p_GQ)
+    if kind == _ELLIPSOID:
+        return point_ellipsoid(size, p_GQ)
+    if kind == _HALF_SPACE:
+        return point_half_space(p_GQ)
+    if kind == _CONVEX:
+        return point_convex(table.hulls, table.hull[i], table.scale[i], p_GQ)
+    is_outside = False
+    for axis in range(3):
+        is_outside = is_outside or p_GQ[axis] < table.lower[i, axis]
+        is_outside = is_outside or p_GQ[axis] > table.upper[i, axis]
+    bound = threshold if is_outside else math.inf
+    return point_mesh(table.surfaces, table.surface[i], table.scale[i], p_GQ, bound)
+
+
+@inlined_kernel
+def distance_point(table, i, p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of row i of the shape table and a point Q in its frame.
+
+    ``phi`` is the signed distance in metres, negative inside, ``p_GN`` the nearest point of the
+    surface and ``grad_G`` the gradient of phi, always a unit vector, so that
+    ``p_GQ - p_GN = phi * grad_G``. Where the nearest point is not unique, or the gradient is a
+    choice, ``unique`` is False and each kernel states its choice.
+    """
+    return distance_point_within(table, i, p_GQ, math.inf)

@@ -1,0 +1,81 @@
+"""Nearest points on segments, triangles and polygons: the flat pieces of hulls and meshes."""
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, subtract
+
+__all__ = ["nearest_on_polygon", "nearest_on_segment", "nearest_on_triangle"]
+
+
+@kernel
+def nearest_on_segment(p, a, b):
+    """Return (x, t): the point of segment ab nearest to p, and its place t in [0, 1]."""
+    edge = subtract(b, a)
+    square = dot(edge, edge)
+    reach = dot(subtract(p, a), edge)
+    if not reach > 0.0:
+        return a, 0.0
+    if reach >= square:
+        return b, 1.0
+    t = reach / square
+    # Starting at the nearer end keeps the rounding below that of the coordinates.
+    x = axpy(t, edge, a) if t <= 0.5 else axpy(t - 1.0, edge, b)
+    return x, t
+
+
+@kernel
+def nearest_on_triangle(p, a, b, c, n):
+    """Return (x, square, feature): the nearest point, its squared distance, and where it lies.
+
+    ``n`` is the unit normal of abc, or zero for a triangle without area. ``feature`` is 0 inside,
+    1, 2, 3 on the edges ab, bc, ca, and 4, 5, 6 at the corners a, b, c.
+    """
+    if dot(n, n) > 0.0:
+        outside_ab = dot(cross(n, subtract(b, a)), subtract(p, a)) < 0.0
+        outside_bc = dot(cross(n, subtract(c, b)), subtract(p, b)) < 0.0
+        outside_ca = dot(cross(n, subtract(a, c)), subtract(p, c)) < 0.0
+        if not (outside_ab or outside_bc or outside_ca):
+            height = dot(n, subtract(p, a))
+            return axpy(-height, n, p), height * height, 0
+    else:
+        outside_ab = outside_bc = outside_ca = True
+    best, least, feature = a, 1e300, 4
+    for k in range(3):
+        if k == 0:
+            outside, start, end = outside_ab, a, b
+        elif k == 1:
+            outside, start, end = outside_bc, b, c
+        else:
+            outside, start, end = outside_ca, c, a
+        if outside:
+            x, t = nearest_on_segment(p, start, end)
+            offset = subtract(p, x)
+            square = dot(offset, offset)
+            if square < least:
+                best, least, feature = x, square, k + 1
+                if t == 0.0:
+                    feature = k + 4
+                elif t == 1.0:
+                    feature = (k + 1) % 3 + 4
+    return best, least, feature
+
+
+@kernel
+def nearest_on_polygon(p, vertices, corners, start, end, n):
+    """Return (x, is_inside): the point nearest to p of the convex polygon with unit normal n.
+
+    Its corners are ``vertices[corners[start:end]]``, counter-clockwise around n. ``is_inside``
+    tells that p projects into the polygon; then x is left to the caller, who knows the plane.
+    """
+    x, least, is_inside = p, 1e300, True
+    a = load_vector(vertices, corners[end - 1])
+    for slot in range(start, end):
+        b = load_vector(vertices, corners[slot])
+        if dot(cross(n, subtract(b, a)), subtract(p, a)) < 0.0:
+            is_inside = False
+            candidate, _ = nearest_on_segment(p, a, b)
+            offset = subtract(p, candidate)
+            square = dot(offset, offset)
+            if square < least:
+                x, least = candidate, square
+        a = b
+    return x, is_inside

@@ -1,0 +1,115 @@
+"""Signed distance from a point to a convex hull, solid or degenerate."""
+
+import math
+
+from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.query.point.flat_features import (
+    nearest_on_polygon,
+    nearest_on_segment,
+)
+from scene_graph_ros.geometry.spatial.vectors import (
+    any_orthogonal,
+    axpy,
+    dot,
+    load_vector,
+    norm,
+    subtract,
+    unit,
+)
+from scene_graph_ros.geometry.tolerances import COINCIDENCE
+
+__all__ = ["point_convex"]
+
+
+@inlined_kernel
+def _highest_face(hulls, k, p):
+    """Return (face, height, second): the face plane that p is highest above, and the runner-up."""
+    face, height, second = -1, -math.inf, -math.inf
+    for f in range(hulls.face_start[k], hulls.face_start[k + 1]):
+        h = dot(load_vector(hulls.face_normals, f), p) - hulls.face_offsets[f]
+        if h > height:
+            face, height, second = f, h, height
+        elif h > second:
+            second = h
+    return face, height, second
+
+
+@inlined_kernel
+def _nearest_on_faces(hulls, k, p, tolerance):
+    """Return the nearest point over all faces that p is not below."""
+    best, least = p, math.inf
+    for f in range(hulls.face_start[k], hulls.face_start[k + 1]):
+        n = load_vector(hulls.face_normals, f)
+        height = dot(n, p) - hulls.face_offsets[f]
+        if height > -tolerance:
+            start, end = hulls.face_vertex_start[f], hulls.face_vertex_start[f + 1]
+            x, is_inside = nearest_on_polygon(
+                p, hulls.vertices, hulls.face_vertices, start, end, n
+            )
+            if is_inside:
+                x = axpy(-height, n, p)
+            offset = subtract(p, x)
+            square = dot(offset, offset)
+            if square < least:
+                best, least = x, square
+    return best
+
+
+@inlined_kernel
+def _nearest_on_edges(hulls, k, p):
+    """Return (x, direction): the nearest point of a hull without faces, and along its edge."""
+    best, least, direction = p, math.inf, (0.0, 0.0, 0.0)
+    for v in range(hulls.vertex_start[k], hulls.vertex_start[k + 1]):
+        a = load_vector(hulls.vertices, v)
+        offset = subtract(p, a)
+        square = dot(offset, offset)
+        if square < least:
+            best, least = a, square
+        for slot in range(hulls.neighbor_start[v], hulls.neighbor_start[v + 1]):
+            b = load_vector(hulls.vertices, hulls.neighbors[slot])
+            direction = subtract(b, a)
+            x, _ = nearest_on_segment(p, a, b)
+            offset = subtract(p, x)
+            square = dot(offset, offset)
+            if square < least:
+                best, least = x, square
+    return best, direction
+
+
+@inlined_kernel
+def _point_wire(hulls, k, p_GQ, tolerance):
+    p_GN, direction = _nearest_on_edges(hulls, k, p_GQ)
+    offset = subtract(p_GQ, p_GN)
+    phi = norm(offset)
+    if phi > tolerance:
+        return phi, p_GN, unit(offset, (1.0, 0.0, 0.0)), True
+    if dot(direction, direction) > 0.0:
+        return phi, p_GN, any_orthogonal(unit(direction, (0.0, 0.0, 1.0))), False
+    return phi, p_GN, (1.0, 0.0, 0.0), False
+
+
+@inlined_kernel
+def point_convex(hulls, k, scale, p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of point Q and hull k, whose size is ``scale``.
+
+    Inside, of equally near faces the first in the hull's order is chosen, and ``unique`` is
+    False; so it is on an edge or a vertex. A flat hull is all surface: phi is nowhere negative.
+    """
+    tolerance = COINCIDENCE * scale
+    face, height, second = _highest_face(hulls, k, p_GQ)
+    if face < 0:
+        return _point_wire(hulls, k, p_GQ, tolerance)
+    n = load_vector(hulls.face_normals, face)
+    foot = axpy(-height, n, p_GQ)
+    if height < -tolerance:
+        return height, foot, n, second < height - tolerance
+    start, end = hulls.face_vertex_start[face], hulls.face_vertex_start[face + 1]
+    p_GN, is_above = nearest_on_polygon(p_GQ, hulls.vertices, hulls.face_vertices, start, end, n)
+    if is_above:
+        return height, foot, n, height > tolerance or second < height - tolerance
+    p_GN = _nearest_on_faces(hulls, k, p_GQ, tolerance)
+    offset = subtract(p_GQ, p_GN)
+    phi = norm(offset)
+    if phi <= tolerance:
+        return height, foot, n, False
+    return phi, p_GN, unit(offset, n), True

@@ -1,0 +1,159 @@
+"""Signed distance from a point to an ellipsoid, exact to rounding, also for needles and plates.
+
+With the semi-axes sorted, e0 >= e1 >= e2, the nearest point of y (in the first octant) is
+x_i = e_i^2 y_i / (t + e_i^2), where t is the largest root of sum_i (e_i y_i / (t + e_i^2))^2 = 1
+(Eberly, "Distance from a Point to an Ellipse, an Ellipsoid, or a Hyperellipsoid", 2013, eq. 26).
+Two changes keep every digit. The unknown is sigma = (t + e_m^2) / e_m^2, the distance from the
+pole of the shortest axis m in which y is not zero, so no denominator cancels. And the equation is
+solved as 1/|q(sigma)| = 1, whose left side is increasing and concave, so that Newton's steps from
+below converge monotonically (Conn, Gould, Toint, "Trust-Region Methods", 2000, section 7.3.3).
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON, UNDERFLOW
+
+__all__ = ["point_ellipsoid"]
+
+_MAX_BISECTIONS = 16
+_MAX_NEWTON_STEPS = 40
+
+
+@kernel
+def _sort_axes(size):
+    """Return the axes from the longest to the shortest; of equal ones, the later comes first."""
+    i, j, k = 2, 1, 0
+    if size[j] > size[i]:
+        i, j = j, i
+    if size[k] > size[j]:
+        j, k = k, j
+    if size[j] > size[i]:
+        i, j = j, i
+    return i, j, k
+
+
+@kernel
+def _excess(e, shortest):
+    """Return (e / shortest)^2 - 1 without cancellation."""
+    return ((e - shortest) / shortest) * ((e + shortest) / shortest)
+
+
+@kernel
+def _pole_sum(z, e, pole):
+    """Return sum_i (r_i z_i / (r_i - 1))^2 over the axes longer than e[pole], r = (e/e_pole)^2."""
+    total = 0.0
+    for i in range(pole):
+        if z[i] > 0.0:
+            d = _excess(e[i], e[pole])
+            total += ((1.0 + d) * z[i] / d) ** 2 if d > 0.0 else math.inf
+    return total
+
+
+@kernel
+def _solve(c, d):
+    """Return the root sigma > 0 of sum_i (c_i / (sigma + d_i))^2 = 1, where d[m] = 0 < c[m]."""
+    high = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+    low = max(c[0] - d[0], c[1] - d[1], c[2] - d[2])
+    for _ in range(_MAX_BISECTIONS):
+        if high <= 4.0 * low:
+            break
+        middle = math.sqrt(low) * math.sqrt(high)
+        a, b, g = c[0] / (middle + d[0]), c[1] / (middle + d[1]), c[2] / (middle + d[2])
+        if a * a + b * b + g * g >= 1.0:
+            low = middle
+        else:
+            high = middle
+    sigma = low
+    for _ in range(_MAX_NEWTON_STEPS):
+        wa, wb, wg = 1.0 / (sigma + d[0]), 1.0 / (sigma + d[1]), 1.0 / (sigma + d[2])
+        a, b, g = c[0] * wa, c[1] * wb, c[2] * wg
+        square = a * a + b * b + g * g
+        slope = a * a * wa + b * b * wb + g * g * wg
+        length = math.sqrt(square)
+        step = square * (length - 1.0) / slope
+        sigma += step
+        if abs(step) <= 2.0 * EPSILON * sigma:
+            break
+    return sigma
+
+
+@kernel
+def _nearest_sorted(e, y, tolerance):
+    """Return (t, q, unique): x_i = e_i q_i is nearest to y >= 0, for sorted semi-axes e."""
+    z = (y[0] / e[0], y[1] / e[1], y[2] / e[2])
+    if y[2] <= tolerance:
+        # On the plane of symmetry across the shortest axis: two mirror images may be nearest.
+        snapped = (
+            0.0 if y[0] <= tolerance else z[0],
+            0.0 if y[1] <= tolerance else z[1],
+            0.0,
+        )
+        total = _pole_sum(snapped, e, 2)
+        if total < 1.0:
+            q = (
+                snapped[0] * (1.0 + 1.0 / _excess(e[0], e[2])) if snapped[0] > 0.0 else 0.0,
+                snapped[1] * (1.0 + 1.0 / _excess(e[1], e[2])) if snapped[1] > 0.0 else 0.0,
+                math.sqrt(1.0 - total),
+            )
+            return -e[2] * e[2], q, False
+    m = 2
+    if z[2] == 0.0:
+        m = 1 if z[1] > 0.0 else 0
+    d0, d1 = _excess(e[0], e[m]), _excess(e[1], e[m]) if m > 0 else 0.0
+    c = (
+        (1.0 + d0) * z[0],
+        (1.0 + d1) * z[1] if m > 0 else 0.0,
+        z[2] if m == 2 else 0.0,
+    )
+    d = (d0, d1, 0.0)
+    sigma = _solve(c, d)
+    q = (c[0] / (sigma + d0), c[1] / (sigma + d1), c[2] / sigma)
+    return (sigma - 1.0) * e[m] * e[m], q, True
+
+
+@kernel
+def _without_underflow(y, least):
+    return (
+        y[0] if y[0] > least else 0.0,
+        y[1] if y[1] > least else 0.0,
+        y[2] if y[2] > least else 0.0,
+    )
+
+
+@kernel
+def point_ellipsoid(size, p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of point Q; ``size`` holds the semi-axes (a, b, c).
+
+    Where mirror images are equally near (inside, on a plane of symmetry, closer to the centre
+    than the focal curve), the one on the positive side of the shortest axis is chosen (of equal
+    axes, the first), and ``unique`` is False.
+    """
+    i, j, k = _sort_axes(size)
+    e = (size[i], size[j], size[k])
+    y = (abs(p_GQ[i]), abs(p_GQ[j]), abs(p_GQ[k]))
+    tolerance = COINCIDENCE * e[0]
+    t, q, unique = _nearest_sorted(e, _without_underflow(y, UNDERFLOW * e[0]), tolerance)
+    length = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    q = (q[0] / length, q[1] / length, q[2] / length)
+    # The normal is x_i / e_i^2 = q_i / e_i; times e2 it neither overflows nor vanishes.
+    n = (q[0] * (e[2] / e[0]), q[1] * (e[2] / e[1]), q[2])
+    steepness = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    phi = t / e[2] * steepness
+    s0 = -1.0 if p_GQ[i] < 0.0 and y[0] > tolerance else 1.0
+    s1 = -1.0 if p_GQ[j] < 0.0 and y[1] > tolerance else 1.0
+    s2 = -1.0 if p_GQ[k] < 0.0 and (y[2] > tolerance or unique) else 1.0
+    x = (s0 * e[0] * q[0], s1 * e[1] * q[1], s2 * e[2] * q[2])
+    g = (s0 * n[0] / steepness, s1 * n[1] / steepness, s2 * n[2] / steepness)
+    p_GN = _unsort(x, i, j)
+    return phi, p_GN, _unsort(g, i, j), unique
+
+
+@kernel
+def _unsort(v, i, j):
+    """Put the first entry of v at i, the second at j, and the third at the remaining place."""
+    return (
+        v[0] if i == 0 else (v[1] if j == 0 else v[2]),
+        v[0] if i == 1 else (v[1] if j == 1 else v[2]),
+        v[0] if i == 2 else (v[1] if j == 2 else v[2]),
+    )

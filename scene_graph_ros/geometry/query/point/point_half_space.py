@@ -1,0 +1,11 @@
+"""Signed distance from a point to the half space z <= 0."""
+
+from scene_graph_ros.geometry.jit import kernel
+
+__all__ = ["point_half_space"]
+
+
+@kernel
+def point_half_space(p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of point Q; it is always unique."""
+    return p_GQ[2], (p_GQ[0], p_GQ[1], 0.0), (0.0, 0.0, 1.0), True

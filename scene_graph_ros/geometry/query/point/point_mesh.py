@@ -1,0 +1,126 @@
+"""Signed distance from a point to a triangle mesh, exact, through the mesh's hierarchy.
+
+A closed mesh has an inside: the sign comes from the angle-weighted normal of the nearest feature
+(Baerentzen and Aanaes, "Signed distance computation using the angle weighted pseudonormal", 2005).
+An open mesh is a surface without an inside: its distance is nowhere negative.
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.meshes.traversal_stack import traversal_stack
+from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
+from scene_graph_ros.geometry.spatial.vectors import (
+    dot,
+    load_vector,
+    norm,
+    scale as scaled,
+    subtract,
+    unit,
+)
+from scene_graph_ros.geometry.tolerances import COINCIDENCE, WITNESS_SPLIT
+
+__all__ = ["nearest_triangle", "point_mesh"]
+
+
+@kernel
+def _box_square(p, lower, upper, node):
+    """Return the squared distance from p to a node's box."""
+    total = 0.0
+    for axis in range(3):
+        gap = max(lower[node, axis] - p[axis], p[axis] - upper[node, axis], 0.0)
+        total += gap * gap
+    return total
+
+
+@inlined_kernel
+def _corner(surfaces, triangle, corner):
+    return load_vector(surfaces.vertices, surfaces.triangles[triangle, corner])
+
+
+@inlined_kernel
+def nearest_triangle(surfaces, k, p, bound, tolerance, split):
+    """Return (x, triangle, feature, unique): the nearest point of surface k to p.
+
+    ``triangle`` is -1 where nothing is nearer than ``bound``. ``unique`` is False where another
+    point, further than ``split`` away, is as near to within ``tolerance``. Of equally near
+    triangles, the first in the order of traversal wins, which depends on nothing but p.
+    """
+    stack = traversal_stack()
+    stack[0] = surfaces.node_start[k]
+    depth = 1
+    best, x, triangle, feature, unique = bound, p, -1, 0, True
+    while depth > 0:
+        depth -= 1
+        node = stack[depth]
+        reach = best + tolerance
+        if _box_square(p, surfaces.node_lower, surfaces.node_upper, node) > reach * reach:
+            continue
+        left, right = surfaces.node_left[node], surfaces.node_right[node]
+        if left >= 0:
+            near = _box_square(p, surfaces.node_lower, surfaces.node_upper, left)
+            far = _box_square(p, surfaces.node_lower, surfaces.node_upper, right)
+            stack[depth] = right if near <= far else left
+            stack[depth + 1] = left if near <= far else right
+            depth += 2
+            continue
+        for slot in range(-1 - left, -1 - left + right):
+            t = surfaces.order[slot]
+            a, b, c = _corner(surfaces, t, 0), _corner(surfaces, t, 1), _corner(surfaces, t, 2)
+            n = load_vector(surfaces.normals, t)
+            candidate, square, place = nearest_on_triangle(p, a, b, c, n)
+            distance = math.sqrt(square)
+            if distance > best + tolerance:
+                continue
+            if triangle >= 0 and distance >= best - tolerance:
+                unique = unique and norm(subtract(candidate, x)) <= split
+            elif distance < best:
+                unique = True
+            if distance < best:
+                best, x, triangle, feature = distance, candidate, t, place
+    return x, triangle, feature, unique
+
+
+@inlined_kernel
+def _pseudonormal(surfaces, triangle, feature):
+    """Return the angle-weighted normal of the feature of a triangle that a nearest point is on."""
+    if feature == 0:
+        return load_vector(surfaces.normals, triangle)
+    if feature <= 3:
+        normals = surfaces.edge_pseudonormals
+        e = feature - 1
+        return (normals[triangle, e, 0], normals[triangle, e, 1], normals[triangle, e, 2])
+    corner = surfaces.triangles[triangle, feature - 4]
+    return load_vector(surfaces.vertex_pseudonormals, corner)
+
+
+@inlined_kernel
+def point_mesh(surfaces, k, scale, p_GQ, bound):
+    """Return (phi, p_GN, grad_G, unique) of point Q and surface k, whose size is ``scale``.
+
+    Nothing nearer than ``bound`` gives phi = inf: only for a Q outside the mesh's bounding box
+    may ``bound`` be finite. On the surface, the gradient is the feature's angle-weighted normal,
+    and ``unique`` tells that the surface is flat there.
+    """
+    tolerance = COINCIDENCE * scale
+    p_GN, triangle, feature, unique = nearest_triangle(
+        surfaces, k, p_GQ, bound, tolerance, WITNESS_SPLIT * scale
+    )
+    if triangle < 0:
+        return math.inf, p_GQ, (1.0, 0.0, 0.0), False
+    normal = _pseudonormal(surfaces, triangle, feature)
+    offset = subtract(p_GQ, p_GN)
+    is_closed = surfaces.is_closed[k]
+    if feature == 0:
+        height = dot(normal, subtract(p_GQ, _corner(surfaces, triangle, 0)))
+        if not is_closed and height < 0.0:
+            return -height, p_GN, scaled(-1.0, normal), unique
+        return height, p_GN, normal, unique
+    phi = norm(offset)
+    if phi <= tolerance:
+        is_flat = 1.0 - dot(normal, load_vector(surfaces.normals, triangle)) <= COINCIDENCE
+        return phi, p_GN, normal, is_flat
+    grad_G = unit(offset, normal)
+    if is_closed and dot(offset, normal) < 0.0:
+        return -phi, p_GN, scaled(-1.0, grad_G), unique
+    return phi, p_GN, grad_G, unique

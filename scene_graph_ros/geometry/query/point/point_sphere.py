@@ -1,0 +1,20 @@
+"""Signed distance from a point to a sphere."""
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.spatial.vectors import norm, scale, unit
+from scene_graph_ros.geometry.tolerances import COINCIDENCE
+
+__all__ = ["point_sphere"]
+
+
+@kernel
+def point_sphere(size, p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of point Q; ``size`` is (radius, 0, 0).
+
+    At the centre every direction is right: +x is chosen and ``unique`` is False.
+    """
+    radius = size[0]
+    distance = norm(p_GQ)
+    unique = distance > COINCIDENCE * radius
+    grad_G = unit(p_GQ, (1.0, 0.0, 0.0)) if unique else (1.0, 0.0, 0.0)
+    return distance - radius, scale(radius, grad_G), grad_G, unique
