@@ -1,0 +1,50 @@
+"""Installation of the ament_python package, as `colcon build` runs it."""
+
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = "scene_graph_ros"
+
+
+def shared(folder: str) -> list[tuple[str, list[str]]]:
+    """List the files below ``folder`` with where they go in the package's share folder."""
+    parents = sorted({path.parent for path in Path(folder).rglob("*") if path.is_file()})
+    return [
+        (f"share/{NAME}/{parent}", sorted(str(p) for p in parent.iterdir() if p.is_file()))
+        for parent in parents
+        if parent.name != "__pycache__"
+    ]
+
+
+setup(
+    name=NAME,
+    version="0.1.0",
+    description="A geometry world for ROS 2: robots publish poses, queries answer.",
+    license="Apache-2.0",
+    maintainer="scene_graph_ros maintainers",
+    maintainer_email="maintainers@scene-graph-ros.invalid",
+    # Two packages, named explicitly: tests and tools are not installed.
+    packages=find_packages(include=[NAME, f"{NAME}.*", "msg_adapters", "msg_adapters.*"]),
+    package_data={NAME: ["py.typed"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
+        (f"share/{NAME}", ["package.xml"]),
+        *shared("launch"),
+        *shared("config"),
+    ],
+    python_requires=">=3.11",
+    install_requires=[
+        "setuptools",
+        "numba",
+        "numpy",
+        "pydantic",
+        "pyyaml",
+        "scipy",
+        "tqdm",
+        "trimesh",
+    ],
+    extras_require={"fcl": ["python-fcl"], "joints": ["pin"], "test": ["hypothesis", "pytest"]},
+    entry_points={"console_scripts": ["scene_graph_node = scene_graph_ros.node.main:main"]},
+    zip_safe=True,
+)
