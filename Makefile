@@ -1,0 +1,65 @@
+# The commands of scene_graph_ros on a machine without ROS. `make help` lists them.
+
+SHELL := /bin/bash
+MAKEFLAGS += --no-print-directory
+
+# The first Python that really runs: a version manager's shim of that name may not.
+PYTHON ?= $(shell for python in python3.12 python3.11 python3 python3.13; do \
+  $$python -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2> /dev/null && \
+  echo $$python && break; done)
+
+# A sourced ROS installation must not leak into .venv, nor .venv's library path into .venv-core.
+unexport PYTHONHOME PYTHONPATH LD_LIBRARY_PATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH \
+  COLCON_PREFIX_PATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
+
+# Tests and demo talk on this machine only.
+export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
+
+RUN := .venv/bin/python
+CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
+ROS_TESTS = $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
+
+.PHONY: help setup demo test lint format test-ros test-core peers bench accuracy clean
+.DEFAULT_GOAL := help
+
+help:  ## list the commands
+	@sed -nE 's/^([a-z-]+):.*## (.*)/make \1|\2/p' Makefile | column -t -s '|'
+
+setup:  ## make .venv: ROS 2 from wheels, the messages, compiled kernels
+	@test -n "$(PYTHON)" || { echo "No Python 3.11 or later runs here." \
+	  "Remedy: apt-get install python3 python3-venv python3-dev (or python3.12)." >&2; exit 1; }
+	@$(PYTHON) -m tools.bootstrap
+
+demo: setup  ## run the node with a simulated robot for ten seconds
+	@$(RUN) examples/demo.py
+
+test: lint test-ros test-core  ## run what CI runs
+
+lint: setup  ## check style, format, types and layers
+	$(RUN) -m ruff check
+	$(RUN) -m ruff format --check
+	$(RUN) -m mypy
+	.venv/bin/lint-imports
+
+format: setup  ## put style and format right
+	$(RUN) -m ruff check --fix
+	$(RUN) -m ruff format
+
+test-ros: setup  ## test messages, node and tools
+	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest $(ROS_TESTS)
+
+test-core: setup  ## test the core in an environment without ROS
+	@$(PYTHON) -m tools.bootstrap --core
+	.venv-core/bin/python -m pytest $(CORE_TESTS)
+
+peers: setup  ## add the engines to compare with (over 1 GB)
+	@$(PYTHON) -m tools.bootstrap --peers
+
+bench: peers  ## compare speed with the peers
+	$(RUN) -m benchmarks
+
+accuracy: peers  ## compare accuracy with the peers: tables and plots
+	$(RUN) -m benchmarks.accuracy
+
+clean:  ## remove what the commands made
+	rm -rf .venv .venv-core build install log .pytest_cache .mypy_cache .ruff_cache

@@ -1,0 +1,120 @@
+"""Set the project up: `python3 -m tools.bootstrap [--peers | --core]`, from the project's root."""
+
+from __future__ import annotations
+
+import argparse
+import fcntl
+import os
+from pathlib import Path
+import subprocess
+import sys
+import time
+
+from tools.bootstrap import environment, interfaces
+from tools.bootstrap.progress import digest, Setup, SetupError
+
+_ROOT = Path(__file__).resolve().parents[2]
+_OWN_SOURCE = Path(__file__).resolve().parent
+
+
+def _wheels(setup: Setup, venv: Path, names: tuple[str, ...]) -> str:
+    """Make the environment and install wheels; return a key of what is installed."""
+    setup.step("Python environment", sys.version, [], lambda: environment.make_venv(setup, venv))
+
+    def install() -> None:
+        environment.install_requirements(setup, _ROOT, venv, names)
+        environment.relocate_cmake_files(venv)
+
+    key = digest(environment.requirement_files(_ROOT, names), sys.version)
+    products = [environment.site_packages(venv) / "numpy"]
+    setup.step(f"wheels {' '.join(names)}", key, products, install)
+    return key
+
+
+def _interfaces(
+    setup: Setup, venv: Path, source: Path, prefix: Path, wheels: str, *options: str
+) -> None:
+    packages = prefix / environment.site_packages(venv).relative_to(venv)
+    setup.step(
+        f"messages {source.name}",
+        digest([source, _OWN_SOURCE / "interfaces.py"], wheels, *options),
+        [packages / source.name],
+        lambda: interfaces.build_interfaces(setup, source, venv, prefix, options),
+    )
+
+
+def _kernels(setup: Setup, venv: Path, wheels: str) -> None:
+    """Compile the kernels now, so that no query ever does; they are kept in the user's cache."""
+    python = venv / "bin" / "python"
+    record = venv / "setup" / "kernel_cache"
+    ask = "from scene_graph_ros.geometry.jit import cache_root; print(cache_root())"
+
+    def compile_kernels() -> None:
+        setup.run([python, "-m", "scene_graph_ros.warmup"])
+        answer = subprocess.run([python, "-c", ask], capture_output=True, text=True, check=True)
+        record.write_text(answer.stdout.strip())
+
+    cache = [Path(record.read_text())] if record.is_file() else []
+    variables = [
+        f"{n}={os.environ.get(n)}" for n in ("SCENE_GRAPH_ROS_KERNEL_CACHE", "XDG_CACHE_HOME")
+    ]
+    sources = [_ROOT / "scene_graph_ros" / "geometry", _ROOT / "scene_graph_ros" / "warmup.py"]
+    setup.step("kernels", digest(sources, wheels, *variables), [record, *cache], compile_kernels)
+
+
+def _set_up_project(venv: Path) -> None:
+    """Make `.venv`: what a node, its tests and the checks of the source need."""
+    environment.check_machine(with_compiler=True)
+    setup = Setup(venv / "setup", count=5)
+    wheels = _wheels(setup, venv, ("core", "extras", "ros", "dev"))
+    only_python = "-DONLY_PYTHON=ON"
+    _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
+    workspace = _ROOT / "test" / "workspace"
+    _interfaces(setup, venv, workspace / "tf2_msgs", venv / "test_workspace", wheels)
+    environment.link_project(_ROOT, venv, with_ros=True)
+    if (_ROOT / "scene_graph_ros" / "warmup.py").is_file():
+        _kernels(setup, venv, wheels)
+
+
+def _set_up_core(venv: Path) -> None:
+    """Make `.venv-core`: the core and its tests, without ROS."""
+    environment.check_machine(with_compiler=False)
+    _wheels(Setup(venv / "setup", count=2), venv, ("core", "test"))
+    environment.link_project(_ROOT, venv, with_ros=False)
+
+
+def _set_up_peers(venv: Path) -> None:
+    """Add to `.venv` the engines that benchmarks compare with."""
+    environment.check_machine(with_compiler=False)
+    _wheels(Setup(venv / "setup", count=2), venv, ("peers",))
+
+
+def _main() -> int:
+    parser = argparse.ArgumentParser(prog="python3 -m tools.bootstrap", description=__doc__)
+    choice = parser.add_mutually_exclusive_group()
+    choice.add_argument("--core", action="store_true", help="only .venv-core, without ROS")
+    choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
+    arguments = parser.parse_args()
+    start = time.monotonic()
+    lock = os.open(_ROOT, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print("Another set-up of this checkout is running: waiting for it to end.", flush=True)
+        fcntl.flock(lock, fcntl.LOCK_EX)
+    try:
+        if arguments.core:
+            _set_up_core(_ROOT / ".venv-core")
+        elif arguments.peers:
+            _set_up_peers(_ROOT / ".venv")
+        else:
+            _set_up_project(_ROOT / ".venv")
+    except SetupError as error:
+        print(f"\nThe set-up stopped: {error}", file=sys.stderr)
+        return 1
+    print(f"Set up in {time.monotonic() - start:.1f} s.")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(_main())

@@ -1,0 +1,144 @@
+"""The virtual environment: interpreter, pinned wheels, and the project itself inside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import os
+from pathlib import Path
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+
+from tools.bootstrap.progress import Setup, SetupError
+
+__all__ = [
+    "check_machine",
+    "environment_variables",
+    "install_requirements",
+    "link_project",
+    "make_venv",
+    "relocate_cmake_files",
+    "requirement_files",
+    "site_packages",
+]
+
+_VERSION = f"{sys.version_info.major}.{sys.version_info.minor}"
+_BUILD_MACHINE = re.compile(r"/opt/python/[^;\"<>$\s]*")
+
+
+def check_machine(*, with_compiler: bool) -> None:
+    """Name everything that is missing on this machine, with the remedy, before anything starts."""
+    missing = []
+    if sys.version_info < (3, 11):  # noqa: UP036 - anybody may start this with an older one
+        missing.append(f"Python 3.11 or later (this is {_VERSION}). Remedy: install python3.12")
+    try:
+        import ensurepip  # noqa: F401 - probing: Debian leaves both out of python3
+        import venv  # noqa: F401
+    except ImportError:
+        missing.append(f"Python's venv module. Remedy: apt-get install python{_VERSION}-venv")
+    if with_compiler:
+        for variable, names in (
+            ("CC", ("cc", "gcc", "clang")),
+            ("CXX", ("c++", "g++", "clang++")),
+        ):
+            wanted = [os.environ[variable].split()[0]] if os.environ.get(variable) else names
+            if not any(shutil.which(name) for name in wanted):
+                missing.append(
+                    f"a compiler ({' or '.join(wanted)}), which the messages are built with. "
+                    "Remedy: apt-get install gcc g++"
+                )
+        if not Path(sysconfig.get_path("include"), "Python.h").is_file():
+            missing.append(f"Python's headers. Remedy: apt-get install python{_VERSION}-dev")
+    if missing:
+        raise SetupError("Missing on this machine:\n" + "\n".join(f"- {m}" for m in missing))
+
+
+def site_packages(venv: Path) -> Path:
+    """Return the folder that holds the packages of a virtual environment of this Python."""
+    return venv / "lib" / f"python{_VERSION}" / "site-packages"
+
+
+def make_venv(setup: Setup, venv: Path) -> None:
+    """Make a virtual environment, or accept the one that is there if it is of this Python."""
+    python = venv / "bin" / "python"
+    if not python.exists():
+        setup.run([sys.executable, "-m", "venv", venv])
+        return
+    probe = [python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
+    found = subprocess.run(probe, capture_output=True, text=True, check=False)
+    if found.returncode != 0 or found.stdout.strip() != _VERSION:
+        what = f"has Python {found.stdout.strip()}" if found.stdout else "has no Python that runs"
+        raise SetupError(
+            f"{venv} {what}, but the set-up runs with {_VERSION}.\nRemedy: make clean setup, "
+            f"or make setup PYTHON=python<its version>"
+        )
+
+
+def requirement_files(root: Path, names: Sequence[str]) -> list[Path]:
+    """Return the files that decide which wheels are installed for ``names``."""
+    folder = root / "requirements"
+    files = [folder / f"{name}.txt" for name in names]
+    return [*files, *([folder / "test.txt"] if "dev" in names else []), folder / "constraints.txt"]
+
+
+def install_requirements(setup: Setup, root: Path, venv: Path, names: Sequence[str]) -> None:
+    """Install the pinned wheels of ``requirements/<name>.txt``."""
+    folder = root / "requirements"
+    options = ["--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
+    chosen = [part for name in names for part in ("-r", folder / f"{name}.txt")]
+    pip = [venv / "bin" / "python", "-m", "pip", "install"]
+    setup.run([*pip, *options, *chosen, "-c", folder / "constraints.txt"])
+
+
+def relocate_cmake_files(venv: Path) -> None:
+    """Replace the build machine's include folders in the wheels' CMake files by this one's."""
+    numpy_include = site_packages(venv) / "numpy" / "_core" / "include"
+    python_include = sysconfig.get_path("include")
+    for file in sorted((venv / "share").glob("*/cmake/*.cmake")):
+        text = file.read_text()
+        for found in set(_BUILD_MACHINE.findall(text)):
+            if found.endswith("/numpy/_core/include"):
+                text = text.replace(found, str(numpy_include))
+            elif found.endswith(f"/include/python{_VERSION}"):
+                text = text.replace(found, python_include)
+            else:
+                raise SetupError(f"{file} has an unknown path of its build machine: {found}")
+        if text != file.read_text():
+            file.write_text(text)
+
+
+def environment_variables(venv: Path) -> dict[str, str]:
+    """Return the variables with which CMake and the generators find the environment."""
+    path = os.pathsep.join([str(venv / "bin"), os.environ.get("PATH", os.defpath)])
+    return {
+        **os.environ,
+        "PATH": path,
+        "AMENT_PREFIX_PATH": str(venv),
+        "CMAKE_PREFIX_PATH": str(venv),
+    }
+
+
+def link_project(root: Path, venv: Path, *, with_ros: bool) -> None:
+    """Make the checkout importable and findable, as `colcon build --symlink-install` would.
+
+    Any `.venv/bin/python` then finds everything without a `source` first: ROS's wheels look after
+    the library path, and the line written here after the ament index.
+    """
+    lines = [str(root)]
+    if with_ros:
+        lines.append("import os, sys; os.environ.setdefault('AMENT_PREFIX_PATH', sys.prefix)")
+    (site_packages(venv) / "scene_graph_ros.pth").write_text("\n".join(lines) + "\n")
+    if not with_ros:
+        return
+    share = venv / "share" / "scene_graph_ros"
+    share.mkdir(parents=True, exist_ok=True)
+    for name in ("package.xml", "launch", "config"):
+        link = share / name
+        if not link.is_symlink() or link.readlink() != root / name:
+            link.unlink(missing_ok=True)
+            link.symlink_to(root / name)
+    index = venv / "share" / "ament_index" / "resource_index" / "packages"
+    index.mkdir(parents=True, exist_ok=True)
+    (index / "scene_graph_ros").touch()
