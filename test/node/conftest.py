@@ -1,0 +1,46 @@
+"""Fixtures of the node's tests: isolated domains, the node as a process, a client."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+
+import pytest
+
+os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")
+os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+
+HAS_ROS = importlib.util.find_spec("rclpy") is not None
+collect_ignore_glob = [] if HAS_ROS else ["test_*.py"]
+
+if HAS_ROS:
+    import domain_coordinator
+    from node_harness import Client, NodeProcess
+
+    @pytest.fixture(scope="module")
+    def domain():
+        """A ROS domain that nobody else on this machine uses meanwhile."""
+        with domain_coordinator.domain_id() as number:
+            yield number
+
+    @pytest.fixture(scope="module")
+    def client(domain):
+        """A client on the module's domain."""
+        client = Client(domain)
+        yield client
+        client.close()
+
+    @pytest.fixture(scope="module")
+    def start_node(domain):
+        """Start nodes on the module's domain; they are stopped at the end."""
+        nodes = []
+
+        def start(parameters=None, **options):
+            node = NodeProcess(domain, parameters, **options)
+            nodes.append(node)
+            node.wait_for_output("running:")
+            return node
+
+        yield start
+        for node in nodes:
+            node.stop()

@@ -1,0 +1,247 @@
+"""The node as a real process, and a client of it, for tests over DDS on this machine."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+from rclpy.serialization import serialize_message
+import scene_graph_msgs.srv
+
+ROOT = Path(__file__).parents[2]
+TF_PREFIX = Path(sys.prefix) / "test_workspace"
+DEADLINE = 30.0
+"""Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
+
+
+def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str, str]:
+    """Return the environment of a process on an isolated domain."""
+    path = [str(ROOT), os.environ.get("PYTHONPATH", "")]
+    values = {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(part for part in path if part),
+        "PYTHONUNBUFFERED": "1",
+        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        "ROS_DOMAIN_ID": str(domain),
+        "ROS_PYTHON_CHECK_FIELDS": "1",
+    }
+    for name, value in (extra or {}).items():
+        values[name] = os.pathsep.join(p for p in (value, values.get(name, "")) if p)
+    return values
+
+
+def wait_until(condition: Callable[[], Any], what: str, timeout: float = DEADLINE) -> Any:
+    """Poll until ``condition`` is true and return it; fail after the deadline, naming ``what``."""
+    end = time.monotonic() + timeout
+    while time.monotonic() < end:
+        result = condition()
+        if result:
+            return result
+        time.sleep(0.01)
+    raise AssertionError(f"not within {timeout} s: {what}")
+
+
+class NodeProcess:
+    """``python -m scene_graph_ros.node`` in a process of its own."""
+
+    def __init__(
+        self,
+        domain: int,
+        parameters: Mapping[str, Any] | None = None,
+        *,
+        remaps: Iterable[str] = (),
+        extra_environment: Mapping[str, str] | None = None,
+    ) -> None:
+        arguments: list[str] = []
+        for name, value in (parameters or {}).items():
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            arguments += ["-p", f"{name}:={text}"]
+        for remap in remaps:
+            arguments += ["-r", remap]
+        command = [sys.executable, "-m", "scene_graph_ros.node"]
+        if arguments:
+            command += ["--ros-args", *arguments]
+        self._log = tempfile.NamedTemporaryFile("w+", suffix=".log")
+        self.process = subprocess.Popen(
+            command,
+            env=environment(domain, extra_environment),
+            cwd=ROOT,
+            stdout=self._log,
+            stderr=subprocess.STDOUT,
+        )
+
+    def output(self) -> str:
+        """Return all that the process has printed so far."""
+        return Path(self._log.name).read_text()
+
+    def wait_for_output(self, text: str) -> None:
+        """Wait until the process printed ``text``; fail at once where it ended before."""
+
+        def printed() -> bool:
+            if text in self.output():
+                return True
+            assert self.process.poll() is None, f"the node ended:\n{self.output()}"
+            return False
+
+        wait_until(printed, f"'{text}' in the node's output")
+
+    def is_alive(self) -> bool:
+        """Tell whether the process runs."""
+        return self.process.poll() is None
+
+    def stop(self, number: int = signal.SIGINT) -> int:
+        """Send a signal, wait for the end and return the exit code."""
+        if self.process.poll() is None:
+            self.process.send_signal(number)
+        try:
+            return self.process.wait(timeout=DEADLINE)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            raise
+
+
+class Listener:
+    """Messages of one topic as they come."""
+
+    def __init__(self, subscription: Any) -> None:
+        self.subscription = subscription
+        self.messages: deque[Any] = deque(maxlen=1000)
+        self.count = 0
+
+    def take(self, message: Any) -> None:
+        """Keep a message."""
+        self.count += 1
+        self.messages.append(message)
+
+    @property
+    def newest(self) -> Any:
+        """The newest message, or None."""
+        return self.messages[-1] if self.messages else None
+
+    def wait_for(self, condition: Callable[[Any], Any], what: str) -> Any:
+        """Return the first message, also of those that came already, that fulfils a condition."""
+        return wait_until(
+            lambda: next((m for m in list(self.messages) if condition(m)), None), what
+        )
+
+    def wait_for_newest(self, condition: Callable[[Any], Any], what: str) -> Any:
+        """Wait until the newest message fulfils a condition and return it."""
+        return wait_until(
+            lambda: (m := self.newest) is not None and condition(m) and m, what
+        )
+
+
+class Client:
+    """A ROS node in this process that talks to the node under test."""
+
+    def __init__(self, domain: int, node_name: str = "/scene_graph") -> None:
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node = rclpy.create_node("test_client", context=self.context)
+        self.executor = SingleThreadedExecutor(context=self.context)
+        self.executor.add_node(self.node)
+        self._name = node_name
+        self._clients: dict[str, Any] = {}
+        self._stop = False
+        self._thread = threading.Thread(target=self._spin, daemon=True)
+        self._thread.start()
+
+    def _spin(self) -> None:
+        try:
+            while not self._stop:
+                self.executor.spin_once()
+        except ExternalShutdownException:
+            return
+
+    def close(self) -> None:
+        """End this node."""
+        self._stop = True
+        self.executor.create_task(lambda: None)
+        self._thread.join()
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+    def start_call(self, kind: Any, name: str, request: Any) -> Any:
+        """Send a request and return the future of its response."""
+        client = self._clients.get(name)
+        if client is None:
+            client = self._clients[name] = self.node.create_client(kind, name)
+        assert client.wait_for_service(DEADLINE), f"no service {name}"
+        return client.call_async(request)
+
+    def call_any(self, kind: Any, name: str, request: Any) -> Any:
+        """Call a service of any type and return the response."""
+        future = self.start_call(kind, name, request)
+        wait_until(future.done, f"a response of {name}")
+        return future.result()
+
+    def start(self, service: str, **fields: Any) -> Any:
+        """Send a request to a service of the node; see ``call``."""
+        kind = getattr(scene_graph_msgs.srv, service)
+        words = "".join(f"_{c.lower()}" if c.isupper() else c for c in service).lstrip("_")
+        return self.start_call(kind, f"{self._name}/{words}", kind.Request(**fields))
+
+    def call(self, service: str, **fields: Any) -> Any:
+        """Call the service of type ``service`` of the node and return the response."""
+        future = self.start(service, **fields)
+        wait_until(future.done, f"a response of {service}")
+        return future.result()
+
+    def listen(self, kind: Any, topic: str, qos: QoSProfile | int = 10) -> Listener:
+        """Subscribe, and wait until the publisher is known."""
+        name = topic if topic.startswith("/") else f"{self._name}/{topic}"
+        listener = Listener(None)
+        listener.subscription = self.node.create_subscription(kind, name, listener.take, qos)
+        wait_until(lambda: self.node.count_publishers(name), f"a publisher of {name}")
+        return listener
+
+    def forget(self, listener: Listener) -> None:
+        """Unsubscribe."""
+        self.node.destroy_subscription(listener.subscription)
+
+    def publisher(self, kind: Any, topic: str, *, best_effort: bool = False) -> Any:
+        """Advertise a topic, and wait until somebody listens."""
+        qos = QoSProfile(depth=50)
+        if best_effort:
+            qos.reliability = ReliabilityPolicy.BEST_EFFORT
+        publisher = self.node.create_publisher(kind, topic, qos)
+        wait_until(lambda: publisher.get_subscription_count(), f"a subscriber of {topic}")
+        return publisher
+
+    def topics(self) -> set[str]:
+        """Return the names of all topics that somebody advertises."""
+        return {
+            name
+            for name, _ in self.node.get_topic_names_and_types()
+            if self.node.count_publishers(name)
+        }
+
+    def now(self) -> Any:
+        """Return the time as a message."""
+        return self.node.get_clock().now().to_msg()
+
+
+def diagnostics_values(message: Any, ending: str) -> dict[str, str]:
+    """Return the values of the diagnostics entry whose name ends so."""
+    for status in message.status:
+        if status.name.endswith(ending):
+            return {value.key: value.value for value in status.values}
+    return {}
+
+
+def is_same_message(a: Any, b: Any) -> bool:
+    """Tell whether two messages are the same on the wire."""
+    return bytes(serialize_message(a)) == bytes(serialize_message(b))
