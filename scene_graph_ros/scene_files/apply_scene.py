@@ -16,14 +16,13 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
-from scene_graph_ros.scene_files.errors import SceneFileError
 from scene_graph_ros.scene_files.instances import instance_from_spec, properties_from_spec
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
 from scene_graph_ros.scene_files.packages import resolve_resource
 from scene_graph_ros.scene_files.registration import register_robot
 from scene_graph_ros.scene_files.robot_model import Pose, RobotModel
 from scene_graph_ros.scene_files.schema import FrameSpec, PoseSpec, RobotSpec
-from scene_graph_ros.scene_files.srdf import SemanticModel, load_srdf
+from scene_graph_ros.scene_files.srdf import load_srdf, SemanticModel
 from scene_graph_ros.scene_files.urdf import load_urdf
 from scene_graph_ros.scene_files.urdf_tree import suggestion
 

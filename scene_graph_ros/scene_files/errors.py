@@ -14,8 +14,8 @@ __all__ = ["JointStateError", "Location", "SceneFileError", "UnknownPackageError
 class Location:
     """A place in a file.
 
-    ``file`` is the path as the user gave it, or a label such as ``<text>``; ``line`` counts from 1,
-    or is None where a whole file is meant; ``path`` names the element inside the file.
+    ``file`` is the path as the user gave it, or a label such as ``<text>``; ``line`` counts from
+    1, or is None where a whole file is meant; ``path`` names the element inside the file.
     """
 
     file: str
@@ -28,7 +28,7 @@ class Location:
 
 
 class SceneFileError(SceneGraphError, ValueError):
-    """A scene, URDF or SRDF file that cannot be used; ``problems`` has one line for each reason."""
+    """A scene, URDF or SRDF file that cannot be used; ``problems`` has a line for each reason."""
 
     def __init__(self, problems: str | Sequence[str]) -> None:
         self.problems: tuple[str, ...] = (

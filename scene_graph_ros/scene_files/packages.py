@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 import functools
 import os
+from pathlib import Path
 import site
 import sys
 import urllib.parse
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
-from pathlib import Path
 
 from scene_graph_ros.scene_files.errors import SceneFileError, UnknownPackageError
 from scene_graph_ros.scene_files.xml_tree import parse_xml
@@ -48,10 +48,12 @@ class Packages:
         Raises UnknownPackageError listing the places searched.
         """
         if name in self.package_map:
-            folder = Path(self.package_map[name])
-            if folder.is_dir():
-                return folder
-            raise UnknownPackageError(f"package {name!r} is mapped to {folder}, which is no folder")
+            mapped = Path(self.package_map[name])
+            if mapped.is_dir():
+                return mapped
+            raise UnknownPackageError(
+                f"package {name!r} is mapped to {mapped}, which is no folder"
+            )
         searched = []
         for label, folder in self._candidates(name, near):
             if label not in searched:
@@ -81,9 +83,8 @@ def _environment_paths(variable: str) -> list[Path]:
 
 def _python_prefixes() -> list[Path]:
     """Return the prefixes below which installed wheels have a ``share`` folder."""
-    folders = [Path(sys.prefix)]
-    for packages in site.getsitepackages():
-        folders.append(Path(packages) / "cmeel.prefix")
+    wheels = [Path(folder) / "cmeel.prefix" for folder in site.getsitepackages()]
+    folders = [Path(sys.prefix), *wheels]
     return [folder for folder in folders if folder.is_dir()]
 
 
@@ -95,7 +96,7 @@ def _package_in_prefix(prefix: Path, name: str) -> Path | None:
 
 
 def _package_in(folder: Path, name: str) -> Path | None:
-    """Return ``folder`` if it is package ``name``, or the package directly or in share below it."""
+    """Return ``folder`` if it is package ``name``, or the package in it or in its share."""
     if _is_package(folder, name):
         return folder
     child = folder / name
@@ -140,7 +141,7 @@ def resolve_resource(
     """Return the existing file that ``resource`` means.
 
     ``resource`` is ``package://<package>/<path>``, ``file:///<path>``, an absolute path or one
-    relative to the folder of ``base``, the file that contains it (without one: the working folder).
+    relative to the folder of ``base``, the file that contains it, or to the working folder.
     Raises SceneFileError with the resource and the path tried.
     """
     scheme, separator, rest = resource.partition("://")

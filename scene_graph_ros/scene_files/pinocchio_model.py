@@ -1,4 +1,4 @@
-"""Build pinocchio's model of a robot from what was read, so that one reader decides what it says."""
+"""Build pinocchio's model of a robot from what was read: one reader decides what a file says."""
 
 from __future__ import annotations
 

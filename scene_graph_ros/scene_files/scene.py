@@ -14,7 +14,7 @@ from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
 from scene_graph_ros.scene_files.schema_errors import located_error
 from scene_graph_ros.scene_files.urdf_tree import suggestion
-from scene_graph_ros.scene_files.yaml_document import YamlDocument, parse_yaml
+from scene_graph_ros.scene_files.yaml_document import parse_yaml, YamlDocument
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
@@ -131,9 +131,10 @@ class _Checker:
 
     def _unique_sources(self) -> None:
         places: dict[str, tuple[str | int, ...]] = {}
-        for key, items in (("sources", self.spec.sources), ("robots", self.spec.robots)):
-            for index, item in enumerate(items):  # type: ignore[arg-type]
-                self._unique(places, item.name, key, index, "name")
+        for index, source in enumerate(self.spec.sources):
+            self._unique(places, source.name, "sources", index, "name")
+        for index, robot in enumerate(self.spec.robots):
+            self._unique(places, robot.name, "robots", index, "name")
 
     def _unique(
         self, places: dict[str, tuple[str | int, ...]], name: str, *path: str | int

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    model_validator,
+    PlainValidator,
+    StringConstraints,
+    WithJsonSchema,
+)
 
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
@@ -32,7 +41,34 @@ Name = Annotated[
 Text = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1)]
 Reference = Text
 ColorSpec = Annotated[list[Channel], Field(min_length=3, max_length=4)]
-PropertyValue = bool | int | float | str | list[bool] | list[int] | list[float] | list[str]
+
+
+def _property_value(value: Any) -> Any:
+    """Accept one finite number, text or truth value, or a list of one of these kinds."""
+    entries = value if isinstance(value, list) else [value]
+    kinds = {"number" if type(entry) in (int, float) else type(entry) for entry in entries}
+    if len(kinds) > 1 or not kinds <= {"number", str, bool}:
+        raise ValueError(
+            f"must be a number, text, true or false, or a list of one of these, got {value!r}"
+        )
+    if kinds == {"number"} and not all(math.isfinite(entry) for entry in entries):
+        raise ValueError(f"must be finite, got {value!r}")
+    return value
+
+
+_SCALARS = ("number", "string", "boolean")
+PropertyValue = Annotated[
+    Any,
+    PlainValidator(_property_value),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": list(_SCALARS)},
+                *({"type": "array", "items": {"type": kind}} for kind in _SCALARS),
+            ]
+        }
+    ),
+]
 Properties = dict[Text, dict[Text, PropertyValue]]
 
 PoseType = Literal[

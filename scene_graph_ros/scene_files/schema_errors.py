@@ -32,7 +32,7 @@ _TEMPLATES = {
     "string_pattern_mismatch": "must not contain a slash, got {input}",
     "literal_error": "must be {expected}, got {input}",
     "union_tag_invalid": "must be one of {expected_tags}, got {tag!r}",
-    "union_tag_not_found": "missing its type",
+    "union_tag_not_found": "missing",
     "too_short": "must have at least {min_length} entries, got {actual_length}",
     "too_long": "must have at most {max_length} entries, got {actual_length}",
     "value_error": "{error}",
@@ -68,6 +68,8 @@ def _path(error: dict[str, Any], data: Any) -> tuple[str | int, ...]:
             current = current[part]
         elif last and error["type"] == "missing":
             path.append(part)
+    if error["type"].startswith("union_tag"):
+        path.append("type")
     return tuple(path)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator, StringConstraints
 
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE
 

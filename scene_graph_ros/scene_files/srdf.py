@@ -14,14 +14,14 @@ from scene_graph_ros.scene_files.packages import Packages
 from scene_graph_ros.scene_files.robot_model import RobotModel
 from scene_graph_ros.scene_files.urdf import read_robot_text
 from scene_graph_ros.scene_files.urdf_tree import suggestion
-from scene_graph_ros.scene_files.xml_tree import XmlElement, parse_xml
+from scene_graph_ros.scene_files.xml_tree import parse_xml, XmlElement
 
 __all__ = ["DisabledPair", "GroupState", "SemanticModel", "load_srdf"]
 
 
 @dataclass(frozen=True)
 class DisabledPair:
-    """Two links, in alphabetical order, whose contact is of no interest, with the file's reason."""
+    """Two links, in alphabetical order, that need no collision check, with the file's reason."""
 
     link_A: str
     link_B: str

@@ -6,8 +6,8 @@ extensions of simulators are passed over.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
+import math
 from pathlib import Path
 from typing import TypeVar
 
@@ -29,7 +29,7 @@ from scene_graph_ros.scene_files.robot_model import (
     RobotModel,
 )
 from scene_graph_ros.scene_files.urdf_tree import arrange_joints, check_mimics
-from scene_graph_ros.scene_files.xml_tree import XmlElement, parse_xml
+from scene_graph_ros.scene_files.xml_tree import parse_xml, XmlElement
 
 __all__ = ["load_urdf", "read_robot_text"]
 
@@ -174,7 +174,9 @@ class _Reader:
         x, y, z = element.numbers("scale", 3, "1 1 1")
         if min(abs(x), abs(y), abs(z)) < MIN_SCALE:
             text = element.attributes["scale"]
-            raise element.error(f"must be at least {MIN_SCALE:g} in magnitude, got {text!r}", "scale")
+            raise element.error(
+                f"must be at least {MIN_SCALE:g} in magnitude, got {text!r}", "scale"
+            )
         try:
             path = resolve_resource(resource, base=self.base, packages=self.packages)
         except SceneFileError as error:
@@ -227,7 +229,7 @@ _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 
 
 def _origin(element: XmlElement) -> Pose:
-    """Return the pose in ``<origin>``, identity without one; angles are fixed-axis roll-pitch-yaw."""
+    """Return the pose in ``<origin>``, identity without one; angles are about fixed axes."""
     origin = element.only_child("origin")
     if origin is None:
         return np.eye(4)

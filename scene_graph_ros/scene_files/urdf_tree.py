@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable, Mapping
+import difflib
 
 from scene_graph_ros.scene_files.errors import Location, SceneFileError
 from scene_graph_ros.scene_files.robot_model import Joint, Link

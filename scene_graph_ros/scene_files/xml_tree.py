@@ -1,10 +1,10 @@
-"""A small XML tree whose elements know their line, and read their attributes with located errors."""
+"""A small XML tree: elements know their line, and say where an attribute is wrong."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+import math
 from xml.parsers import expat
 
 from scene_graph_ros.scene_files.errors import Location, SceneFileError

@@ -7,7 +7,7 @@ unique; tags for objects are refused.
 from __future__ import annotations
 
 import re
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -24,7 +24,8 @@ MAX_VALUES = 1_000_000
 class _Loader(yaml.SafeLoader):
     """SafeLoader with the scalars of YAML 1.2's core schema."""
 
-    yaml_implicit_resolvers: dict[str, Any] = {}
+    # The base class declares the table as an instance's, but looks it up in the class.
+    yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # type: ignore[misc]
 
 
 _STR = "tag:yaml.org,2002:str"

@@ -7,6 +7,7 @@ Both are closed and not convex: a bowl with a wall of finite thickness, and a ri
 
 from __future__ import annotations
 
+import itertools
 import math
 from pathlib import Path
 
@@ -60,7 +61,7 @@ def revolve(
         rings.append(list(range(start, start + SEGMENTS)))
     triangles: list[Triangle] = []
     joined = [*rings, rings[0]] if closed else rings
-    for lower, upper in zip(joined, joined[1:], strict=False):
+    for lower, upper in itertools.pairwise(joined):
         for k in range(SEGMENTS):
             n = (k + 1) % SEGMENTS
             if lower[k] != lower[n]:

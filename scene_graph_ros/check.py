@@ -1,0 +1,298 @@
+"""Check scene, robot and parameter files without a running node.
+
+    python -m scene_graph_ros.check cell.yaml robot.urdf robot.srdf parameters.yaml
+
+Prints a summary of each file, or what is wrong with it and where. Ends with 0 if all files are
+usable, 1 if one is not, and 2 for a wrong call.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+import itertools
+import json
+from pathlib import Path
+import sys
+from typing import Any
+
+from scene_graph_ros.geometry import Role, SceneGraph
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.names import NODE_NAME
+from scene_graph_ros.node.parameters import PARAMETERS, validate
+from scene_graph_ros.scene_files.errors import SceneFileError
+from scene_graph_ros.scene_files.packages import Packages, resolve_resource
+from scene_graph_ros.scene_files.registration import register_robot
+from scene_graph_ros.scene_files.robot_model import RobotModel
+from scene_graph_ros.scene_files.scene import load_scene
+from scene_graph_ros.scene_files.schema import json_schema
+from scene_graph_ros.scene_files.srdf import load_srdf, SemanticModel
+from scene_graph_ros.scene_files.urdf import load_urdf
+from scene_graph_ros.scene_files.urdf_tree import suggestion
+from scene_graph_ros.scene_files.xml_tree import parse_xml
+from scene_graph_ros.scene_files.yaml_document import parse_yaml, YamlDocument
+
+__all__ = ["Checker", "Report", "main"]
+
+_PARAMETERS_KEY = "ros__parameters"
+_GIVEN_BY_ROS = ("use_sim_time", "start_type_description_service")
+"""Parameters that every node has; so are those below ``qos_overrides``."""
+
+
+@dataclass
+class Report:
+    """What was found out about one file."""
+
+    file: str
+    kind: str
+    summary: str = ""
+    errors: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+class Checker:
+    """Checks files one after the other; an SRDF is checked with the last URDF before it."""
+
+    def __init__(self, packages: Packages) -> None:
+        self._packages = packages
+        self._robot: RobotModel | None = None
+
+    def check(self, file: str) -> Report:
+        """Return what there is to say about a file, a ``package://`` or a ``file://`` address."""
+        report = Report(file, "file")
+        try:
+            path = resolve_resource(file, packages=self._packages)
+            report.kind, document = _kind(path, file)
+            if report.kind == "parameters":
+                assert document is not None
+                self._check_parameters(report, document)
+            elif report.kind == "scene":
+                self._check_scene(report)
+            elif report.kind == "URDF":
+                self._check_urdf(report)
+            else:
+                self._check_srdf(report)
+        except SceneFileError as error:
+            report.errors.extend(error.problems)
+        except SceneGraphError as error:
+            report.errors.append(f"{file}: {error}")
+        except OSError as error:
+            report.errors.append(f"{file}: cannot be read: {error.strerror}")
+        return report
+
+    def _search(self) -> dict[str, Any]:
+        return {
+            "package_map": self._packages.package_map,
+            "package_dirs": self._packages.package_dirs,
+        }
+
+    def _check_scene(self, report: Report) -> None:
+        scene = load_scene(report.file, **self._search())
+        for name in scene.spec.effects:
+            if name not in EFFECT_NAMES:
+                hint = suggestion(name, EFFECT_NAMES)
+                place = scene.document.location("effects", name)
+                report.errors.append(f"{place}: no effect {name!r}{hint}")
+        scene_graph = SceneGraph()
+        loaded = scene.apply(scene_graph)
+        report.warnings.extend(loaded.warnings)
+        report.summary = _count(len(loaded.sources), "source") + ", " + _contents(scene_graph)
+
+    def _check_urdf(self, report: Report) -> None:
+        robot = load_urdf(report.file, **self._search())
+        self._robot = robot
+        scene_graph = SceneGraph()
+        register_robot(robot, scene_graph, scene_graph.register_source(robot.name))
+        report.warnings.extend(robot.warnings)
+        movable = len(list(robot.positioned_joints()))
+        report.summary = (
+            f"robot {robot.name!r}, {_count(len(robot.links), 'link')},"
+            f" {_count(movable, 'movable joint')}, {_contents(scene_graph)}"
+        )
+
+    def _check_srdf(self, report: Report) -> None:
+        if self._robot is None:
+            raise SceneFileError(f"{report.file}: name the robot's URDF before its SRDF")
+        semantics = load_srdf(report.file, self._robot, **self._search())
+        report.warnings.extend(semantics.warnings)
+        report.summary = _semantics(semantics, self._robot)
+
+    def _check_parameters(self, report: Report, document: YamlDocument) -> None:
+        count = 0
+        for path, values in _parameter_sections(document.data, ()):
+            if not isinstance(values, dict):
+                report.errors.append(f"{document.location(*path)}: must be a mapping")
+            elif _is_ours(path):
+                count += len(values)
+                self._check_values(report, document, path, values)
+            else:
+                report.warnings.append(f"{document.location(*path)}: another node's, not checked")
+        report.summary = _count(count, "parameter")
+
+    def _check_values(
+        self,
+        report: Report,
+        document: YamlDocument,
+        path: tuple[str | int, ...],
+        values: Mapping[str, Any],
+    ) -> None:
+        known = [parameter.name for parameter in PARAMETERS]
+        ours = {}
+        for name, value in values.items():
+            if name in _GIVEN_BY_ROS or name.partition(".")[0] == "qos_overrides":
+                continue
+            ours[name] = value
+            hint = "" if name in known else suggestion(name, known)
+            for problem in validate({name: value}):
+                if name in known and problem.startswith(f"{name} "):
+                    problem = problem[len(name) + 1 :]
+                report.errors.append(f"{document.location(*path, name)}: {problem}{hint}")
+        if not report.errors:
+            # What is wrong with values only together has no line of its own.
+            report.errors.extend(f"{document.location(*path)}: {p}" for p in validate(ours))
+        scene = ours.get("scene")
+        if isinstance(scene, str) and scene and not report.errors:
+            nested = self.check(scene)
+            place = document.location(*path, "scene")
+            report.errors.extend(f"{place}: {error}" for error in nested.errors)
+            report.warnings.extend(nested.warnings)
+
+
+def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
+    """Tell what a file is, by its content: "scene", "parameters", "URDF" or "SRDF"."""
+    data = path.read_bytes()
+    if path.suffix in (".yaml", ".yml"):
+        document = parse_yaml(data, label)
+        if any(True for _ in _parameter_sections(document.data, ())):
+            return "parameters", document
+        return "scene", document
+    if path.suffix in (".urdf", ".srdf"):
+        return path.suffix[1:].upper(), None
+    return "SRDF" if parse_xml(data, label).child("link") is None else "URDF", None
+
+
+def _parameter_sections(
+    data: Any, path: tuple[str | int, ...]
+) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+    """Yield each ``ros__parameters`` with its path, whatever namespaces it is in."""
+    if not isinstance(data, dict):
+        return
+    for key, value in data.items():
+        if key == _PARAMETERS_KEY:
+            yield (*path, key), value
+        else:
+            yield from _parameter_sections(value, (*path, key))
+
+
+def _is_ours(path: tuple[str | int, ...]) -> bool:
+    """Tell whether parameters at ``path`` reach a node with this package's usual name."""
+    node = str(path[-2]).strip("/").rpartition("/")[2] if len(path) > 1 else ""
+    return node in (NODE_NAME, "*", "**")
+
+
+def _count(number: int, noun: str) -> str:
+    if number == 1:
+        return f"1 {noun}"
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number} {plural}"
+
+
+def _contents(scene_graph: SceneGraph) -> str:
+    inspector = scene_graph.model_inspector()
+    solid = inspector.get_all_geometry_ids(Role.PROXIMITY)
+    filtered = sum(
+        inspector.collision_filtered(id_A, id_B)
+        and inspector.get_frame_id(id_A) != inspector.get_frame_id(id_B)
+        and not (inspector.is_anchored(id_A) and inspector.is_anchored(id_B))
+        for id_A, id_B in itertools.combinations(solid, 2)
+    )
+    # The world frame is always there, and nobody's.
+    return (
+        f"{_count(inspector.num_frames() - 1, 'frame')},"
+        f" {_count(inspector.num_geometries(), 'geometry')} ({len(solid)} with proximity role),"
+        f" {_count(filtered, 'filtered pair')}"
+    )
+
+
+def _semantics(semantics: SemanticModel, robot: RobotModel) -> str:
+    pairs = semantics.filtered_pairs(robot.links)
+    return (
+        f"for robot {robot.name!r}, {_count(len(pairs), 'filtered pair')} of links,"
+        f" {_count(len(semantics.group_states), 'group state')}"
+    )
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m scene_graph_ros.check",
+        description="Check scene, URDF, SRDF and parameter files without a running node.",
+        epilog="An SRDF is checked with the last URDF before it. Exit status: 0 if all files are"
+        " usable, 1 if one is not, 2 for a wrong call.",
+    )
+    parser.add_argument("files", nargs="*", metavar="FILE", help="path, package:// or file://")
+    parser.add_argument(
+        "--package",
+        action="append",
+        default=[],
+        metavar="NAME=FOLDER",
+        help="where a package is, before any other search; can be repeated",
+    )
+    parser.add_argument(
+        "--package-path",
+        action="append",
+        default=[],
+        metavar="FOLDER",
+        help="search packages here before the ament index; can be repeated",
+    )
+    parser.add_argument("--strict", action="store_true", help="take warnings for errors")
+    parser.add_argument("--quiet", action="store_true", help="print errors only")
+    parser.add_argument(
+        "--schema", action="store_true", help="print the JSON schema of scenes for editors"
+    )
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit status."""
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.schema:
+        print(json.dumps(json_schema(), indent=2))
+        return 0
+    if not options.files:
+        parser.error("name at least one FILE")
+    package_map = {}
+    for entry in options.package:
+        name, separator, folder = entry.partition("=")
+        if not (name and separator and folder):
+            parser.error(f"argument --package: expected NAME=FOLDER, got {entry!r}")
+        package_map[name] = folder
+    checker = Checker(Packages(package_map, tuple(options.package_path)))
+    failed = 0
+    for file in options.files:
+        report = checker.check(file)
+        bad = bool(report.errors or (options.strict and report.warnings))
+        failed += bad
+        _print(report, bad=bad, quiet=options.quiet)
+    return 1 if failed else 0
+
+
+def _print(report: Report, *, bad: bool, quiet: bool) -> None:
+    for error in report.errors:
+        print(f"error: {error}", file=sys.stderr)
+    if quiet and not bad:
+        return
+    for warning in report.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    noted = f", {_count(len(report.warnings), 'warning')}" if report.warnings else ""
+    if bad:
+        problems = _count(len(report.errors), "error")
+        print(f"{report.file}: {report.kind} not usable: {problems}{noted}")
+    elif not quiet:
+        print(f"{report.file}: {report.kind} ok: {report.summary}{noted}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())
