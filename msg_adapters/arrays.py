@@ -48,9 +48,7 @@ def uint8s_to_msg(values: ArrayLike) -> array:
     return _to_array("B", np.uint8, values)
 
 
-def rows_from_msg(
-    values: Sequence[float] | array, width: int, name: str
-) -> NDArray[np.float64]:
+def rows_from_msg(values: Sequence[float] | array, width: int, name: str) -> NDArray[np.float64]:
     """Return a ``(len(values) / width, width)`` copy of a flat field.
 
     Raises MessageError where the length is no multiple of ``width`` or a value is not finite.

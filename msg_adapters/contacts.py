@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 from geometry_msgs.msg import Point, Vector3
+import numpy as np
 from numpy.typing import NDArray
-from scene_graph_msgs.msg import ContactArray, PointContact
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from msg_adapters.names import SceneNames
 from msg_adapters.poses import header_to_msg
+from scene_graph_msgs.msg import ContactArray, PointContact
 
 __all__ = [
     "CONTACT_MARKER_NAMESPACE",
@@ -61,7 +61,7 @@ def point_contacts_to_msg(table: Any, names: SceneNames) -> list[PointContact]:
 def contacts_to_msg(
     table: Any, names: SceneNames, *, stamp_ns: int, frame_id: str, scene_version: int
 ) -> ContactArray:
-    """Return all contacts of a scene; ``stamp_ns`` is that of the poses, ``frame_id`` the world."""
+    """Return all contacts of a scene, stamped as its poses; ``frame_id`` is the world's."""
     return ContactArray(
         header=header_to_msg(stamp_ns, frame_id),
         scene_version=int(scene_version),

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from scene_graph_msgs.msg import EffectStatus
 from std_msgs.msg import Header
 
 from msg_adapters.stamps import stamp_to_msg
+from scene_graph_msgs.msg import EffectStatus
 
 __all__ = [
     "diagnostic_array_to_msg",

@@ -9,26 +9,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import numpy as np
 from geometry_msgs.msg import Vector3
+import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from msg_adapters.meshes import (
-    Triangles,
     capsule_triangles,
     hull_triangles,
     resource_uri,
     surface_triangles,
     triangle_points_to_msg,
+    Triangles,
 )
 from msg_adapters.poses import header_to_msg
 from msg_adapters.stamps import stamp_to_msg
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 
@@ -91,18 +92,16 @@ def _set_triangles(marker: Marker, mesh: Triangles) -> None:
     marker.points = triangle_points_to_msg(mesh)
 
 
-def _set_mesh(
-    marker: Marker, item: MarkerItem, package_shares: Mapping[str, Path] | None
-) -> None:
+def _set_mesh(marker: Marker, item: MarkerItem, package_shares: Mapping[str, Path] | None) -> None:
     shape = item.shape
+    assert isinstance(shape, MeshShape)
+    if item.as_hull:
+        _set_triangles(marker, hull_triangles(shape))
+        return
     # Viewers mirror a mesh without turning its triangles, so mirrored ones go as triangles.
-    is_resource = (
-        shape.path is not None
-        and shape.file_type in _VIEWER_FILE_TYPES
-        and min(shape.scale) > 0.0
-    )
-    if item.as_hull or not is_resource:
-        _set_triangles(marker, hull_triangles(shape) if item.as_hull else surface_triangles(shape))
+    is_readable = shape.file_type in _VIEWER_FILE_TYPES and min(shape.scale) > 0.0
+    if shape.path is None or not is_readable:
+        _set_triangles(marker, surface_triangles(shape))
         return
     _set_primitive(marker, Marker.MESH_RESOURCE, shape.scale)
     marker.mesh_resource = resource_uri(shape.path, package_shares)
@@ -112,7 +111,7 @@ def _set_mesh(
         marker.color = ColorRGBA(r=0.0, g=0.0, b=0.0, a=0.0)
 
 
-_Setter = Callable[[Marker, Shape], None]
+_Setter = Callable[[Marker, Any], None]
 _SETTERS: dict[ShapeKind, _Setter] = {
     ShapeKind.SPHERE: lambda m, s: _set_primitive(m, Marker.SPHERE, (2.0 * s.radius,) * 3),
     ShapeKind.CAPSULE: lambda m, s: _set_triangles(m, capsule_triangles(s)),
@@ -154,9 +153,7 @@ class SceneMarkers:
     share their markers with this object: publish them before the next call.
     """
 
-    def __init__(
-        self, *, frame_id: str, package_shares: Mapping[str, Path] | None = None
-    ) -> None:
+    def __init__(self, *, frame_id: str, package_shares: Mapping[str, Path] | None = None) -> None:
         """Place markers in ``frame_id``, the world; see ``resource_uri`` for package_shares."""
         self._frame_id = frame_id
         self._package_shares = package_shares
@@ -203,7 +200,7 @@ class SceneMarkers:
         """Return the markers whose pose is another than when they were last returned."""
         self._check(X_WG)
         # Not a number, which stands for "never", differs from everything.
-        rows = np.flatnonzero((X_WG != self._sent).any(axis=(1, 2)))
+        rows = np.flatnonzero((self._sent != X_WG).any(axis=(1, 2)))
         return self._place(rows, X_WG, stamp_ns)
 
     def deletions(self, stamp_ns: int) -> MarkerArray:

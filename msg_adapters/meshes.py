@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
+import math
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 from geometry_msgs.msg import Point
+import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface

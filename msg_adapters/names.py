@@ -14,8 +14,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scene_graph_msgs.msg import GeometryName, GeometryReference
 
+from scene_graph_msgs.msg import GeometryName, GeometryReference
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 

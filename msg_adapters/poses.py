@@ -7,11 +7,10 @@ what is good.
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Iterable, Sequence
+import enum
 from typing import Any, NamedTuple
 
-import numpy as np
 from geometry_msgs.msg import (
     Point,
     Pose,
@@ -21,6 +20,7 @@ from geometry_msgs.msg import (
     TransformStamped,
     Vector3,
 )
+import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from std_msgs.msg import Header
@@ -118,15 +118,14 @@ def poses_from_components(
     ``components`` is ``(n, 7)``. Quaternions within QUATERNION_NORM_DEFECT of unit length are
     normalized.
     """
+    p, q = components[:, :3], components[:, 3:]
     with np.errstate(over="ignore", invalid="ignore"):
-        norms = np.sqrt(np.einsum("ij,ij->i", components[:, 3:], components[:, 3:]))
+        norms = np.sqrt(np.einsum("ij,ij->i", q, q))
         is_unit = np.abs(norms - 1.0) <= QUATERNION_NORM_DEFECT
-        is_near = (np.abs(components[:, :3]) <= MAX_COORDINATE).all(axis=1)
-    valid = is_unit & is_near
-    if valid.all():
-        return valid, poses_from_quaternions(components[:, :3], components[:, 3:]), ()
+        is_near = np.all(np.abs(p) <= MAX_COORDINATE, axis=1)
+    valid = np.logical_and(is_unit, is_near)
     refused = []
-    for row in np.flatnonzero(~valid):
+    for row in np.flatnonzero(~valid).tolist():
         if not np.isfinite(components[row]).all():
             fault = PoseFault.NOT_FINITE
         elif not is_near[row]:
@@ -134,8 +133,9 @@ def poses_from_components(
         else:
             fault = PoseFault.NOT_UNIT_QUATERNION
         refused.append(_refuse(names[row], fault, components[row]))
-    good = components[valid]
-    return valid, poses_from_quaternions(good[:, :3], good[:, 3:]), tuple(refused)
+    # Normalized here, so that a norm at the very bound is not judged twice.
+    units = q[valid] / norms[valid, np.newaxis]
+    return valid, poses_from_quaternions(p[valid], units), tuple(refused)
 
 
 def _batch(
@@ -149,7 +149,7 @@ def _batch(
     stamps = np.array(stamps_ns, dtype=np.int64)
     if not refused:
         return PoseBatch(tuple(names), tuple(parents), stamps, X_PF, ())
-    kept = np.flatnonzero(valid)
+    kept = np.flatnonzero(valid).tolist()
     return PoseBatch(
         tuple(names[i] for i in kept), tuple(parents[i] for i in kept), stamps[kept], X_PF, refused
     )
@@ -299,9 +299,7 @@ def multi_dof_joint_state_to_msg(
     )
 
 
-def pose_stamped_to_msg(
-    X_PF: NDArray[np.float64], *, stamp_ns: int, frame_id: str
-) -> PoseStamped:
+def pose_stamped_to_msg(X_PF: NDArray[np.float64], *, stamp_ns: int, frame_id: str) -> PoseStamped:
     """Return the stamped message of one pose in ``frame_id``."""
     return PoseStamped(header=header_to_msg(stamp_ns, frame_id), pose=pose_to_msg(X_PF))
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scene_graph_msgs.msg import Property, RoleProperties
 
 from msg_adapters.arrays import float64s_to_msg, int64s_to_msg
 from msg_adapters.errors import MessageError
+from scene_graph_msgs.msg import Property, RoleProperties
 from scene_graph_ros.geometry.model.properties import (
     GeometryProperties,
     IllustrationProperties,

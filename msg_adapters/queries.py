@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from array import array
 from collections.abc import Iterable, Sequence
+import math
 from typing import Any, NamedTuple
 
-import numpy as np
 from geometry_msgs.msg import Point, Vector3
+import numpy as np
 from numpy.typing import NDArray
-from scene_graph_msgs.msg import (
-    PairTable,
-    PointDistanceTable,
-    QueryOptions,
-    SignedDistancePair,
-    SignedDistanceTable,
-    WhatIf,
-)
 
 from msg_adapters.arrays import (
     float64s_to_msg,
@@ -32,6 +24,14 @@ from msg_adapters.names import SceneNames
 from msg_adapters.poses import poses_from_components
 from msg_adapters.stamps import duration_from_msg, stamp_from_msg
 from msg_adapters.status import ok_status
+from scene_graph_msgs.msg import (
+    PairTable,
+    PointDistanceTable,
+    QueryOptions,
+    SignedDistancePair,
+    SignedDistanceTable,
+    WhatIf,
+)
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.model.ids import FrameId
 
@@ -187,9 +187,7 @@ def signed_distances_to_msg(
     )
 
 
-def point_distances_to_msg(
-    tables: Sequence[Any], names: SceneNames | None
-) -> PointDistanceTable:
+def point_distances_to_msg(tables: Sequence[Any], names: SceneNames | None) -> PointDistanceTable:
     """Return one table of point distances per configuration as columns.
 
     Without ``names`` the legend stays empty.

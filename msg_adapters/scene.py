@@ -7,6 +7,14 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from msg_adapters.errors import MessageError
+from msg_adapters.markers import MarkerItem
+from msg_adapters.names import SceneNames
+from msg_adapters.poses import pose_from_msg, pose_to_msg, poses_to_msg
+from msg_adapters.properties import properties_from_msg, properties_to_msg, role_to_msg
+from msg_adapters.shapes import resolve_file, Resolver, shape_from_msg, shape_to_msg
+from msg_adapters.stamps import stamp_to_msg
 from scene_graph_msgs.msg import (
     CollisionFilterStatement,
     FrameDescription,
@@ -18,14 +26,6 @@ from scene_graph_msgs.msg import (
 )
 from scene_graph_msgs.msg import GeometrySet as GeometrySetMsg
 from scene_graph_msgs.msg import Shape as ShapeMsg
-
-from msg_adapters.errors import MessageError
-from msg_adapters.markers import MarkerItem
-from msg_adapters.names import SceneNames
-from msg_adapters.poses import pose_from_msg, pose_to_msg, poses_to_msg
-from msg_adapters.properties import properties_from_msg, properties_to_msg, role_to_msg
-from msg_adapters.shapes import Resolver, resolve_file, shape_from_msg, shape_to_msg
-from msg_adapters.stamps import stamp_to_msg
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterDeclaration
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.frame import GeometryFrame

@@ -7,15 +7,15 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlparse
 
-import numpy as np
 from geometry_msgs.msg import Point
+import numpy as np
 from numpy.typing import NDArray
-from scene_graph_msgs.msg import Shape as ShapeMsg
 from shape_msgs.msg import Mesh as MeshMsg
 from shape_msgs.msg import MeshTriangle, Plane, SolidPrimitive
 
 from msg_adapters.arrays import float64s_to_msg, rows_from_msg, uint8s_to_msg, uint32s_to_msg
 from msg_adapters.errors import MessageError
+from scene_graph_msgs.msg import Shape as ShapeMsg
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
@@ -41,7 +41,7 @@ __all__ = [
 ]
 
 Resolver = Callable[[str], Path]
-"""Finds the file of a resource such as ``package://robot/link.stl``; raises where there is none."""
+"""Finds the file of a resource such as ``package://robot/link.stl``, or raises."""
 
 # Which attributes of a shape are its `dimensions`, in their order.
 _PRIMITIVES: dict[int, tuple[type[Shape], tuple[str, ...]]] = {
@@ -122,13 +122,14 @@ def shape_to_msg(shape: Shape) -> ShapeMsg:
     if kind in _PRIMITIVES:
         _, fields = _PRIMITIVES[kind]
         return ShapeMsg(kind=kind, dimensions=[float(getattr(shape, f)) for f in fields])
+    assert isinstance(shape, MeshShape)
     msg = ShapeMsg(kind=kind, scale=np.array(shape.scale, dtype=np.float64))
     if shape.path is not None:
         msg.resource = Path(shape.path).as_uri()
     elif shape.contents is not None:
         msg.contents = uint8s_to_msg(np.frombuffer(shape.contents, dtype=np.uint8))
         msg.file_type = shape.file_type
-    else:
+    elif shape.vertices is not None:
         msg.vertices = float64s_to_msg(shape.vertices)
         if shape.faces is not None:
             msg.triangles = uint32s_to_msg(shape.faces)

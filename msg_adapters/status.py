@@ -1,8 +1,7 @@
 """Outcomes of requests: exceptions become the ``Status`` of a response."""
 
-from scene_graph_msgs.msg import Status
-
 from msg_adapters.errors import MessageError, StaleError, TooLargeError, UnavailableError
+from scene_graph_msgs.msg import Status
 from scene_graph_ros.geometry.errors import (
     InvalidPoseError,
     InvalidShapeError,

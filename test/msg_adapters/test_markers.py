@@ -4,19 +4,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from builtin_interfaces.msg import Time
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
 from visualization_msgs.msg import Marker
 
 from msg_adapters.markers import (
     DEFAULT_COLOR,
     HALF_SPACE_EXTENT,
     HALF_SPACE_THICKNESS,
-    MarkerItem,
-    SceneMarkers,
     marker_from_shape,
     marker_id,
+    MarkerItem,
+    SceneMarkers,
 )
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.model.rgba import Rgba
@@ -33,6 +33,17 @@ from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 
 RED = Rgba(0.75, 0.125, 0.25, 0.5)
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+OFF = """OFF
+4 4 6
+0 0 0
+1 0 0
+0 1 0
+0 0 1
+3 0 2 1
+3 0 1 3
+3 1 2 3
+3 2 0 3
+"""
 STAMP = 5_000_000_006
 X = pose_from_xyz_rpy((1.5, -2.5, 3.5), (0.1, 0.2, 0.3))
 
@@ -44,7 +55,7 @@ def item(shape: Shape, geometry_id: int = 7, rgba: Rgba | None = RED, **fields: 
 
 @pytest.fixture
 def obj_file(tmp_path: Path) -> Path:
-    """A tetrahedron."""
+    """Write a tetrahedron."""
     path = tmp_path / "tetrahedron.obj"
     path.write_text(OBJ)
     return path
@@ -129,7 +140,7 @@ def test_a_mesh_in_a_package_is_found_through_it(obj_file: Path) -> None:
 def test_what_viewers_can_not_read_goes_as_triangles(obj_file: Path) -> None:
     """Mirrored meshes, file types that only we read, content without a file, and hulls."""
     unusual = obj_file.with_suffix(".off")
-    unusual.write_text("OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n")
+    unusual.write_text(OFF)
     for shape, fields in (
         (Mesh(obj_file, (-1.0, 1.0, 1.0)), {}),
         (Mesh(unusual), {}),

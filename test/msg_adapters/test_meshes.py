@@ -79,7 +79,7 @@ def test_triangle_points_are_the_corners_in_order() -> None:
 
 
 def test_a_file_in_a_package_is_named_by_it() -> None:
-    """Viewers elsewhere find packages, not paths; a folder whose name only begins alike is none."""
+    """Viewers elsewhere find packages, not paths; a folder that begins alike is no package."""
     shares = {"robot": Path("/ws/share/robot"), "cell": Path("/ws/share/cell")}
     uri = meshes.resource_uri(Path("/ws/share/robot/meshes/link.stl"), shares)
     assert uri == "package://robot/meshes/link.stl"

@@ -3,8 +3,8 @@
 from types import SimpleNamespace
 
 import pytest
-from scene_graph_msgs.msg import GeometryName, GeometryReference
 
+from scene_graph_msgs.msg import GeometryName, GeometryReference
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 
 
@@ -59,7 +59,7 @@ def test_a_frame_is_found_like_a_geometry(scene: SimpleNamespace) -> None:
     assert names.frame_id("world") == scene.graph.world_frame_id()
     assert names.frame_id("base", "arm") == scene.base
     assert names.frame_id("base", source="cell") == scene.other_base
-    with pytest.raises(NameConflictError, match="arm/base.*cell/base"):
+    with pytest.raises(NameConflictError, match=r"arm/base.*cell/base"):
         names.frame_id("base")
     with pytest.raises(UnknownIdError, match="'elbow'"):
         names.frame_id("elbow")

@@ -1,12 +1,10 @@
 """Poses in both directions, and what is refused."""
 
-import math
 from collections.abc import Callable
+import math
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-import pytest
 from geometry_msgs.msg import (
     Point,
     Pose,
@@ -18,6 +16,8 @@ from geometry_msgs.msg import (
 )
 from hypothesis import given
 from hypothesis import strategies as st
+import numpy as np
+import pytest
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from std_msgs.msg import Header
 
@@ -56,7 +56,8 @@ def quaternion(q: tuple = Q) -> Quaternion:
 
 def transform_msg(p: tuple = P, q: tuple = Q) -> Transform:
     """Return a transform message from tuples."""
-    return Transform(translation=Vector3(**dict(zip("xyz", p, strict=True))), rotation=quaternion(q))
+    translation = Vector3(**dict(zip("xyz", p, strict=True)))
+    return Transform(translation=translation, rotation=quaternion(q))
 
 
 def header(frame_id: str = "parent") -> Header:
@@ -110,9 +111,7 @@ def test_a_quaternion_of_nearly_unit_length_is_normalized(defect: float) -> None
     """Within the accepted defect the rotation is that of the unit quaternion."""
     factor = 1.0 + defect * QUATERNION_NORM_DEFECT
     q = tuple(factor * v for v in Q)
-    np.testing.assert_allclose(
-        poses.pose_from_msg(pose_msg(q=q), "p"), X, rtol=0, atol=1e-15
-    )
+    np.testing.assert_allclose(poses.pose_from_msg(pose_msg(q=q), "p"), X, rtol=0, atol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -202,9 +201,7 @@ def test_a_stamped_pose_moves_the_frame_it_is_read_for() -> None:
 
 def test_a_stamped_transform_moves_its_child_frame() -> None:
     """The child is what moves, the header's frame its parent."""
-    msg = poses.transform_stamped_to_msg(
-        X, stamp_ns=STAMP, frame_id="map", child_frame_id="cup"
-    )
+    msg = poses.transform_stamped_to_msg(X, stamp_ns=STAMP, frame_id="map", child_frame_id="cup")
     assert (msg.header, msg.child_frame_id) == (header("map"), "cup")
     batch = poses.poses_from_transform_stamped(msg)
     assert (batch.names, batch.parents) == (("cup",), ("map",))

@@ -3,14 +3,14 @@
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scene_graph_msgs.msg import Property, RoleProperties
+import numpy as np
+import pytest
 
 from msg_adapters import properties as adapters
 from msg_adapters.errors import MessageError
+from scene_graph_msgs.msg import Property, RoleProperties
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.properties import (
     IllustrationProperties,

@@ -6,6 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+
+from msg_adapters import scene as adapters
+from msg_adapters.errors import MessageError
+from msg_adapters.markers import MarkerItem
+from msg_adapters.poses import pose_to_msg
+from msg_adapters.stamps import stamp_to_msg
 from scene_graph_msgs.msg import (
     CollisionFilterStatement,
     FrameDescription,
@@ -15,12 +21,6 @@ from scene_graph_msgs.msg import (
     RoleProperties,
     SourceInfo,
 )
-
-from msg_adapters import scene as adapters
-from msg_adapters.errors import MessageError
-from msg_adapters.markers import MarkerItem
-from msg_adapters.poses import pose_to_msg
-from msg_adapters.stamps import stamp_to_msg
 from scene_graph_ros.geometry.errors import (
     InvalidPoseError,
     InvalidShapeError,
@@ -235,9 +235,7 @@ def test_marker_items_name_role_source_and_frame(scene: SimpleNamespace) -> None
 def test_an_illustration_without_colour_leaves_it_to_the_mesh(scene: SimpleNamespace) -> None:
     """No colour is passed on as none, so that the materials of a file show."""
     scene.graph.assign_role(scene.arm, scene.ball, IllustrationProperties())
-    (item,) = adapters.marker_items(
-        scene.inspector, scene.names, Role.ILLUSTRATION, [scene.ball]
-    )
+    (item,) = adapters.marker_items(scene.inspector, scene.names, Role.ILLUSTRATION, [scene.ball])
     assert item.rgba is None
 
 

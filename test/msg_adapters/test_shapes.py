@@ -4,17 +4,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import pytest
 from geometry_msgs.msg import Point
 from hypothesis import given
 from hypothesis import strategies as st
-from scene_graph_msgs.msg import Shape as ShapeMsg
+import numpy as np
+import pytest
 from shape_msgs.msg import Mesh as MeshMsg
 from shape_msgs.msg import MeshTriangle, Plane, SolidPrimitive
 
 from msg_adapters import shapes
 from msg_adapters.errors import MessageError
+from scene_graph_msgs.msg import Shape as ShapeMsg
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
@@ -34,7 +34,7 @@ OBJ = b"v 0 0 0\nv 1 0 0\nv 0 2 0\nf 1 2 3\n"
 
 @pytest.fixture
 def obj_file(tmp_path: Path) -> Path:
-    """A mesh file whose path needs quoting in a URI."""
+    """Write a mesh file whose path needs quoting in a URI."""
     path = tmp_path / "a triangle.obj"
     path.write_bytes(OBJ)
     return path
@@ -147,9 +147,7 @@ def test_a_message_that_contradicts_itself_is_refused(msg: ShapeMsg, words: str)
         ShapeMsg(kind=ShapeMsg.SPHERE, dimensions=[float("nan")]),
         ShapeMsg(kind=ShapeMsg.MESH, vertices=[0.0] * 9, triangles=[0, 1, 3]),
         ShapeMsg(kind=ShapeMsg.MESH, resource="/nowhere/at/all.obj"),
-        ShapeMsg(
-            kind=ShapeMsg.CONVEX, vertices=[0.0] * 9, scale=np.array((1.0, 0.0, 1.0))
-        ),
+        ShapeMsg(kind=ShapeMsg.CONVEX, vertices=[0.0] * 9, scale=np.array((1.0, 0.0, 1.0))),
     ],
 )
 def test_sizes_and_meshes_that_are_none_are_refused_by_the_core(msg: ShapeMsg) -> None:
@@ -211,9 +209,7 @@ def test_a_plane_is_the_half_space_below_it() -> None:
     normal = np.array((1.0, 2.0, -2.0)) / 3.0
     np.testing.assert_allclose(X_FH[:3, 2], normal, rtol=0, atol=1e-15)
     np.testing.assert_allclose(X_FH[:3, 3], 2.0 * normal, rtol=0, atol=1e-15)
-    np.testing.assert_allclose(
-        shapes.plane_to_msg(X_FH).coef, [*normal, -2.0], rtol=0, atol=1e-15
-    )
+    np.testing.assert_allclose(shapes.plane_to_msg(X_FH).coef, [*normal, -2.0], rtol=0, atol=1e-15)
 
 
 def test_a_plane_without_a_normal_is_refused() -> None:

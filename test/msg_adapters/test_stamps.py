@@ -1,9 +1,9 @@
 """Times and durations in both directions."""
 
-import pytest
 from builtin_interfaces.msg import Duration, Time
 from hypothesis import given
 from hypothesis import strategies as st
+import pytest
 
 from msg_adapters.stamps import (
     duration_from_msg,
