@@ -10,22 +10,30 @@ Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user'
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import functools
 import hashlib
 import os
+from pathlib import Path
 import re
 import sys
-from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numba
-import numba.core.config as numba_config
 from numba import types
+import numba.core.config as numba_config
 
-__all__ = ["cache_root", "compilation_count", "inlined_kernel", "kernel"]
+__all__ = ["cache_root", "compilation_count", "inlined_kernel", "kernel", "lean_kernel"]
 
-_FLAGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": False}
+# Flags that are not given are inherited from the caller that happens to trigger the compilation,
+# so all that matter are given.
+_FLAGS: dict[str, Any] = {
+    "nogil": True,
+    "error_model": "numpy",
+    "fastmath": False,
+    "forceinline": False,
+    "_nrt": True,
+}
 _PACKAGE = "scene_graph_ros.geometry"
 _PACKAGE_FOLDER = Path(__file__).parent
 _IMPORT = re.compile(
@@ -123,6 +131,15 @@ def inlined_kernel(function: Callable[..., Any]) -> Any:
     copies every pointer, shape and stride to the stack, which takes longer than most answers.
     """
     return _compiled(function, {**_FLAGS, "forceinline": True, "_nrt": False})
+
+
+def lean_kernel(function: Callable[..., Any]) -> Any:
+    """Compile like ``kernel`` a function that creates no arrays, without counting references.
+
+    Each count is an atomic operation; a hot function that only reads and writes the arrays it is
+    given, and calls no function that returns an array, does without.
+    """
+    return _compiled(function, {**_FLAGS, "_nrt": False})
 
 
 def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
-from scene_graph_ros.geometry.narrowphase.epa import LARGE, SMALL, epa, expand_to_tetrahedron
-from scene_graph_ros.geometry.narrowphase.gjk import FAR, OVERLAP, STALLED, gjk
+from scene_graph_ros.geometry.narrowphase.epa import epa, expand_to_tetrahedron, LARGE, SMALL
+from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, scale, subtract, unit
@@ -26,7 +26,7 @@ FINE_GAP = 1e-4
 """The same with a hull, many faces of which may nearly tie."""
 
 
-@kernel
+@lean_kernel
 def _simplex_normal(S, count, v):
     """Return the unit direction of v, from the simplex where that is more accurate."""
     n = unit(v, (0.0, 0.0, 1.0))
@@ -38,7 +38,7 @@ def _simplex_normal(S, count, v):
     return n
 
 
-@kernel
+@lean_kernel
 def _finish(core_A, core_B, distance, a, b, n, unique, gap):
     """Add the radii, and split what rounding left of a - b = distance n between a and b."""
     rest = subtract(axpy(-distance, n, a), b)

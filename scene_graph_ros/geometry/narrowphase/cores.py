@@ -20,7 +20,7 @@ with an index: which vertex it is, or ``CURVED`` where the core has infinitely m
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import add, rotate, rotate_inverse
 
 __all__ = [
@@ -37,7 +37,6 @@ __all__ = [
     "is_curved",
     "placed_support",
     "support",
-    "support_hull",
 ]
 
 POINT = 0
@@ -57,28 +56,27 @@ SCAN_LIMIT = 32
 """Hulls up to this many vertices are scanned; in larger ones a climb over the edges is faster."""
 
 
-@kernel
+@lean_kernel
 def is_curved(core):
     """Return whether the core has infinitely many support points."""
     return core[0] == CYLINDER or core[0] == ELLIPSOID
 
 
-@kernel
+@lean_kernel
 def _along(vertices, k, d):
     return vertices[k, 0] * d[0] + vertices[k, 1] * d[1] + vertices[k, 2] * d[2]
 
 
-@kernel
-def support_hull(hulls, hull, d, hint):
+@lean_kernel
+def _support_hull(vertex_start, vertices, neighbor_start, neighbors, hull, d, hint):
     """Return the vertex row of a hull that lies furthest along d.
 
     Small hulls are scanned. Large ones are climbed along their edges from ``hint`` (a row, or
     -1); a vertex no neighbor of which lies further is furthest, because the hull is convex. Each
     step gains, so there are at most as many steps as vertices.
     """
-    first = hulls.vertex_start[hull]
-    last = hulls.vertex_start[hull + 1]
-    vertices = hulls.vertices
+    first = vertex_start[hull]
+    last = vertex_start[hull + 1]
     if last - first <= SCAN_LIMIT:
         best = first
         height = _along(vertices, first, d)
@@ -92,8 +90,8 @@ def support_hull(hulls, hull, d, hint):
     height = _along(vertices, best, d)
     for _ in range(last - first):
         start = best
-        for e in range(hulls.neighbor_start[start], hulls.neighbor_start[start + 1]):
-            k = hulls.neighbors[e]
+        for e in range(neighbor_start[start], neighbor_start[start + 1]):
+            k = neighbors[e]
             along = _along(vertices, k, d)
             if along > height:
                 best = k
@@ -103,7 +101,7 @@ def support_hull(hulls, hull, d, hint):
     return best
 
 
-@kernel
+@lean_kernel
 def _support_cylinder(params, d):
     z = math.copysign(params[1], d[2])
     radial = math.sqrt(d[0] * d[0] + d[1] * d[1])
@@ -112,7 +110,7 @@ def _support_cylinder(params, d):
     return (0.0, 0.0, z)
 
 
-@kernel
+@lean_kernel
 def _support_ellipsoid(params, d):
     x, y, z = params[0] * d[0], params[1] * d[1], params[2] * d[2]
     length = math.sqrt(x * x + y * y + z * z)
@@ -121,7 +119,7 @@ def _support_ellipsoid(params, d):
     return (params[0], 0.0, 0.0)
 
 
-@kernel
+@lean_kernel
 def _support_triangle(params, d):
     h0 = params[0] * d[0] + params[1] * d[1] + params[2] * d[2]
     h1 = params[3] * d[0] + params[4] * d[1] + params[5] * d[2]
@@ -133,7 +131,7 @@ def _support_triangle(params, d):
     return (params[6], params[7], params[8]), 2
 
 
-@kernel
+@inlined_kernel
 def support(core, hulls, d, hint):
     """Return (point, index): a support point of ``core`` in direction d, without its radius.
 
@@ -148,8 +146,11 @@ def support(core, hulls, d, hint):
         z = math.copysign(params[2], d[2])
         return (x, y, z), int(x > 0.0) + 2 * int(y > 0.0) + 4 * int(z > 0.0)
     if kind == HULL:
-        k = support_hull(hulls, core[1], d, hint)
-        return (hulls.vertices[k, 0], hulls.vertices[k, 1], hulls.vertices[k, 2]), int(k)
+        vertices = hulls.vertices
+        k = _support_hull(
+            hulls.vertex_start, vertices, hulls.neighbor_start, hulls.neighbors, core[1], d, hint
+        )
+        return (vertices[k, 0], vertices[k, 1], vertices[k, 2]), int(k)
     if kind == CYLINDER:
         return _support_cylinder(params, d), CURVED
     if kind == ELLIPSOID:
@@ -162,7 +163,7 @@ def support(core, hulls, d, hint):
     return (params[0], params[1], params[2]), 0
 
 
-@kernel
+@inlined_kernel
 def placed_support(core, hulls, R, p, d, hint):
     """Return (point, index) like ``support``, for a core at pose (R, p); d is in the outer frame."""
     local, index = support(core, hulls, rotate_inverse(R, d), hint)

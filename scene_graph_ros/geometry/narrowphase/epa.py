@@ -9,13 +9,13 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.polytope import (
+    add_corner,
     ALIVE,
     CLOSED,
     MAX_HORIZON,
-    add_corner,
     nearest_face,
     start_tetrahedron,
 )
@@ -46,11 +46,14 @@ MAX_MINIMA = 16
 BASIN_COSINE = math.cos(0.2)
 """A polished direction further than this from where it started belongs to another face."""
 
+FALLBACK = MAX_MINIMA
+"""The row of ``minima`` that holds the least extent seen so far, polished or not."""
+
 DEPTH = 9
 STIFFNESS = 10
 
 
-@kernel
+@lean_kernel
 def _copy_row(S, ids, source, target):
     for c in range(9):
         S[target, c] = S[source, c]
@@ -58,7 +61,7 @@ def _copy_row(S, ids, source, target):
     ids[target, 1] = ids[source, 1]
 
 
-@kernel
+@lean_kernel
 def _distance_off(S, row, rank, e, n):
     """Return how far a row is from corner 0 (rank 1), the line along e (2), the plane of n (3)."""
     q = (S[row, 0] - S[0, 0], S[row, 1] - S[0, 1], S[row, 2] - S[0, 2])
@@ -69,7 +72,7 @@ def _distance_off(S, row, rank, e, n):
     return math.sqrt(dot(q, q))
 
 
-@kernel
+@lean_kernel
 def _probe(rank, trial, e, u, n):
     """Return the direction of a trial: the axes for rank 1, those around e for 2, n for 3."""
     sign = 1.0 if trial % 2 == 0 else -1.0
@@ -88,7 +91,7 @@ def _probe(rank, trial, e, u, n):
     return scale(sign, n)
 
 
-@kernel
+@lean_kernel
 def expand_to_tetrahedron(core_A, core_B, R, p, hulls, count, S, ids):
     """Find four corners of C that span a volume; return (rank, normal, size).
 
@@ -136,7 +139,7 @@ def expand_to_tetrahedron(core_A, core_B, R, p, hulls, count, S, ids):
     return 3, n, size
 
 
-@kernel
+@lean_kernel
 def _equals_corner(S, corner):
     for i in range(corner):
         if S[i, 0] == S[corner, 0] and S[i, 1] == S[corner, 1] and S[i, 2] == S[corner, 2]:
@@ -144,7 +147,7 @@ def _equals_corner(S, corner):
     return False
 
 
-@kernel
+@lean_kernel
 def _reduce(S, ids, faces, f, S_out, ids_out, lam):
     """Copy a face into ``S_out`` and reduce it to the part nearest to the origin."""
     for k in range(3):
@@ -157,7 +160,7 @@ def _reduce(S, ids, faces, f, S_out, ids_out, lam):
     return count
 
 
-@kernel
+@lean_kernel
 def _store_minimum(minima, row, n, a, b, depth, stiffness):
     for c in range(3):
         minima[row, c] = n[c]
@@ -167,7 +170,7 @@ def _store_minimum(minima, row, n, a, b, depth, stiffness):
     minima[row, STIFFNESS] = stiffness
 
 
-@kernel
+@lean_kernel
 def _nearby_minimum(minima, found, n, cosine):
     """Return the row of a known minimum within an angle of n, or -1."""
     for i in range(found):
@@ -176,16 +179,16 @@ def _nearby_minimum(minima, found, n, cosine):
     return -1
 
 
-@kernel
+@lean_kernel
 def _best_minimum(minima, found):
-    best = 0
-    for i in range(1, found):
+    best = FALLBACK
+    for i in range(found):
         if minima[i, DEPTH] < minima[best, DEPTH]:
             best = i
     return best
 
 
-@kernel
+@lean_kernel
 def _is_tied(core_A, core_B, R, p, hulls, size, faces, planes, face_count, minima, found, best):
     """Return whether another direction gives the same depth, to rounding."""
     n = (minima[best, 0], minima[best, 1], minima[best, 2])
@@ -198,16 +201,16 @@ def _is_tied(core_A, core_B, R, p, hulls, size, faces, planes, face_count, minim
             if dot(n, m) < SAME_DIRECTION:
                 return True
     for f in range(face_count):
-        if faces[f, ALIVE] == 1 and faces[f, CLOSED] == 0 and planes[f, 3] <= tie:
-            m = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
-            if dot(n, m) < SAME_DIRECTION:
-                if -separation(core_A, core_B, R, p, hulls, m) <= tie:
-                    return True
+        if faces[f, ALIVE] == 0 or faces[f, CLOSED] == 1 or planes[f, 3] > tie:
+            continue
+        m = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
+        if dot(n, m) < SAME_DIRECTION and -separation(core_A, core_B, R, p, hulls, m) <= tie:
+            return True
     return False
 
 
-@kernel
-def _settle(core_A, core_B, R, p, hulls, size, n, extent, S, ids, lam, count, minima, found):
+@lean_kernel
+def _settle(core_A, core_B, R, p, hulls, size, n, S, ids, lam, count, minima, found):
     """Find the minimum that the region of a face belongs to; return (its row, minima found).
 
     The row is -1 where the face has to be divided further. A known minimum nearby is taken
@@ -226,29 +229,10 @@ def _settle(core_A, core_B, R, p, hulls, size, n, extent, S, ids, lam, count, mi
     return found, found + 1
 
 
-@kernel
-def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
-    """Grow the tetrahedron in rows 0 to 3 of ``S0`` until the depth is known.
-
-    Returns (is finished, n, a, b, depth, lower bound, unique): the unit direction n of least depth
-    (out of B into A), the witness points, the extent of C along n, which bounds the depth from
-    above, and the bound from below. ``settle_gap``, relative to the depth, tells when a face is
-    small enough to be polished (0 for polytopes, whose faces are exact). Not finished: the
-    workspace of ``capacity`` corners was exhausted, or rounding broke the surface; the bounds hold
-    all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
-    """
-    S = np.empty((capacity, 9))
-    ids = np.empty((capacity, 2), np.int64)
-    faces = np.empty((2 * capacity, 8), np.int64)
-    planes = np.empty((2 * capacity, 4))
-    stack = np.empty(2 * capacity, np.int64)
-    horizon = np.empty(MAX_HORIZON, np.int64)
-    minima = np.empty((MAX_MINIMA + 2, 11))
-    for i in range(4):
-        for c in range(9):
-            S[i, c] = S0[i, c]
-        ids[i, 0] = ids0[i, 0]
-        ids[i, 1] = ids0[i, 1]
+@lean_kernel
+def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
+    """Run the loop of ``epa``; return (is finished, lower bound, best row, faces, minima found)."""
+    S, ids, faces, planes, minima, stack, horizon = work
     face_count = start_tetrahedron(S, faces, planes)
     rounding = GJK_ROUNDING * EPSILON * size
     depth = math.inf
@@ -256,9 +240,7 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
     found = 0
     finished = False
     hints = (-1, -1)
-    # Row MAX_MINIMA + 1 holds the least extent seen so far.
-    fallback = MAX_MINIMA + 1
-    for corner in range(4, capacity):
+    for corner in range(4, S.shape[0]):
         f = nearest_face(faces, planes, face_count)
         if f < 0:
             break
@@ -274,13 +256,13 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
         if extent < depth:
             depth = extent
             a, b = weighted_points(S0, lam, count)
-            _store_minimum(minima, fallback, n, a, b, extent, math.inf)
+            _store_minimum(minima, FALLBACK, n, a, b, extent, math.inf)
         if gap <= rounding:
             finished = True
             break
         if gap <= settle_gap * abs(extent):
             row, found = _settle(
-                core_A, core_B, R, p, hulls, size, n, extent, S0, ids0, lam, count, minima, found
+                core_A, core_B, R, p, hulls, size, n, S0, ids0, lam, count, minima, found
             )
             if row >= 0:
                 faces[f, CLOSED] = 1
@@ -295,9 +277,34 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
         if face_count < 0:
             face_count = 0
             break
-    best = _best_minimum(minima, found)
-    if found == 0 or minima[fallback, DEPTH] < minima[best, DEPTH]:
-        best = fallback
+    return finished, lower, _best_minimum(minima, found), face_count, found
+
+
+@kernel
+def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
+    """Grow the tetrahedron in rows 0 to 3 of ``S0`` until the depth is known.
+
+    Returns (is finished, n, a, b, depth, lower bound, unique): the unit direction n of least depth
+    (out of B into A), the witness points, the extent of C along n, which bounds the depth from
+    above, and the bound from below. ``settle_gap``, relative to the depth, tells when a face is
+    small enough to be polished (0 for polytopes, whose faces are exact). Not finished: the
+    workspace of ``capacity`` corners was exhausted, or rounding broke the surface; the bounds hold
+    all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
+    """
+    S = np.empty((capacity, 9))
+    ids = np.empty((capacity, 2), np.int64)
+    faces = np.empty((2 * capacity, 8), np.int64)
+    planes = np.empty((2 * capacity, 4))
+    minima = np.empty((FALLBACK + 1, 11))
+    stack = np.empty(2 * capacity, np.int64)
+    horizon = np.empty(MAX_HORIZON, np.int64)
+    S[:4] = S0[:4]
+    ids[:4] = ids0[:4]
+    minima[FALLBACK, DEPTH] = math.inf
+    work = (S, ids, faces, planes, minima, stack, horizon)
+    finished, lower, best, face_count, found = _grow(
+        core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam
+    )
     tied = _is_tied(
         core_A, core_B, R, p, hulls, size, faces, planes, face_count, minima, found, best
     )

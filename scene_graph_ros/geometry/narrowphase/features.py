@@ -16,7 +16,7 @@ where the smooth ones of both features agree with the cores' (equations in ``pol
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -62,7 +62,7 @@ CAP_SHARE = 0.98
 """A contact of a cap within this share of its radius is first taken for one of its face."""
 
 
-@kernel
+@lean_kernel
 def cylinder_feature(core, R, p, kind, upper):
     """Return a cylinder's side (LINE), or one of its ends' RIM or FACE."""
     radius, half = core[3][0], core[3][1]
@@ -73,12 +73,12 @@ def cylinder_feature(core, R, p, kind, upper):
     return kind, axpy(half, outward, p), outward, radius, 0.0, 0.0
 
 
-@kernel
+@lean_kernel
 def _side_of(value):
     return -1.0 if value < 0.0 else 1.0
 
 
-@kernel
+@lean_kernel
 def box_feature(core, R, p, free_x, free_y, free_z, corner):
     """Return the vertex, edge or face of a box that contains ``corner`` and the free directions.
 
@@ -103,12 +103,12 @@ def box_feature(core, R, p, free_x, free_y, free_z, corner):
     return NONE, at, ORIGIN, 0.0, 0.0, 0.0
 
 
-@kernel
+@lean_kernel
 def _point(S, row, side):
     return (S[row, side], S[row, side + 1], S[row, side + 2])
 
 
-@kernel
+@lean_kernel
 def _box_feature_at(core, R, p, S, ids, count, side):
     owner = side // 3 - 1
     first = ids[0, owner]
@@ -119,7 +119,7 @@ def _box_feature_at(core, R, p, S, ids, count, side):
     return box_feature(core, R, p, varies & 1 != 0, varies & 2 != 0, varies & 4 != 0, corner)
 
 
-@kernel
+@lean_kernel
 def _cylinder_feature_at(core, R, p, S, lam, count, side):
     axis = column(R, 2)
     z = 0.0
@@ -138,7 +138,7 @@ def _cylinder_feature_at(core, R, p, S, lam, count, side):
     return cylinder_feature(core, R, p, kind, z > 0.0)
 
 
-@kernel
+@lean_kernel
 def _polytope_feature_at(S, ids, count, side, d):
     """Return the feature spanned by the distinct corners of one body in a simplex."""
     owner = side // 3 - 1
@@ -162,7 +162,7 @@ def _polytope_feature_at(S, ids, count, side, d):
     return FACE, a, n if dot(n, d) > 0.0 else scale(-1.0, n), 0.0, 0.0, 0.0
 
 
-@kernel
+@lean_kernel
 def feature_at(core, R, p, S, ids, lam, count, side, d):
     """Return the feature of a core that a simplex of the Minkowski difference points to.
 
@@ -179,7 +179,7 @@ def feature_at(core, R, p, S, ids, lam, count, side, d):
     return _polytope_feature_at(S, ids, count, side, d)
 
 
-@kernel
+@lean_kernel
 def feature_support(feature, core, R, d):
     """Return the feature's support point along the unit vector d; on a LINE that at s = 0."""
     kind, c, e, r = feature[0], feature[1], feature[2], feature[3]
@@ -197,7 +197,7 @@ def feature_support(feature, core, R, d):
     return c
 
 
-@kernel
+@lean_kernel
 def curvature(feature, core, R, d, t, u):
     """Return the rows (tt, tu, uu) of the second derivative of the feature's support function.
 

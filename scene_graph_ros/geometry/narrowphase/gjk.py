@@ -7,9 +7,9 @@ lower bound v . w / |v|. The gap between both certifies the answer and ends the 
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import placed_support, support
-from scene_graph_ros.geometry.narrowphase.simplex import CONTAINS, closest_on_simplex
+from scene_graph_ros.geometry.narrowphase.simplex import closest_on_simplex, CONTAINS
 from scene_graph_ros.geometry.spatial.vectors import dot, scale, subtract
 from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
 
@@ -24,7 +24,7 @@ OVERLAP = 2
 STALLED = 3
 
 
-@kernel
+@inlined_kernel
 def store_support(core_A, core_B, R, p, hulls, n, S, ids, row, hints):
     """Write the support point of C = {a - b} along -n into a row of ``S``; return it.
 
@@ -42,7 +42,7 @@ def store_support(core_A, core_B, R, p, hulls, n, S, ids, row, hints):
     return w, (index_A, index_B)
 
 
-@kernel
+@lean_kernel
 def _row_size(S, row):
     size = 0.0
     for c in range(9):
@@ -50,7 +50,7 @@ def _row_size(S, row):
     return size
 
 
-@kernel
+@lean_kernel
 def _is_repeated(S, count):
     """Return whether row ``count`` equals one of the rows before it."""
     for i in range(count):
@@ -59,7 +59,7 @@ def _is_repeated(S, count):
     return False
 
 
-@kernel
+@lean_kernel
 def gjk(core_A, core_B, R, p, hulls, v, count, max_distance, relative_gap, S, ids, lam):
     """Run GJK from v and the first ``count`` rows of the simplex in S.
 

@@ -9,13 +9,13 @@ An edge or a cylinder's side forces n to be orthogonal to it, a face fixes n alt
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY
 from scene_graph_ros.geometry.narrowphase.features import (
-    FACE,
-    LINE,
     curvature,
+    FACE,
     feature_support,
+    LINE,
 )
 from scene_graph_ros.geometry.spatial.vectors import (
     any_orthogonal,
@@ -41,13 +41,13 @@ CURVATURE_FLOOR = 1e-12
 """Relative to the pair's size: a smaller second derivative does not fix the normal."""
 
 
-@kernel
+@lean_kernel
 def _newton_step(g, h, floor):
     """Return the step that ascends along one eigendirection, whatever the sign of h."""
     return max(-MAX_STEP, min(MAX_STEP, g / max(abs(h), floor)))
 
 
-@kernel
+@lean_kernel
 def _plane_step(g0, g1, h00, h01, h11, floor):
     """Return (step along t, along u, smallest eigenvalue) for the negated Hessian h.
 
@@ -79,7 +79,7 @@ def _plane_step(g0, g1, h00, h01, h11, floor):
     return c * along - s * across, s * along + c * across, low
 
 
-@kernel
+@lean_kernel
 def _normal_on_sphere(feature_A, feature_B, core_A, core_B, R, n, size):
     """Return (is converged, n, smallest eigenvalue of the negated Hessian)."""
     enough = EPSILON * size
@@ -115,7 +115,7 @@ def _normal_on_sphere(feature_A, feature_B, core_A, core_B, R, n, size):
     return best, best_low
 
 
-@kernel
+@lean_kernel
 def _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size):
     """Return (n, negated second derivative) where n is kept orthogonal to e."""
     enough = EPSILON * size
@@ -147,7 +147,7 @@ def _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size):
     return best, best_low
 
 
-@kernel
+@lean_kernel
 def contact_normal(feature_A, feature_B, core_A, core_B, R, n, size):
     """Return (n, stiffness): the stationary normal of two features near the unit vector n.
 
@@ -172,7 +172,7 @@ def contact_normal(feature_A, feature_B, core_A, core_B, R, n, size):
     return _normal_on_sphere(feature_A, feature_B, core_A, core_B, R, n, size)
 
 
-@kernel
+@lean_kernel
 def _line_parameters(feature_A, feature_B, a, b):
     """Return where two lines through a and b come closest, for parallel ones mid of the overlap."""
     e, f = feature_A[2], feature_B[2]
@@ -192,7 +192,7 @@ def _line_parameters(feature_A, feature_B, a, b):
     return s, sign * (s - start)
 
 
-@kernel
+@lean_kernel
 def contact_points(feature_A, feature_B, core_A, core_B, R, n, a, b):
     """Return the witness points (a, b) of two features for their normal n.
 

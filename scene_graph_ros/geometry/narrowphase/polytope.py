@@ -9,7 +9,7 @@ A face without area has the distance ``inf``: it is never chosen, and gives way 
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import cross, dot
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 
@@ -21,17 +21,17 @@ MAX_HORIZON = 256
 """Edges of the hole that a new corner may tear; more means that rounding broke the surface."""
 
 
-@kernel
+@lean_kernel
 def _corner(S, i):
     return (S[i, 0], S[i, 1], S[i, 2])
 
 
-@kernel
+@lean_kernel
 def _edge(S, i, j):
     return (S[j, 0] - S[i, 0], S[j, 1] - S[i, 1], S[j, 2] - S[i, 2])
 
 
-@kernel
+@lean_kernel
 def _set_face(S, faces, planes, f, i, j, k):
     """Write the corners and the plane of face f."""
     faces[f, 0] = i
@@ -55,14 +55,14 @@ def _set_face(S, faces, planes, f, i, j, k):
         planes[f, 3] = dot(n, _corner(S, i))
 
 
-@kernel
+@lean_kernel
 def _link(faces, f, e, g, h):
     """Make edge e of face f and edge h of face g neighbors."""
     faces[f, 3 + e] = 3 * g + h
     faces[g, 3 + h] = 3 * f + e
 
 
-@kernel
+@lean_kernel
 def start_tetrahedron(S, faces, planes):
     """Make the polytope of corners 0 to 3, which must not be flat; return its number of faces."""
     i, j = 1, 2
@@ -81,7 +81,7 @@ def start_tetrahedron(S, faces, planes):
     return 4
 
 
-@kernel
+@lean_kernel
 def nearest_face(faces, planes, face_count):
     """Return the living face of least distance, or -1 where none has an area."""
     best = -1
@@ -93,13 +93,13 @@ def nearest_face(faces, planes, face_count):
     return best
 
 
-@kernel
+@lean_kernel
 def _is_visible(planes, f, w, rounding):
     height = planes[f, 0] * w[0] + planes[f, 1] * w[1] + planes[f, 2] * w[2] - planes[f, 3]
     return planes[f, 3] == math.inf or height > rounding
 
 
-@kernel
+@lean_kernel
 def _tear(faces, planes, seed, w, rounding, stack, horizon):
     """Remove the faces that w sees, from ``seed`` on; return the length of the hole's border.
 
@@ -134,7 +134,7 @@ def _tear(faces, planes, seed, w, rounding, stack, horizon):
     return length
 
 
-@kernel
+@lean_kernel
 def add_corner(S, faces, planes, face_count, seed, corner, rounding, stack, horizon):
     """Extend the polytope by a corner beyond face ``seed``; return the new number of face rows.
 

@@ -6,26 +6,26 @@ cores apart that proves the distance (it is an upper and a lower bound at once);
 ones it proves that the depth is stationary.
 """
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
     ELLIPSOID,
     IDENTITY,
     ORIGIN,
-    SEGMENT,
     placed_support,
+    SEGMENT,
     support,
 )
 from scene_graph_ros.geometry.narrowphase.features import (
+    box_feature,
+    cylinder_feature,
     FACE,
+    feature_at,
     LINE,
     NONE,
     RIM,
     VERTEX,
-    box_feature,
-    cylinder_feature,
-    feature_at,
 )
 from scene_graph_ros.geometry.narrowphase.polish import contact_normal, contact_points
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -48,7 +48,7 @@ MAX_SWITCHES = 5
 """A cylinder has three kinds of features and a box three; a path through them is this short."""
 
 
-@kernel
+@lean_kernel
 def separation(core_A, core_B, R, p, hulls, n):
     """Return the gap between A and B along n: a lower bound of their distance for every n."""
     a, _ = support(core_A, hulls, scale(-1.0, n), -1)
@@ -56,12 +56,12 @@ def separation(core_A, core_B, R, p, hulls, n):
     return dot(n, subtract(a, b))
 
 
-@kernel
+@lean_kernel
 def _clip(x, h):
     return max(-h, min(h, x))
 
 
-@kernel
+@lean_kernel
 def _clamp_to_triangle(S, ids, count, side, a):
     """Return a, or a corner of its simplex where a lies outside of the simplex' triangle."""
     owner = side // 3 - 1
@@ -85,7 +85,7 @@ def _clamp_to_triangle(S, ids, count, side, a):
     return a
 
 
-@kernel
+@lean_kernel
 def _clamp(core, R, p, feature, S, ids, count, side, a):
     """Return the point a moved onto the feature's extent on the core."""
     kind = core[0]
@@ -107,7 +107,7 @@ def _clamp(core, R, p, feature, S, ids, count, side, a):
     return _clamp_to_triangle(S, ids, count, side, a)
 
 
-@kernel
+@lean_kernel
 def _switch_cylinder(core, R, p, feature, a, d):
     axis = column(R, 2)
     along = dot(axis, subtract(a, p))
@@ -125,7 +125,7 @@ def _switch_cylinder(core, R, p, feature, a, d):
     return cylinder_feature(core, R, p, FACE, upper)
 
 
-@kernel
+@lean_kernel
 def _switch_box(core, R, p, feature, a, d):
     """Free the coordinates whose side of the box faces away from d, fix those beyond the box."""
     h = core[3]
@@ -138,7 +138,7 @@ def _switch_box(core, R, p, feature, a, d):
     return box_feature(core, R, p, free_x, free_y, free_z, q)
 
 
-@kernel
+@lean_kernel
 def _switch(core, R, p, feature, a, d):
     """Return the neighboring feature that a rejected contact at a, outward d, points to."""
     if core[0] == CYLINDER:
@@ -155,7 +155,7 @@ def _switch(core, R, p, feature, a, d):
     return feature
 
 
-@kernel
+@lean_kernel
 def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
     """Return (is proven, n, a, b, distance, error, stiffness) of the contact near a simplex.
 

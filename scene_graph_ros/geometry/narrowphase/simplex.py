@@ -8,7 +8,7 @@ its relative accuracy; the closest point inside a triangle is taken along the tr
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 
@@ -18,17 +18,17 @@ CONTAINS = 4
 """The count returned for a tetrahedron that contains the origin."""
 
 
-@kernel
+@lean_kernel
 def _row(S, i):
     return (S[i, 0], S[i, 1], S[i, 2])
 
 
-@kernel
+@lean_kernel
 def _edge(S, i, j):
     return (S[j, 0] - S[i, 0], S[j, 1] - S[i, 1], S[j, 2] - S[i, 2])
 
 
-@kernel
+@lean_kernel
 def _on_segment(S, i, j):
     """Return (weight of i, weight of j, closest point)."""
     p = _row(S, i)
@@ -49,7 +49,7 @@ def _on_segment(S, i, j):
     return t, 1.0 - t, (q[0] - t * e[0], q[1] - t * e[1], q[2] - t * e[2])
 
 
-@kernel
+@lean_kernel
 def _on_border(S, i, j, k, out_i, out_j, out_k):
     """Return (three weights, closest point) on those edges whose opposite corner is ``out``."""
     best = math.inf
@@ -75,7 +75,7 @@ def _on_border(S, i, j, k, out_i, out_j, out_k):
     return weights, closest
 
 
-@kernel
+@lean_kernel
 def _on_triangle(S, i, j, k):
     """Return (three weights, closest point)."""
     p = _row(S, i)
@@ -93,7 +93,7 @@ def _on_triangle(S, i, j, k):
     return _on_border(S, i, j, k, wi < 0.0, wj < 0.0, wk < 0.0)
 
 
-@kernel
+@lean_kernel
 def _outside_faces(S):
     """Tell for each corner of a tetrahedron whether the origin is beyond the opposite face."""
     p = _row(S, 3)
@@ -113,7 +113,7 @@ def _outside_faces(S):
     return w0 < 0.0, w1 < 0.0, w2 < 0.0, 1.0 - w0 - w1 - w2 < 0.0
 
 
-@kernel
+@lean_kernel
 def _on_tetrahedron(S):
     """Return (is the origin inside, four weights, closest point)."""
     out0, out1, out2, out3 = _outside_faces(S)
@@ -149,7 +149,7 @@ def _on_tetrahedron(S):
     return False, weights, closest
 
 
-@kernel
+@lean_kernel
 def _compact(S, ids, lam, weights):
     """Keep the rows of positive weight, in order; return how many."""
     count = 0
@@ -165,7 +165,7 @@ def _compact(S, ids, lam, weights):
     return count
 
 
-@kernel
+@lean_kernel
 def closest_on_simplex(S, ids, lam, count):
     """Reduce a simplex to the face closest to the origin; return (its count, closest point).
 
@@ -188,7 +188,7 @@ def closest_on_simplex(S, ids, lam, count):
     return _compact(S, ids, lam, weights), v
 
 
-@kernel
+@lean_kernel
 def weighted_points(S, lam, count):
     """Return the points of A and B that the weights of a simplex stand for."""
     ax, ay, az, bx, by, bz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

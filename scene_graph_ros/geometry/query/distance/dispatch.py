@@ -2,16 +2,16 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import inlined_kernel
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
     ELLIPSOID,
     HULL,
+    placed_support,
     POINT,
     SEGMENT,
-    placed_support,
 )
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -36,7 +36,7 @@ ELLIPSOID_KIND = int(ShapeKind.ELLIPSOID)
 HALF_SPACE_KIND = int(ShapeKind.HALF_SPACE)
 
 
-@kernel
+@inlined_kernel
 def core_of(table, i):
     """Return the core (see ``narrowphase.cores``) of row i; a mesh gives its convex hull."""
     kind = table.kind[i]
@@ -55,7 +55,7 @@ def core_of(table, i):
     return core_kind, int(table.hull[i]), 0.0, (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@kernel
+@inlined_kernel
 def _distance_half_space(core, hulls, R_SH, p_SH):
     """Return the distance of a core (frame S) to a half space H, as A = S and B = H."""
     n = column(R_SH, 2)
@@ -72,7 +72,7 @@ def _distance_half_space(core, hulls, R_SH, p_SH):
     return phi, a, axpy(-phi, n, a), n, True, 0.0
 
 
-@kernel
+@inlined_kernel
 def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order."""
     if table.kind[j] == HALF_SPACE_KIND:
@@ -85,7 +85,7 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
     )
 
 
-@kernel
+@inlined_kernel
 def distance_pair(table, i, j, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of rows i (A) and j (B), in A's frame.
 
