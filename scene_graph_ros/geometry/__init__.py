@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.model.properties import (
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
+from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
@@ -59,6 +60,7 @@ __all__ = [
     "Mesh",
     "PerceptionProperties",
     "ProximityProperties",
+    "QueryObject",
     "Rgba",
     "Role",
     "RoleAssign",

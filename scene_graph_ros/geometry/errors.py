@@ -11,6 +11,7 @@ __all__ = [
     "NameConflictError",
     "OwnershipError",
     "PropertyError",
+    "QueryArgumentError",
     "RoleError",
     "SceneGraphError",
     "UnknownIdError",
@@ -59,6 +60,10 @@ class MeshError(SceneGraphError, ValueError):
 
 class RoleError(SceneGraphError, ValueError):
     """A role that is assigned twice, missing, or refused by the rules of roles."""
+
+
+class QueryArgumentError(SceneGraphError, ValueError):
+    """An argument of a query that is not a number, not finite or of the wrong shape."""
 
 
 class UnsupportedPairError(SceneGraphError, ValueError):

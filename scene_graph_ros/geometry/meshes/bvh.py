@@ -60,6 +60,7 @@ def build_bvh(lower, upper):
     Returns:
         (node_lower, node_upper, node_left, node_right, order) as in ``Surfaces``, with rows
         counted from 0; children follow their parent.
+
     """
     n = len(lower)
     capacity = 2 * n

@@ -37,6 +37,7 @@ def convex_hull(points: np.ndarray) -> Hull:
 
     Raises:
         MeshError: there is no point, or a coordinate is not finite.
+
     """
     points = np.ascontiguousarray(points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1:] != (3,) or not len(points):
@@ -185,9 +186,7 @@ def _triangulated_hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return triangles, hull.neighbors
 
 
-def _assemble(
-    points: np.ndarray, faces: list[np.ndarray], edges: list[tuple[int, int]]
-) -> Hull:
+def _assemble(points: np.ndarray, faces: list[np.ndarray], edges: list[tuple[int, int]]) -> Hull:
     """Keep the used vertices and derive adjacency and planes from polygons (and bare edges)."""
     pairs = [np.array(edges, dtype=np.int64).reshape(-1, 2)]
     pairs += [np.column_stack([face, np.roll(face, -1)]) for face in faces]

@@ -30,6 +30,7 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
     Raises:
         MeshError: the file is missing, unreadable, empty or holds a coordinate that is not finite;
             the message names the file and the reason.
+
     """
     path = Path(path)
     try:
@@ -48,6 +49,7 @@ def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangu
         contents: what the file would hold.
         file_type: its suffix, with or without the dot, in any case.
         name: what messages call the mesh.
+
     """
     file_type = file_type.lower().lstrip(".")
     if not contents.strip():
@@ -115,7 +117,9 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> Triangulatio
 
     known = set(trimesh.available_formats())
     if file_type not in known:
-        raise MeshError(f"{name}: no reader for {file_type!r}; known are {', '.join(sorted(known))}")
+        raise MeshError(
+            f"{name}: no reader for {file_type!r}; known are {', '.join(sorted(known))}"
+        )
     if file_type == "stl" and _is_truncated_stl(contents):
         raise MeshError(f"{name}: unreadable stl: it ends before its last triangle")
     try:

@@ -129,6 +129,7 @@ def build_shape_table(shapes: Sequence[Shape], exact: Sequence[bool]) -> ShapeTa
 
     Raises:
         MeshError: a mesh can't be read or has no triangle with an area.
+
     """
     n = len(shapes)
     kind = np.array([shape.kind for shape in shapes], dtype=np.int32)

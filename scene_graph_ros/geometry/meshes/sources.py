@@ -4,16 +4,16 @@ Hulls and surfaces are kept by (identity of the source, scale), so that a hundre
 one file share one hull; the least recently used are forgotten.
 """
 
-import threading
 from collections import OrderedDict
 from collections.abc import Callable, Hashable
+import threading
 from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.meshes.hull import Hull, convex_hull
+from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh, read_mesh_contents
-from scene_graph_ros.geometry.meshes.surfaces import Surface, build_surface
+from scene_graph_ros.geometry.meshes.surfaces import build_surface, Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
@@ -61,6 +61,7 @@ def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
 
     Raises:
         MeshError: the source can't be read or is no mesh; names source and reason.
+
     """
     vertices, triangles = _raw.get(shape.source_key, lambda: _read(shape))
     scale = np.array(shape.scale)
@@ -86,6 +87,7 @@ def surface_of(shape: MeshShape) -> Surface:
 
     Raises:
         MeshError: as ``load_surface``, or there is no triangle with an area.
+
     """
 
     def build() -> Surface:
@@ -99,6 +101,7 @@ def validate(shape: MeshShape) -> None:
 
     Raises:
         MeshError: the shape can't be used in proximity queries; names source and reason.
+
     """
     hull_of(shape)
     if shape.kind == ShapeKind.MESH:

@@ -48,6 +48,7 @@ def build_surface(vertices: np.ndarray, triangles: np.ndarray, *, name: str) -> 
 
     Raises:
         MeshError: no triangle with an area is left.
+
     """
     vertices, triangles = _weld(vertices, triangles)
     edge_twin, is_closed = _twins(triangles)
@@ -111,6 +112,7 @@ def _twins(triangles: np.ndarray) -> tuple[np.ndarray, bool]:
     Returns:
         (3 m,) the opposite half edge, or -1 at a border and where an edge is not shared by exactly
         two triangles that agree in orientation; and whether all have one.
+
     """
     start = triangles.reshape(-1)
     end = np.roll(triangles, -1, axis=1).reshape(-1)

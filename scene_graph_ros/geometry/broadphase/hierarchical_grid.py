@@ -1,0 +1,318 @@
+"""Candidate pairs by a hierarchy of hashed grids.
+
+A box lives at the finest level whose cells are at least CELL_WIDTHS times as wide as the box, so
+it touches at most eight cells there. It meets the residents of its own level and, as
+a visitor, those of all coarser levels. A few huge boxes among many small ones thus cost a look
+each, not a search. Work grows as the number of boxes times the number of levels in use, plus the
+pairs found; nothing is kept between calls.
+
+A pair that shares several cells is reported in one of them only: the lowest cell both touch.
+"""
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.broadphase.pair_tests import (
+    box_reaches_half_space,
+    boxes_are_near,
+    is_pair_wanted,
+)
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
+
+__all__ = ["candidate_pairs"]
+
+LEVELS = 40
+"""Number of levels; boxes more than LEVEL_RATIO**LEVELS times smaller than the largest share the
+finest one."""
+LEVEL_RATIO = 2.0
+"""Width of a cell relative to that of the next finer level."""
+CELL_WIDTHS = 2.0
+"""Wider cells have more residents, narrower ones are touched by more boxes; measured best."""
+FIRST_CAPACITY = 4
+"""Pairs per row for which there is room at first; with more pairs the search runs twice."""
+GOLDEN = -7046029254386353131
+"""2**64 divided by the golden ratio, as a signed number."""
+CELL_BITS = 20
+MAX_CELL = 2.0**CELL_BITS - 1.0
+"""Cells further out are one cell, which is slower but not wrong."""
+
+
+@inlined_kernel
+def _cell(x, origin, per_cell):
+    """Return the cell of a coordinate; monotone in x, so boxes that overlap share a cell."""
+    return int(min(max((x - origin) * per_cell, 0.0), MAX_CELL))
+
+
+@inlined_kernel
+def _key(x, y, z):
+    """Pack three cell numbers into one."""
+    return x | (y << CELL_BITS) | (z << (2 * CELL_BITS))
+
+
+@inlined_kernel
+def _bucket(key, mask):
+    """Hash a cell's key: two rounds of Fibonacci hashing, since one keeps z out of low bits."""
+    key *= GOLDEN
+    key = (key ^ (key >> 32)) * GOLDEN
+    return (key >> 32) & mask
+
+
+@inlined_kernel
+def _append(pairs, count, i, j):
+    """Write the pair, lower row first, if there is room; count it in any case."""
+    if count < len(pairs):
+        pairs[count, 0] = min(i, j)
+        pairs[count, 1] = max(i, j)
+    return count + 1
+
+
+@kernel
+def _sorted_pairs(pairs, count, n):
+    """Sort pairs lexicographically in two stable counting passes."""
+    source = pairs[:count]
+    for column in (1, 0):
+        start = np.zeros(n + 1, np.int64)
+        for k in range(count):
+            start[source[k, column] + 1] += 1
+        for row in range(n):
+            start[row + 1] += start[row]
+        target = np.empty((count, 2), np.int64)
+        for k in range(count):
+            slot = start[source[k, column]]
+            start[source[k, column]] += 1
+            target[slot, 0] = source[k, 0]
+            target[slot, 1] = source[k, 1]
+        source = target
+    return source
+
+
+@kernel
+def _choose_levels(lower, upper, bounded, margin, level):
+    """Give each bounded box its level, and return the widest cell and the grid's origin."""
+    widest = 0.0
+    ox, oy, oz = math.inf, math.inf, math.inf
+    n = len(lower)
+    width = np.empty(n)
+    for i in range(n):
+        if not bounded[i]:
+            continue
+        ox, oy, oz = min(ox, lower[i, 0]), min(oy, lower[i, 1]), min(oz, lower[i, 2])
+        w = upper[i, 0] - lower[i, 0]
+        w = max(w, upper[i, 1] - lower[i, 1])
+        width[i] = max(w, upper[i, 2] - lower[i, 2]) + margin
+        widest = max(widest, width[i])
+    for i in range(n):
+        level[i] = -1
+        if bounded[i]:
+            k = 0
+            cell = widest / LEVEL_RATIO
+            while k < LEVELS - 1 and width[i] <= cell and cell > 0.0:
+                cell /= LEVEL_RATIO
+                k += 1
+            level[i] = k
+    return widest, (ox, oy, oz)
+
+
+@kernel
+def _cell_ranges(lower, upper, rows, origin, per_cell, grow, ranges):
+    """Write the first and last cells (x, y, z; x, y, z) that each row's grown box touches."""
+    for i in rows:
+        for axis in range(3):
+            low, high = lower[i, axis], upper[i, axis]
+            # Half the margin on either side, and what rounding may have taken from a gap.
+            extra = 0.5 * grow + BOX_ROUNDING * (abs(low) + abs(high) + grow)
+            ranges[i, axis] = _cell(low - extra, origin[axis], per_cell)
+            ranges[i, 3 + axis] = _cell(high + extra, origin[axis], per_cell)
+
+
+@kernel
+def _fill_buckets(residents, ranges, mask):
+    """Sort the residents into buckets of cells: start of each bucket, rows and keys of cells."""
+    start = np.zeros(mask + 2, np.int64)
+    touched = np.empty(8 * len(residents), np.int64)
+    row_of = np.empty(8 * len(residents), np.int64)
+    count = 0
+    for i in residents:
+        for x in range(ranges[i, 0], ranges[i, 3] + 1):
+            for y in range(ranges[i, 1], ranges[i, 4] + 1):
+                for z in range(ranges[i, 2], ranges[i, 5] + 1):
+                    key = _key(x, y, z)
+                    touched[count] = key
+                    row_of[count] = i
+                    count += 1
+                    start[_bucket(key, mask) + 1] += 1
+    for bucket in range(mask + 1):
+        start[bucket + 1] += start[bucket]
+    rows, keys = np.empty(count, np.int64), np.empty(count, np.int64)
+    for k in range(count - 1, -1, -1):
+        bucket = _bucket(touched[k], mask) + 1
+        start[bucket] -= 1
+        rows[start[bucket]] = row_of[k]
+        keys[start[bucket]] = touched[k]
+    # Each start was moved down to the start of its bucket, one place to the right of it.
+    start[:-1] = start[1:]
+    start[mask + 1] = count
+    return start, rows, keys
+
+
+@inlined_kernel
+def _boxes_overlap(lower, upper, i, j):
+    """Tell whether two boxes touch; without branches, since most pairs don't and none repeat."""
+    return (
+        (lower[i, 0] <= upper[j, 0])
+        & (lower[j, 0] <= upper[i, 0])
+        & (lower[i, 1] <= upper[j, 1])
+        & (lower[j, 1] <= upper[i, 1])
+        & (lower[i, 2] <= upper[j, 2])
+        & (lower[j, 2] <= upper[i, 2])
+    )
+
+
+@inlined_kernel
+def _is_home(ranges, i, j, key):
+    """Tell whether the cell is the lowest one that rows i and j both touch."""
+    x = max(ranges[i, 0], ranges[j, 0])
+    y = max(ranges[i, 1], ranges[j, 1])
+    z = max(ranges[i, 2], ranges[j, 2])
+    return _key(x, y, z) == key
+
+
+@inlined_kernel
+def _is_pair(lower, upper, ranges, frame, filter_bits, margin, i, j, key):
+    """Tell whether rows i and j, which share the cell, are a candidate to be reported here."""
+    if margin == 0.0:
+        if not _boxes_overlap(lower, upper, i, j):
+            return False
+    elif not boxes_are_near(lower, upper, i, j, margin):
+        return False
+    return _is_home(ranges, i, j, key) and is_pair_wanted(frame, filter_bits, i, j)
+
+
+@kernel
+def _search_residents(
+    lower, upper, frame, filter_bits, margin, ranges, start, rows, keys, pairs, count
+):
+    """Append the pairs of one level's residents with each other."""
+    for bucket in range(len(start) - 1):
+        for a in range(start[bucket], start[bucket + 1]):
+            for b in range(a + 1, start[bucket + 1]):
+                if keys[a] == keys[b] and _is_pair(
+                    lower, upper, ranges, frame, filter_bits, margin, rows[a], rows[b], keys[a]
+                ):
+                    count = _append(pairs, count, rows[a], rows[b])
+    return count
+
+
+@kernel
+def _search_visitors(
+    lower, upper, frame, filter_bits, margin, visitors, ranges, start, rows, keys, pairs, count
+):
+    """Append the pairs of finer levels' rows with one level's residents."""
+    mask = len(start) - 2
+    for i in visitors:
+        for x in range(ranges[i, 0], ranges[i, 3] + 1):
+            for y in range(ranges[i, 1], ranges[i, 4] + 1):
+                for z in range(ranges[i, 2], ranges[i, 5] + 1):
+                    key = _key(x, y, z)
+                    bucket = _bucket(key, mask)
+                    for slot in range(start[bucket], start[bucket + 1]):
+                        if keys[slot] == key and _is_pair(
+                            lower, upper, ranges, frame, filter_bits, margin, i, rows[slot], key
+                        ):
+                            count = _append(pairs, count, i, rows[slot])
+    return count
+
+
+@kernel
+def _search_unbounded(
+    lower, upper, is_half_space, bounded, X_WG, frame, filter_bits, margin, pairs, count
+):
+    """Append the pairs of half spaces, and of boxes without bounds, with every other row."""
+    n = len(lower)
+    for h in range(n):
+        if bounded[h]:
+            continue
+        for i in range(n):
+            if i == h or (i < h and not bounded[i]):
+                continue
+            if not is_pair_wanted(frame, filter_bits, h, i):
+                continue
+            if is_half_space[h] and not is_half_space[i]:
+                near = box_reaches_half_space(lower, upper, i, X_WG, h, margin)
+            elif is_half_space[i] and not is_half_space[h]:
+                near = box_reaches_half_space(lower, upper, h, X_WG, i, margin)
+            elif is_half_space[h]:
+                near = True
+            else:
+                near = boxes_are_near(lower, upper, h, i, margin)
+            if near:
+                count = _append(pairs, count, h, i)
+    return count
+
+
+@kernel
+def _search(lower, upper, is_half_space, X_WG, frame, filter_bits, margin, pairs):
+    """Write pairs in any order and return how many there are, more than fit if need be."""
+    n = len(lower)
+    bounded = np.empty(n, np.bool_)
+    for i in range(n):
+        bounded[i] = not is_half_space[i]
+        for axis in range(3):
+            bounded[i] &= math.isfinite(lower[i, axis]) and math.isfinite(upper[i, axis])
+    count = _search_unbounded(
+        lower, upper, is_half_space, bounded, X_WG, frame, filter_bits, margin, pairs, 0
+    )
+    level = np.empty(n, np.int64)
+    widest, origin = _choose_levels(lower, upper, bounded, margin, level)
+    population = np.zeros(LEVELS, np.int64)
+    for i in range(n):
+        population[level[i]] += bounded[i]
+    ranges = np.empty((n, 6), np.int64)
+    cell = CELL_WIDTHS * widest
+    for k in range(LEVELS):
+        if population[k] > 0:
+            residents = np.flatnonzero(level == k)
+            mask = 15
+            while mask < 2 * len(residents):
+                mask = 2 * mask + 1
+            per_cell = 1.0 / cell if cell > 0.0 else 0.0
+            visitors = np.flatnonzero(level > k)
+            _cell_ranges(lower, upper, residents, origin, per_cell, margin, ranges)
+            _cell_ranges(lower, upper, visitors, origin, per_cell, margin, ranges)
+            start, rows, keys = _fill_buckets(residents, ranges, mask)
+            count = _search_residents(
+                lower, upper, frame, filter_bits, margin, ranges, start, rows, keys, pairs, count
+            )
+            count = _search_visitors(
+                lower, upper, frame, filter_bits, margin, visitors, ranges, start, rows, keys,
+                pairs, count,
+            )  # fmt: skip
+        cell /= LEVEL_RATIO
+    return count
+
+
+@kernel
+def candidate_pairs(lower, upper, is_half_space, X_WG, frame, filter_bits, margin):
+    """Find the pairs whose boxes come within ``margin`` of each other.
+
+    Args:
+        lower, upper: (n, 3) boxes in W, in metres, from ``world_boxes``.
+        is_half_space: (n,) bool; these rows are tested by their plane, at X_WG's z = 0.
+        X_WG: (n, 4, 4) poses, read for half spaces only.
+        frame: (n,) int32; rows of the same frame are no pair (0 is the world: anchored).
+        filter_bits: (n, ceil(n / 8)) uint8, or (0, 0): see ``is_pair_wanted``.
+        margin: finite, >= 0, in metres.
+
+    Returns:
+        (k, 2) int64 rows i < j, sorted lexicographically. Two half spaces are always a candidate.
+
+    """
+    n = len(lower)
+    pairs = np.empty((FIRST_CAPACITY * n + 16, 2), np.int64)
+    count = _search(lower, upper, is_half_space, X_WG, frame, filter_bits, margin, pairs)
+    if count > len(pairs):
+        pairs = np.empty((count, 2), np.int64)
+        _search(lower, upper, is_half_space, X_WG, frame, filter_bits, margin, pairs)
+    return _sorted_pairs(pairs, count, n)

@@ -1,0 +1,105 @@
+"""Signed distances of a list of pairs: the loop around ``distance_pair``.
+
+Penetration, signed distance and the test for any collision share this one loop, so that they
+cannot disagree.
+"""
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
+from scene_graph_ros.geometry.spatial.vectors import (
+    add,
+    load_rotation,
+    load_translation,
+    relative_pose,
+    rotate,
+    rotate_inverse,
+    store_vector,
+    subtract,
+)
+from scene_graph_ros.geometry.tolerances import OSCULATION
+
+__all__ = ["FIRST_PENETRATION", "NO_FAILURE", "PENETRATIONS", "WITHIN", "solve_pairs"]
+
+WITHIN = 0
+"""Keep pairs whose signed distance is at most ``max_distance``."""
+PENETRATIONS = 1
+"""Keep pairs deeper than OSCULATION times the larger of the two sizes."""
+FIRST_PENETRATION = 2
+"""As PENETRATIONS, and stop at the first."""
+
+NO_FAILURE = -1
+
+
+@inlined_kernel
+def _solve(table, X_WG, pairs, max_distance, keep, columns):
+    """Write the kept pairs into ``columns``; return how many, and the pair without an answer."""
+    rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps = columns
+    count = 0
+    for k in range(pairs.shape[0]):
+        i, j = pairs[k, 0], pairs[k, 1]
+        R_WA, p_WA = load_rotation(X_WG, i), load_translation(X_WG, i)
+        R_WB, p_WB = load_rotation(X_WG, j), load_translation(X_WG, j)
+        R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
+        phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = distance_pair(
+            table, i, j, R_AB, p_AB, max_distance
+        )
+        if math.isnan(phi):
+            return count, k
+        if keep == WITHIN:
+            if phi > max_distance:
+                continue
+        elif phi >= -OSCULATION * max(table.scale[i], table.scale[j]):
+            continue
+        rows[count, 0], rows[count, 1] = i, j
+        phis[count], uniques[count], gaps[count] = phi, unique, gap
+        store_vector(p_ACas, count, p_ACa)
+        store_vector(p_BCbs, count, rotate_inverse(R_AB, subtract(p_ACb, p_AB)))
+        store_vector(p_WCas, count, add(p_WA, rotate(R_WA, p_ACa)))
+        store_vector(p_WCbs, count, add(p_WA, rotate(R_WA, p_ACb)))
+        store_vector(nhats, count, rotate(R_WA, nhat_BA_A))
+        count += 1
+        if keep == FIRST_PENETRATION:
+            return count, NO_FAILURE
+    return count, NO_FAILURE
+
+
+@kernel
+def solve_pairs(table, X_WG, pairs, max_distance, keep):
+    """Compute the signed distance of pairs of rows and keep those asked for.
+
+    Args:
+        table: ShapeTable of n rows.
+        X_WG: (n, 4, 4).
+        pairs: (m, 2) rows (A, B).
+        max_distance: in metres; 0 for penetrations.
+        keep: WITHIN, PENETRATIONS or FIRST_PENETRATION.
+
+    Returns:
+        The columns of k kept pairs, in the order given: rows (k, 2), distance (k,), p_ACa,
+        p_BCb, p_WCa, p_WCb, nhat_BA_W (k, 3), unique (k,), gap (k,); and the index of the first
+        pair that has no answer, or NO_FAILURE.
+
+    """
+    m = pairs.shape[0]
+    rows = np.empty((m, 2), np.int64)
+    phi, unique, gap = np.empty(m), np.empty(m, np.bool_), np.empty(m)
+    p_ACa, p_BCb, nhat = np.empty((m, 3)), np.empty((m, 3)), np.empty((m, 3))
+    p_WCa, p_WCb = np.empty((m, 3)), np.empty((m, 3))
+    columns = (rows, phi, p_ACa, p_BCb, p_WCa, p_WCb, nhat, unique, gap)
+    count, failed = _solve(table, X_WG, pairs, max_distance, keep, columns)
+    return (
+        rows[:count],
+        phi[:count],
+        p_ACa[:count],
+        p_BCb[:count],
+        p_WCa[:count],
+        p_WCb[:count],
+        nhat[:count],
+        unique[:count],
+        gap[:count],
+        failed,
+    )

@@ -1,0 +1,230 @@
+"""The questions one can ask a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+import math
+import numbers
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.errors import QueryArgumentError, RoleError, UnsupportedPairError
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.scene_graph import SceneGraph
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query import scene
+from scene_graph_ros.geometry.query.results import (
+    CandidatePairs,
+    Penetrations,
+    PointDistances,
+    SignedDistancePair,
+    SignedDistancePairs,
+)
+
+__all__ = ["QueryObject"]
+
+Result = TypeVar("Result")
+_REMEMBERED = 32
+
+
+class _Provider(Protocol):
+    """What has a current snapshot: a Context, or a Snapshot itself."""
+
+    @property
+    def snapshot(self) -> Snapshot: ...
+
+
+class _Answers:
+    """What was answered about one snapshot: asking twice computes once."""
+
+    __slots__ = ("snapshot", "values")
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        self.snapshot = snapshot
+        self.values: dict[Hashable, Any] = {}
+
+    def get(self, key: Hashable, compute: Callable[[Snapshot], Result]) -> Result:
+        if key not in self.values:
+            result = compute(self.snapshot)
+            if len(self.values) >= _REMEMBERED:
+                self.values.clear()
+            self.values[key] = result
+            return result
+        answer: Result = self.values[key]
+        return answer
+
+
+class QueryObject:
+    """Queries about geometries with the proximity role, in the world frame W.
+
+    A *live* query object follows its context; ``bake`` freezes the present. Results never change
+    and are sorted by id, the same for the same poses. Any number of threads may ask at once; the
+    computation does not hold the interpreter's lock.
+
+    Pairs on the same frame, pairs of anchored geometries and pairs excluded by a collision filter
+    are not reported. A ``Mesh`` stands for its convex hull between pairs unless its proximity
+    properties ask for triangles, and always for its triangles against points.
+    """
+
+    def __init__(self, provider: _Provider) -> None:
+        """Ask ``provider``, a Context (live) or a Snapshot (baked)."""
+        self._provider = provider
+        self._last: _Answers | None = None
+
+    def _answers(self) -> _Answers:
+        snapshot = self._provider.snapshot
+        last = self._last
+        if last is None or last.snapshot is not snapshot:
+            last = self._last = _Answers(snapshot)
+        return last
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The moment that is asked about; a live query object's changes with its context."""
+        return self._provider.snapshot
+
+    def bake(self) -> QueryObject:
+        """Return a query object that keeps answering for the present model and poses."""
+        answers = self._answers()
+        result = QueryObject(answers.snapshot)
+        result._last = answers
+        return result
+
+    def inspector(self) -> SceneGraphInspector:
+        """Return an inspector of the model as this query object sees it now."""
+        return self._provider.snapshot.inspector
+
+    def get_pose_in_world(self, target: FrameId | GeometryId) -> NDArray[np.float64]:
+        """Return ``X_WF`` or ``X_WG`` ``(4, 4)``. Raises UnknownIdError."""
+        return self._provider.snapshot.pose_in_world(target)
+
+    def get_pose_in_parent(self, frame_id: FrameId) -> NDArray[np.float64]:
+        """Return ``X_PF`` ``(4, 4)`` in the parent frame. Raises UnknownIdError."""
+        return self._provider.snapshot.pose_in_parent(frame_id)
+
+    def find_collision_candidates(self) -> CandidatePairs:
+        """Return the pairs whose bounding boxes meet; any pair not in it is apart."""
+        return self._answers().get("candidates", scene.pairs_of_candidates)
+
+    def has_collisions(self) -> bool:
+        """Tell whether any pair penetrates, as in ``compute_point_pair_penetration``.
+
+        Raises UnsupportedPairError as that does, unless a collision is met before.
+        """
+        return self._answers().get("collides", scene.collides)
+
+    def compute_point_pair_penetration(self, *, derivatives: bool = False) -> Penetrations:
+        """Return all penetrating pairs with depth, witness points and normal.
+
+        Touching, to within OSCULATION of the larger shape's size, is no penetration. With
+        ``derivatives`` the records carry those of the distance with respect to both poses.
+
+        Raises:
+            UnsupportedPairError: two half spaces, not both anchored and not filtered.
+
+        """
+        key = ("penetrations", derivatives)
+        return self._answers().get(key, lambda s: scene.penetrations(s, derivatives))
+
+    def compute_signed_distance_pairwise_closest_points(
+        self, max_distance: float = math.inf, *, derivatives: bool = False
+    ) -> SignedDistancePairs:
+        """Return the signed distance of all pairs with ``distance <= max_distance`` (metres).
+
+        Without ``max_distance`` the cost grows with the square of the number of geometries.
+
+        Raises:
+            QueryArgumentError: ``max_distance`` is not a number.
+            UnsupportedPairError: two half spaces, not both anchored and not filtered.
+
+        """
+        limit = _checked_limit("max_distance", max_distance)
+        key = ("distances", limit, derivatives)
+        return self._answers().get(key, lambda s: scene.pair_distances(s, limit, derivatives))
+
+    def compute_signed_distance_pair_closest_points(
+        self, id_A: GeometryId, id_B: GeometryId, *, derivatives: bool = False
+    ) -> SignedDistancePair:
+        """Return the signed distance of one pair, filtered or not.
+
+        In the result, A is the geometry with the smaller id.
+
+        Raises:
+            UnknownIdError: an id is not registered.
+            RoleError: a geometry has no proximity role.
+            UnsupportedPairError: the ids are the same, or both are half spaces.
+
+        """
+        answers = self._answers()
+        row_A, row_B = sorted(_proximity_row(answers.snapshot, id_) for id_ in (id_A, id_B))
+        if row_A == row_B:
+            raise UnsupportedPairError(
+                f"compute_signed_distance_pair_closest_points: {id_A!r} against itself"
+            )
+        key = ("distance", row_A, row_B, derivatives)
+        return answers.get(key, lambda s: scene.pair_distance(s, row_A, row_B, derivatives)[0])
+
+    def compute_signed_distance_to_point(
+        self, p_WQ: ArrayLike, threshold: float = math.inf
+    ) -> PointDistances:
+        """Return the signed distance of point Q to every geometry, up to ``threshold`` (metres).
+
+        Raises:
+            QueryArgumentError: ``p_WQ`` is not three finite numbers, or ``threshold`` no number.
+
+        """
+        point = _checked_points("p_WQ", p_WQ, 1)
+        limit = _checked_limit("threshold", threshold)
+        key = ("point", point.tobytes(), limit)
+        return self._answers().get(
+            key, lambda s: scene.point_distances(s, point.reshape(1, 3), limit)
+        )
+
+    def compute_signed_distance_to_points(
+        self, p_WQs: ArrayLike, threshold: float = math.inf
+    ) -> PointDistances:
+        """Return the signed distances of points ``(m, 3)`` to every geometry, up to ``threshold``.
+
+        The field ``point`` of a record is the index of its point. Raises QueryArgumentError as
+        ``compute_signed_distance_to_point`` does.
+        """
+        points = _checked_points("p_WQs", p_WQs, 2)
+        limit = _checked_limit("threshold", threshold)
+        return scene.point_distances(self._answers().snapshot, points, limit)
+
+
+def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
+    name = snapshot.inspector.get_name(geometry_id)  # raises UnknownIdError
+    ids = snapshot.proximity.ids
+    row = int(np.searchsorted(ids, int(geometry_id)))
+    if row == len(ids) or ids[row] != int(geometry_id):
+        raise RoleError(f"geometry {name!r} ({geometry_id!r}) has no proximity role")
+    return row
+
+
+def _checked_limit(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or math.isnan(value):
+        raise QueryArgumentError(f"{name} must be a number of metres: {value!r}")
+    return float(value)
+
+
+def _checked_points(name: str, value: ArrayLike, dimensions: int) -> NDArray[np.float64]:
+    """Return a C-contiguous copy of points whose last axis has three finite coordinates."""
+    try:
+        points = np.array(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError) as error:
+        raise QueryArgumentError(f"{name} must be numbers: {value!r}") from error
+    if points.ndim != dimensions or points.shape[-1] != 3:
+        expected = "(3,)" if dimensions == 1 else "(m, 3)"
+        raise QueryArgumentError(f"{name} must have shape {expected}, not {points.shape}")
+    if not np.isfinite(points).all():
+        row = int(np.flatnonzero(~np.isfinite(points.reshape(-1, 3)).all(axis=1))[0])
+        bad = points.reshape(-1, 3)[row].tolist()
+        raise QueryArgumentError(f"{name} must be finite: row {row} is {bad}")
+    return points
+
+
+SceneGraph.provide_queries(QueryObject)

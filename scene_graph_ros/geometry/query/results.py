@@ -1,0 +1,192 @@
+"""Result tables: what queries return.
+
+A table is a sequence of records, made when one is looked at. Its columns are arrays of the same
+names as the records' fields, read-only, so nothing is copied for who wants numbers. Ids are
+``GeometryId`` in records and integers in columns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, ClassVar, Generic, overload, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.model.ids import GeometryId
+
+__all__ = [
+    "CandidatePair",
+    "CandidatePairs",
+    "PenetrationAsPointPair",
+    "Penetrations",
+    "PointDistances",
+    "ResultTable",
+    "SignedDistancePair",
+    "SignedDistancePairs",
+    "SignedDistanceToPoint",
+]
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+Record = TypeVar("Record")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CandidatePair:
+    """Two geometries that may be in collision: their bounding boxes meet."""
+
+    id_A: GeometryId
+    id_B: GeometryId
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PenetrationAsPointPair:
+    """Two penetrating geometries: ``depth = (p_WCb - p_WCa) . nhat_BA_W > 0``."""
+
+    id_A: GeometryId
+    id_B: GeometryId
+    p_WCa: FloatArray
+    """(3,) metres: the point of A deepest inside B."""
+    p_WCb: FloatArray
+    """(3,) metres: the point of B deepest inside A."""
+    nhat_BA_W: FloatArray
+    """(3,) unit vector out of B into A: moving A by ``depth`` along it ends the penetration."""
+    depth: float
+    """Metres."""
+    ddistance_dX_WA: FloatArray | None = None
+    """(6,) or None; see ``SignedDistancePair``. The distance is ``-depth``."""
+    ddistance_dX_WB: FloatArray | None = None
+    """(6,) or None."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SignedDistancePair:
+    """The signed distance of two geometries: ``p_WCa - p_WCb = distance * nhat_BA_W``."""
+
+    id_A: GeometryId
+    id_B: GeometryId
+    p_ACa: FloatArray
+    """(3,) metres: the witness point on A, in A's geometry frame."""
+    p_BCb: FloatArray
+    """(3,) metres: the witness point on B, in B's geometry frame."""
+    distance: float
+    """Metres; negative when penetrating."""
+    nhat_BA_W: FloatArray
+    """(3,) unit vector out of B into A: the direction of fastest increasing distance."""
+    is_nhat_BA_W_unique: bool
+    """False where the normal is a choice among several."""
+    ddistance_dX_WA: FloatArray | None = None
+    """(6,) or None: the rate of the distance is ``ddistance_dX_WA @ V_WA`` when A moves with the
+    spatial velocity V_WA = (angular; of A's origin), rad/s and m/s, both expressed in W."""
+    ddistance_dX_WB: FloatArray | None = None
+    """(6,) or None: the same for B."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SignedDistanceToPoint:
+    """The signed distance of a point Q to a geometry G."""
+
+    id_G: GeometryId
+    p_GN: FloatArray
+    """(3,) metres: the point of G's surface nearest to Q, in G."""
+    distance: float
+    """Metres; negative inside."""
+    grad_W: FloatArray
+    """(3,) unit vector: the gradient of the distance with respect to Q."""
+    is_grad_W_unique: bool
+    """False where the nearest point, and so the gradient, is a choice among several."""
+    point: int = 0
+    """Index of Q in a batch of points."""
+
+
+class ResultTable(Sequence[Record], Generic[Record]):
+    """An immutable sequence of records over columns; a slice is a table on the same columns."""
+
+    record_type: ClassVar[type[Any]]
+    _ids: ClassVar[tuple[str, ...]] = ("id_A", "id_B")
+    __slots__ = ("_columns", "_length")
+
+    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Take columns of equal length; they are made read-only."""
+        for column in columns.values():
+            column.flags.writeable = False
+        self._columns = MappingProxyType(dict(columns))
+        self._length = len(next(iter(columns.values())))
+
+    @property
+    def columns(self) -> Mapping[str, NDArray[Any]]:
+        """The columns by name, read-only."""
+        return self._columns
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        """Return the column of this name."""
+        try:
+            return object.__getattribute__(self, "_columns")[name]
+        except KeyError:
+            raise AttributeError(f"{type(self).__name__} has no column {name!r}") from None
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._columns]
+
+    def __len__(self) -> int:
+        return self._length
+
+    @overload
+    def __getitem__(self, index: int) -> Record: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> ResultTable[Record]: ...
+
+    def __getitem__(self, index: int | slice) -> Record | ResultTable[Record]:
+        if isinstance(index, slice):
+            return type(self)({name: column[index] for name, column in self._columns.items()})
+        row = range(self._length)[index]
+        record: Record = self.record_type(**{k: self._field(k, row) for k in self._columns})
+        return record
+
+    def _field(self, name: str, row: int) -> Any:
+        value = self._columns[name][row]
+        if name in self._ids:
+            return GeometryId(int(value))
+        return value if isinstance(value, np.ndarray) else value.item()
+
+    def __iter__(self) -> Iterator[Record]:
+        return (self[row] for row in range(self._length))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (dict(self._columns),)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self._length} x ({', '.join(self._columns)})>"
+
+
+class CandidatePairs(ResultTable[CandidatePair]):
+    """Pairs that passed the culling, sorted by (id_A, id_B)."""
+
+    __slots__ = ()
+    record_type = CandidatePair
+
+
+class Penetrations(ResultTable[PenetrationAsPointPair]):
+    """Penetrating pairs, sorted by (id_A, id_B)."""
+
+    __slots__ = ()
+    record_type = PenetrationAsPointPair
+
+
+class SignedDistancePairs(ResultTable[SignedDistancePair]):
+    """Signed distances of pairs, sorted by (id_A, id_B)."""
+
+    __slots__ = ()
+    record_type = SignedDistancePair
+
+
+class PointDistances(ResultTable[SignedDistanceToPoint]):
+    """Signed distances of points, sorted by (point, id_G)."""
+
+    __slots__ = ()
+    _ids = ("id_G",)
+    record_type = SignedDistanceToPoint

@@ -1,0 +1,188 @@
+"""Run the kernels of the queries on one snapshot and put their arrays into result tables."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.broadphase.aabb import world_boxes
+from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
+from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
+from scene_graph_ros.geometry.errors import UnsupportedPairError
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query.distance.driver import (
+    FIRST_PENETRATION,
+    NO_FAILURE,
+    PENETRATIONS,
+    solve_pairs,
+    WITHIN,
+)
+from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.query.results import (
+    CandidatePairs,
+    Penetrations,
+    PointDistances,
+    SignedDistancePairs,
+)
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+
+__all__ = [
+    "collides",
+    "pair_distance",
+    "pair_distances",
+    "pairs_of_candidates",
+    "penetrations",
+    "point_distances",
+]
+
+_NO_FILTERS = np.zeros((0, 0), dtype=np.uint8)
+
+
+def _candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
+    """Return the (k, 2) rows of pairs whose boxes come within ``margin`` >= 0, may be infinite."""
+    proximity = snapshot.proximity
+    X_WG = snapshot.X_WG
+    lower, upper = world_boxes(proximity.table, X_WG)
+    bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
+    is_half_space = proximity.table.kind == ShapeKind.HALF_SPACE
+    search = candidate_pairs if math.isfinite(margin) else all_candidate_pairs
+    rows: NDArray[np.int64] = search(
+        lower, upper, is_half_space, X_WG, proximity.frame, bits, margin
+    )
+    return rows
+
+
+def _solve(
+    snapshot: Snapshot, pairs: NDArray[np.int64], max_distance: float, keep: int, query: str
+) -> tuple[NDArray[Any], ...]:
+    """Run ``solve_pairs``. Raises UnsupportedPairError for two half spaces."""
+    proximity = snapshot.proximity
+    *columns, failed = solve_pairs(proximity.table, snapshot.X_WG, pairs, max_distance, keep)
+    if failed != NO_FAILURE:
+        names = [_describe(snapshot, row) for row in pairs[failed]]
+        raise UnsupportedPairError(
+            f"{query}: {names[0]} against {names[1]} has no answer: two half spaces overlap"
+            " without bound unless they are parallel. Filter the pair, or anchor both."
+        )
+    return tuple(columns)
+
+
+def _describe(snapshot: Snapshot, row: int) -> str:
+    geometry_id = snapshot.proximity.geometry_ids[row]
+    kind = ShapeKind(snapshot.proximity.table.kind[row])
+    return f"{kind.name} {snapshot.inspector.get_name(geometry_id)!r} ({geometry_id!r})"
+
+
+def _derivatives(
+    snapshot: Snapshot, rows: NDArray[np.int64], columns: tuple[NDArray[Any], ...]
+) -> dict[str, NDArray[np.float64]]:
+    """Differentiate the distance with respect to both poses.
+
+    The witness points are stationary to first order (envelope theorem), so the distance changes
+    at the rate nhat . (v_Ca - v_Cb), the velocities of A's and B's material points there.
+    """
+    nhat, X_WG = columns[6], snapshot.X_WG
+    result = {}
+    for side, (name, witness, sign) in enumerate(
+        (("ddistance_dX_WA", columns[4], 1.0), ("ddistance_dX_WB", columns[5], -1.0))
+    ):
+        arm = witness - X_WG[rows[:, side], :3, 3]
+        result[name] = sign * np.concatenate([np.cross(arm, nhat), nhat], axis=1)
+    return result
+
+
+def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
+    """Return the pairs whose bounding boxes meet."""
+    ids = snapshot.proximity.ids[_candidate_rows(snapshot, 0.0)]
+    return CandidatePairs({"id_A": ids[:, 0], "id_B": ids[:, 1]})
+
+
+def collides(snapshot: Snapshot) -> bool:
+    """Tell whether any pair penetrates; stops at the first."""
+    pairs = _candidate_rows(snapshot, 0.0)
+    rows, *_ = _solve(snapshot, pairs, 0.0, FIRST_PENETRATION, "has_collisions")
+    return len(rows) > 0
+
+
+def penetrations(snapshot: Snapshot, derivatives: bool) -> Penetrations:
+    """Return all penetrating pairs."""
+    pairs = _candidate_rows(snapshot, 0.0)
+    columns = _solve(snapshot, pairs, 0.0, PENETRATIONS, "compute_point_pair_penetration")
+    rows, phi, _, _, p_WCa, p_WCb, nhat_BA_W, _, _ = columns
+    ids = snapshot.proximity.ids[rows]
+    table = {
+        "id_A": ids[:, 0],
+        "id_B": ids[:, 1],
+        "p_WCa": p_WCa,
+        "p_WCb": p_WCb,
+        "nhat_BA_W": nhat_BA_W,
+        "depth": -phi,
+    }
+    if derivatives:
+        table |= _derivatives(snapshot, rows, columns)
+    return Penetrations(table)
+
+
+def pair_distances(
+    snapshot: Snapshot, max_distance: float, derivatives: bool
+) -> SignedDistancePairs:
+    """Return the pairs with a signed distance of at most ``max_distance``."""
+    pairs = _candidate_rows(snapshot, max(max_distance, 0.0))
+    query = "compute_signed_distance_pairwise_closest_points"
+    return _distance_table(snapshot, pairs, max_distance, derivatives, query)
+
+
+def pair_distance(
+    snapshot: Snapshot, row_A: int, row_B: int, derivatives: bool
+) -> SignedDistancePairs:
+    """Return the one pair, filtered or not."""
+    pairs = np.array([[row_A, row_B]], dtype=np.int64)
+    query = "compute_signed_distance_pair_closest_points"
+    return _distance_table(snapshot, pairs, math.inf, derivatives, query)
+
+
+def _distance_table(
+    snapshot: Snapshot,
+    pairs: NDArray[np.int64],
+    max_distance: float,
+    derivatives: bool,
+    query: str,
+) -> SignedDistancePairs:
+    columns = _solve(snapshot, pairs, max_distance, WITHIN, query)
+    rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, unique, _ = columns
+    ids = snapshot.proximity.ids[rows]
+    table = {
+        "id_A": ids[:, 0],
+        "id_B": ids[:, 1],
+        "p_ACa": p_ACa,
+        "p_BCb": p_BCb,
+        "distance": phi,
+        "nhat_BA_W": nhat_BA_W,
+        "is_nhat_BA_W_unique": unique,
+    }
+    if derivatives:
+        table |= _derivatives(snapshot, rows, columns)
+    return SignedDistancePairs(table)
+
+
+def point_distances(
+    snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float
+) -> PointDistances:
+    """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
+    proximity = snapshot.proximity
+    point, row, phi, p_GN, grad_W, unique = distance_points(
+        proximity.table, snapshot.X_WG, p_WQs, threshold
+    )
+    return PointDistances(
+        {
+            "point": point,
+            "id_G": proximity.ids[row],
+            "p_GN": p_GN,
+            "distance": phi,
+            "grad_W": grad_W,
+            "is_grad_W_unique": unique,
+        }
+    )
