@@ -220,6 +220,31 @@ def test_removed_geometry_leaves_transient_declarations_in_force(row, world):
     assert allowed(graph, balls) == ALL_PAIRS - {(0, 1)}
 
 
+def test_role_given_again_does_not_revive_transient_declarations(row):
+    """An older declaration no longer means a geometry that had lost its role, whatever follows."""
+    graph, source, _, balls = row
+    manager = graph.collision_filter_manager()
+    manager.apply_transient(declare().exclude_within(GeometrySet(balls)))
+    graph.remove_role(source, balls[0], Role.PROXIMITY)
+    graph.assign_role(source, balls[0], ProximityProperties())
+    manager.apply_transient(declare().exclude_within(GeometrySet(balls[:2])))
+    assert allowed(graph, balls) == {(0, 2), (0, 3), (0, 4)}
+
+
+def test_geometry_does_not_inherit_the_filters_of_a_removed_one(row, world):
+    """What takes the place of a removed geometry in the filters starts with none."""
+    graph, source, frames, balls = row
+    manager = graph.collision_filter_manager()
+    manager.apply(declare().exclude_between(GeometrySet(balls[0]), GeometrySet(balls[1:3])))
+    graph.remove_geometry(source, balls[0])
+    balls[0] = graph.register_geometry(source, frames[0], world.instance("g", proximity=True))
+    manager.apply(declare().exclude_between(GeometrySet(balls[0]), GeometrySet(balls[4])))
+    inspector = graph.model_inspector()
+    assert allowed(graph, balls) == ALL_PAIRS - {(0, 4)}
+    for i, j in ALL_PAIRS - {(0, 4)}:  # the other way round is another bit
+        assert not inspector.collision_filtered(balls[j], balls[i])
+
+
 def test_model_and_contexts_have_their_own_filters(row):
     """Each manager changes one of them; contexts start with the model's filters."""
     graph, _, _, balls = row

@@ -280,6 +280,19 @@ def test_poses_survive_changes_of_the_frames(world):
         context.frame_pose(world.link2)
 
 
+def test_geometry_stays_on_its_frame_when_rows_shift(world):
+    """Removing a frame without geometry moves the rows of the frames after it."""
+    graph = world.scene_graph
+    graph.remove_geometry(world.arm, world.ball2)
+    context = graph.create_default_context()
+    context.set_frame_pose(world.other, world.box_frame, yaw(0.0, x=3.0))
+    crate = context.snapshot.proximity.geometry_ids.index(world.crate)
+    assert context.snapshot.X_WG[crate, 0, 3] == 3.0
+    graph.remove_frame(world.arm, world.link2, context=context)
+    assert context.snapshot.X_WG[crate, 0, 3] == 3.0
+    assert context.snapshot.proximity.frame[crate] == 2
+
+
 def test_clones_are_independent(world):
     """A clone of a context or a scene graph starts equal and goes its own way."""
     graph = world.scene_graph
