@@ -30,6 +30,7 @@ from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
