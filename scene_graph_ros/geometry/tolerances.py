@@ -90,3 +90,11 @@ SAME_DIRECTION = 1.0 - 1e-10
 BOX_ROUNDING = 8.0 * EPSILON
 """Relative to the coordinates that enter: bounding boxes are grown by this, so that rounding
 never loses a pair. Five products and sums are rounded by half an EPSILON each."""
+
+PARALLEL = 64.0 * EPSILON
+"""Sine of an angle: directions this close count as parallel, and features as flat on each other.
+Products of a few rotations are off by about this much; it moves a witness by 1.4e-14 L."""
+
+CONVEX_VOLUME = 1e-12
+"""Relative to the hull's volume: a closed mesh that encloses as much as its hull is convex. A dent
+that is missed moves the surface by less than the promised accuracy, unless it is a pinhole."""

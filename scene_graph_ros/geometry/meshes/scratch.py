@@ -52,8 +52,8 @@ if numba_config.DISABLE_JIT:
         return np.empty(STACK_SIZE, np.int64)
 
     def polygon_buffer():
-        """Return an uninitialized array of ``(2, POLYGON_CORNERS, 2)`` float64."""
-        return np.empty((2, POLYGON_CORNERS, 2))
+        """Return an uninitialized array of ``(2, POLYGON_CORNERS, 3)`` float64."""
+        return np.empty((2, POLYGON_CORNERS, 3))
 
 else:
     _STACK = types.Array(types.int64, 1, "C")
@@ -66,5 +66,5 @@ else:
 
     @intrinsic
     def polygon_buffer(typing_context):
-        """Return an uninitialized array of ``(2, POLYGON_CORNERS, 2)`` float64."""
-        return _BUFFER(), _lowered(_BUFFER, (2, POLYGON_CORNERS, 2))
+        """Return an uninitialized array of ``(2, POLYGON_CORNERS, 3)`` float64."""
+        return _BUFFER(), _lowered(_BUFFER, (2, POLYGON_CORNERS, 3))

@@ -9,20 +9,16 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     CYLINDER,
     ELLIPSOID,
     HULL,
-    placed_support,
     POINT,
     SEGMENT,
 )
+from scene_graph_ros.geometry.query.distance.closed_forms import distance_closed_form
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
-    axpy,
-    column,
-    dot,
     rotate,
     rotate_inverse,
     scale,
-    subtract,
     transpose,
 )
 
@@ -56,30 +52,15 @@ def core_of(table, i):
 
 
 @inlined_kernel
-def _distance_half_space(core, hulls, R_SH, p_SH):
-    """Return the distance of a core (frame S) to a half space H, as A = S and B = H."""
-    n = column(R_SH, 2)
-    a, _ = placed_support(
-        core,
-        hulls,
-        (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-        (0.0, 0.0, 0.0),
-        scale(-1.0, n),
-        -1,
-    )
-    a = axpy(-core[2], n, a)
-    phi = dot(n, subtract(a, p_SH))
-    return phi, a, axpy(-phi, n, a), n, True, 0.0
-
-
-@inlined_kernel
 def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order."""
-    if table.kind[j] == HALF_SPACE_KIND:
-        if table.kind[i] == HALF_SPACE_KIND:
-            zero = (0.0, 0.0, 0.0)
-            return math.nan, zero, zero, (0.0, 0.0, 1.0), False, 0.0
-        return _distance_half_space(core_of(table, i), table.hulls, R_AB, p_AB)
+    if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
+        zero = (0.0, 0.0, 0.0)
+        return math.nan, zero, zero, (0.0, 0.0, 1.0), False, 0.0
+    found, closed = distance_closed_form(table, i, j, R_AB, p_AB, max_distance)
+    if found:
+        phi, p_ACa, p_ACb, nhat_BA_A, unique = closed
+        return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
     return convex_distance(
         core_of(table, i), core_of(table, j), R_AB, p_AB, table.hulls, max_distance
     )
@@ -95,17 +76,19 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance):
     give phi = nan, the only pair that has no answer.
     """
     swap = table.kind[i] > table.kind[j]
-    if table.kind[i] == HALF_SPACE_KIND and table.kind[j] != HALF_SPACE_KIND:
-        swap = True
-    elif table.kind[j] == HALF_SPACE_KIND:
-        swap = False
-    if not swap:
-        return _distance_ordered(table, i, j, R_AB, p_AB, max_distance)
-    R_BA = transpose(R_AB)
-    p_BA = scale(-1.0, rotate_inverse(R_AB, p_AB))
-    phi, p_BCb, p_BCa, nhat_AB_B, unique, gap = _distance_ordered(
-        table, j, i, R_BA, p_BA, max_distance
+    if swap:
+        i, j = j, i
+        p_AB = scale(-1.0, rotate_inverse(R_AB, p_AB))
+        R_AB = transpose(R_AB)
+    phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = _distance_ordered(
+        table, i, j, R_AB, p_AB, max_distance
     )
-    p_ACa = add(rotate(R_AB, p_BCa), p_AB)
-    p_ACb = add(rotate(R_AB, p_BCb), p_AB)
-    return phi, p_ACa, p_ACb, scale(-1.0, rotate(R_AB, nhat_AB_B)), unique, gap
+    if swap:
+        # What was computed is in the frame of the other shape, which is A there.
+        p_BCb, p_BCa, nhat_AB_B = p_ACa, p_ACb, nhat_BA_A
+        R_AB = transpose(R_AB)
+        p_AB = scale(-1.0, rotate(R_AB, p_AB))
+        p_ACa = add(rotate(R_AB, p_BCa), p_AB)
+        p_ACb = add(rotate(R_AB, p_BCb), p_AB)
+        nhat_BA_A = scale(-1.0, rotate(R_AB, nhat_AB_B))
+    return phi, p_ACa, p_ACb, nhat_BA_A, unique, gap

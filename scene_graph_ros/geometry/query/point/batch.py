@@ -67,7 +67,7 @@ def _largest_coordinate(boxes):
 @kernel
 def _grow(rows, capacity):
     """Return a longer copy of a one- or two-dimensional array."""
-    longer = np.empty((capacity,) + rows.shape[1:], rows.dtype)
+    longer = np.empty((capacity, *rows.shape[1:]), rows.dtype)
     longer[: rows.shape[0]] = rows
     return longer
 

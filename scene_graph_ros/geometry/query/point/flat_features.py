@@ -1,6 +1,6 @@
 """Nearest points on segments, triangles and polygons: the flat pieces of hulls and meshes."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, subtract
 
 __all__ = ["nearest_on_polygon", "nearest_on_segment", "nearest_on_triangle"]
@@ -59,7 +59,7 @@ def nearest_on_triangle(p, a, b, c, n):
     return best, least, feature
 
 
-@kernel
+@lean_kernel
 def nearest_on_polygon(p, vertices, corners, start, end, n):
     """Return (x, is_inside): the point nearest to p of the convex polygon with unit normal n.
 

@@ -7,14 +7,14 @@ An open mesh is a surface without an inside: its distance is nowhere negative.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel
-from scene_graph_ros.geometry.meshes.traversal_stack import traversal_stack
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.scratch import traversal_stack
 from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
 from scene_graph_ros.geometry.spatial.vectors import (
     dot,
     load_vector,
     norm,
-    scale as scaled,
+    scale,
     subtract,
     unit,
 )
@@ -23,7 +23,7 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE, WITNESS_SPLIT
 __all__ = ["nearest_triangle", "point_mesh"]
 
 
-@kernel
+@lean_kernel
 def _box_square(p, lower, upper, node):
     """Return the squared distance from p to a node's box."""
     total = 0.0
@@ -95,16 +95,16 @@ def _pseudonormal(surfaces, triangle, feature):
 
 
 @inlined_kernel
-def point_mesh(surfaces, k, scale, p_GQ, bound):
-    """Return (phi, p_GN, grad_G, unique) of point Q and surface k, whose size is ``scale``.
+def point_mesh(surfaces, k, size, p_GQ, bound):
+    """Return (phi, p_GN, grad_G, unique) of point Q and surface k, of extent ``size``.
 
     Nothing nearer than ``bound`` gives phi = inf: only for a Q outside the mesh's bounding box
     may ``bound`` be finite. On the surface, the gradient is the feature's angle-weighted normal,
     and ``unique`` tells that the surface is flat there.
     """
-    tolerance = COINCIDENCE * scale
+    tolerance = COINCIDENCE * size
     p_GN, triangle, feature, unique = nearest_triangle(
-        surfaces, k, p_GQ, bound, tolerance, WITNESS_SPLIT * scale
+        surfaces, k, p_GQ, bound, tolerance, WITNESS_SPLIT * size
     )
     if triangle < 0:
         return math.inf, p_GQ, (1.0, 0.0, 0.0), False
@@ -114,7 +114,7 @@ def point_mesh(surfaces, k, scale, p_GQ, bound):
     if feature == 0:
         height = dot(normal, subtract(p_GQ, _corner(surfaces, triangle, 0)))
         if not is_closed and height < 0.0:
-            return -height, p_GN, scaled(-1.0, normal), unique
+            return -height, p_GN, scale(-1.0, normal), unique
         return height, p_GN, normal, unique
     phi = norm(offset)
     if phi <= tolerance:
@@ -122,5 +122,5 @@ def point_mesh(surfaces, k, scale, p_GQ, bound):
         return phi, p_GN, normal, is_flat
     grad_G = unit(offset, normal)
     if is_closed and dot(offset, normal) < 0.0:
-        return -phi, p_GN, scaled(-1.0, grad_G), unique
+        return -phi, p_GN, scale(-1.0, grad_G), unique
     return phi, p_GN, grad_G, unique

@@ -1,0 +1,16 @@
+"""Signed distance of a sphere to a box."""
+
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.query.distance.ball import ball_result
+from scene_graph_ros.geometry.query.point.point_box import point_box
+from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale
+
+__all__ = ["distance_sphere_box"]
+
+
+@kernel
+def distance_sphere_box(size_A, size_B, R_AB, p_AB):
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique); ties as in ``point_box``."""
+    p_BA = scale(-1.0, rotate_inverse(R_AB, p_AB))
+    phi, _, grad_B, unique = point_box(size_B, p_BA)
+    return ball_result(size_A[0], R_AB, phi, grad_B, unique)
