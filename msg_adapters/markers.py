@@ -54,6 +54,9 @@ DEFAULT_COLOR = Rgba(0.7, 0.7, 0.7, 1.0)
 _VIEWER_FILE_TYPES = frozenset({"dae", "glb", "obj", "stl"})
 """Mesh files that RViz and Foxglove read by themselves."""
 
+_FILE_TYPES_WITH_MATERIALS = frozenset({"dae", "glb", "obj"})
+"""Those of them that can say what they are made of."""
+
 _MAX_INT32 = 2**31 - 1
 
 
@@ -105,8 +108,8 @@ def _set_mesh(marker: Marker, item: MarkerItem, package_shares: Mapping[str, Pat
         return
     _set_primitive(marker, Marker.MESH_RESOURCE, shape.scale)
     marker.mesh_resource = resource_uri(shape.path, package_shares)
-    marker.mesh_use_embedded_materials = item.rgba is None
-    if item.rgba is None:
+    if item.rgba is None and shape.file_type in _FILE_TYPES_WITH_MATERIALS:
+        marker.mesh_use_embedded_materials = True
         # Any other colour would tint the materials.
         marker.color = ColorRGBA(r=0.0, g=0.0, b=0.0, a=0.0)
 

@@ -129,6 +129,16 @@ def test_a_mesh_file_with_a_colour_is_painted_in_it(obj_file: Path) -> None:
     assert marker.color.r == RED.r
 
 
+def test_a_file_that_can_have_no_materials_gets_the_default_colour(tmp_path: Path) -> None:
+    """An STL file says nothing about its looks."""
+    path = tmp_path / "triangle.stl"
+    path.write_text("solid a\nendsolid a\n")
+    marker = marker_from_shape(item(Mesh(path), rgba=None), frame_id="map")
+    assert marker.type == Marker.MESH_RESOURCE
+    assert not marker.mesh_use_embedded_materials
+    assert marker.color.a == DEFAULT_COLOR.a
+
+
 def test_a_mesh_in_a_package_is_found_through_it(obj_file: Path) -> None:
     """A viewer on another machine has the package, not the path."""
     marker = marker_from_shape(

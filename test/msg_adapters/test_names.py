@@ -1,10 +1,14 @@
 """Names in messages to ids and back."""
 
+import re
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+from msg_adapters.names import SceneNames
 from scene_graph_msgs.msg import GeometryName, GeometryReference
+from scene_graph_ros import geometry as core
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 
 
@@ -40,7 +44,7 @@ def test_an_unknown_geometry_is_refused_by_its_name(
     scene: SimpleNamespace, reference: str | int
 ) -> None:
     """The error quotes what was asked for."""
-    with pytest.raises(UnknownIdError, match=f"{reference}"):
+    with pytest.raises(UnknownIdError, match=re.escape(repr(reference))):
         scene.names.geometry_id(reference)
 
 
@@ -98,3 +102,23 @@ def test_a_legend_lists_each_geometry_once_sorted_by_id(scene: SimpleNamespace) 
     legend = scene.names.legend(ids, [int(scene.other_ball)] * 3)
     assert [name.id for name in legend] == sorted({*ids, int(scene.other_ball)})
     assert scene.names.legend([]) == []
+
+
+def test_a_path_wins_over_a_bare_name_that_looks_like_it(scene: SimpleNamespace) -> None:
+    """Names may contain slashes: one that spells another's path does not hide the other."""
+    imitation = core.GeometryInstance(np.eye(4), core.Sphere(1.0), "arm/hand/tip")
+    imitation_id = scene.graph.register_geometry(scene.cell, scene.other_base, imitation)
+    names = SceneNames(scene.inspector)
+    assert names.geometry_id("arm/hand/tip") == scene.tip
+    assert names.geometry_id("cell/base/arm/hand/tip") == imitation_id
+
+
+def test_a_path_that_two_geometries_have_needs_their_ids(scene: SimpleNamespace) -> None:
+    """One name in two roles on a frame is allowed, so a path can be ambiguous, an id never."""
+    drawn = core.GeometryInstance(np.eye(4), core.Sphere(1.0), "ball")
+    drawn.set_illustration_properties(core.IllustrationProperties())
+    drawn_id = scene.graph.register_geometry(scene.arm, scene.base, drawn)
+    names = SceneNames(scene.inspector)
+    with pytest.raises(NameConflictError, match=f"id {int(drawn_id)}"):
+        names.geometry_id("arm/base/ball")
+    assert names.geometry_id(int(drawn_id)) == drawn_id
