@@ -16,32 +16,35 @@ unexport PYTHONHOME PYTHONPATH LD_LIBRARY_PATH AMENT_PREFIX_PATH CMAKE_PREFIX_PA
 export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 
 RUN := .venv/bin/python
+BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-get install \
+  python3 python3-venv python3-dev" >&2; false) -m tools.bootstrap
 CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
 ROS_TESTS = $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
 
-.PHONY: help setup demo test lint format test-ros test-core peers bench accuracy clean
+.PHONY: help setup environment demo test lint format test-ros test-core peers bench accuracy clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
 	@sed -nE 's/^([a-z-]+):.*## (.*)/make \1|\2/p' Makefile | column -t -s '|'
 
 setup:  ## make .venv: ROS 2 from wheels, the messages, compiled kernels
-	@test -n "$(PYTHON)" || { echo "No Python 3.11 or later runs here." \
-	  "Remedy: apt-get install python3 python3-venv python3-dev (or python3.12)." >&2; exit 1; }
-	@$(PYTHON) -m tools.bootstrap
+	@$(BOOTSTRAP)
+
+environment:
+	@$(BOOTSTRAP) --without-kernels
 
 demo: setup  ## run the node with a simulated robot for ten seconds
 	@$(RUN) examples/demo.py
 
 test: lint test-ros test-core  ## run what CI runs
 
-lint: setup  ## check style, format, types and layers
+lint: environment  ## check style, format, types and layers
 	$(RUN) -m ruff check
 	$(RUN) -m ruff format --check
 	$(RUN) -m mypy
 	.venv/bin/lint-imports
 
-format: setup  ## put style and format right
+format: environment  ## put style and format right
 	$(RUN) -m ruff check --fix
 	$(RUN) -m ruff format
 
@@ -49,16 +52,16 @@ test-ros: setup  ## test messages, node and tools
 	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest $(ROS_TESTS)
 
 test-core: setup  ## test the core in an environment without ROS
-	@$(PYTHON) -m tools.bootstrap --core
+	@$(BOOTSTRAP) --core
 	.venv-core/bin/python -m pytest $(CORE_TESTS)
 
-peers: setup  ## add the engines to compare with (over 1 GB)
-	@$(PYTHON) -m tools.bootstrap --peers
+peers: environment  ## add the engines to compare with (700 MB)
+	@$(BOOTSTRAP) --peers
 
-bench: peers  ## compare speed with the peers
+bench: setup peers  ## compare speed with the peers
 	$(RUN) -m benchmarks
 
-accuracy: peers  ## compare accuracy with the peers: tables and plots
+accuracy: setup peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy
 
 clean:  ## remove what the commands made

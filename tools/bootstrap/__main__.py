@@ -1,9 +1,10 @@
-"""Set the project up: `python3 -m tools.bootstrap [--peers | --core]`, from the project's root."""
+"""Set the project up: `python3 -m tools.bootstrap`, from the project's root."""
 
 from __future__ import annotations
 
 import argparse
 import fcntl
+import functools
 import os
 from pathlib import Path
 import subprocess
@@ -19,7 +20,9 @@ _OWN_SOURCE = Path(__file__).resolve().parent
 
 def _wheels(setup: Setup, venv: Path, names: tuple[str, ...]) -> str:
     """Make the environment and install wheels; return a key of what is installed."""
-    setup.step("Python environment", sys.version, [], lambda: environment.make_venv(setup, venv))
+    python = venv / "bin" / "python"
+    make = functools.partial(environment.make_venv, setup, venv)
+    setup.step("Python environment", sys.version, [python], make)
 
     def install() -> None:
         environment.install_requirements(setup, _ROOT, venv, names)
@@ -62,17 +65,17 @@ def _kernels(setup: Setup, venv: Path, wheels: str) -> None:
     setup.step("kernels", digest(sources, wheels, *variables), [record, *cache], compile_kernels)
 
 
-def _set_up_project(venv: Path) -> None:
+def _set_up_project(venv: Path, *, with_kernels: bool) -> None:
     """Make `.venv`: what a node, its tests and the checks of the source need."""
     environment.check_machine(with_compiler=True)
-    setup = Setup(venv / "setup", count=5)
+    setup = Setup(venv / "setup", count=4 + with_kernels)
     wheels = _wheels(setup, venv, ("core", "extras", "ros", "dev"))
     only_python = "-DONLY_PYTHON=ON"
     _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
     workspace = _ROOT / "test" / "workspace"
     _interfaces(setup, venv, workspace / "tf2_msgs", venv / "test_workspace", wheels)
     environment.link_project(_ROOT, venv, with_ros=True)
-    if (_ROOT / "scene_graph_ros" / "warmup.py").is_file():
+    if with_kernels:
         _kernels(setup, venv, wheels)
 
 
@@ -94,6 +97,7 @@ def _main() -> int:
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument("--core", action="store_true", help="only .venv-core, without ROS")
     choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
+    choice.add_argument("--without-kernels", action="store_true", help="do not compile kernels")
     arguments = parser.parse_args()
     start = time.monotonic()
     lock = os.open(_ROOT, os.O_RDONLY)
@@ -108,7 +112,7 @@ def _main() -> int:
         elif arguments.peers:
             _set_up_peers(_ROOT / ".venv")
         else:
-            _set_up_project(_ROOT / ".venv")
+            _set_up_project(_ROOT / ".venv", with_kernels=not arguments.without_kernels)
     except SetupError as error:
         print(f"\nThe set-up stopped: {error}", file=sys.stderr)
         return 1

@@ -66,7 +66,7 @@ def make_venv(setup: Setup, venv: Path) -> None:
     if not python.exists():
         setup.run([sys.executable, "-m", "venv", venv])
         return
-    probe = [python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
+    probe: list[str | Path] = [python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
     found = subprocess.run(probe, capture_output=True, text=True, check=False)
     if found.returncode != 0 or found.stdout.strip() != _VERSION:
         what = f"has Python {found.stdout.strip()}" if found.stdout else "has no Python that runs"
@@ -87,8 +87,8 @@ def install_requirements(setup: Setup, root: Path, venv: Path, names: Sequence[s
     """Install the pinned wheels of ``requirements/<name>.txt``."""
     folder = root / "requirements"
     options = ["--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
-    chosen = [part for name in names for part in ("-r", folder / f"{name}.txt")]
-    pip = [venv / "bin" / "python", "-m", "pip", "install"]
+    chosen: list[str | Path] = [part for name in names for part in ("-r", folder / f"{name}.txt")]
+    pip: list[str | Path] = [venv / "bin" / "python", "-m", "pip", "install"]
     setup.run([*pip, *options, *chosen, "-c", folder / "constraints.txt"])
 
 

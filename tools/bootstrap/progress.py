@@ -13,7 +13,9 @@ import time
 
 __all__ = ["Setup", "SetupError", "digest"]
 
-_TAIL = 30  # lines of a failed command's output that are shown
+QUIET_SECONDS = 10.0  # between two signs of life, unless there is a terminal to write over
+TERMINAL_SECONDS = 1.0
+TAIL_LINES = 30  # of a failed command's output that are shown
 
 
 class SetupError(Exception):
@@ -93,15 +95,15 @@ class Setup:
                 output.write(line)
                 self._last_line = line.strip() or self._last_line
         if process.wait() != 0:
-            tail = "\n".join(log.read_text().splitlines()[-_TAIL:])
+            tail = "\n".join(log.read_text().splitlines()[-TAIL_LINES:])
             raise SetupError(
                 f"step '{self._name}' failed (exit code {process.returncode}): "
                 f"{' '.join(map(str, command))}\n{tail}\nThe whole output is in {log}"
             )
 
     def _watch(self, finished: threading.Event) -> None:
-        """Tell about a long step: every second on a terminal, every ten elsewhere."""
-        while not finished.wait(1.0 if self._is_terminal else 10.0):
+        """Tell about a long step, now and then."""
+        while not finished.wait(TERMINAL_SECONDS if self._is_terminal else QUIET_SECONDS):
             self._print(
                 f"{time.monotonic() - self._start:.0f} s: {self._last_line}", is_last=False
             )
