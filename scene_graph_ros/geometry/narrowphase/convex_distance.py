@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, scale, subtract, unit
+from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
 
 __all__ = ["convex_distance"]
 
@@ -87,23 +88,25 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
     curved = is_curved(core_A) or is_curved(core_B)
     relative_gap = FIRST_GAP if curved else 0.0
     count = 0
-    for attempt in range(ATTEMPTS):
+    for _ in range(ATTEMPTS):
         status, count, v, lower, size = gjk(
             core_A, core_B, R_AB, p_AB, hulls, v, count, limit, relative_gap, S, ids, lam
         )
-        if status == FAR or status == OVERLAP:
+        if status in (FAR, OVERLAP):
             break
         a, b = weighted_points(S, lam, count)
         n = _simplex_normal(S, count, v)
-        if curved:
-            proven, m, q_A, q_B, distance, error, _ = refine(
-                core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, count
-            )
-            if proven:
-                return _finish(core_A, core_B, distance, q_A, q_B, m, True, error)
-        relative_gap *= relative_gap
-        if status == STALLED or not curved:
+        distance = math.sqrt(dot(v, v))
+        if not curved and distance - lower <= GJK_ROUNDING * EPSILON * size:
             break
+        proven, n, a, b, lower, gap, _ = refine(
+            core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, count
+        )
+        if proven:
+            return _finish(core_A, core_B, lower, a, b, n, True, gap)
+        if status == STALLED:
+            break
+        relative_gap *= relative_gap
     if status == FAR:
         n = unit(v, (0.0, 0.0, 1.0))
         phi = lower - core_A[2] - core_B[2]
@@ -113,5 +116,4 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
             core_A, core_B, R_AB, p_AB, hulls, count, S, ids, lam
         )
         return _finish(core_A, core_B, distance, a, b, n, unique, gap)
-    distance = math.sqrt(dot(v, v))
     return _finish(core_A, core_B, distance, a, b, n, True, distance - lower)

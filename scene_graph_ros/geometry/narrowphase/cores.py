@@ -37,6 +37,7 @@ __all__ = [
     "is_curved",
     "placed_support",
     "support",
+    "support_hull",
 ]
 
 POINT = 0
@@ -68,7 +69,7 @@ def _along(vertices, k, d):
 
 
 @lean_kernel
-def _support_hull(vertex_start, vertices, neighbor_start, neighbors, hull, d, hint):
+def _climb(vertex_start, vertices, neighbor_start, neighbors, hull, d, hint):
     """Return the vertex row of a hull that lies furthest along d.
 
     Small hulls are scanned. Large ones are climbed along their edges from ``hint`` (a row, or
@@ -99,6 +100,20 @@ def _support_hull(vertex_start, vertices, neighbor_start, neighbors, hull, d, hi
         if best == start:
             break
     return best
+
+
+@inlined_kernel
+def support_hull(hulls, hull, d, hint):
+    """Return the vertex row of a hull that lies furthest along d; see ``_climb``."""
+    return _climb(
+        hulls.vertex_start,
+        hulls.vertices,
+        hulls.neighbor_start,
+        hulls.neighbors,
+        hull,
+        d,
+        hint,
+    )
 
 
 @lean_kernel
@@ -147,9 +162,7 @@ def support(core, hulls, d, hint):
         return (x, y, z), int(x > 0.0) + 2 * int(y > 0.0) + 4 * int(z > 0.0)
     if kind == HULL:
         vertices = hulls.vertices
-        k = _support_hull(
-            hulls.vertex_start, vertices, hulls.neighbor_start, hulls.neighbors, core[1], d, hint
-        )
+        k = support_hull(hulls, core[1], d, hint)
         return (vertices[k, 0], vertices[k, 1], vertices[k, 2]), int(k)
     if kind == CYLINDER:
         return _support_cylinder(params, d), CURVED
@@ -165,6 +178,6 @@ def support(core, hulls, d, hint):
 
 @inlined_kernel
 def placed_support(core, hulls, R, p, d, hint):
-    """Return (point, index) like ``support``, for a core at pose (R, p); d is in the outer frame."""
+    """Return (point, index) like ``support`` for a core at pose (R, p), d in the outer frame."""
     local, index = support(core, hulls, rotate_inverse(R, d), hint)
     return add(rotate(R, local), p), index

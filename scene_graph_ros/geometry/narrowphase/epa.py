@@ -148,15 +148,42 @@ def _equals_corner(S, corner):
 
 
 @lean_kernel
-def _reduce(S, ids, faces, f, S_out, ids_out, lam):
-    """Copy a face into ``S_out`` and reduce it to the part nearest to the origin."""
+def _load_face(S, ids, faces, f, S_out, ids_out, lam):
+    """Copy a face to ``S_out``, reduce it to the part nearest to the origin; return (count, v)."""
     for k in range(3):
         row = faces[f, k]
         for c in range(9):
             S_out[k, c] = S[row, c]
         ids_out[k, 0] = ids[row, 0]
         ids_out[k, 1] = ids[row, 1]
-    count, _ = closest_on_simplex(S_out, ids_out, lam, 3)
+    return closest_on_simplex(S_out, ids_out, lam, 3)
+
+
+@lean_kernel
+def _load_nearest(S, ids, faces, planes, face_count, f, rounding, S_out, ids_out, lam):
+    """Load face f, or one in the same plane, namely the one over the origin; return its count.
+
+    A facet of C is often cut into many faces, all at the same distance.
+    """
+    n = (planes[f, 0], planes[f, 1], planes[f, 2])
+    count, v = _load_face(S, ids, faces, f, S_out, ids_out, lam)
+    distance = planes[f, 3]
+    nearest = math.sqrt(dot(v, v))
+    best = f
+    last = f
+    if nearest > abs(distance) + rounding:
+        for g in range(face_count):
+            if g == f or faces[g, ALIVE] == 0 or planes[g, 3] > distance + rounding:
+                continue
+            if n[0] * planes[g, 0] + n[1] * planes[g, 1] + n[2] * planes[g, 2] > SAME_DIRECTION:
+                count, v = _load_face(S, ids, faces, g, S_out, ids_out, lam)
+                last = g
+                length = math.sqrt(dot(v, v))
+                if length < nearest:
+                    nearest = length
+                    best = g
+    if last != best:
+        count, _ = _load_face(S, ids, faces, best, S_out, ids_out, lam)
     return count
 
 
@@ -180,11 +207,14 @@ def _nearby_minimum(minima, found, n, cosine):
 
 
 @lean_kernel
-def _best_minimum(minima, found):
+def _best_minimum(minima, found, rounding):
+    """Return the row of least depth; a polished one wins a tie with the fallback."""
     best = FALLBACK
+    depth = minima[FALLBACK, DEPTH] + rounding
     for i in range(found):
-        if minima[i, DEPTH] < minima[best, DEPTH]:
+        if minima[i, DEPTH] <= depth:
             best = i
+            depth = minima[i, DEPTH]
     return best
 
 
@@ -231,11 +261,11 @@ def _settle(core_A, core_B, R, p, hulls, size, n, S, ids, lam, count, minima, fo
 
 @lean_kernel
 def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
-    """Run the loop of ``epa``; return (is finished, lower bound, best row, faces, minima found)."""
+    """Run EPA's loop; return (is finished, lower bound, best row, rows of faces, minima found)."""
     S, ids, faces, planes, minima, stack, horizon = work
     face_count = start_tetrahedron(S, faces, planes)
     rounding = GJK_ROUNDING * EPSILON * size
-    depth = math.inf
+    depth, settled = math.inf, math.inf
     lower = -math.inf
     found = 0
     finished = False
@@ -245,16 +275,18 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
         if f < 0:
             break
         lower = max(lower, planes[f, 3])
-        if faces[f, CLOSED] == 1 or depth - planes[f, 3] <= rounding or found == MAX_MINIMA:
+        if faces[f, CLOSED] == 1 or settled <= planes[f, 3] or found == MAX_MINIMA:
             finished = True
             break
         n = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
         w, hints = store_support(core_A, core_B, R, p, hulls, n, S, ids, corner, hints)
         extent = -dot(n, w)
         gap = extent - planes[f, 3]
-        count = _reduce(S, ids, faces, f, S0, ids0, lam)
-        if extent < depth:
-            depth = extent
+        count = _load_nearest(
+            S, ids, faces, planes, face_count, f, TIE * EPSILON * size, S0, ids0, lam
+        )
+        if extent < depth or gap <= rounding:
+            depth = min(extent, depth)
             a, b = weighted_points(S0, lam, count)
             _store_minimum(minima, FALLBACK, n, a, b, extent, math.inf)
         if gap <= rounding:
@@ -267,7 +299,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
             if row >= 0:
                 faces[f, CLOSED] = 1
                 planes[f, 3] = max(planes[f, 3], minima[row, DEPTH])
-                depth = min(depth, minima[row, DEPTH])
+                settled = min(settled, minima[row, DEPTH])
                 continue
         if _equals_corner(S, corner):
             faces[f, CLOSED] = 1
@@ -277,7 +309,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
         if face_count < 0:
             face_count = 0
             break
-    return finished, lower, _best_minimum(minima, found), face_count, found
+    return finished, lower, _best_minimum(minima, found, TIE * EPSILON * size), face_count, found
 
 
 @kernel

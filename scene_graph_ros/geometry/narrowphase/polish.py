@@ -174,7 +174,7 @@ def contact_normal(feature_A, feature_B, core_A, core_B, R, n, size):
 
 @lean_kernel
 def _line_parameters(feature_A, feature_B, a, b):
-    """Return where two lines through a and b come closest, for parallel ones mid of the overlap."""
+    """Return where two lines through a and b come closest; mid of the overlap for parallels."""
     e, f = feature_A[2], feature_B[2]
     rest = subtract(b, a)
     cosine = dot(e, f)

@@ -159,16 +159,16 @@ def _switch(core, R, p, feature, a, d):
 def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
     """Return (is proven, n, a, b, distance, error, stiffness) of the contact near a simplex.
 
-    n, a, b: the normal and the witness points known so far. ``error`` bounds the distance's error
-    (m) where the cores are apart; ``stiffness`` is that of ``polish.contact_normal``.
+    n, a, b: the normal and the witness points known so far; without a proof a and b come back
+    with that normal of all tried which separates the cores most. ``error`` bounds the distance's
+    error (m) where the cores are apart; ``stiffness`` is that of ``polish.contact_normal``.
     """
     d = scale(-1.0, n)
     feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, d)
     feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
     allowed = POLISH_RESIDUAL * EPSILON * size
-    m, stiffness = n, 0.0
-    distance = 0.0
-    error = size
+    best = n
+    highest = separation(core_A, core_B, R, p, hulls, n)
     for _ in range(MAX_SWITCHES):
         if feature_A[0] == NONE or feature_B[0] == NONE:
             break
@@ -180,9 +180,12 @@ def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
         error = norm(axpy(-distance, m, subtract(q_A, q_B)))
         if error <= allowed:
             return True, m, q_A, q_B, distance, error, stiffness
+        if distance > highest:
+            best, highest = m, distance
         next_A = _switch(core_A, IDENTITY, ORIGIN, feature_A, a_free, scale(-1.0, m))
         next_B = _switch(core_B, R, p, feature_B, b_free, m)
         if next_A == feature_A and next_B == feature_B:
             break
         feature_A, feature_B = next_A, next_B
-    return False, n, a, b, distance, error, stiffness
+    error = norm(axpy(-highest, best, subtract(a, b)))
+    return False, best, a, b, highest, error, 0.0
