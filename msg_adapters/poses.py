@@ -7,6 +7,7 @@ what is good.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 import enum
 from typing import Any, NamedTuple
@@ -162,6 +163,12 @@ def _components(position: Point | Vector3, rotation: Quaternion) -> tuple[float,
     )  # fmt: skip
 
 
+def _refuse_twice(field: str, names: Sequence[str]) -> None:
+    if len(set(names)) != len(names):
+        twice = sorted(name for name, count in Counter(names).items() if count > 1)
+        raise MessageError(f"{field} holds names more than once: {twice}")
+
+
 def poses_from_multi_dof_joint_state(msg: MultiDOFJointState) -> PoseBatch:
     """Read the pose of each named frame in its parent.
 
@@ -170,9 +177,7 @@ def poses_from_multi_dof_joint_state(msg: MultiDOFJointState) -> PoseBatch:
     names, transforms = msg.joint_names, msg.transforms
     if len(names) != len(transforms):
         raise MessageError(f"{len(names)} joint_names, but {len(transforms)} transforms")
-    if len(set(names)) != len(names):
-        twice = sorted({name for name in names if names.count(name) > 1})
-        raise MessageError(f"joint_names holds names more than once: {twice}")
+    _refuse_twice("joint_names", names)
     components = [_components(t.translation, t.rotation) for t in transforms]
     count = len(names)
     stamp_ns = stamp_from_msg(msg.header.stamp)
@@ -209,10 +214,11 @@ def _from_transforms(transforms: Iterable[TransformStamped]) -> PoseBatch:
 def joints_from_msg(msg: JointState) -> JointBatch:
     """Read named joint positions; velocities and efforts are not looked at.
 
-    Raises MessageError where there are not as many positions as names.
+    Raises MessageError where there are not as many positions as names, or a name comes twice.
     """
     if len(msg.name) != len(msg.position):
         raise MessageError(f"{len(msg.name)} names, but {len(msg.position)} positions")
+    _refuse_twice("name", msg.name)
     stamp_ns = stamp_from_msg(msg.header.stamp)
     positions = np.array(msg.position, dtype=np.float64)
     finite = np.isfinite(positions)

@@ -238,3 +238,9 @@ def test_joints_without_positions_are_refused() -> None:
     """Names without as many positions can't be told apart."""
     with pytest.raises(MessageError, match="2 names, but 1 positions"):
         poses.joints_from_msg(JointState(name=["a", "b"], position=[1.0]))
+
+
+def test_a_joint_named_twice_is_refused() -> None:
+    """Which of its two positions was meant can't be known."""
+    with pytest.raises(MessageError, match=r"name holds names more than once: \['a'\]"):
+        poses.joints_from_msg(JointState(name=["a", "b", "a"], position=[1.0, 2.0, 3.0]))
