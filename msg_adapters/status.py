@@ -30,9 +30,9 @@ _CODES: dict[type[Exception], int] = {
     TooLargeError: Status.TOO_LARGE,
     NameConflictError: Status.NAME_CONFLICT,
     UnavailableError: Status.UNAVAILABLE,
-    # Plain argument errors of the core: non-finite points, negative distances, wrong types.
+    # Plain argument errors of the core: non-finite points, negative distances. A TypeError is
+    # ours, since messages have types.
     ValueError: Status.INVALID_ARGUMENT,
-    TypeError: Status.INVALID_ARGUMENT,
 }
 
 
