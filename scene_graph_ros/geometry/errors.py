@@ -5,6 +5,7 @@ built-in exception that a Python user would expect (``ValueError``, ``KeyError``
 """
 
 __all__ = [
+    "FilterHistoryError",
     "InvalidPoseError",
     "InvalidShapeError",
     "MeshError",
@@ -64,6 +65,10 @@ class RoleError(SceneGraphError, ValueError):
 
 class QueryArgumentError(SceneGraphError, ValueError):
     """An argument of a query that is not a number, not finite or of the wrong shape."""
+
+
+class FilterHistoryError(SceneGraphError, ValueError):
+    """A persistent collision filter declaration while transient ones are in force."""
 
 
 class UnsupportedPairError(SceneGraphError, ValueError):

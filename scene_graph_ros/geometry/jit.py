@@ -23,7 +23,15 @@ import numba
 from numba import types
 import numba.core.config as numba_config
 
-__all__ = ["cache_root", "compilation_count", "inlined_kernel", "kernel", "lean_kernel"]
+__all__ = [
+    "cache_root",
+    "compilation_count",
+    "digest_of_everything",
+    "inlined_kernel",
+    "kernel",
+    "kernel_count",
+    "lean_kernel",
+]
 
 # Flags that are not given are inherited from the caller that happens to trigger the compilation,
 # so all that matter are given.
@@ -79,13 +87,21 @@ def _digest(module: str) -> str:
         if path is not None:
             digest.update(name.encode())
             digest.update(path.read_bytes())
-    environment = (
-        numba.__version__,
-        sys.version_info[:3],
-        bool(numba_config.BOUNDSCHECK),
-        sorted(_FLAGS.items()),
-    )
-    digest.update(repr(environment).encode())
+    digest.update(_environment())
+    return digest.hexdigest()
+
+
+def _environment() -> bytes:
+    versions = (numba.__version__, sys.version_info[:3])
+    flags = (bool(numba_config.BOUNDSCHECK), sorted(_FLAGS.items()))
+    return repr((*versions, *flags)).encode()
+
+
+def digest_of_everything() -> str:
+    """Hash the sources of the whole core: while it is the same, so is every cached kernel."""
+    digest = hashlib.blake2b(_environment(), digest_size=8)
+    for path in sorted(_PACKAGE_FOLDER.rglob("*.py")):
+        digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
@@ -160,3 +176,8 @@ def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
 def compilation_count() -> int:
     """Count the kernels compiled by this process; loads from the cache do not count."""
     return sum(sum(d.stats.cache_misses.values()) for d in _dispatchers)
+
+
+def kernel_count() -> int:
+    """Count the kernels that were declared so far, compiled or not."""
+    return len(_dispatchers)

@@ -1,5 +1,6 @@
-"""Every pair, looked at one by one: the oracle for faster searches, and all that is needed when
-no distance is too far.
+"""Every pair, looked at one by one.
+
+The oracle for faster searches, and all that is needed when no distance is too far.
 """
 
 import numpy as np

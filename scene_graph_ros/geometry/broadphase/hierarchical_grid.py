@@ -298,7 +298,8 @@ def candidate_pairs(lower, upper, is_half_space, X_WG, frame, filter_bits, margi
     """Find the pairs whose boxes come within ``margin`` of each other.
 
     Args:
-        lower, upper: (n, 3) boxes in W, in metres, from ``world_boxes``.
+        lower: (n, 3) lower corners in W, in metres, from ``world_boxes``.
+        upper: (n, 3) upper corners.
         is_half_space: (n,) bool; these rows are tested by their plane, at X_WG's z = 0.
         X_WG: (n, 4, 4) poses, read for half spaces only.
         frame: (n,) int32; rows of the same frame are no pair (0 is the world: anchored).

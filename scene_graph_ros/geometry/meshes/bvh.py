@@ -50,6 +50,25 @@ def _enclose(order, first, last, lower, upper, out_lower, out_upper):
 
 
 @kernel
+def _longest_axis(lower, upper, node):
+    """Return the axis along which a node's box is longest."""
+    x = upper[node, 0] - lower[node, 0]
+    y = upper[node, 1] - lower[node, 1]
+    z = upper[node, 2] - lower[node, 2]
+    if x >= y and x >= z:
+        return 0
+    return 1 if y >= z else 2
+
+
+@kernel
+def _push(stack, depth, node, first, last):
+    """Write what is to be split into a row of the stack."""
+    stack[depth, 0] = node
+    stack[depth, 1] = first
+    stack[depth, 2] = last
+
+
+@kernel
 def build_bvh(lower, upper):
     """Build a tree over n boxes, split at the median of centres along the longest side.
 
@@ -71,24 +90,24 @@ def build_bvh(lower, upper):
     order = np.arange(n)
     centre = np.empty(n)
     stack = np.empty((MAX_DEPTH, 3), np.int64)
-    stack[0] = (0, 0, n)
+    _push(stack, 0, 0, 0, n)
     depth, count = 1, 1
     while depth > 0:
         depth -= 1
-        node, first, last = stack[depth]
+        node, first, last = stack[depth, 0], stack[depth, 1], stack[depth, 2]
         _enclose(order, first, last, lower, upper, node_lower[node], node_upper[node])
         if last - first <= LEAF_TRIANGLES:
             left[node] = -1 - first
             right[node] = last - first
             continue
-        axis = np.argmax(node_upper[node] - node_lower[node])
+        axis = _longest_axis(node_lower, node_upper, node)
         for k in range(first, last):
             centre[order[k]] = lower[order[k], axis] + upper[order[k], axis]
         middle = (first + last) // 2
         _select(order, centre, first, last, middle)
         left[node], right[node] = count, count + 1
-        stack[depth] = (count + 1, middle, last)
-        stack[depth + 1] = (count, first, middle)
+        _push(stack, depth, count + 1, middle, last)
+        _push(stack, depth + 1, count, first, middle)
         depth += 2
         count += 2
     return (

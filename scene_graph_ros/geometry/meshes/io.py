@@ -7,6 +7,7 @@ as in RViz.
 """
 
 import io
+import itertools
 import os
 from pathlib import Path
 from typing import Any
@@ -99,7 +100,7 @@ def _parse_obj(contents: bytes, name: str) -> Triangulation:
                 corners = [_obj_index(word, len(vertices)) for word in words[1:]]
                 if len(corners) < 3:
                     raise ValueError("a face needs three corners")
-                pairs = zip(corners[1:-1], corners[2:], strict=True)
+                pairs = itertools.pairwise(corners[1:])
                 triangles.extend((corners[0], b, c) for b, c in pairs)
         except ValueError as error:
             raise MeshError(f"{name}: line {number}: {error}: {line.strip()!r}") from error

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.meshes.hull import Hull
-from scene_graph_ros.geometry.meshes.sources import hull_of, source_identity, surface_of
+from scene_graph_ros.geometry.meshes.sources import hull_of, is_convex, source_identity, surface_of
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, Shape
@@ -97,7 +97,8 @@ class ShapeTable(NamedTuple):
     surface: np.ndarray
     """(n,) int32: the row's triangles (``Mesh``) or -1."""
     exact: np.ndarray
-    """(n,) bool: contact and distance of this mesh use its triangles, not its hull."""
+    """(n,) bool: contact and distance of this mesh use its triangles, not its hull. False for a
+    mesh that is convex, where both are the same surface."""
     lower: np.ndarray
     """(n, 3) metres: bounding box in G; infinite for a half space."""
     upper: np.ndarray
@@ -163,7 +164,13 @@ def build_shape_table(shapes: Sequence[Shape], exact: Sequence[bool]) -> ShapeTa
         size=size,
         hull=hull_index,
         surface=surface_index,
-        exact=np.array(exact, dtype=np.bool_) & (kind == ShapeKind.MESH),
+        exact=np.array(
+            [
+                wanted and shape.kind == ShapeKind.MESH and not is_convex(shape)
+                for shape, wanted in zip(shapes, exact, strict=True)
+            ],
+            dtype=np.bool_,
+        ),
         lower=lower,
         upper=upper,
         scale=extents.max(axis=1, initial=0.0),

@@ -13,11 +13,11 @@ import numpy as np
 
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh, read_mesh_contents
-from scene_graph_ros.geometry.meshes.surfaces import build_surface, Surface
+from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["hull_of", "load_surface", "source_identity", "surface_of", "validate"]
+__all__ = ["hull_of", "is_convex", "load_surface", "source_identity", "surface_of", "validate"]
 
 _CAPACITY = 4096
 
@@ -45,6 +45,7 @@ class _Cache:
 _raw = _Cache()
 _hulls = _Cache()
 _surfaces = _Cache()
+_convex = _Cache()
 
 
 def source_identity(shape: MeshShape) -> Hashable:
@@ -94,6 +95,13 @@ def surface_of(shape: MeshShape) -> Surface:
         return build_surface(*load_surface(shape), name=_name(shape))
 
     return _surfaces.get(source_identity(shape), build)
+
+
+def is_convex(shape: MeshShape) -> bool:
+    """Tell whether the triangles of a ``Mesh`` are its convex hull."""
+    return _convex.get(
+        source_identity(shape), lambda: is_convex_surface(surface_of(shape), hull_of(shape))
+    )
 
 
 def validate(shape: MeshShape) -> None:

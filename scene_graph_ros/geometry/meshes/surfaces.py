@@ -17,9 +17,10 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.tolerances import DEGENERATE_TRIANGLE
+from scene_graph_ros.geometry.meshes.hull import Hull
+from scene_graph_ros.geometry.tolerances import CONVEX_VOLUME, DEGENERATE_TRIANGLE
 
-__all__ = ["Surface", "build_surface"]
+__all__ = ["Surface", "build_surface", "is_closed_surface", "is_convex_surface"]
 
 
 class Surface(NamedTuple):
@@ -71,6 +72,24 @@ def build_surface(vertices: np.ndarray, triangles: np.ndarray, *, name: str) -> 
     return Surface(
         vertices, triangles, normals[solid], at_vertices, at_edges[solid], is_closed, *tree
     )
+
+
+def is_closed_surface(triangles: np.ndarray) -> bool:
+    """Tell whether (m, 3) triangles are closed as rule 3 says, with their indices as they are."""
+    return _twins(triangles)[1]
+
+
+def is_convex_surface(surface: Surface, hull: Hull) -> bool:
+    """Tell whether a closed surface is the boundary of its own convex hull.
+
+    It is when both enclose the same volume, to CONVEX_VOLUME.
+    """
+    if not surface.is_closed or not hull.faces:
+        return False
+    fans = [np.column_stack([np.full(len(f) - 2, f[0]), f[1:-1], f[2:]]) for f in hull.faces]
+    of_hull = _signed_volume(hull.vertices, np.concatenate(fans))
+    of_surface = _signed_volume(surface.vertices, surface.triangles)
+    return abs(of_hull - of_surface) <= CONVEX_VOLUME * of_hull
 
 
 def _weld(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
