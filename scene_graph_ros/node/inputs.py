@@ -15,7 +15,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 
 from msg_adapters.errors import MessageError, UnavailableError
@@ -250,23 +252,43 @@ class PoseInputs:
         )
         channel = _Channel(record, intake, kind)
 
+        self._subscribe(channel, pose_qos(_QUEUED), overridable())
+        return channel
+
+    def _subscribe(self, channel: _Channel, qos: QoSProfile, options: Any = None) -> None:
+        record = channel.record
+        topic = record.pose_topic or default_pose_topic(record.name, record.pose_type)
+
         def store(data: bytes) -> None:
             arrival = time.monotonic_ns()
-            intake.statistics.arrived(arrival)
+            channel.intake.statistics.arrived(arrival)
             if len(channel.queue) == _QUEUED:
-                intake.statistics.superseded += 1
+                channel.intake.statistics.superseded += 1
             channel.queue.append(_Queued(data, arrival))
             self._on_message()
 
-        topic = record.pose_topic or default_pose_topic(record.name, record.pose_type)
         channel.subscription = self._node.create_subscription(
-            kind,
+            channel.kind,
             topic,
             store,
-            pose_qos(),
+            qos,
             callback_group=self._group,
+            event_callbacks=SubscriptionEventCallbacks(
+                incompatible_qos=lambda event: self._on_incompatible(channel)
+            ),
             raw=True,
-            qos_overriding_options=overridable(),
+            qos_overriding_options=options,
         )
         channel.topic = channel.subscription.topic_name
-        return channel
+
+    def _on_incompatible(self, channel: _Channel) -> None:
+        """Take what a best effort publisher offers; say so where that does not help either."""
+        logger = self._node.get_logger()
+        old = channel.subscription
+        if old.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT:
+            logger.warning(f"{channel.topic}: a publisher's quality of service does not fit")
+            return
+        logger.info(f"{channel.topic}: a publisher offers best effort only, so that is taken")
+        qos = pose_qos(old.qos_profile.depth, is_reliable=False)
+        self._subscribe(channel, qos)
+        self._node.destroy_subscription(old)

@@ -17,12 +17,16 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 __all__ = ["contact_qos", "diagnostics_qos", "marker_qos", "overridable", "pose_qos"]
 
 
-def pose_qos() -> QoSProfile:
-    """Return the profile of pose inputs: best effort, so that any publisher is compatible."""
+def pose_qos(depth: int, *, is_reliable: bool = True) -> QoSProfile:
+    """Return the profile of pose inputs.
+
+    Reliable, so that an object that is placed once is not lost; a publisher that offers best
+    effort only gets a reader to match.
+    """
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
-        depth=10,
-        reliability=ReliabilityPolicy.BEST_EFFORT,
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE if is_reliable else ReliabilityPolicy.BEST_EFFORT,
         durability=DurabilityPolicy.VOLATILE,
     )
 

@@ -64,4 +64,6 @@ class SceneLoader:
         )
         edit.records[record.name] = record
         edit.initial_poses.update(source.initial_poses)
+        if source.robot is not None:
+            edit.initial_poses.update(source.robot.frame_poses())
         return record

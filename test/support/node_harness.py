@@ -214,11 +214,11 @@ class Client:
 
     def publisher(self, kind: Any, topic: str, *, best_effort: bool = False) -> Any:
         """Advertise a topic, and wait until somebody listens."""
-        qos = QoSProfile(depth=50)
+        qos = QoSProfile(depth=100)
         if best_effort:
             qos.reliability = ReliabilityPolicy.BEST_EFFORT
         publisher = self.node.create_publisher(kind, topic, qos)
-        wait_until(lambda: publisher.get_subscription_count(), f"a subscriber of {topic}")
+        wait_until(publisher.get_subscription_count, f"a subscriber of {topic}")
         return publisher
 
     def topics(self) -> set[str]:

@@ -1,0 +1,175 @@
+"""Poses that are not sent as poses: joint positions of a robot with a URDF, and TF."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import math
+from pathlib import Path
+import sys
+
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
+from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
+from node_harness import diagnostics_values, TF_PREFIX, wait_until
+import pytest
+import scene_graph_msgs.srv as srv
+from sensor_msgs.msg import JointState
+
+URDF = """<?xml version="1.0"?>
+<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry>
+  </collision></link>
+  <link name="lower"><collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry>
+  </collision></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+    <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+    <origin xyz="1 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+</robot>
+"""
+
+TF_SCENE = """
+version: 1
+sources:
+  - {name: tracked, poses: {type: tf2_msgs/msg/TFMessage}}
+frames:
+  - {name: cup, source: tracked}
+  - {name: lid, source: tracked, parent: cup}
+geometries:
+  - {name: cup, source: tracked, frame: cup, shape: {type: sphere, radius: 0.1}}
+"""
+
+
+def where(client, name):
+    """Return the pose of a frame in the world."""
+    answer = client.call("GetPoseInWorld", frames=[name])
+    assert answer.status.code == 0, answer.status
+    return answer.poses[0]
+
+
+@pytest.fixture(scope="module")
+def robot(start_node, tmp_path_factory):
+    """A node with a two-link arm in the plane z = 0; the links are 1 m long."""
+    folder = tmp_path_factory.mktemp("robot")
+    (folder / "arm.urdf").write_text(URDF)
+    scene = folder / "arm.yaml"
+    scene.write_text("version: 1\nrobots:\n  - {name: arm, urdf: arm.urdf}\n")
+    node = start_node({"scene": scene, "diagnostics_rate": 20.0})
+    yield node
+    node.stop()
+
+
+@pytest.fixture(scope="module")
+def joints(client, robot):
+    """Publish joint positions."""
+    publisher = client.publisher(JointState, "/joint_states")
+
+    def publish(stamp=None, **positions):
+        message = JointState(name=list(positions), position=list(positions.values()))
+        message.header.stamp = stamp or client.now()
+        publisher.publish(message)
+
+    return publish
+
+
+def test_joint_positions_move_links(client, joints):
+    """Shoulder at 90 degrees, elbow at -90: the lower link starts at (0, 1), unrotated."""
+    joints(shoulder=math.pi / 2, elbow=-math.pi / 2)
+    wait_until(lambda: abs(where(client, "lower").position.y - 1.0) < 1e-12, "a pose")
+    lower = where(client, "lower")
+    assert lower.position.x == pytest.approx(0.0, abs=1e-12)
+    assert lower.orientation.w == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_joint_alone_leaves_the_others(client, joints):
+    """With the shoulder back at zero the elbow keeps its angle."""
+    joints(shoulder=0.0)
+    wait_until(lambda: abs(where(client, "lower").position.x - 1.0) < 1e-12, "a pose")
+    half = math.sqrt(0.5)
+    assert where(client, "lower").orientation.z == pytest.approx(-half, abs=1e-12)
+
+
+def test_bad_positions_and_unknown_joints_change_nothing(client, joints):
+    """NaN, and a joint of another robot, are counted."""
+    diagnostics = client.listen(DiagnosticArray, "/diagnostics")
+    joints(shoulder=math.nan, wheel=1.0)
+
+    def seen_both(message):
+        values = diagnostics_values(message, "source arm")
+        return values.get("not_finite") == "1" and values.get("unknown_frame") == "1"
+
+    diagnostics.wait_for(seen_both, "both faults in diagnostics")
+    assert where(client, "lower").position.x == pytest.approx(1.0, abs=1e-12)
+
+
+def test_positions_out_of_order_are_not_even_remembered(client, joints):
+    """A late message about one joint must not come back with the next about another."""
+    joints(stamp=stamp_to_msg(stamp_from_msg(client.now()) - 10**9), elbow=1.0)
+    joints(shoulder=math.pi / 2)
+    wait_until(lambda: abs(where(client, "lower").position.y - 1.0) < 1e-12, "a pose")
+    # Shoulder 90 and elbow -90 degrees; had the late elbow counted, it would be turned.
+    assert where(client, "lower").orientation.w == pytest.approx(1.0, abs=1e-12)
+
+
+def test_kinematics_is_imported_for_a_robot_only(client, robot):
+    """A robot with joint states asks for pinocchio, and nothing asks for TF."""
+    diagnostics = client.listen(DiagnosticArray, "/diagnostics")
+    message = diagnostics.wait_for_newest(lambda m: True, "diagnostics")
+    assert "pinocchio" in diagnostics_values(message, "world")["imported"]
+    assert "tf2_msgs" not in diagnostics_values(message, "world")["imported"]
+    assert "Traceback" not in robot.output()
+
+
+def _site_packages():
+    version = f"python{sys.version_info[0]}.{sys.version_info[1]}"
+    return TF_PREFIX / "lib" / version / "site-packages"
+
+
+@pytest.fixture(scope="module")
+def tf_message():
+    """Return the class of TF messages: installed, or from the test workspace."""
+    if importlib.util.find_spec("tf2_msgs") is None:
+        if not _site_packages().is_dir():
+            pytest.skip("tf2_msgs is neither installed nor in the test workspace (`make setup`)")
+        sys.path.append(str(_site_packages()))
+        _preload(sorted((TF_PREFIX / "lib").glob("libtf2_msgs__*.so")))
+    return importlib.import_module("tf2_msgs.msg").TFMessage
+
+
+def _preload(libraries: list[Path]) -> None:
+    """Load libraries that need each other, as their folder is not on this process's path."""
+    for _ in range(len(libraries)):
+        for library in libraries:
+            try:
+                ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
+            except OSError:
+                continue
+
+
+def test_tf_moves_its_frames_and_ignores_those_of_others(
+    client, robot, start_node, tf_message, tmp_path
+):
+    """Transforms of the source's frames are applied, the rest of TF is passed over quietly."""
+    robot.stop()
+    scene = tmp_path / "tf.yaml"
+    scene.write_text(TF_SCENE)
+    extra = {
+        "PYTHONPATH": str(_site_packages()),
+        "LD_LIBRARY_PATH": str(TF_PREFIX / "lib"),
+        "AMENT_PREFIX_PATH": str(TF_PREFIX),
+    }
+    node = start_node({"scene": scene}, extra_environment=extra)
+    publisher = client.publisher(tf_message, "/tf")
+    transforms = []
+    for child, parent, x in (("cup", "world", 3.0), ("lid", "cup", 0.5), ("map", "earth", 9.0)):
+        item = TransformStamped(child_frame_id=child)
+        item.transform = Transform(translation=Vector3(x=x), rotation=Quaternion(w=1.0))
+        item.header.frame_id = parent
+        item.header.stamp = client.now()
+        transforms.append(item)
+    publisher.publish(tf_message(transforms=transforms))
+    wait_until(lambda: abs(where(client, "lid").position.x - 3.5) < 1e-12, "TF of the lid")
+    assert "'map'" not in node.output()
