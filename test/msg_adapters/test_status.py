@@ -47,7 +47,9 @@ def test_a_derived_error_has_the_code_of_its_nearest_base() -> None:
     assert status_from_exception(DerivedError("x")).code == Status.NOT_OWNER
 
 
-@pytest.mark.parametrize("error", [ZeroDivisionError("secret"), TypeError("secret"), KeyError("secret")])
+@pytest.mark.parametrize(
+    "error", [ZeroDivisionError("secret"), TypeError("secret"), KeyError("secret")]
+)
 def test_a_fault_of_the_node_is_no_fault_of_the_caller(error: Exception) -> None:
     """Unknown errors are internal; their text stays in the log."""
     status = status_from_exception(error)
