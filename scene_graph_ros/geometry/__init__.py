@@ -22,14 +22,13 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.properties import (
     IllustrationProperties,
+    make_phong_illustration_properties,
     PerceptionProperties,
     ProximityProperties,
-    make_phong_illustration_properties,
 )
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
-from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule

@@ -10,7 +10,7 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import checked_properties, checked_shape
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.proximity import check_proximity
-from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID, GeometryRecord
+from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.registration import check_name_is_free
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.state import GeometryState

@@ -6,11 +6,11 @@ Every other pair of geometries with the proximity role is checked until a declar
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Callable
+import enum
 from typing import NamedTuple, Protocol
 
-from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.errors import FilterHistoryError
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FilterId, GeometryId
 from scene_graph_ros.geometry.model.pair_filter import Operation, PairFilter, Statement
@@ -19,12 +19,7 @@ __all__ = [
     "CollisionFilterDeclaration",
     "CollisionFilterManager",
     "CollisionFilterScope",
-    "FilterHistoryError",
 ]
-
-
-class FilterHistoryError(SceneGraphError, ValueError):
-    """A persistent declaration while transient ones are in force."""
 
 
 class CollisionFilterScope(enum.Enum):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Mapping
+import itertools
 from typing import Any
 
 import numpy as np
@@ -14,9 +14,9 @@ from scene_graph_ros.geometry.model.ids import FrameId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.snapshot import Snapshot, refuse_frame_pose, stacked_poses
+from scene_graph_ros.geometry.model.snapshot import refuse_frame_pose, Snapshot, stacked_poses
 from scene_graph_ros.geometry.model.state import GeometryState
-from scene_graph_ros.geometry.spatial.pose_kernels import VALID, store_poses
+from scene_graph_ros.geometry.spatial.pose_kernels import store_poses, VALID
 from scene_graph_ros.geometry.spatial.poses import to_pose_array
 
 __all__ = ["Context"]

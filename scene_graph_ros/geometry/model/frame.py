@@ -17,8 +17,9 @@ class GeometryFrame:
 
     def __init__(self, frame_name: str, frame_group_id: int = 0) -> None:
         """Raise NameConflictError for an empty name, ValueError for a negative group."""
-        if not isinstance(frame_group_id, int) or frame_group_id < 0:
-            raise ValueError(f"frame_group_id must be a non-negative integer: {frame_group_id!r}")
+        group: Any = frame_group_id
+        if not isinstance(group, int) or group < 0:
+            raise ValueError(f"frame_group_id must be a non-negative integer: {group!r}")
         self._name = canonical_name("frame", frame_name)
         self._frame_group = frame_group_id
         self._id = FrameId.get_new_id()

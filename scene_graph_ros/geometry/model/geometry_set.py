@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
@@ -28,6 +29,7 @@ class GeometrySet:
 
     def add(self, *ids: Id | Iterable[Id]) -> None:
         """Add ids, or iterables of ids. Raises UnknownIdError for anything else."""
+        item: Any
         for item in ids:
             if isinstance(item, FrameId):
                 self._frame_ids.add(item)

@@ -138,7 +138,7 @@ class SceneGraphInspector:
 
     def source_is_registered(self, source_id: SourceId) -> bool:
         """Tell whether there is a source with this id."""
-        return isinstance(source_id, SourceId) and source_id in self._state.source_names
+        return source_id in self._state.source_names
 
     def get_name(self, any_id: SourceId | FrameId | GeometryId) -> str:
         """Return the name of a source, a frame or a geometry."""

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 import contextlib
 import threading
-from collections.abc import Callable, Iterator
 
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet

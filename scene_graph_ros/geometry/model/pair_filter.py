@@ -7,8 +7,8 @@ not in here: they never collide, whatever was declared.
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Collection, Iterable
+import enum
 from typing import NamedTuple
 
 import numpy as np

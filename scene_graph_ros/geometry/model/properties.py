@@ -86,6 +86,7 @@ class GeometryProperties:
 
     def _put(self, group_name: str, name: str, value: Any) -> None:
         self._require_writable()
+        text: Any
         for text in (group_name, name):
             if not isinstance(text, str) or not text:
                 raise PropertyError(

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable, build_shape_table
+from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.meshes.sources import validate
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.ids import GeometryId

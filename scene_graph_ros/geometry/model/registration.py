@@ -10,12 +10,12 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.proximity import check_proximity
-from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID, FrameRecord, GeometryRecord
+from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.spatial.poses import compose
 
-__all__ = ["add_frame", "add_geometry", "add_source", "check_name_is_free"]
+__all__ = ["add_frame", "add_geometry", "add_source", "check_instance", "check_name_is_free"]
 
 
 def add_source(state: GeometryState, name: str) -> SourceId:
@@ -70,6 +70,12 @@ def check_name_is_free(state: GeometryState, frame_id: FrameId, role: Role, name
         )
 
 
+def check_instance(instance: Any) -> None:
+    """Raise TypeError for what is no GeometryInstance."""
+    if not isinstance(instance, GeometryInstance):
+        raise TypeError(f"registering a geometry needs a GeometryInstance, not {instance!r}")
+
+
 def add_geometry(
     state: GeometryState,
     source_id: SourceId,
@@ -78,8 +84,6 @@ def add_geometry(
 ) -> GeometryId:
     """Add a geometry on a frame, the world or another geometry, with the roles it has."""
     state.require_source(source_id)
-    if not isinstance(instance, GeometryInstance):
-        raise TypeError(f"registering a geometry needs a GeometryInstance, not {instance!r}")
     record = _record(state, source_id, parent, instance)
     if record.id in state.geometries:
         raise NameConflictError(

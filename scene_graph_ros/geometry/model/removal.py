@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable
+import dataclasses
 
 from scene_graph_ros.geometry.errors import OwnershipError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
-from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID, GeometryRecord
+from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
-from scene_graph_ros.geometry.model.state import ROLES, GeometryState
+from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 
 __all__ = ["remove_frame", "remove_geometry", "remove_role", "remove_source"]
 

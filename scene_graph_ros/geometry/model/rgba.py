@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import numbers
 from dataclasses import dataclass
+import numbers
 from typing import Any
 
 import numpy as np

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, TYPE_CHECKING
 
 from scene_graph_ros.geometry.model import alteration, registration, removal
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterManager
@@ -136,7 +136,8 @@ class SceneGraph:
         is registered already, and MeshError or PropertyError if it cannot get the proximity role.
         """
         owner = self._owner(context)
-        if isinstance(geometry, GeometryInstance) and geometry.properties(Role.PROXIMITY):
+        registration.check_instance(geometry)
+        if geometry.properties(Role.PROXIMITY) is not None:
             read_mesh_data(geometry.shape())
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Mapping
+import threading
 from typing import Any
 
 import numpy as np
@@ -13,13 +13,13 @@ from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import RoleArrays
-from scene_graph_ros.geometry.model.proximity import ProximityArrays, proximity_arrays
+from scene_graph_ros.geometry.model.proximity import proximity_arrays, ProximityArrays
 from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.spatial.pose_kernels import (
-    VALID,
     store_poses,
+    VALID,
     world_poses,
     world_poses_of_children,
 )

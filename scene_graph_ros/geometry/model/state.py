@@ -7,9 +7,9 @@ changed, so any number of threads may read it.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 import itertools
 import threading
-from collections.abc import Callable, Iterable
 from typing import Any
 
 from scene_graph_ros.geometry.errors import OwnershipError, RoleError, UnknownIdError
@@ -17,13 +17,13 @@ from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.layout import (
-    FrameLayout,
-    RoleArrays,
     frame_layout,
+    FrameLayout,
     role_arrays,
+    RoleArrays,
 )
 from scene_graph_ros.geometry.model.pair_filter import PairFilter
-from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID, FrameRecord, GeometryRecord
+from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
 
 __all__ = ["ROLES", "GeometryState"]

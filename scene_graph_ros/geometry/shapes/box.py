@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, checked_size, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import checked_size, PrimitiveShape, symmetric_bounds
 
 __all__ = ["Box"]
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+import math
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, checked_size, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import checked_size, PrimitiveShape, symmetric_bounds
 
 __all__ = ["Cylinder"]
 

@@ -7,9 +7,9 @@ proximity.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 import hashlib
 import os
-from collections.abc import Hashable
 from pathlib import Path
 from typing import Any
 
@@ -75,25 +75,28 @@ class MeshShape(Shape):
         put(self, "faces", None)
         put(self, "scale", _checked_scale(name, scale))
         if path is not None:
-            put(self, "path", _checked_path(name, path))
-            put(self, "file_type", Path(path).suffix.lower().lstrip("."))
-            put(self, "_key", _file_key(name, self.path))
+            absolute = _checked_path(name, path)
+            put(self, "path", absolute)
+            put(self, "file_type", absolute.suffix.lower().lstrip("."))
+            put(self, "_key", _file_key(name, absolute))
             return
         if contents is not None:
             put(self, "contents", _checked_contents(name, contents))
             put(self, "file_type", _checked_file_type(name, file_type))
         else:
-            put(self, "vertices", _checked_vertices(name, vertices))
+            points = _checked_vertices(name, vertices)
+            put(self, "vertices", points)
             if faces is not None:
-                put(self, "faces", _checked_faces(name, faces, len(self.vertices)))
+                put(self, "faces", _checked_faces(name, faces, len(points)))
         put(self, "_key", self._digest_of_data())
 
     def _digest_of_data(self) -> str:
         digest = hashlib.blake2b(digest_size=16)
-        for part in (self.contents, self.vertices, self.faces):
-            if part is not None:
-                digest.update(memoryview(part).cast("B") if len(part) else b"")
-                digest.update(b"|%d|" % len(part))
+        for array in (self.vertices, self.faces):
+            if array is not None:
+                digest.update(array.tobytes())
+                digest.update(b"|%d|" % len(array))
+        digest.update(self.contents or b"")
         return f"{self.file_type}:{digest.hexdigest()}"
 
     @property
@@ -145,7 +148,7 @@ class MeshShape(Shape):
         elif self.contents is not None:
             source = f"contents=<{len(self.contents)} bytes>, file_type={self.file_type!r}"
         else:
-            source = f"vertices=<{len(self.vertices)}>"
+            source = "" if self.vertices is None else f"vertices=<{len(self.vertices)}>"
             if self.faces is not None:
                 source += f", faces=<{len(self.faces)}>"
         scale = self.scale if len(set(self.scale)) > 1 else self.scale[0]
@@ -186,7 +189,7 @@ def _checked_path(name: str, path: str | os.PathLike[str]) -> Path:
     if not isinstance(path, (str, os.PathLike)):
         raise InvalidShapeError(f"{name}: path must be a file's path, not {path!r}")
     # Not resolved: a link keeps its name, which tells the file type and appears in markers.
-    absolute = Path(os.path.abspath(os.fspath(path)))
+    absolute = Path(os.path.normpath(Path.cwd() / path))
     try:
         with absolute.open("rb"):
             return absolute

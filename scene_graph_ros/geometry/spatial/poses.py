@@ -6,8 +6,8 @@ Quaternions are in ROS order (x, y, z, w), angles in radians, lengths in metres.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+import math
 from typing import Any
 
 import numpy as np

@@ -40,10 +40,10 @@ def test_role_is_assigned_once_and_replaced_after(world, properties_type):
     """NEW needs the absence of the role, REPLACE its presence."""
     graph, role = world.scene_graph, properties_type.role
     ball = graph.register_geometry(world.arm, world.link1, world.instance("new"))
-    with pytest.raises(RoleError, match=f"'new'.*no role {role.name} that could be replaced"):
+    with pytest.raises(RoleError, match=rf"'new'.*no role {role.name} that could be replaced"):
         graph.assign_role(world.arm, ball, with_value(properties_type, 1), RoleAssign.REPLACE)
     graph.assign_role(world.arm, ball, with_value(properties_type, 2))
-    with pytest.raises(RoleError, match=f"'new'.*has role {role.name} already"):
+    with pytest.raises(RoleError, match=rf"'new'.*has role {role.name} already"):
         graph.assign_role(world.arm, ball, with_value(properties_type, 3))
     assert world.inspector.get_properties(ball, role).get_property("g", "x") == 2
     graph.assign_role(world.arm, ball, with_value(properties_type, 4), RoleAssign.REPLACE)
@@ -67,7 +67,7 @@ def test_assigning_needs_ownership_properties_and_a_free_name(world):
     with pytest.raises(NameConflictError, match="named 'ball' with role PROXIMITY"):
         graph.assign_role(world.arm, twin, ProximityProperties())
     graph.assign_role(world.arm, twin, IllustrationProperties())
-    with pytest.raises(OwnershipError, match="'ball'.*belongs to source 'arm', not to 'other'"):
+    with pytest.raises(OwnershipError, match=r"'ball'.*belongs to source 'arm', not to 'other'"):
         graph.assign_role(world.other, twin, PerceptionProperties())
     with pytest.raises(RoleError, match="a role needs"):
         graph.assign_role(world.arm, twin, "proximity")
@@ -113,7 +113,9 @@ def test_removing_a_role_from_a_frame(world):
 def test_removing_a_geometry_removes_what_hangs_on_it(world):
     """A branch goes as a whole; siblings stay."""
     graph = world.scene_graph
-    child = graph.register_geometry(world.arm, world.ball1, world.instance("child", proximity=True))
+    child = graph.register_geometry(
+        world.arm, world.ball1, world.instance("child", proximity=True)
+    )
     leaf = graph.register_geometry(world.arm, child, world.instance("leaf"))
     sibling = graph.register_geometry(world.arm, world.ball1, world.instance("sibling"))
     graph.remove_geometry(world.arm, child)

@@ -18,8 +18,7 @@ from scene_graph_ros.geometry import (
     RoleAssign,
     SceneGraph,
 )
-from scene_graph_ros.geometry.errors import UnknownIdError
-from scene_graph_ros.geometry.model.collision_filter import FilterHistoryError
+from scene_graph_ros.geometry.errors import FilterHistoryError, UnknownIdError
 
 
 @pytest.fixture(name="row")
@@ -157,7 +156,9 @@ def test_unknown_ids_change_nothing(row, unknown, method):
     graph, _, _, balls = row
     declaration = declare().exclude_within(GeometrySet(balls))
     declaration.exclude_within(GeometrySet(balls[0], unknown))
-    with pytest.raises(UnknownIdError, match=repr(unknown).replace("(", r"\(").replace(")", r"\)")):
+    with pytest.raises(
+        UnknownIdError, match=repr(unknown).replace("(", r"\(").replace(")", r"\)")
+    ):
         getattr(graph.collision_filter_manager(), method)(declaration)
     assert allowed(graph, balls) == ALL_PAIRS
 

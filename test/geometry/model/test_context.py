@@ -112,7 +112,7 @@ def test_bad_pose_names_the_frame_and_changes_nothing(world, as_mapping, entry, 
     bad = yaw(0.4)
     bad[0, 3] = entry
     given = {world.link1: yaw(0.4), world.link2: bad} if as_mapping else np.array([yaw(0.4), bad])
-    with pytest.raises(InvalidPoseError, match=f"X_PF of frame 'link2'.*{words}"):
+    with pytest.raises(InvalidPoseError, match=rf"X_PF of frame 'link2'.*{words}"):
         context.set_frame_poses(world.arm, given)
     assert context.pose_version == version
     assert context.snapshot is before
@@ -132,7 +132,7 @@ def test_wrong_number_of_poses_is_refused(world, count):
 def test_a_source_moves_only_its_own_frames(world):
     """Other sources' frames, the world and unknown frames are refused."""
     context = world.scene_graph.create_default_context()
-    with pytest.raises(OwnershipError, match="'link1'.*belongs to source 'other': 'arm' cannot"):
+    with pytest.raises(OwnershipError, match=r"'link1'.*belongs to source 'other': 'arm' cannot"):
         context.set_frame_poses(world.arm, {world.link1: yaw(1.0), world.box_frame: yaw(1.0)})
     with pytest.raises(OwnershipError):
         context.set_frame_pose(world.arm, world.scene_graph.world_frame_id(), np.eye(4))
@@ -144,7 +144,7 @@ def test_a_source_moves_only_its_own_frames(world):
         context.set_frame_pose(SourceId.get_new_id(), world.link1, np.eye(4))
     with pytest.raises(InvalidPoseError, match="'link1'"):
         context.set_frame_poses(world.arm, {world.link1: np.eye(3)})
-    with pytest.raises(InvalidPoseError, match="'link1'.*one"):
+    with pytest.raises(InvalidPoseError, match=r"'link1'.*one"):
         context.set_frame_poses(world.arm, {world.link1: np.array([np.eye(4)])})
     assert np.array_equal(context.frame_poses(world.arm), np.tile(np.eye(4), (2, 1, 1)))
 

@@ -2,10 +2,10 @@
 
 import itertools
 
-import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
+import numpy as np
 
 from scene_graph_ros.geometry import (
     CollisionFilterDeclaration,

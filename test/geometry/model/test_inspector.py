@@ -173,7 +173,7 @@ def test_collision_filtered_needs_the_role(world):
     """A geometry without the proximity role is in no pair."""
     ghost = world.scene_graph.register_geometry(world.arm, world.link1, world.instance("ghost"))
     for pair in ((ghost, world.crate), (world.crate, ghost)):
-        with pytest.raises(RoleError, match="'ghost'.*no proximity role"):
+        with pytest.raises(RoleError, match=r"'ghost'.*no proximity role"):
             world.inspector.collision_filtered(*pair)
     assert not world.inspector.collision_filtered(world.ball1, world.crate)
     assert world.inspector.collision_filtered(world.ball1, world.ball1)

@@ -5,11 +5,11 @@ import pytest
 
 from scene_graph_ros.geometry import (
     Box,
+    FrameId,
     GeometryFrame,
     GeometryId,
     GeometryInstance,
     GeometrySet,
-    FrameId,
     IllustrationProperties,
     PerceptionProperties,
     ProximityProperties,
@@ -71,7 +71,11 @@ def test_names_are_trimmed(given, canonical):
 @pytest.mark.parametrize("name", ["", " ", "\t", " \t \t", None, 3])
 def test_blank_names_are_refused(name):
     """Nothing but blanks is no name; the value is quoted."""
-    for attempt in (lambda: make(name), lambda: GeometryFrame(name), lambda: make().set_name(name)):
+    for attempt in (
+        lambda: make(name),
+        lambda: GeometryFrame(name),
+        lambda: make().set_name(name),
+    ):
         with pytest.raises(NameConflictError) as caught:
             attempt()
         assert repr(name) in str(caught.value)

@@ -2,11 +2,11 @@
 
 import dataclasses
 
-import numpy as np
-import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+from hypothesis.stateful import initialize, invariant, precondition, rule, RuleBasedStateMachine
+import numpy as np
+import pytest
 
 from scene_graph_ros.geometry import (
     Box,
@@ -320,5 +320,7 @@ class ModelMachine(RuleBasedStateMachine):
 
 
 TestModelMachine = ModelMachine.TestCase
-TestModelMachine.__doc__ = "Model, context and snapshots agree with the reference after any changes."
+TestModelMachine.__doc__ = (
+    "Model, context and snapshots agree with the reference after any changes."
+)
 TestModelMachine.settings = settings(max_examples=60, stateful_step_count=30, deadline=None)

@@ -5,11 +5,11 @@ import pytest
 
 from scene_graph_ros.geometry import (
     IllustrationProperties,
+    make_phong_illustration_properties,
     PerceptionProperties,
     ProximityProperties,
     Rgba,
     Role,
-    make_phong_illustration_properties,
 )
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.properties import GeometryProperties

@@ -77,7 +77,9 @@ def test_parent_frame_must_be_own_or_the_world(world):
     with pytest.raises(OwnershipError, match="belongs to source 'arm', not to 'other'"):
         world.scene_graph.register_frame(world.other, GeometryFrame("f"), parent=world.link1)
     with pytest.raises(UnknownIdError, match="no frame"):
-        world.scene_graph.register_frame(world.arm, GeometryFrame("f"), parent=FrameId.get_new_id())
+        world.scene_graph.register_frame(
+            world.arm, GeometryFrame("f"), parent=FrameId.get_new_id()
+        )
     world_frame = world.scene_graph.world_frame_id()
     frame = world.scene_graph.register_frame(world.arm, GeometryFrame("f"), parent=world_frame)
     assert world.inspector.get_parent_frame(frame) == world_frame
@@ -87,7 +89,7 @@ def test_geometry_keeps_the_instance_id(world):
     """The id of the instance is the id of what was registered, once."""
     ball = world.instance("extra")
     assert world.scene_graph.register_geometry(world.arm, world.link1, ball) == ball.id()
-    with pytest.raises(NameConflictError, match="'extra'.*registered already"):
+    with pytest.raises(NameConflictError, match=r"'extra'.*registered already"):
         world.scene_graph.register_geometry(world.arm, world.link2, ball)
 
 
@@ -154,7 +156,7 @@ def test_registered_geometry_gets_the_roles_of_its_instance(world):
 def test_name_must_be_free_for_each_role(world):
     """On one frame a name is taken per role; without a role it is never taken."""
     register = world.scene_graph.register_geometry
-    with pytest.raises(NameConflictError, match="'link1' has a geometry named 'ball'.*PROXIMITY"):
+    with pytest.raises(NameConflictError, match=r"'link1' has a geometry named 'ball'.*PROXIMITY"):
         register(world.arm, world.link1, world.instance(" ball", proximity=True))
     unassigned = [register(world.arm, world.link1, world.instance("ball")) for _ in range(2)]
     assert len(set(unassigned)) == 2

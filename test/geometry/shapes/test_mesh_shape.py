@@ -1,7 +1,6 @@
 """Convex and Mesh: where their data comes from, and their scale."""
 
 import copy
-import os
 import pickle
 
 import numpy as np
@@ -45,8 +44,9 @@ def test_relative_path_is_made_absolute(shape_type, path, monkeypatch):
     """A later change of the working directory does not matter."""
     monkeypatch.chdir(path.parent)
     shape = shape_type(path.name)
-    assert os.path.isabs(shape.filename)
+    assert shape.path.is_absolute()
     assert shape == shape_type(str(path))
+    assert shape == shape_type(f"../{path.parent.name}/{path.name}")
 
 
 @BOTH
@@ -96,7 +96,17 @@ def test_scale_is_one_number_or_three(shape_type, scale, expected):
 @BOTH
 @pytest.mark.parametrize(
     "scale",
-    [0.0, 0.99 * MIN_SCALE, -0.99 * MIN_SCALE, (1, 0, 1), np.nan, (1, np.inf, 1), (1, 2), "big", 1e10],
+    [
+        0.0,
+        0.99 * MIN_SCALE,
+        -0.99 * MIN_SCALE,
+        (1, 0, 1),
+        np.nan,
+        (1, np.inf, 1),
+        (1, 2),
+        "big",
+        1e10,
+    ],
 )
 def test_bad_scale_is_refused_with_its_value(shape_type, scale):
     """A scale near zero, not finite, or of another shape is refused."""

@@ -50,7 +50,9 @@ def test_parameters_bounds_and_volume(shape_type, fields, kind, half, volume):
 
 
 @pytest.mark.parametrize(("shape_type", "index", "field"), FIELDS)
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf, -math.inf, 1e-10, 1e10, "1", None, True])
+@pytest.mark.parametrize(
+    "value", [0.0, -1.0, math.nan, math.inf, -math.inf, 1e-10, 1e10, "1", None, True]
+)
 def test_bad_size_is_refused_by_name_and_value(shape_type, index, field, value):
     """Every size must be a positive, finite number of sane magnitude."""
     count = sum(1 for case in FIELDS if case[0] is shape_type)

@@ -2,10 +2,10 @@
 
 import math
 
-import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+import numpy as np
+import pytest
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.spatial.poses import (
@@ -79,7 +79,7 @@ def test_pose_is_copied_and_read_only():
 
 @pytest.mark.parametrize("seed", range(10))
 def test_nearly_rigid_pose_is_made_orthonormal(seed):
-    """Noise below the accepted defect is removed, and moves the rotation by no more than itself."""
+    """Noise below the accepted defect is removed, and moves the rotation no more than that."""
     exact = rigid(seed)
     noise = np.zeros((4, 4))
     noise[:3, :3] = np.random.default_rng(seed).uniform(-1.0, 1.0, (3, 3)) * ROTATION_DEFECT / 8.0
