@@ -166,3 +166,14 @@ def test_geometry_set_refuses_other_things(bad):
     """Only ids are members."""
     with pytest.raises(UnknownIdError, match="GeometrySet holds"):
         GeometrySet(bad)
+
+
+def test_texts_for_people():
+    """The texts of frames, instances and sets name what they are."""
+    assert repr(GeometryFrame("f")) == "GeometryFrame('f')"
+    assert repr(GeometryFrame("f", 2)) == "GeometryFrame('f', 2)"
+    ball = make()
+    ball.set_proximity_properties(ProximityProperties())
+    assert repr(ball).startswith("GeometryInstance('ball', Sphere(radius=0.333")
+    assert repr(ball).endswith(", PROXIMITY)")
+    assert repr(GeometrySet(GeometryId(3), FrameId(2))) == "GeometrySet(FrameId(2), GeometryId(3))"
