@@ -6,7 +6,14 @@ import numpy as np
 
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
-from scene_graph_ros.geometry.narrowphase.epa import epa, expand_to_tetrahedron, LARGE, SMALL
+from scene_graph_ros.geometry.narrowphase.epa import (
+    COARSE_GAP,
+    epa,
+    expand_to_tetrahedron,
+    FINE_GAP,
+    LARGE,
+    SMALL,
+)
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
@@ -19,12 +26,6 @@ FIRST_GAP = 1e-3
 """Relative gap at which GJK's contact of curved cores is first polished; squared each time."""
 
 ATTEMPTS = 4
-
-COARSE_GAP = 1e-2
-"""Share of the depth up to which a face of EPA is taken to have one minimum, for smooth cores."""
-
-FINE_GAP = 1e-4
-"""The same with a hull, many faces of which may nearly tie."""
 
 
 @lean_kernel
@@ -100,7 +101,7 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
         if not curved and distance - lower <= GJK_ROUNDING * EPSILON * size:
             break
         proven, n, a, b, lower, gap, _ = refine(
-            core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, count
+            core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, count, 1
         )
         if proven:
             return _finish(core_A, core_B, lower, a, b, n, True, gap)

@@ -31,7 +31,7 @@ from scene_graph_ros.geometry.tolerances import (
     TIE,
 )
 
-__all__ = ["LARGE", "SMALL", "epa", "expand_to_tetrahedron"]
+__all__ = ["COARSE_GAP", "FINE_GAP", "LARGE", "SMALL", "epa", "expand_to_tetrahedron"]
 
 SMALL = 96
 """Corners of the first workspace: enough for primitives, and it stays in the first-level cache."""
@@ -48,6 +48,13 @@ BASIN_COSINE = math.cos(0.2)
 
 FALLBACK = MAX_MINIMA
 """The row of ``minima`` that holds the least extent seen so far, polished or not."""
+
+COARSE_GAP = 1e-2
+"""Share of the depth: the gap at which a face is first polished. Between smooth cores it is taken
+to have no other minimum from there on (``settle_gap``)."""
+
+FINE_GAP = 1e-3
+"""The same for hulls, many faces of which may nearly tie, and for a face whose polish led far."""
 
 DEPTH = 9
 STIFFNESS = 10
@@ -240,23 +247,45 @@ def _is_tied(core_A, core_B, R, p, hulls, size, faces, planes, face_count, minim
 
 
 @lean_kernel
-def _settle(core_A, core_B, R, p, hulls, size, n, S, ids, lam, count, minima, found):
+def _settle(
+    core_A,
+    core_B,
+    R,
+    p,
+    hulls,
+    size,
+    n,
+    extent,
+    is_fine,
+    is_final,
+    S,
+    ids,
+    lam,
+    count,
+    minima,
+    found,
+):
     """Find the minimum that the region of a face belongs to; return (its row, minima found).
 
-    The row is -1 where the face has to be divided further. A known minimum nearby is taken
-    without another polish.
+    The row is -1 where the face has to be divided further: one that is not yet ``is_final`` only
+    supplies a candidate, and one that leads far away is believed when it ``is_fine``.
     """
     near = _nearby_minimum(minima, found, n, BASIN_COSINE)
     if near >= 0:
-        return near, found
+        return near if is_final else -1, found
     a, b = weighted_points(S, lam, count)
     proven, m, a, b, distance, _, stiffness = refine(
-        core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count
+        core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 2
     )
-    if not proven or stiffness < -FLAT_MINIMUM * size or dot(m, n) < BASIN_COSINE:
+    if not proven or stiffness < -FLAT_MINIMUM * size:
         return -1, found
-    _store_minimum(minima, found, m, a, b, -distance, stiffness)
-    return found, found + 1
+    row = _nearby_minimum(minima, found, m, SAME_DIRECTION)
+    if row < 0:
+        row = found
+        found += 1
+        _store_minimum(minima, row, m, a, b, -distance, stiffness)
+    is_near = dot(m, n) > BASIN_COSINE or (is_fine and -distance <= extent)
+    return row if is_final and is_near else -1, found
 
 
 @lean_kernel
@@ -292,14 +321,30 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
         if gap <= rounding:
             finished = True
             break
-        if gap <= settle_gap * abs(extent):
+        if settle_gap > 0.0 and gap <= COARSE_GAP * extent:
             row, found = _settle(
-                core_A, core_B, R, p, hulls, size, n, S0, ids0, lam, count, minima, found
+                core_A,
+                core_B,
+                R,
+                p,
+                hulls,
+                size,
+                n,
+                extent,
+                gap <= FINE_GAP * extent,
+                gap <= settle_gap * extent,
+                S0,
+                ids0,
+                lam,
+                count,
+                minima,
+                found,
             )
+            if found > 0:
+                settled = minima[_best_minimum(minima, found, math.inf), DEPTH]
             if row >= 0:
                 faces[f, CLOSED] = 1
                 planes[f, 3] = max(planes[f, 3], minima[row, DEPTH])
-                settled = min(settled, minima[row, DEPTH])
                 continue
         if _equals_corner(S, corner):
             faces[f, CLOSED] = 1

@@ -77,7 +77,7 @@ def gjk(core_A, core_B, R, p, hulls, v, count, max_distance, relative_gap, S, id
         length = math.sqrt(dot(v, v))
         w, hints = store_support(core_A, core_B, R, p, hulls, v, S, ids, count, hints)
         size = max(size, _row_size(S, count))
-        lower = max(lower, dot(v, w) / length)
+        lower = dot(v, w) / length
         if lower > max_distance:
             return FAR, count, v, lower, size
         if count > 0:

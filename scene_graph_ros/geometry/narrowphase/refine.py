@@ -6,15 +6,17 @@ cores apart that proves the distance (it is an upper and a lower bound at once);
 ones it proves that the depth is stationary.
 """
 
+import math
+
 from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
     ELLIPSOID,
     IDENTITY,
+    is_curved,
     ORIGIN,
     placed_support,
-    SEGMENT,
     support,
 )
 from scene_graph_ros.geometry.narrowphase.features import (
@@ -39,12 +41,13 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate_inverse,
     scale,
     subtract,
+    unit,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
 
 __all__ = ["refine", "separation"]
 
-MAX_SWITCHES = 5
+MAX_SWITCHES = 8
 """A cylinder has three kinds of features and a box three; a path through them is this short."""
 
 
@@ -108,84 +111,144 @@ def _clamp(core, R, p, feature, S, ids, count, side, a):
 
 
 @lean_kernel
-def _switch_cylinder(core, R, p, feature, a, d):
+def _switch_cylinder(core, R, p, feature, a, d, allowed):
+    """Follow the contact around the edges of a cylinder's side and caps."""
+    radius, half = core[3][0], core[3][1]
     axis = column(R, 2)
     along = dot(axis, subtract(a, p))
+    slope = dot(axis, d)
     if feature[0] == LINE:
-        if abs(along) <= core[3][1]:
-            return feature
-        return cylinder_feature(core, R, p, RIM, along > 0.0)
+        if abs(along) > half:
+            return cylinder_feature(core, R, p, RIM, along > 0.0)
+        if abs(slope) * half > allowed:
+            return cylinder_feature(core, R, p, RIM, slope > 0.0)
+        return feature
     upper = dot(axis, feature[2]) > 0.0
     if feature[0] == FACE:
-        if norm(subtract(a, feature[1])) <= core[3][0]:
-            return feature
-        return cylinder_feature(core, R, p, RIM, upper)
+        tilt = cross(axis, d)
+        if norm(subtract(a, feature[1])) > radius or norm(tilt) * radius > allowed:
+            return cylinder_feature(core, R, p, RIM, upper)
+        return feature
     if dot(d, feature[2]) < 0.0:
         return cylinder_feature(core, R, p, LINE, upper)
     return cylinder_feature(core, R, p, FACE, upper)
 
 
 @lean_kernel
-def _switch_box(core, R, p, feature, a, d):
+def _is_free(at, corner, slope, h, allowed):
+    """Return whether a box's contact may move along one axis, given that coordinate of it.
+
+    ``at``, ``corner`` and ``slope`` are that of the contact, the feature and the direction.
+    """
+    if abs(corner) < 0.5 * h:
+        return abs(at) <= h and abs(slope) * h <= allowed
+    return corner * slope < 0.0
+
+
+@lean_kernel
+def _switch_box(core, R, p, feature, a, d, allowed):
     """Free the coordinates whose side of the box faces away from d, fix those beyond the box."""
     h = core[3]
     q = rotate_inverse(R, subtract(a, p))
     c = rotate_inverse(R, subtract(feature[1], p))
-    q_d = rotate_inverse(R, d)
-    free_x = abs(q[0]) <= h[0] if c[0] * c[0] < 0.25 * h[0] * h[0] else c[0] * q_d[0] < 0.0
-    free_y = abs(q[1]) <= h[1] if c[1] * c[1] < 0.25 * h[1] * h[1] else c[1] * q_d[1] < 0.0
-    free_z = abs(q[2]) <= h[2] if c[2] * c[2] < 0.25 * h[2] * h[2] else c[2] * q_d[2] < 0.0
-    return box_feature(core, R, p, free_x, free_y, free_z, q)
+    n = rotate_inverse(R, d)
+    free_x = _is_free(q[0], c[0], n[0], h[0], allowed)
+    free_y = _is_free(q[1], c[1], n[1], h[1], allowed)
+    free_z = _is_free(q[2], c[2], n[2], h[2], allowed)
+    # A coordinate inside the box that has become fixed goes to the side that faces along d.
+    corner = (
+        n[0] if abs(q[0]) <= h[0] else q[0],
+        n[1] if abs(q[1]) <= h[1] else q[1],
+        n[2] if abs(q[2]) <= h[2] else q[2],
+    )
+    return box_feature(core, R, p, free_x, free_y, free_z, corner)
 
 
 @lean_kernel
-def _switch(core, R, p, feature, a, d):
-    """Return the neighboring feature that a rejected contact at a, outward d, points to."""
-    if core[0] == CYLINDER:
-        return _switch_cylinder(core, R, p, feature, a, d)
-    if core[0] == BOX:
-        return _switch_box(core, R, p, feature, a, d)
+def _switch_polytope(feature, a, d, furthest, allowed):
+    """Go to an end of an edge, or along an edge to the corner ``furthest`` along d."""
+    c = feature[1]
     if feature[0] == LINE:
-        s = dot(feature[2], subtract(a, feature[1]))
-        if s < feature[4] or s > feature[5]:
-            end = axpy(feature[5] if s > 0.0 else feature[4], feature[2], feature[1])
-            return VERTEX, end, ORIGIN, 0.0, 0.0, 0.0
-    elif feature[0] == VERTEX and core[0] == SEGMENT:
-        return LINE, p, column(R, 2), 0.0, -core[3][0], core[3][0]
+        e, half = feature[2], feature[5]
+        s = dot(e, subtract(a, c))
+        slope = dot(e, d)
+        if abs(s) > half:
+            return VERTEX, axpy(math.copysign(half, s), e, c), ORIGIN, 0.0, 0.0, 0.0
+        if abs(slope) * half > allowed:
+            return VERTEX, axpy(math.copysign(half, slope), e, c), ORIGIN, 0.0, 0.0, 0.0
+        return feature
+    e = subtract(furthest, c)
+    if feature[0] == FACE:
+        if dot(e, d) > allowed or norm(cross(feature[2], d)) * norm(e) > allowed:
+            return VERTEX, furthest, ORIGIN, 0.0, 0.0, 0.0
+        return feature
+    if dot(e, d) > allowed:
+        half = 0.5 * norm(e)
+        return LINE, axpy(0.5, e, c), unit(e, d), 0.0, -half, half
     return feature
 
 
 @lean_kernel
-def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
+def _switch(core, hulls, R, p, feature, a, d, allowed):
+    """Return the neighboring feature that a rejected contact at a, outward d, points to."""
+    if core[0] == CYLINDER:
+        return _switch_cylinder(core, R, p, feature, a, d, allowed)
+    if core[0] == BOX:
+        return _switch_box(core, R, p, feature, a, d, allowed)
+    if core[0] == ELLIPSOID:
+        return feature
+    furthest, _ = placed_support(core, hulls, R, p, d, -1)
+    return _switch_polytope(feature, a, d, furthest, allowed)
+
+
+@lean_kernel
+def _corner_feature(core, hulls, R, p, feature, d):
+    """Return the corner of a polytope that lies furthest along d; ``feature`` if it has none."""
+    if is_curved(core):
+        return feature
+    corner, _ = placed_support(core, hulls, R, p, d, -1)
+    return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0
+
+
+@lean_kernel
+def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guesses):
     """Return (is proven, n, a, b, distance, error, stiffness) of the contact near a simplex.
 
     n, a, b: the normal and the witness points known so far; without a proof a and b come back
     with that normal of all tried which separates the cores most. ``error`` bounds the distance's
-    error (m) where the cores are apart; ``stiffness`` is that of ``polish.contact_normal``.
+    error (m) where the cores are apart; ``stiffness`` is that of ``polish.contact_normal``. The
+    first guess are the features that the simplex spans; with two ``guesses`` then the corners of
+    polytopes that lie furthest along the normal.
     """
     d = scale(-1.0, n)
-    feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, d)
-    feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
     allowed = POLISH_RESIDUAL * EPSILON * size
     best = n
     highest = separation(core_A, core_B, R, p, hulls, n)
-    for _ in range(MAX_SWITCHES):
-        if feature_A[0] == NONE or feature_B[0] == NONE:
-            break
-        m, stiffness = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
-        a_free, b_free = contact_points(feature_A, feature_B, core_A, core_B, R, m, a, b)
-        q_A = _clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
-        q_B = _clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
-        distance = separation(core_A, core_B, R, p, hulls, m)
-        error = norm(axpy(-distance, m, subtract(q_A, q_B)))
-        if error <= allowed:
-            return True, m, q_A, q_B, distance, error, stiffness
-        if distance > highest:
-            best, highest = m, distance
-        next_A = _switch(core_A, IDENTITY, ORIGIN, feature_A, a_free, scale(-1.0, m))
-        next_B = _switch(core_B, R, p, feature_B, b_free, m)
-        if next_A == feature_A and next_B == feature_B:
-            break
-        feature_A, feature_B = next_A, next_B
+    for guess in range(guesses):
+        feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, d)
+        feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
+        if guess > 0:
+            feature_A = _corner_feature(core_A, hulls, IDENTITY, ORIGIN, feature_A, d)
+            feature_B = _corner_feature(core_B, hulls, R, p, feature_B, n)
+        for _ in range(MAX_SWITCHES):
+            if feature_A[0] == NONE or feature_B[0] == NONE:
+                break
+            m, stiffness = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
+            a_free, b_free = contact_points(feature_A, feature_B, core_A, core_B, R, m, a, b)
+            q_A = _clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
+            q_B = _clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
+            distance = separation(core_A, core_B, R, p, hulls, m)
+            error = norm(axpy(-distance, m, subtract(q_A, q_B)))
+            if error <= allowed:
+                return True, m, q_A, q_B, distance, error, stiffness
+            if distance > highest:
+                best, highest = m, distance
+            next_A = _switch(
+                core_A, hulls, IDENTITY, ORIGIN, feature_A, a_free, scale(-1.0, m), allowed
+            )
+            next_B = _switch(core_B, hulls, R, p, feature_B, b_free, m, allowed)
+            if next_A == feature_A and next_B == feature_B:
+                break
+            feature_A, feature_B = next_A, next_B
     error = norm(axpy(-highest, best, subtract(a, b)))
     return False, best, a, b, highest, error, 0.0
