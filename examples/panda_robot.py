@@ -1,0 +1,83 @@
+"""A simulated Panda: publishes its joint positions along a trajectory, as a driver would.
+
+    python examples/panda_robot.py --topic joint_states --rate 100
+
+The trajectory passes its waypoints with zero velocity and smooth acceleration (quintic time
+scaling) and repeats.
+"""
+
+from __future__ import annotations
+
+import argparse
+
+import numpy as np
+import rclpy
+from rclpy.executors import ExternalShutdownException
+from rclpy.node import Node
+from sensor_msgs.msg import JointState
+
+ARM = [f"panda_joint{i}" for i in range(1, 8)]
+FINGERS = ["panda_finger_joint1", "panda_finger_joint2"]
+
+# Joint positions (rad) and opening of each finger (m); seconds to reach them from the one before.
+WAYPOINTS = [
+    ((0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785), 0.04, 1.0),  # ready
+    ((0.0, 0.096, 0.0, -2.16, 0.0, 2.256, 0.785), 0.04, 1.2),  # over the table
+    ((0.0, 0.512, 0.0, -2.199, 0.0, 2.711, 0.785), 0.04, 0.8),  # fingers pressed into the table
+    ((-0.237, 0.494, -0.283, -2.262, 0.329, 2.719, 0.0), 0.04, 1.0),  # through the brick
+    ((0.196, 0.517, 0.362, -1.447, -0.188, 1.93, 1.365), 0.04, 1.3),  # over the bowl
+    ((0.25, 0.756, 0.271, -1.584, -0.25, 2.305, 1.404), 0.02, 0.8),  # around the ball in it
+    ((0.196, 0.517, 0.362, -1.447, -0.188, 1.93, 1.365), 0.02, 0.6),
+    ((1.09, -0.25, 0.25, -2.6, -0.3, 3.6, 0.785), 0.04, 1.4),  # in front of the shelf
+    ((1.097, 0.384, 0.279, -2.055, -0.33, 3.705, 0.785), 0.04, 1.0),  # on its middle board
+    ((1.09, -0.25, 0.25, -2.6, -0.3, 3.6, 0.785), 0.04, 0.8),
+    ((0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785), 0.04, 1.2),
+]
+
+
+def positions_at(time: float) -> list[float]:
+    """Return the positions of the arm's and the fingers' joints at ``time`` (s)."""
+    rows = np.array([[*arm, finger, finger] for arm, finger, _ in WAYPOINTS])
+    ends = np.cumsum([seconds for _, _, seconds in WAYPOINTS[1:]])
+    time %= float(ends[-1])
+    leg = int(np.searchsorted(ends, time, side="right"))
+    start = ends[leg - 1] if leg else 0.0
+    s = (time - start) / (ends[leg] - start)
+    blend = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
+    return list(map(float, rows[leg] + blend * (rows[leg + 1] - rows[leg])))
+
+
+class PandaRobot(Node):
+    """Publishes ``sensor_msgs/JointState`` at a fixed rate."""
+
+    def __init__(self, topic: str, rate: float) -> None:
+        super().__init__("panda_robot")
+        self._publisher = self.create_publisher(JointState, topic, 10)
+        self._start = self.get_clock().now()
+        self._message = JointState(name=ARM + FINGERS)
+        self.create_timer(1.0 / rate, self._publish)
+
+    def _publish(self) -> None:
+        now = self.get_clock().now()
+        self._message.header.stamp = now.to_msg()
+        self._message.position = positions_at((now - self._start).nanoseconds * 1e-9)
+        self._publisher.publish(self._message)
+
+
+def main() -> None:
+    """Publish until interrupted."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--topic", default="joint_states", help="topic to publish on")
+    parser.add_argument("--rate", type=float, default=100.0, help="messages per second")
+    arguments = parser.parse_args()
+    rclpy.init()
+    try:
+        rclpy.spin(PandaRobot(arguments.topic, arguments.rate))
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+if __name__ == "__main__":
+    main()
