@@ -13,9 +13,13 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     SEGMENT,
 )
 from scene_graph_ros.geometry.query.distance.closed_forms import distance_closed_form
+from scene_graph_ros.geometry.query.distance.distance_convex_mesh import distance_convex_mesh
+from scene_graph_ros.geometry.query.distance.distance_mesh_mesh import distance_mesh_mesh
+from scene_graph_ros.geometry.query.distance.distance_sphere_mesh import distance_sphere_mesh
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
+    load_vector,
     rotate,
     rotate_inverse,
     scale,
@@ -30,6 +34,7 @@ BOX_KIND = int(ShapeKind.BOX)
 CYLINDER_KIND = int(ShapeKind.CYLINDER)
 ELLIPSOID_KIND = int(ShapeKind.ELLIPSOID)
 HALF_SPACE_KIND = int(ShapeKind.HALF_SPACE)
+MESH_KIND = int(ShapeKind.MESH)
 
 
 @inlined_kernel
@@ -52,14 +57,30 @@ def core_of(table, i):
 
 
 @inlined_kernel
+def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance):
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) for row j a mesh measured by its triangles."""
+    if table.kind[i] == SPHERE_KIND:
+        size_A = load_vector(table.size, i)
+        return distance_sphere_mesh(size_A, R_AB, p_AB, table, j, max_distance)
+    if table.exact[i]:
+        return distance_mesh_mesh(table, i, j, R_AB, p_AB, max_distance)
+    return distance_convex_mesh(table, j, core_of(table, i), R_AB, p_AB, max_distance)
+
+
+@inlined_kernel
 def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
-    """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order."""
+    """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
     if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
         zero = (0.0, 0.0, 0.0)
         return math.nan, zero, zero, (0.0, 0.0, 1.0), False, 0.0
     found, closed = distance_closed_form(table, i, j, R_AB, p_AB, max_distance)
     if found:
         phi, p_ACa, p_ACb, nhat_BA_A, unique = closed
+        return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
+    if table.exact[j]:
+        phi, p_ACa, p_ACb, nhat_BA_A, unique = _distance_to_triangles(
+            table, i, j, R_AB, p_AB, max_distance
+        )
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
     return convex_distance(
         core_of(table, i), core_of(table, j), R_AB, p_AB, table.hulls, max_distance
@@ -75,7 +96,10 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance):
     ``max_distance``, it may be any lower bound above that, without witnesses. Two half spaces
     give phi = nan, the only pair that has no answer.
     """
-    swap = table.kind[i] > table.kind[j]
+    # A mesh measured by its triangles comes after one measured by its hull.
+    swap = table.kind[i] > table.kind[j] or (
+        table.exact[i] and table.kind[j] == MESH_KIND and not table.exact[j]
+    )
     if swap:
         i, j = j, i
         p_AB = scale(-1.0, rotate_inverse(R_AB, p_AB))

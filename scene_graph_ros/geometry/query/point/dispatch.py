@@ -18,7 +18,7 @@ from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import load_vector
 
-__all__ = ["distance_point", "distance_point_within"]
+__all__ = ["distance_point", "distance_point_within", "point_mesh_within"]
 
 _SPHERE = int(ShapeKind.SPHERE)
 _CAPSULE = int(ShapeKind.CAPSULE)
@@ -27,6 +27,20 @@ _CYLINDER = int(ShapeKind.CYLINDER)
 _ELLIPSOID = int(ShapeKind.ELLIPSOID)
 _HALF_SPACE = int(ShapeKind.HALF_SPACE)
 _CONVEX = int(ShapeKind.CONVEX)
+
+
+@inlined_kernel
+def point_mesh_within(table, i, p_GQ, threshold):
+    """Return (phi, p_GN, grad_G, unique) of row i's triangles, exact where phi <= threshold.
+
+    Beyond the threshold, phi may be inf and the rest meaningless.
+    """
+    is_outside = False
+    for axis in range(3):
+        is_outside = is_outside or p_GQ[axis] < table.lower[i, axis]
+        is_outside = is_outside or p_GQ[axis] > table.upper[i, axis]
+    bound = threshold if is_outside else math.inf
+    return point_mesh(table.surfaces, table.surface[i], table.scale[i], p_GQ, bound)
 
 
 @inlined_kernel
@@ -51,12 +65,7 @@ def distance_point_within(table, i, p_GQ, threshold):
         return point_half_space(p_GQ)
     if kind == _CONVEX:
         return point_convex(table.hulls, table.hull[i], table.scale[i], p_GQ)
-    is_outside = False
-    for axis in range(3):
-        is_outside = is_outside or p_GQ[axis] < table.lower[i, axis]
-        is_outside = is_outside or p_GQ[axis] > table.upper[i, axis]
-    bound = threshold if is_outside else math.inf
-    return point_mesh(table.surfaces, table.surface[i], table.scale[i], p_GQ, bound)
+    return point_mesh_within(table, i, p_GQ, threshold)
 
 
 @inlined_kernel

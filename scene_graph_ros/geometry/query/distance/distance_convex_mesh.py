@@ -1,0 +1,257 @@
+"""Signed distance of a convex shape to the triangles of a mesh.
+
+K is the convex shape, a core with a radius r; M is the mesh, in whose frame all is computed.
+
+- Apart (K's core touches no triangle and is not inside): the distance to the nearest triangle,
+  minus r. It is exact; so is the depth of a K whose core is still outside.
+- Inside (M is closed, K's core is inside and touches no triangle): K leaves across the plane
+  through the mesh's point nearest to its core, at a right angle to the way there.
+- Cut (K's core touches triangles): K leaves across the plane of one of the triangles that it
+  cuts, along that triangle's normal. Triangles behind whose plane all other cut triangles lie come
+  first, and of these the shallowest; where there is none, in a hollow, the deepest triangle.
+
+Inside and cut, K may also leave as it would leave M's convex hull, if that is shorter. The depth
+is therefore exact for a convex M, and for a K that dips into one face of any M; it never exceeds
+a translation that separates the two. The witness on M then is in the plane of the face that K
+leaves across. An open mesh has no inside, and each of its triangles two sides.
+"""
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
+from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
+from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support, TRIANGLE
+from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
+from scene_graph_ros.geometry.spatial.vectors import (
+    add,
+    axpy,
+    dot,
+    load_vector,
+    rotate,
+    rotate_inverse,
+    scale,
+    transpose,
+)
+from scene_graph_ros.geometry.tolerances import COINCIDENCE
+
+__all__ = ["box_gap", "core_bounds", "distance_convex_mesh", "is_in_box", "triangle_core"]
+
+_FIRST_CAPACITY = 64
+
+
+@inlined_kernel
+def core_bounds(core, hulls, R, p):
+    """Return (lower, upper): the bounding box of a placed core, without its radius."""
+    x0, _ = placed_support(core, hulls, R, p, (-1.0, 0.0, 0.0), -1)
+    y0, _ = placed_support(core, hulls, R, p, (0.0, -1.0, 0.0), -1)
+    z0, _ = placed_support(core, hulls, R, p, (0.0, 0.0, -1.0), -1)
+    x1, _ = placed_support(core, hulls, R, p, (1.0, 0.0, 0.0), -1)
+    y1, _ = placed_support(core, hulls, R, p, (0.0, 1.0, 0.0), -1)
+    z1, _ = placed_support(core, hulls, R, p, (0.0, 0.0, 1.0), -1)
+    return (x0[0], y0[1], z0[2]), (x1[0], y1[1], z1[2])
+
+
+@lean_kernel
+def box_gap(lower, upper, node_lower, node_upper, node):
+    """Return the distance between a box and a node's box."""
+    total = 0.0
+    for axis in range(3):
+        gap = max(node_lower[node, axis] - upper[axis], lower[axis] - node_upper[node, axis], 0.0)
+        total += gap * gap
+    return math.sqrt(total)
+
+
+@lean_kernel
+def is_in_box(lower, upper, row, p):
+    """Return whether p is in the box of a row."""
+    is_in = True
+    for axis in range(3):
+        is_in = is_in and lower[row, axis] <= p[axis] <= upper[row, axis]
+    return is_in
+
+
+@lean_kernel
+def triangle_core(vertices, triangles, t):
+    """Return triangle t as a core."""
+    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+    params = (
+        vertices[a, 0],
+        vertices[a, 1],
+        vertices[a, 2],
+        vertices[b, 0],
+        vertices[b, 1],
+        vertices[b, 2],
+        vertices[c, 0],
+        vertices[c, 1],
+        vertices[c, 2],
+    )
+    return (TRIANGLE, -1, 0.0, params)
+
+
+@lean_kernel
+def _triangle_gap(lower, upper, params):
+    """Return the distance between a box and a triangle's bounding box."""
+    total = 0.0
+    for axis in range(3):
+        low = min(params[axis], params[axis + 3], params[axis + 6])
+        high = max(params[axis], params[axis + 3], params[axis + 6])
+        gap = max(low - upper[axis], lower[axis] - high, 0.0)
+        total += gap * gap
+    return math.sqrt(total)
+
+
+@kernel
+def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance):
+    """Return (distance, p_MN, n, unique, cuts, count) of surface k and a core of radius 0.
+
+    The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
+    of it into the core; or the ``count`` triangles that the core touches, in ``cuts``.
+    """
+    cuts = np.empty(_FIRST_CAPACITY, np.int64)
+    stack = np.empty(MAX_DEPTH + 1, np.int64)
+    lower, upper = core_bounds(core, hulls, R_MK, p_MK)
+    best, p_MN, n, is_unique = bound, p_MK, (0.0, 0.0, 1.0), True
+    found, count, depth = False, 0, 1
+    stack[0] = surfaces.node_start[k]
+    while depth > 0:
+        depth -= 1
+        node = stack[depth]
+        if box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, node) > best:
+            continue
+        left, right = surfaces.node_left[node], surfaces.node_right[node]
+        if left >= 0:
+            near = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, left)
+            far = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, right)
+            stack[depth] = right if near <= far else left
+            stack[depth + 1] = left if near <= far else right
+            depth += 2
+            continue
+        for slot in range(-1 - left, -1 - left + right):
+            t = surfaces.order[slot]
+            triangle = triangle_core(surfaces.vertices, surfaces.triangles, t)
+            if _triangle_gap(lower, upper, triangle[3]) > best:
+                continue
+            distance, a, _, m, unique, _ = convex_distance(triangle, core, R_MK, p_MK, hulls, best)
+            if distance <= tolerance:
+                if count == cuts.shape[0]:
+                    longer = np.empty(2 * count, np.int64)
+                    longer[:count] = cuts
+                    cuts = longer
+                cuts[count] = t
+                count += 1
+                best, found = tolerance, True
+            elif distance < best or (distance == best and not found):
+                best, p_MN, n, is_unique, found = distance, a, scale(-1.0, m), unique, True
+    return best if found else math.inf, p_MN, n, is_unique, cuts, count
+
+
+@inlined_kernel
+def _depth_behind(core, hulls, R_MK, p_MK, n, height):
+    """Return (depth, x): how far a core reaches behind the plane n . x = height, and where."""
+    x, _ = placed_support(core, hulls, R_MK, p_MK, scale(-1.0, n), -1)
+    x = axpy(-core[2], n, x)
+    return height - dot(n, x), x
+
+
+@lean_kernel
+def _is_foremost(vertices, triangles, cuts, count, n, height, tolerance):
+    """Return whether no vertex of the cut triangles is in front of the plane n . x = height."""
+    for c in range(count):
+        for corner in range(3):
+            v = triangles[cuts[c], corner]
+            if dot(n, load_vector(vertices, v)) > height + tolerance:
+                return False
+    return True
+
+
+@inlined_kernel
+def _leave_cuts(surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance):
+    """Return (depth, n, x, unique): the way out across a cut triangle, and the deepest point x."""
+    depth, n, x, unique, foremost = -1.0, (0.0, 0.0, 1.0), p_MK, True, False
+    sides = 1 if surfaces.is_closed[k] else 2
+    for c in range(count):
+        for side in range(sides):
+            m = load_vector(surfaces.normals, cuts[c])
+            if side == 1:
+                m = scale(-1.0, m)
+            height = dot(m, load_vector(surfaces.vertices, surfaces.triangles[cuts[c], 0]))
+            is_foremost = _is_foremost(
+                surfaces.vertices, surfaces.triangles, cuts, count, m, height, tolerance
+            )
+            if foremost and not is_foremost:
+                continue
+            candidate, y = _depth_behind(core, hulls, R_MK, p_MK, m, height)
+            is_better = candidate < depth if is_foremost else candidate > depth
+            if is_foremost and not foremost:
+                is_better = True
+            if abs(candidate - depth) <= tolerance and dot(m, n) < 1.0 - COINCIDENCE:
+                unique = False
+            if is_better:
+                if abs(candidate - depth) > tolerance:
+                    unique = True
+                depth, n, x, foremost = candidate, m, y, is_foremost
+    return depth, n, x, unique
+
+
+@kernel
+def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound):
+    """Return (phi, p_MCk, p_MCm, nhat_MK_M, unique): nhat points out of the mesh into K."""
+    tolerance = COINCIDENCE * size
+    bare = (core[0], core[1], 0.0, core[3])
+    some_point, _ = placed_support(bare, hulls, R_MK, p_MK, (1.0, 0.0, 0.0), -1)
+    is_inside = False
+    if surfaces.is_closed[k] and is_in_box(
+        surfaces.node_lower, surfaces.node_upper, surfaces.node_start[k], some_point
+    ):
+        is_inside = point_mesh(surfaces, k, size, some_point, math.inf)[0] < 0.0
+    reach = math.inf if is_inside else max(bound, 0.0) + core[2]
+    distance, p_MN, n, unique, cuts, count = _search(
+        surfaces, k, bare, hulls, R_MK, p_MK, reach, tolerance
+    )
+    if distance == math.inf:
+        return math.inf, p_MK, p_MK, n, False
+    if count == 0 and not is_inside:
+        phi = distance - core[2]
+        return phi, axpy(phi, n, p_MN), p_MN, n, unique
+    if count == 0:
+        n = scale(-1.0, n)
+        depth, x = _depth_behind(core, hulls, R_MK, p_MK, n, dot(n, p_MN))
+    else:
+        depth, n, x, unique = _leave_cuts(
+            surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance
+        )
+    phi, p_MCm, p_MCk, n_hull, is_unique, _ = convex_distance(
+        mesh_core, core, R_MK, p_MK, hulls, math.inf
+    )
+    if phi > -depth:
+        return phi, p_MCk, p_MCm, scale(-1.0, n_hull), is_unique
+    return -depth, x, axpy(depth, n, x), n, unique
+
+
+@inlined_kernel
+def distance_convex_mesh(table, j, core, R_AB, p_AB, max_distance):
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) of a core A and row j's triangles B.
+
+    Beyond ``max_distance``, phi may be inf, without witnesses.
+    """
+    R_BA = transpose(R_AB)
+    p_BA = scale(-1.0, rotate_inverse(R_AB, p_AB))
+    zeros = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    mesh_core = (HULL, int(table.hull[j]), 0.0, zeros)
+    phi, p_BCa, p_BCb, nhat_BA_B, unique = _distance_in_mesh_frame(
+        table.surfaces,
+        table.surface[j],
+        table.scale[j],
+        core,
+        mesh_core,
+        table.hulls,
+        R_BA,
+        p_BA,
+        max_distance,
+    )
+    p_ACa = add(rotate(R_AB, p_BCa), p_AB)
+    p_ACb = add(rotate(R_AB, p_BCb), p_AB)
+    return phi, p_ACa, p_ACb, rotate(R_AB, nhat_BA_B), unique

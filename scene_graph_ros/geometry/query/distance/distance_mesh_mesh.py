@@ -1,0 +1,283 @@
+"""Signed distance of two meshes, each measured by its triangles.
+
+- Apart (no triangles cut each other, no mesh is inside the other): the distance of the nearest
+  triangles, exact.
+- Inside (one mesh is wholly inside the other, which is closed): it leaves across the plane through
+  the outer mesh's point nearest to it, at a right angle to the way there.
+- Cut: the deepest vertex of one that is inside the other, which must be closed, leaves by its
+  nearest point. Where no vertex is inside, of each pair of triangles that cut each other one
+  leaves across the other's plane, the shallower way, and the deepest pair decides.
+
+Inside and cut, they may also leave as their convex hulls would, if that is shorter: a translation
+that separates them for certain.
+"""
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
+from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
+from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support
+from scene_graph_ros.geometry.query.distance.distance_convex_mesh import is_in_box
+from scene_graph_ros.geometry.query.distance.triangle_triangle import distance_triangle_triangle
+from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
+from scene_graph_ros.geometry.spatial.vectors import (
+    add,
+    axpy,
+    dot,
+    load_vector,
+    rotate,
+    rotate_inverse,
+    scale,
+    subtract,
+)
+from scene_graph_ros.geometry.tolerances import COINCIDENCE
+
+__all__ = ["distance_mesh_mesh"]
+
+_IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+_ORIGIN = (0.0, 0.0, 0.0)
+_ZEROS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@lean_kernel
+def _node_gap(lower, upper, a, b, R, p):
+    """Return a lower bound of the distance between node a and node b, which is placed at R, p."""
+    half = (
+        0.5 * (upper[b, 0] - lower[b, 0]),
+        0.5 * (upper[b, 1] - lower[b, 1]),
+        0.5 * (upper[b, 2] - lower[b, 2]),
+    )
+    middle = (lower[b, 0] + half[0], lower[b, 1] + half[1], lower[b, 2] + half[2])
+    centre = add(rotate(R, middle), p)
+    total = 0.0
+    for axis in range(3):
+        reach = abs(R[3 * axis]) * half[0]
+        reach += abs(R[3 * axis + 1]) * half[1] + abs(R[3 * axis + 2]) * half[2]
+        low, high = centre[axis] - reach, centre[axis] + reach
+        gap = max(lower[a, axis] - high, low - upper[a, axis], 0.0)
+        total += gap * gap
+    return math.sqrt(total)
+
+
+@lean_kernel
+def _diagonal(lower, upper, node):
+    """Return the sum of a node's extents: which of two nodes is the larger."""
+    total = 0.0
+    for axis in range(3):
+        total += upper[node, axis] - lower[node, axis]
+    return total
+
+
+@lean_kernel
+def _corners(vertices, triangles, t):
+    return (
+        load_vector(vertices, triangles[t, 0]),
+        load_vector(vertices, triangles[t, 1]),
+        load_vector(vertices, triangles[t, 2]),
+    )
+
+
+@lean_kernel
+def _reach_behind(triangle, n, height):
+    """Return (depth, x): how far a triangle reaches behind the plane n . x = height, and where."""
+    x = triangle[0]
+    if dot(n, triangle[1]) < dot(n, x):
+        x = triangle[1]
+    if dot(n, triangle[2]) < dot(n, x):
+        x = triangle[2]
+    return height - dot(n, x), x
+
+
+@lean_kernel
+def _part(first, second, n_first, n_second, first_is_closed, second_is_closed):
+    """Return (depth, x, n) of two triangles that cut: the shallowest way of the first out.
+
+    x is the point of the first, or of the second's plane, that x + depth n leaves by.
+    """
+    depth, x = _reach_behind(first, n_second, dot(n_second, second[0]))
+    n = n_second
+    if not second_is_closed:
+        back = scale(-1.0, n_second)
+        other, y = _reach_behind(first, back, dot(back, second[0]))
+        if other < depth:
+            depth, x, n = other, y, back
+    other, y = _reach_behind(second, n_first, dot(n_first, first[0]))
+    if other < depth:
+        depth, n = other, scale(-1.0, n_first)
+        x = axpy(other, n_first, y)
+    if not first_is_closed:
+        back = scale(-1.0, n_first)
+        other, y = _reach_behind(second, back, dot(back, first[0]))
+        if other < depth:
+            depth, n = other, n_first
+            x = axpy(other, back, y)
+    return depth, x, n
+
+
+@kernel
+def _search(surfaces, k, m, R, p, bound, tolerance):
+    """Return (distance, x, n, depth, y, m): the nearest triangles of two surfaces, or their cut.
+
+    ``distance`` is inf beyond ``bound``, and 0 where triangles cut each other; then the deepest
+    pair leaves by ``depth``, along m, from y. n points out of the second surface into the first.
+    """
+    stack = np.empty((2 * MAX_DEPTH + 2, 2), np.int64)
+    lower, upper = surfaces.node_lower, surfaces.node_upper
+    left, right = surfaces.node_left, surfaces.node_right
+    best, x, n = bound, p, (0.0, 0.0, 1.0)
+    depth, y, out = -1.0, p, (0.0, 0.0, 1.0)
+    found = False
+    stack[0] = (surfaces.node_start[k], surfaces.node_start[m])
+    size = 1
+    while size > 0:
+        size -= 1
+        a, b = stack[size]
+        if _node_gap(lower, upper, a, b, R, p) > best:
+            continue
+        a_is_leaf, b_is_leaf = left[a] < 0, left[b] < 0
+        if not (a_is_leaf and b_is_leaf):
+            split_a = b_is_leaf or (
+                not a_is_leaf and _diagonal(lower, upper, a) >= _diagonal(lower, upper, b)
+            )
+            first = (left[a], b) if split_a else (a, left[b])
+            second = (right[a], b) if split_a else (a, right[b])
+            near = _node_gap(lower, upper, first[0], first[1], R, p)
+            if near > _node_gap(lower, upper, second[0], second[1], R, p):
+                first, second = second, first
+            stack[size] = second
+            stack[size + 1] = first
+            size += 2
+            continue
+        for j in range(-1 - left[b], -1 - left[b] + right[b]):
+            s = surfaces.order[j]
+            c0, c1, c2 = _corners(surfaces.vertices, surfaces.triangles, s)
+            other = (add(rotate(R, c0), p), add(rotate(R, c1), p), add(rotate(R, c2), p))
+            n_other = rotate(R, load_vector(surfaces.normals, s))
+            for i in range(-1 - left[a], -1 - left[a] + right[a]):
+                t = surfaces.order[i]
+                triangle = _corners(surfaces.vertices, surfaces.triangles, t)
+                n_triangle = load_vector(surfaces.normals, t)
+                distance, point, normal = distance_triangle_triangle(
+                    triangle, other, n_triangle, n_other
+                )
+                if distance <= tolerance:
+                    way, start, direction = _part(
+                        triangle,
+                        other,
+                        n_triangle,
+                        n_other,
+                        surfaces.is_closed[k],
+                        surfaces.is_closed[m],
+                    )
+                    if way > depth:
+                        depth, y, out = way, start, direction
+                    best, found = 0.0, True
+                elif distance < best or (distance == best and not found):
+                    best, x, n, found = distance, point, normal, True
+    return best if found else math.inf, x, n, depth, y, out
+
+
+@kernel
+def _deepest_vertex(surfaces, k, m, size, R, p):
+    """Return (depth, x, n): the vertex of surface k, placed at R, p, deepest in surface m.
+
+    ``depth`` is -1 where none is inside. n points out of m, in whose frame all is.
+    """
+    depth, x, n = -1.0, p, (0.0, 0.0, 1.0)
+    if not surfaces.is_closed[m]:
+        return depth, x, n
+    root = surfaces.node_start[m]
+    for v in range(surfaces.vertex_start[k], surfaces.vertex_start[k + 1]):
+        q = add(rotate(R, load_vector(surfaces.vertices, v)), p)
+        if is_in_box(surfaces.node_lower, surfaces.node_upper, root, q):
+            phi, _, grad, _ = point_mesh(surfaces, m, size, q, math.inf)
+            if -phi > depth and phi < 0.0:
+                depth, x, n = -phi, q, grad
+    return depth, x, n
+
+
+@kernel
+def _is_inside(surfaces, k, m, size, R, p):
+    """Return whether the first vertex of surface k, placed at R, p, is inside surface m."""
+    if not surfaces.is_closed[m]:
+        return False
+    first = surfaces.triangles[surfaces.triangle_start[k], 0]
+    q = add(rotate(R, load_vector(surfaces.vertices, first)), p)
+    root = surfaces.node_start[m]
+    if not is_in_box(surfaces.node_lower, surfaces.node_upper, root, q):
+        return False
+    return point_mesh(surfaces, m, size, q, math.inf)[0] < 0.0
+
+
+@kernel
+def _leave(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, found):
+    """Return (depth, p_ACa, nhat_BA_A) of meshes of which one is inside the other, or that cut."""
+    distance, x, n, depth, y, out = found
+    if distance > 0.0:
+        # One is inside the other. n points from B's nearest point to A's, the way back.
+        n = scale(-1.0, n)
+        a, _ = placed_support(hull_A, hulls, _IDENTITY, _ORIGIN, scale(-1.0, n), -1)
+        b, _ = placed_support(hull_B, hulls, R, p, n, -1)
+        if _is_inside(surfaces, k, m, size, *_inverse(R, p)):
+            # A leaves across the plane at B's point x + distance n.
+            return dot(n, subtract(x, a)) + distance, a, n
+        # B leaves along -n, across the plane at A's point x.
+        depth = dot(n, subtract(b, x))
+        return depth, axpy(-depth, n, b), n
+    R_BA, p_BA = _inverse(R, p)
+    first, x_B, n_B = _deepest_vertex(surfaces, k, m, size, R_BA, p_BA)
+    second, x_A, n_A = _deepest_vertex(surfaces, m, k, size, R, p)
+    if first < 0.0 and second < 0.0:
+        return depth, y, out
+    if first >= second:
+        return first, add(rotate(R, x_B), p), rotate(R, n_B)
+    return second, axpy(second, n_A, x_A), scale(-1.0, n_A)
+
+
+@lean_kernel
+def _inverse(R, p):
+    transposed = (R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8])
+    return transposed, scale(-1.0, rotate_inverse(R, p))
+
+
+@kernel
+def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
+    tolerance = COINCIDENCE * size
+    R_BA, p_BA = _inverse(R, p)
+    contained = _is_inside(surfaces, k, m, size, R_BA, p_BA)
+    contained = contained or _is_inside(surfaces, m, k, size, R, p)
+    reach = math.inf if contained else max(bound, 0.0)
+    found = _search(surfaces, k, m, R, p, reach, tolerance)
+    distance, x, n = found[0], found[1], found[2]
+    if distance == math.inf:
+        return math.inf, x, x, n, False
+    if distance > 0.0 and not contained:
+        return distance, x, axpy(-distance, n, x), n, True
+    depth, p_ACa, nhat = _leave(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, found)
+    phi, a, b, n_hull, unique, _ = convex_distance(hull_A, hull_B, R, p, hulls, math.inf)
+    if phi > -depth:
+        return phi, a, b, n_hull, unique
+    return -depth, p_ACa, axpy(depth, nhat, p_ACa), nhat, True
+
+
+@inlined_kernel
+def distance_mesh_mesh(table, i, j, R_AB, p_AB, max_distance):
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) of the triangles of rows i (A) and j (B).
+
+    Beyond ``max_distance``, phi may be inf, without witnesses.
+    """
+    return _distance(
+        table.surfaces,
+        table.surface[i],
+        table.surface[j],
+        max(table.scale[i], table.scale[j]),
+        table.hulls,
+        (HULL, int(table.hull[i]), 0.0, _ZEROS),
+        (HULL, int(table.hull[j]), 0.0, _ZEROS),
+        R_AB,
+        p_AB,
+        max_distance,
+    )
