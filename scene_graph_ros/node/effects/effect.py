@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from rclpy.callback_groups import CallbackGroup
+from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -16,6 +17,10 @@ from scene_graph_ros.node.qos import overridable
 from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["Effect", "Host", "Outlet"]
+
+_ACKNOWLEDGE_SECONDS = 1.0
+"""Longest wait for a reliable reader's acknowledgement: far longer than a round trip, short
+enough that a reader which vanished without a word does not hold up the others noticeably."""
 
 
 class Host(Protocol):
@@ -77,6 +82,7 @@ class Outlet:
         self._period = period
         self._last = float("-inf")
         self.messages = 0
+        self._keeps_one = qos.depth == 1
         self._publisher = host.node.create_publisher(
             kind,
             topic,
@@ -87,7 +93,8 @@ class Outlet:
         )
 
     def _matched(self, event: Any) -> None:
-        if event.current_count_change > 0:
+        # The current count does not change where one reader leaves as another comes.
+        if event.total_count_change > 0:
             with self._lock:
                 self._newcomers = True
             self._host.request_update()
@@ -109,11 +116,21 @@ class Outlet:
 
     def is_due(self) -> bool:
         """Tell whether there are subscribers who should get a message now."""
-        if not self.is_heard():
+        if not self.is_heard() or self._is_on_its_way():
             return False
         if self._newcomers or self._period is None:
             return True
         return time.monotonic() - self._last >= self._period()
+
+    def _is_on_its_way(self) -> bool:
+        """Tell whether the last message may still be lost by sending another.
+
+        Of a topic that keeps one message the next takes the place of one that a reliable reader
+        has not got yet. A reader that is gone or stuck is waited for a second at most.
+        """
+        if not self._keeps_one or time.monotonic() - self._last > _ACKNOWLEDGE_SECONDS:
+            return False
+        return not self._publisher.wait_for_all_acked(Duration(nanoseconds=0))
 
     def publish(self, message: Any) -> None:
         """Publish a message."""
