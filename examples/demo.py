@@ -8,14 +8,14 @@ Listens to what the node publishes, prints what happened and draws it.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 import contextlib
 import os
+from pathlib import Path
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 DISCOVERY_SECONDS = 60.0
@@ -39,7 +39,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def isolate() -> None:
-    """Keep the demo's topics on this machine and in a domain of their own, unless told otherwise."""
+    """Keep the topics on this machine and in a domain of their own, unless told otherwise."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     os.environ.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
 

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 import os
+from pathlib import Path
 import sys
 import time
-from collections import defaultdict
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray
+from names_of_geometry import path_of
 import numpy as np
 import rclpy
-from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from scene_graph_msgs.msg import ContactArray
-from scene_graph_msgs.srv import ComputeSignedDistancePairwise, DescribeScene, ListEffects
 from tqdm import tqdm
 from visualization_msgs.msg import Marker, MarkerArray
 
-from names_of_geometry import path_of
+from scene_graph_msgs.msg import ContactArray
+from scene_graph_msgs.srv import ComputeSignedDistancePairwise, DescribeScene, ListEffects
 
 NODE = "/scene_graph"
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -28,8 +29,7 @@ SERVICE_SECONDS = 10.0
 
 def cpu_seconds(pid: int) -> float:
     """Return the processor time that a process has used, from the kernel's accounting."""
-    with open(f"/proc/{pid}/stat") as stat:
-        fields = stat.read().rpartition(")")[2].split()
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 

@@ -11,12 +11,13 @@ from __future__ import annotations
 import argparse
 import math
 
-import rclpy
 from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
+import rclpy
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from scene_graph_msgs.srv import DescribeScene
 from sensor_msgs.msg import MultiDOFJointState
+
+from scene_graph_msgs.srv import DescribeScene
 
 RADIUS = 0.04
 """Metres, of the circles."""

@@ -7,22 +7,22 @@ hidden, each with a number that the legend explains.
 
 from __future__ import annotations
 
-import dataclasses
-import math
-import tempfile
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+import dataclasses
+import math
 from pathlib import Path
+import tempfile
 from urllib.parse import unquote, urlparse
 
+from names_of_geometry import path_of
 import numpy as np
-import trimesh
 from PIL import Image, ImageDraw, ImageFont
-from scene_graph_msgs.msg import PointContact
+import trimesh
 from visualization_msgs.msg import Marker
 
 from msg_adapters.poses import pose_from_msg
-from names_of_geometry import path_of
+from scene_graph_msgs.msg import PointContact
 
 BACKGROUND = (0.72, 0.76, 0.80)
 CONTACT_COLOR = (214, 30, 60)
