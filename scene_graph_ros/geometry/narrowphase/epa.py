@@ -21,12 +21,22 @@ from scene_graph_ros.geometry.narrowphase.polytope import (
 )
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import closest_on_simplex, weighted_points
-from scene_graph_ros.geometry.spatial.vectors import any_orthogonal, cross, dot, scale, unit
+from scene_graph_ros.geometry.spatial.vectors import (
+    any_orthogonal,
+    axpy,
+    cross,
+    dot,
+    norm,
+    scale,
+    subtract,
+    unit,
+)
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,
     FLAT_MINIMUM,
     FLAT_SIMPLEX,
     GJK_ROUNDING,
+    POLISH_RESIDUAL,
     SAME_DIRECTION,
     TIE,
 )
@@ -319,6 +329,12 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
             a, b = weighted_points(S0, lam, count)
             _store_minimum(minima, FALLBACK, n, a, b, extent, math.inf)
         if gap <= rounding:
+            if norm(axpy(extent, n, subtract(a, b))) > POLISH_RESIDUAL * EPSILON * size:
+                proven, m, a, b, distance, _, _ = refine(
+                    core_A, core_B, R, p, hulls, n, a, b, size, S0, ids0, lam, count, 2
+                )
+                if proven and -distance <= extent + TIE * EPSILON * size:
+                    _store_minimum(minima, FALLBACK, m, a, b, -distance, math.inf)
             finished = True
             break
         if settle_gap > 0.0 and gap <= COARSE_GAP * extent:

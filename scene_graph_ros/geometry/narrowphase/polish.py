@@ -181,7 +181,9 @@ def _line_parameters(feature_A, feature_B, a, b):
     m = cross(e, f)
     sine2 = dot(m, m)
     if sine2 > PARALLEL_LINES * PARALLEL_LINES:
-        return dot(cross(rest, f), m) / sine2, dot(cross(rest, e), m) / sine2
+        # The error of t along nearly parallel lines is large; s must have the same.
+        t = dot(cross(rest, e), m) / sine2
+        return dot(e, axpy(t, f, rest)), t
     start = dot(e, rest)
     sign = 1.0 if cosine > 0.0 else -1.0
     end = start + sign * feature_B[4]
