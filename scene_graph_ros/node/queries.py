@@ -31,7 +31,11 @@ from msg_adapters.queries import (
 from msg_adapters.scene import frames_to_msg, geometries_to_msg, source_to_msg
 from msg_adapters.status import status_from_exception
 from scene_graph_msgs.msg import SignedDistancePair
-from scene_graph_ros.geometry.errors import UnsupportedPairError
+from scene_graph_ros.geometry.errors import (
+    NameConflictError,
+    UnknownIdError,
+    UnsupportedPairError,
+)
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.intake import UNSTAMPED
 from scene_graph_ros.node.world import SourceRecord, WorldSnapshot
@@ -125,16 +129,19 @@ def signed_distance_pairs(request: Any, response: Any, asked: Asked) -> None:
     ]
     count = len(wanted) * len(asked.options.configurations)
     asked.require("max_pairs_per_request", count, "pairs")
-    names = asked.snapshot.names
-    pairs = [(names.geometry_id(a), names.geometry_id(b)) for a, b in wanted]
     for world in asked.worlds:
-        response.pairs.extend(_pair(world, min(pair), max(pair), names) for pair in pairs)
+        response.pairs.extend(_pair(world, a, b, asked.snapshot.names) for a, b in wanted)
 
 
-def _pair(world: QueryObject, id_A: Any, id_B: Any, names: Any) -> SignedDistancePair:
+def _pair(world: QueryObject, a: Any, b: Any, names: Any) -> SignedDistancePair:
+    """Answer for one pair; what it can't be answered for is its own status, not the request's."""
+    try:
+        id_A, id_B = sorted((names.geometry_id(a), names.geometry_id(b)))
+    except (UnknownIdError, NameConflictError) as error:
+        return SignedDistancePair(status=status_from_exception(error))
     try:
         record = world.compute_signed_distance_pair_closest_points(id_A, id_B)
-    except UnsupportedPairError as error:
+    except (UnsupportedPairError, ValueError) as error:
         return SignedDistancePair(
             status=status_from_exception(error),
             geometry_a=names.geometry_name(id_A),

@@ -176,10 +176,15 @@ def test_signed_distance_of_named_pairs(client, scene):
     assert pair.geometry_a.name == "ball_a"
     assert pair.distance == pytest.approx(0.5 - 2 * RADIUS, abs=1e-12)
     assert pair.point_b_in_b.x == pytest.approx(-RADIUS, abs=1e-12)
-    unknown = client.call(
-        "ComputeSignedDistancePair", geometries_a=["ghost"], geometries_b=["ball_a"]
+    mixed = client.call(
+        "ComputeSignedDistancePair",
+        geometries_a=["ghost", "ball_b", "ball_a"],
+        geometries_b=["ball_a", "ball_a", "ball_a"],
     )
-    assert unknown.status.code == Status.UNKNOWN_NAME
+    assert mixed.status.code == Status.OK
+    codes = [pair.status.code for pair in mixed.pairs]
+    assert codes[:2] == [Status.UNKNOWN_NAME, Status.OK]
+    assert codes[2] == Status.UNSUPPORTED_PAIR, "a geometry has no distance to itself"
 
 
 def test_two_half_spaces_have_no_distance_but_other_pairs_do(client, scene):
