@@ -222,11 +222,13 @@ class _Application:
                 X_FG = _pose(spec.pose, f"of geometry {spec.name!r}")
             with self._located("geometries", index, "shape"):
                 instance = instance_from_spec(spec, X_FG, self._resource)
-            with self._located("geometries", index):
+            if spec.frame == "world":
+                instance.set_name(self.prefix + spec.name)
+            with self._located("geometries", index, "name"):
                 geometry_id = self.scene_graph.register_geometry(
                     source.source_id, frame_id, instance
                 )
-            self.geometries[f"{source.name}/{spec.frame}/{spec.name}"] = geometry_id
+            self.geometries[f"{spec.source}/{spec.frame}/{spec.name}"] = geometry_id
 
     def _resource(self, resource: str) -> Path:
         return Path(self._resolve(resource))
@@ -260,33 +262,30 @@ class _Application:
             frame_name, _, name = rest.partition("/")
             place = (*path, index)
             if not rest:
-                anchored = self._anchored(source)
-                result.add(source.frames.values(), anchored)
+                result.add(source.frames.values(), self._anchored(source_name))
             elif name:
-                result.add(self._geometry(source, frame_name, name, *place))
+                result.add(self._geometry(source_name, frame_name, name, *place))
             elif frame_name == "world":
-                result.add(self._anchored(source))
+                result.add(self._anchored(source_name))
             else:
                 result.add(self._frame_id(source, frame_name, *place))
         return result
 
-    def _anchored(self, source: LoadedSource) -> list[GeometryId]:
-        start = f"{source.name}/world/"
+    def _anchored(self, source: str) -> list[GeometryId]:
+        start = f"{source}/world/"
         return [gid for path, gid in self.geometries.items() if path.startswith(start)]
 
-    def _geometry(
-        self, source: LoadedSource, frame: str, name: str, *path: str | int
-    ) -> GeometryId:
-        full = f"{source.name}/{frame}/{name}"
+    def _geometry(self, source: str, frame: str, name: str, *path: str | int) -> GeometryId:
+        full = f"{source}/{frame}/{name}"
         if full in self.geometries:
             return self.geometries[full]
-        frame_id = self._frame_id(source, frame, *path)
+        frame_id = self._frame_id(self._source(source), frame, *path)
         inspector = self.scene_graph.model_inspector()
         for geometry_id in inspector.get_geometries(frame_id):
             if inspector.get_name(geometry_id) == name:
                 return geometry_id
         raise self.scene.document.error(
-            f"frame {frame!r} of source {source.name!r} has no geometry {name!r}", *path
+            f"frame {frame!r} of source {source!r} has no geometry {name!r}", *path
         )
 
 

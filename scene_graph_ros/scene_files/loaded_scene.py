@@ -75,7 +75,7 @@ class LoadedScene:
     name: str
     sources: dict[str, LoadedSource]
     geometries: dict[str, GeometryId]
-    """Geometries of the file's ``geometries`` by ``source/frame/name``."""
+    """Geometries of the file's ``geometries`` by ``source/frame/name`` as the file names them."""
     effects: dict[str, str]
     """"auto" or "off" by the name of an effect; effects not named are "auto"."""
     warnings: tuple[str, ...]

@@ -34,10 +34,12 @@ class Scene:
     packages: Packages
 
     def apply(self, scene_graph: SceneGraph, *, prefix: str = "") -> LoadedScene:
-        """Register everything in the scene, or nothing; ``prefix`` goes before sources' names.
+        """Register everything in the scene, or nothing.
 
-        Raises SceneFileError, with the place in the scene file, for robots and meshes that cannot
-        be read and for whatever the scene graph refuses.
+        ``prefix`` goes before the names of sources and of anchored geometries, which share the
+        world with those of other scenes; references in the file are meant without it. Raises
+        SceneFileError, with the place in the scene file, for robots and meshes that cannot be
+        read and for whatever the scene graph refuses.
         """
         from scene_graph_ros.scene_files.apply_scene import apply_scene
 
@@ -150,6 +152,7 @@ class _Checker:
         for index, frame in enumerate(self.spec.frames):
             if frame.name == "world":
                 self.report("the name 'world' means the world frame", "frames", index, "name")
+                continue
             if not self._source(frame.source, "frames", index, "source"):
                 continue
             self._unique(places, f"{frame.source}/{frame.name}", "frames", index, "name")
@@ -172,7 +175,9 @@ class _Checker:
             if not self._source(geometry.source, "geometries", index, "source"):
                 continue
             self._parent(geometry.source, geometry.frame, "geometries", index, "frame")
-            path = f"{geometry.source}/{geometry.frame}/{geometry.name}"
+            # The world is one frame for all sources, so names of anchored geometry are, too.
+            owner = "" if geometry.frame == "world" else f"{geometry.source}/"
+            path = f"{owner}{geometry.frame}/{geometry.name}"
             self._unique(places, path, "geometries", index, "name")
 
     def _filters(self) -> None:

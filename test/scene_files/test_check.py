@@ -1,0 +1,222 @@
+"""The command that checks files, run as a user runs it."""
+
+import json
+from pathlib import Path
+import subprocess
+import sys
+
+import pytest
+
+from scene_graph_ros.check import main
+
+ROOT = Path(__file__).parents[2]
+CELL = ROOT / "config" / "scenes" / "panda_cell.yaml"
+ROBOTS = "package://example-robot-data/robots"
+URDF = '<robot name="r"><link name="a"/><link name="b"/>{}</robot>'
+JOINT = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
+
+
+def check(capsys, *arguments):
+    """Run the command in this process; return exit status, output lines and error lines."""
+    status = main([str(argument) for argument in arguments])
+    captured = capsys.readouterr()
+    return status, captured.out.splitlines(), captured.err.splitlines()
+
+
+def write(folder, name, text):
+    """Write a file and return its path."""
+    (folder / name).write_text(text)
+    return folder / name
+
+
+def test_as_a_process_without_ros():
+    """The module runs as a command, prints a summary, and imports no ROS."""
+    code = (
+        "import sys; from scene_graph_ros.check import main; status = main(sys.argv[1:]);"
+        "assert 'rclpy' not in sys.modules; sys.exit(status)"
+    )
+    command = [sys.executable, "-m", "scene_graph_ros.check", str(CELL)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
+    # 14 anchored geometries and 9 on 8 frames; the Panda has 17 collision and 11 visual
+    # elements on 11 links with geometry.
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "scene ok: 3 sources, 19 frames, 51 geometries (40 with proximity role)" in done.stdout
+    again = subprocess.run([sys.executable, "-c", code, str(CELL)], cwd=ROOT, check=False)
+    assert again.returncode == 0
+
+
+def test_several_files_and_an_srdf_after_its_urdf(capsys):
+    """Each file gets a line; the SRDF is read with the URDF before it."""
+    urdf = f"{ROBOTS}/panda_description/urdf/panda.urdf"
+    srdf = f"{ROBOTS}/panda_description/srdf/panda.srdf"
+    status, out, err = check(capsys, CELL, urdf, srdf)
+    assert (status, err) == (0, [])
+    assert out[1].startswith(f"{urdf}: URDF ok: robot 'panda', 13 links, 9 movable joints, ")
+    assert (
+        out[2] == f"{srdf}: SRDF ok: for robot 'panda', 35 filtered pairs of links, 1 group state"
+    )
+
+
+def test_filtered_pairs_are_counted_by_geometry(capsys, tmp_path):
+    """Two shapes on one link and one on the other make two filtered pairs."""
+    sphere = '<collision><geometry><sphere radius="1"/></geometry></collision>'
+    text = URDF.format(JOINT).replace('name="a"/>', f'name="a">{sphere * 2}</link>', 1)
+    text = text.replace('name="b"/>', f'name="b">{sphere}</link>', 1)
+    write(tmp_path, "r.urdf", text)
+    pair = '<disable_collisions link1="a" link2="b"/>'
+    write(tmp_path, "r.srdf", f"<robot>{pair}</robot>")
+    scene = "version: 1\nrobots: [{name: r, urdf: r.urdf, srdf: r.srdf}]\n"
+    status, (line,), _ = check(capsys, write(tmp_path, "s.yaml", scene))
+    assert status == 0
+    assert line.endswith(
+        "1 source, 2 frames, 3 geometries (3 with proximity role), 2 filtered pairs"
+    )
+
+
+def test_mistakes_go_to_stderr_and_the_status(capsys, tmp_path):
+    """One bad file of two gives status 1, all its problems, and still the other's summary."""
+    bad = write(tmp_path, "bad.yaml", "version: 1\nsources: [{nam: a}]\nx: 1\n")
+    status, out, err = check(capsys, bad, CELL)
+    assert status == 1
+    assert err == [
+        f"error: {bad}:2: sources[0].name: missing",
+        f"error: {bad}:2: sources[0].nam: unknown key",
+        f"error: {bad}:3: x: unknown key",
+    ]
+    assert out[0] == f"{bad}: scene not usable: 3 errors"
+    assert "scene ok" in out[1]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("r.urdf", URDF.format(""), ":1: expected one root link, got 'a', 'b'"),
+        ("r.srdf", "<robot/>", ": name the robot's URDF before its SRDF"),
+        ("r.urdf", "<robot>", ":1: not well-formed XML: no element found"),
+        ("r.yaml", "a: [", ":1: not YAML: "),
+        (
+            "r.yaml",
+            "version: 1\neffects:\n  point_contacts: off\n",
+            ":3: effects.point_contacts: no effect 'point_contacts'; did you mean 'point_con",
+        ),
+    ],
+)
+def test_places_of_mistakes(capsys, tmp_path, name, text, message):
+    """Each kind of file has its mistakes named with their line."""
+    file = write(tmp_path, name, text)
+    status, _, err = check(capsys, file)
+    assert status == 1
+    assert err[0].startswith(f"error: {file}{message}")
+
+
+def test_missing_file(capsys):
+    """A file that is not there is an error, not a crash."""
+    status, _, err = check(capsys, "/no/such/scene.yaml")
+    assert status == 1
+    assert err == ["error: '/no/such/scene.yaml' means /no/such/scene.yaml: no such file"]
+
+
+PARAMETERS = """\
+/**:
+  ros__parameters:
+    use_sim_time: true
+    qos_overrides./tf.subscription.depth: 3
+cell:
+  scene_graph:
+    ros__parameters:
+      {}
+other_node:
+  ros__parameters:
+    anything: 1
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("marker_rate: -3.0", "marker_rate: must be at least 0.01, not -3.0"),
+        ("marker_rate: fast", "marker_rate: must be a number, not 'fast'"),
+        (
+            "marker_rat: 3.0",
+            "marker_rat: unknown parameter marker_rat; did you mean 'marker_r",
+        ),
+    ],
+)
+def test_parameters_of_the_node(capsys, tmp_path, line, message):
+    """Values are checked against the node's own table, at their line."""
+    file = write(tmp_path, "p.yaml", PARAMETERS.format(line))
+    status, _, err = check(capsys, file)
+    assert status == 1
+    assert err[0].startswith(f"error: {file}:8: cell.scene_graph.ros__parameters.{message}")
+    assert err[1] == f"warning: {file}:10: other_node.ros__parameters: another node's, not checked"
+
+
+def test_parameters_that_contradict_each_other(capsys, tmp_path):
+    """Values that are fine one by one are checked together."""
+    values = "{min_update_rate: 100.0, max_update_rate: 50.0}"
+    text = PARAMETERS.format("").replace(
+        "ros__parameters:\n      \n", f"ros__parameters: {values}\n"
+    )
+    status, _, err = check(capsys, write(tmp_path, "p.yaml", text))
+    assert status == 1
+    assert ":7: cell.scene_graph.ros__parameters: min_update_rate 100.0 must not be gr" in err[0]
+
+
+def test_scene_named_by_parameters_is_checked_too(capsys, tmp_path):
+    """A mistake in the scene is reported with both places."""
+    scene = write(tmp_path, "s.yaml", "version: 3\n")
+    file = write(tmp_path, "p.yaml", PARAMETERS.format(f"scene: {scene}"))
+    status, _, err = check(capsys, file)
+    assert status == 1
+    place = f"{file}:8: cell.scene_graph.ros__parameters.scene"
+    assert err[0] == f"error: {place}: {scene}:1: version: must be 1, got 3"
+
+
+def test_strict_and_quiet(capsys, tmp_path):
+    """A warning fails only under --strict; --quiet prints nothing where all is well."""
+    file = write(tmp_path, "r.urdf", URDF.format(JOINT.replace("</j", '<mimic joint="k"/></j')))
+    assert check(capsys, file)[0] == 0
+    assert check(capsys, "--quiet", file) == (0, [], [])
+    status, out, err = check(capsys, "--strict", file)
+    assert status == 1
+    assert out == [f"{file}: URDF not usable: 0 errors, 1 warning"]
+    assert err[0].startswith(f"warning: {file}:1: joint['j']/mimic: ignored")
+
+
+def test_packages_on_the_command_line(capsys, tmp_path):
+    """A package can be mapped, or searched in a folder."""
+    (tmp_path / "stock").mkdir()
+    write(tmp_path / "stock", "r.urdf", URDF.format(JOINT))
+    address = "package://stock/r.urdf"
+    assert check(capsys, address)[0] == 1
+    assert check(capsys, "--package", f"stock={tmp_path / 'stock'}", address)[0] == 0
+    assert check(capsys, "--package-path", tmp_path, address)[0] == 0
+
+
+@pytest.mark.parametrize("arguments", [[], ["--package", "a", "f"], ["--nonsense"]])
+def test_wrong_calls(capsys, arguments):
+    """A wrong call ends with 2 and says how to call."""
+    with pytest.raises(SystemExit) as caught:
+        main(arguments)
+    assert caught.value.code == 2
+    assert "usage: python -m scene_graph_ros.check" in capsys.readouterr().err
+
+
+def test_help(capsys):
+    """--help ends with 0 and names all options."""
+    with pytest.raises(SystemExit) as caught:
+        main(["--help"])
+    assert caught.value.code == 0
+    text = capsys.readouterr().out
+    for option in ("--package", "--package-path", "--strict", "--quiet", "--schema"):
+        assert option in text
+
+
+def test_schema(capsys):
+    """--schema prints JSON that knows the keys of a scene and its eight shapes."""
+    assert main(["--schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert schema["required"] == ["version"]
+    assert {"sources", "robots", "geometries"} <= set(schema["properties"])
+    mapping = schema["$defs"]["GeometrySpec"]["properties"]["shape"]["discriminator"]["mapping"]
+    assert len(mapping) == 8
