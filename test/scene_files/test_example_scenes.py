@@ -3,6 +3,7 @@
 import importlib.util
 import json
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -102,3 +103,19 @@ def test_meshes_are_what_their_script_writes():
         mesh = trimesh.load(file)
         assert mesh.is_watertight
         assert 0 < mesh.volume < 0.7 * mesh.convex_hull.volume
+
+
+def test_examples_of_the_documentation_run(tmp_path):
+    """The scene and the Python lines in docs/scene_files.md do what they say."""
+    pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
+    text = (SCENES.parents[1] / "docs" / "scene_files.md").read_text()
+    (scene,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "meshes").symlink_to(SCENES / "meshes")
+    (tmp_path / "scene.yaml").write_text(scene)
+    loaded = load_scene(tmp_path / "scene.yaml").apply(SceneGraph())
+    assert list(loaded.sources) == ["cell", "objects", "tracker", "panda"]
+    names: dict = {}
+    exec(code, names)
+    poses = names["context"].frame_poses(names["source"])
+    np.testing.assert_array_equal(poses, names["X_WL"])
