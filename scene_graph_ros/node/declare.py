@@ -13,7 +13,7 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from scene_graph_ros.node.parameters import PARAMETERS, Parameter, validate
+from scene_graph_ros.node.parameters import Parameter, PARAMETERS, validate
 
 __all__ = ["NodeParameters", "descriptor"]
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-import threading
 from collections import Counter, deque
 from collections.abc import Iterable, Mapping
+import sys
+import threading
 from typing import Any
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+import numpy as np
 
 from msg_adapters.diagnostics import (
     diagnostic_array_to_msg,

@@ -25,7 +25,7 @@ from scene_graph_ros.geometry.model.collision_filter import CollisionFilterDecla
 from scene_graph_ros.geometry.model.ids import FilterId
 from scene_graph_ros.geometry.model.roles import RoleAssign
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
-from scene_graph_ros.node.world import Edit, SourceRecord, new_token
+from scene_graph_ros.node.world import Edit, new_token, SourceRecord
 
 __all__ = ["EDITS", "Tools"]
 
@@ -109,7 +109,7 @@ def register_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> 
     """Answer RegisterGeometry."""
     record = _owner(request, edit)
     names = _names(edit)
-    parent = names.frame_id(request.frame, record.name)
+    parent: Any = names.frame_id(request.frame, record.name)
     reference = request.parent_geometry
     if reference.id or reference.name:
         frame_id, parent = parent, names.geometry_id(reference)

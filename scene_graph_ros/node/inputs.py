@@ -7,11 +7,11 @@ partial messages are never lost.
 
 from __future__ import annotations
 
-import importlib
-import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+import importlib
+import time
 from typing import Any
 
 from rclpy.callback_groups import CallbackGroup
@@ -22,8 +22,8 @@ from rclpy.serialization import deserialize_message
 
 from msg_adapters.errors import MessageError, UnavailableError
 from msg_adapters.poses import (
-    PoseBatch,
     joints_from_msg,
+    PoseBatch,
     poses_from_multi_dof_joint_state,
     poses_from_pose_stamped,
     poses_from_tf,
@@ -31,7 +31,7 @@ from msg_adapters.poses import (
 )
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits
-from scene_graph_ros.node.names import POSE_TOPICS, default_pose_topic
+from scene_graph_ros.node.names import default_pose_topic, POSE_TOPICS
 from scene_graph_ros.node.qos import overridable, pose_qos
 from scene_graph_ros.node.world import SourceRecord, World
 
@@ -83,7 +83,7 @@ class _Channel:
         """Return the message, or None where the bytes are not one."""
         try:
             return deserialize_message(queued.data, self.kind)
-        except Exception as error:  # rmw raises a bare RuntimeError or MemoryError
+        except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
             self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
             return None
 
@@ -132,9 +132,7 @@ class _Channel:
         if frames is not self._link_frames_of:
             self._link_frames = _frame_names(self.record.robot, links, frames)
             self._link_frames_of = frames
-        return self.intake.accept_poses(
-            self._link_frames, X_PL, joints.stamp_ns, frames, limits
-        )
+        return self.intake.accept_poses(self._link_frames, X_PL, joints.stamp_ns, frames, limits)
 
     def covers(self, message: Any, frames: SourceFrames) -> bool:
         """Tell whether ``message`` alone moves all that the source moves."""
@@ -231,9 +229,7 @@ class PoseInputs:
                 arrivals.append(queued[-len(messages)].arrival)
         return moved, min(arrivals, default=None)
 
-    def _needed(
-        self, channel: _Channel, queued: list[_Queued], frames: SourceFrames
-    ) -> list[Any]:
+    def _needed(self, channel: _Channel, queued: list[_Queued], frames: SourceFrames) -> list[Any]:
         newest = channel.decode(queued[-1])
         if len(queued) == 1 or (newest is not None and channel.covers(newest, frames)):
             channel.intake.statistics.superseded += len(queued) - 1
@@ -248,7 +244,6 @@ class PoseInputs:
             record.name,
             logger.warning,
             unknown_is_normal=record.pose_type == TF,
-            world_frame=self._world.world_frame,
         )
         channel = _Channel(record, intake, kind)
 

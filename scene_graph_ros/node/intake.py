@@ -1,4 +1,4 @@
-"""What arrives from a source, validated: rows of poses that may be applied, and counts of the rest.
+"""What arrives from a source, validated: poses that may be applied, and counts of the rest.
 
 Nothing here knows topics or rclpy. A pose that can't be applied is counted by its reason, named
 in one warning per source, reason and frame, and changes nothing; the other poses of the same
@@ -7,17 +7,17 @@ message are applied.
 
 from __future__ import annotations
 
-import enum
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+import enum
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from msg_adapters.poses import PoseBatch, PoseFault
 
-__all__ = ["Fault", "Intake", "SourceFrames", "Statistics", "TimeLimits", "UNSTAMPED"]
+__all__ = ["UNSTAMPED", "Fault", "Intake", "SourceFrames", "Statistics", "TimeLimits"]
 
 UNSTAMPED = np.iinfo(np.int64).min
 """Stamp of a frame whose pose never came from a message, nanoseconds."""
@@ -125,14 +125,12 @@ class Intake:
         warn: Callable[[str], None],
         *,
         unknown_is_normal: bool = False,
-        world_frame: str = "world",
     ) -> None:
         self.source = source
         self.statistics = Statistics()
         self._warn = warn
         self._warned: set[tuple[Fault, str]] = set()
         self._unknown_is_normal = unknown_is_normal
-        self._world_frame = world_frame
         self._cached_names: tuple[str, ...] | None = None
         self._cached_frames: SourceFrames | None = None
         self._cached_rows = np.empty(0, dtype=np.int64)
@@ -246,24 +244,24 @@ class Intake:
         for wrong, fault, detail in checks:
             for index in np.flatnonzero(wrong & known & in_time):
                 lag = (now - int(stamps[index])) * 1e-9
-                self.fault(fault, names[index], f"a pose stamped {lag:.3f} s ago is {detail}")
+                self.fault(fault, names[int(index)], f"a pose stamped {lag:.3f} s ago is {detail}")
             in_time &= ~wrong
         return in_time
 
     def _right_parent(
         self, batch: PoseBatch, rows: np.ndarray, frames: SourceFrames
     ) -> np.ndarray:
-        right = np.ones(len(rows), dtype=bool)
-        if all(parent in ("", self._world_frame) for parent in batch.parents):
-            if not any(batch.parents) or all(p == self._world_frame for p in frames.parents):
-                return right
-        for index in np.flatnonzero(rows >= 0):
-            claimed = batch.parents[index if len(batch.parents) > 1 else 0]
-            actual = frames.parents[rows[index]]
-            if claimed not in ("", actual):
-                right[index] = False
-                detail = f"the pose is given in '{claimed}', the frame's parent is '{actual}'"
-                self.fault(Fault.WRONG_PARENT, batch.names[index], detail)
+        right = np.array(
+            [
+                row < 0 or claimed in ("", frames.parents[row])
+                for claimed, row in zip(batch.parents, rows.tolist(), strict=True)
+            ],
+            dtype=bool,
+        )
+        for index in np.flatnonzero(~right):
+            claimed, actual = batch.parents[index], frames.parents[rows[index]]
+            detail = f"the pose is given in '{claimed}', the frame's parent is '{actual}'"
+            self.fault(Fault.WRONG_PARENT, batch.names[index], detail)
         return right
 
 

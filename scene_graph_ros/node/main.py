@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import signal
 import sys
 import threading
-from collections.abc import Sequence
 from types import FrameType
 from typing import Any
 
@@ -35,7 +35,7 @@ def main(args: Sequence[str] | None = None) -> int:
     try:
         node = SceneGraphNode()
     except (ParameterException, ValueError, OSError, LookupError) as error:
-        print(f"scene_graph: {error}", file=sys.stderr)
+        sys.stderr.write(f"scene_graph: {error}\n")
         rclpy.shutdown()
         return 1
     failures = _spin_until(stop, node)
@@ -64,7 +64,7 @@ def _spin_until(stop: threading.Event, node: SceneGraphNode) -> list[BaseExcepti
         try:
             while not stop.is_set():
                 executor.spin_once()
-        except BaseException as error:
+        except BaseException as error:  # noqa: BLE001 - raised again by the main thread
             failures.append(error)
             stop.set()
 

@@ -28,7 +28,7 @@ class SceneGraphNode(LifecycleNode):
     def __init__(
         self, node_name: str = NODE_NAME, *, scene_graph: SceneGraph | None = None, **options: Any
     ) -> None:
-        """Raises ValueError for parameters, SceneFileError for a scene file that are wrong."""
+        """Start; raises ValueError for wrong parameters, SceneFileError for a wrong scene."""
         super().__init__(node_name, **options)
         self.server = Server(self, scene_graph)
         self._failure: Exception | None = None
@@ -70,7 +70,7 @@ class SceneGraphNode(LifecycleNode):
     def _transition(self, what: str, action: Callable[[], None]) -> TransitionCallbackReturn:
         try:
             action()
-        except Exception as error:  # told to the lifecycle manager; the reason is in the log
+        except Exception as error:  # noqa: BLE001 - told to the lifecycle manager and the log
             self._failure = error
             self.get_logger().error(f"can't {what}: {error}")
             return TransitionCallbackReturn.FAILURE

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
+import time
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType

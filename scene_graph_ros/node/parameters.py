@@ -6,9 +6,9 @@ declare exactly this table, ``config/scene_graph.yaml`` and the launch file are 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+import math
 from typing import Any
 
 __all__ = ["PARAMETERS", "Parameter", "defaults", "validate"]

@@ -18,11 +18,11 @@ from msg_adapters.errors import MessageError, TooLargeError
 from msg_adapters.poses import poses_to_msg
 from msg_adapters.properties import role_from_msg
 from msg_adapters.queries import (
-    Options,
     candidates_to_msg,
     configuration_start_to_msg,
     flags_to_msg,
     limit_from_msg,
+    Options,
     point_distances_to_msg,
     points_from_msg,
     signed_distance_pair_to_msg,
@@ -120,9 +120,7 @@ def signed_distance_pairs(request: Any, response: Any, asked: Asked) -> None:
             f"{len(request.geometries_b)}"
         )
     if len(request.ids_a) != len(request.ids_b):
-        raise MessageError(
-            f"ids_a has {len(request.ids_a)} entries, ids_b {len(request.ids_b)}"
-        )
+        raise MessageError(f"ids_a has {len(request.ids_a)} entries, ids_b {len(request.ids_b)}")
     wanted = [
         *zip(request.geometries_a, request.geometries_b, strict=True),
         *zip(request.ids_a, request.ids_b, strict=True),
@@ -185,7 +183,7 @@ def collisions(request: Any, response: Any, asked: Asked) -> None:
 def poses(request: Any, response: Any, asked: Asked) -> None:
     """Answer GetPoseInWorld."""
     names = asked.snapshot.names
-    wanted = [names.frame_id(frame) for frame in request.frames]
+    wanted: list[Any] = [names.frame_id(frame) for frame in request.frames]
     wanted += [names.geometry_id(reference) for reference in request.geometries]
     count = len(wanted) * len(asked.options.configurations)
     asked.require("max_rows_per_response", count, "poses")

@@ -17,7 +17,7 @@ from scene_graph_ros.node.declare import NodeParameters
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
 from scene_graph_ros.node.edits import Tools
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.inputs import PoseInputs, message_type
+from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
 from scene_graph_ros.node.names import DIAGNOSTICS
 from scene_graph_ros.node.pacing import Pacing
@@ -47,6 +47,7 @@ class Server:
         self._monitor = Monitor()
         self._is_configured = False
         self._is_active = False
+        self._timed_sequence = -1
 
     @property
     def world(self) -> World:
@@ -184,12 +185,10 @@ class Server:
             limits = self._limits()
             with self._world.lock:
                 moved, arrival = self._inputs.collect(limits)
-                snapshot = (
-                    self._world.commit(moved, arrival) if moved else self._world.snapshot
-                )
+                snapshot = self._world.commit(moved, arrival) if moved else self._world.snapshot
             self._effects.update(snapshot)
             self._monitor.updated(time.monotonic_ns())
-        except Exception:  # the node survives a fault of its own, and says so
+        except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
             self._monitor.errors += 1
             self.node.get_logger().error(
                 f"an update failed:\n{traceback.format_exc()}", throttle_duration_sec=1.0
@@ -211,9 +210,7 @@ class Server:
         now = time.monotonic_ns()
         max_age = self.parameter("max_pose_age")
         sources = [
-            self._diagnostics.source(
-                name, channel.topic, channel.intake.statistics, now, max_age
-            )
+            self._diagnostics.source(name, channel.topic, channel.intake.statistics, now, max_age)
             for name, channel in self._inputs.channels.items()
         ]
         world = self._diagnostics.world(

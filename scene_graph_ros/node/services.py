@@ -7,27 +7,27 @@ under a single-threaded executor.
 
 from __future__ import annotations
 
-import time
-import traceback
 from collections import Counter
 from collections.abc import Callable, Generator
+import time
+import traceback
 from typing import Any, Protocol
 
-import scene_graph_msgs.srv
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
-from scene_graph_msgs.msg import Status
-from scene_graph_msgs.srv import ListEffects
 
 from msg_adapters.diagnostics import effect_to_msg
 from msg_adapters.errors import StaleError, UnavailableError
 from msg_adapters.queries import Options, options_from_msg
 from msg_adapters.stamps import duration_from_msg, stamp_from_msg, stamp_to_msg
 from msg_adapters.status import ok_status, status_from_exception
+from scene_graph_msgs.msg import Status
+import scene_graph_msgs.srv
+from scene_graph_msgs.srv import ListEffects
 from scene_graph_ros.node.edits import EDITS, Tools
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.names import default_pose_topic, service_name
-from scene_graph_ros.node.queries import QUERIES, Asked
+from scene_graph_ros.node.queries import Asked, QUERIES
 from scene_graph_ros.node.world import World, WorldSnapshot
 
 __all__ = ["Services"]
@@ -113,7 +113,7 @@ class Services:
                 self._finish(name, response, snapshot)
                 if query.effect:
                     self._effects.record(query.effect, time.perf_counter() - begin)
-            except Exception as error:  # every request is answered; faults are logged
+            except Exception as error:  # noqa: BLE001 - every request is answered
                 return self._refuse(name, type(response)(), error)
             return response
 
@@ -133,7 +133,7 @@ class Services:
                 if name == "RegisterSource":
                     response.pose_topic = self._pose_topic(response.source.name)
                 self._finish(name, response, snapshot)
-            except Exception as error:  # every request is answered; faults are logged
+            except Exception as error:  # noqa: BLE001 - every request is answered
                 return self._refuse(name, type(response)(), error)
             return response
 

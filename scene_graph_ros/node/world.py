@@ -8,10 +8,10 @@ leaves no trace. No rclpy here.
 
 from __future__ import annotations
 
-import secrets
-import threading
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+import secrets
+import threading
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,7 +20,7 @@ from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.query.query_object import QueryObject
-from scene_graph_ros.node.intake import UNSTAMPED, SourceFrames
+from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
 
 __all__ = ["Edit", "SourceRecord", "World", "WorldSnapshot", "new_token"]
@@ -185,7 +185,7 @@ class World:
     def _rebuild(self, initial_poses: Mapping[Any, np.ndarray]) -> None:
         """Make a context of the changed model, in which all frames are where they were."""
         inspector = self._scene_graph.model_inspector()
-        old = {name: frames for name, frames in self._frames.items()}
+        old = self._frames
         owners = {}
         self._frames = {}
         for name, record in self._records.items():
@@ -214,7 +214,7 @@ class World:
         stamps = np.full(len(ids), UNSTAMPED, dtype=np.int64)
         for row, frame_id in enumerate(ids):
             before = None if old is None else old.row_of_id.get(frame_id)
-            if before is not None:
+            if old is not None and before is not None:
                 X_PF[row], stamps[row] = old.X_PF[before], old.stamps[before]
             elif frame_id in initial_poses:
                 X_PF[row] = initial_poses[frame_id]

@@ -11,9 +11,10 @@ import sys
 import types
 
 import pytest
+import yaml
+
 from scene_graph_ros.node import names
 from scene_graph_ros.node.parameters import defaults, PARAMETERS, validate
-import yaml
 
 ROOT = Path(__file__).parents[2]
 LAUNCH = ROOT / "launch" / "scene_graph.launch.py"

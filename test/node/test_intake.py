@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import threading
 
-from msg_adapters.poses import PoseBatch
 import numpy as np
 import pytest
+
+from msg_adapters.poses import PoseBatch
 from scene_graph_ros.geometry import (
     GeometryFrame,
     GeometryInstance,
@@ -15,8 +16,14 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
-from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, Statistics, TimeLimits
-from scene_graph_ros.node.intake import UNSTAMPED
+from scene_graph_ros.node.intake import (
+    Fault,
+    Intake,
+    SourceFrames,
+    Statistics,
+    TimeLimits,
+    UNSTAMPED,
+)
 from scene_graph_ros.node.world import World
 
 NOW = 1_000_000_000_000

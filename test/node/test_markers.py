@@ -7,6 +7,9 @@ from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
 from node_harness import diagnostics_values, wait_until
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import MultiDOFJointState
+from visualization_msgs.msg import Marker, MarkerArray
+
 from scene_graph_msgs.msg import (
     ContactArray,
     FrameDescription,
@@ -15,8 +18,6 @@ from scene_graph_msgs.msg import (
     RoleProperties,
     Shape,
 )
-from sensor_msgs.msg import MultiDOFJointState
-from visualization_msgs.msg import Marker, MarkerArray
 
 VIEWER_QOS = QoSProfile(depth=100)
 """As a viewer subscribes: reliable and volatile, so that nothing is kept for latecomers."""
@@ -196,7 +197,9 @@ def test_deleted_geometry_disappears_and_the_rest_stays(client, scene):
     viewer = client.listen(MarkerArray, "markers/illustration", VIEWER_QOS)
     whole = viewer.wait_for(lambda m: len(m.markers) == len(SHAPES), "all markers")
     egg = next(key for key in ids(whole) if key[0].endswith("/egg"))
-    answer = client.call("RemoveGeometry", source=scene, geometries=[GeometryReference(name="egg")])
+    answer = client.call(
+        "RemoveGeometry", source=scene, geometries=[GeometryReference(name="egg")]
+    )
     assert answer.status.code == 0, answer.status
     message = viewer.wait_for(lambda m: ids(m, Marker.DELETE), "a deletion")
     assert ids(message, Marker.DELETE) == {egg}
@@ -252,7 +255,7 @@ def test_contact_markers_come_and_go_with_contacts(client, scene, mover):
 def test_effects_end_when_nothing_asks_any_more(client, scene, node):
     """When the source goes, its markers are deleted, then the topics."""
     viewer = client.listen(MarkerArray, "markers/illustration", VIEWER_QOS)
-    whole = viewer.wait_for(lambda m: ids(m), "markers")
+    whole = viewer.wait_for(ids, "markers")
     assert client.call("RemoveSource", source=scene).status.code == 0
     message = viewer.wait_for(lambda m: ids(m, Marker.DELETE), "deletions")
     assert ids(message, Marker.DELETE) == ids(whole)

@@ -6,11 +6,12 @@ import math
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
-from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 from node_harness import diagnostics_values, wait_until
 import pytest
-from scene_graph_msgs.msg import ContactArray
 from sensor_msgs.msg import MultiDOFJointState
+
+from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
+from scene_graph_msgs.msg import ContactArray
 
 SCENE = """
 version: 1
@@ -142,11 +143,13 @@ def test_partial_messages_in_one_burst_are_all_applied(client, contacts, publish
         publishers["multi"].publish(multi(client.now(), m1=transform(x=1.5 + 0.01 * i)))
         publishers["multi"].publish(multi(client.now(), m2=transform(y=-1.75 - 0.01 * i)))
     contacts.wait_for_newest(
-        lambda m: depths(m)
-        == {
-            "ball_1": pytest.approx(0.5 - 0.19, abs=1e-12),
-            "ball_2": pytest.approx(0.25 - 0.19, abs=1e-12),
-        },
+        lambda m: (
+            depths(m)
+            == {
+                "ball_1": pytest.approx(0.5 - 0.19, abs=1e-12),
+                "ball_2": pytest.approx(0.25 - 0.19, abs=1e-12),
+            }
+        ),
         "the last pose of both frames",
     )
 
@@ -184,7 +187,7 @@ FAULTS = {
 def test_a_bad_pose_is_counted_warned_about_once_and_changes_nothing(
     client, node, publishers, fault_count, fault
 ):
-    """NaN, a non-unit quaternion, unknown and foreign frames change no pose, whoever sends them."""
+    """NaN, a non-unit quaternion, an unknown and a foreign frame change no pose."""
     frames = ["m1", "m2", "s", "t"]
     before = client.call("GetPoseInWorld", frames=frames).poses
     count = fault_count("multi", fault)

@@ -10,11 +10,11 @@ import sys
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
-from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 from node_harness import diagnostics_values, TF_PREFIX, wait_until
 import pytest
-import scene_graph_msgs.srv as srv
 from sensor_msgs.msg import JointState
+
+from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 
 URDF = """<?xml version="1.0"?>
 <robot name="arm">

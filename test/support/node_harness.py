@@ -18,6 +18,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
+
 import scene_graph_msgs.srv
 
 ROOT = Path(__file__).parents[2]
@@ -73,7 +74,8 @@ class NodeProcess:
         command = [sys.executable, "-m", "scene_graph_ros.node"]
         if arguments:
             command += ["--ros-args", *arguments]
-        self._log = tempfile.NamedTemporaryFile("w+", suffix=".log")
+        # Deleted with this object, which lives as long as the process.
+        self._log = tempfile.NamedTemporaryFile("w+", suffix=".log")  # noqa: SIM115
         self.process = subprocess.Popen(
             command,
             env=environment(domain, extra_environment),
@@ -138,9 +140,7 @@ class Listener:
 
     def wait_for_newest(self, condition: Callable[[Any], Any], what: str) -> Any:
         """Wait until the newest message fulfils a condition and return it."""
-        return wait_until(
-            lambda: (m := self.newest) is not None and condition(m) and m, what
-        )
+        return wait_until(lambda: (m := self.newest) is not None and condition(m) and m, what)
 
 
 class Client:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 import threading
 import time
-from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 from rclpy.callback_groups import CallbackGroup

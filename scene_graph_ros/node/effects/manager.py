@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
-import threading
-import time
 from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+import importlib
+import threading
+import time
 from typing import Any
 
 from scene_graph_ros.geometry import Role
-from scene_graph_ros.node.effects.declarations import EFFECTS, Demand, EffectDeclaration
+from scene_graph_ros.node.effects.declarations import Demand, EffectDeclaration, EFFECTS
 from scene_graph_ros.node.effects.effect import Effect, Host
 from scene_graph_ros.node.world import WorldSnapshot
 
@@ -56,9 +56,7 @@ class _State:
 class Effects:
     """All effects of the node."""
 
-    def __init__(
-        self, host: Host, declarations: Iterable[EffectDeclaration] = EFFECTS
-    ) -> None:
+    def __init__(self, host: Host, declarations: Iterable[EffectDeclaration] = EFFECTS) -> None:
         self._host = host
         self._lock = threading.RLock()
         self._states = {d.name: _State(d) for d in declarations}
@@ -117,7 +115,7 @@ class Effects:
     def _follow(self, snapshot: WorldSnapshot) -> None:
         self._scene_version = snapshot.scene_version
         inspector = snapshot.inspector
-        counts = {
+        counts: dict[Role, int] = {
             role: inspector.num_geometries_with_role(role)
             for role in Role
             if role is not Role.UNASSIGNED
@@ -149,10 +147,10 @@ class Effects:
 
     @staticmethod
     def _close_if_time(state: _State) -> None:
-        if state.effect is not None and state.closes_at is not None:
-            if time.monotonic() >= state.closes_at:
-                state.effect.close()
-                state.effect, state.closes_at = None, None
+        effect, closes_at = state.effect, state.closes_at
+        if effect is not None and closes_at is not None and time.monotonic() >= closes_at:
+            effect.close()
+            state.effect, state.closes_at = None, None
 
     def _why_off(self, state: _State) -> str:
         if state.declaration.name in self._switched_off:

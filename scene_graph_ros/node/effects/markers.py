@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.markers import MarkerItem, SceneMarkers, marker_from_shape
+from msg_adapters.markers import marker_from_shape, MarkerItem, SceneMarkers
 from msg_adapters.scene import marker_items
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from scene_graph_msgs.msg import ContactArray
 from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.contacts import contact_markers_to_msg, contacts_to_msg
+from scene_graph_msgs.msg import ContactArray
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import CONTACT_MARKERS, CONTACTS
 from scene_graph_ros.node.qos import contact_qos, marker_qos
