@@ -45,7 +45,7 @@ SHAPES = (
 def start_position(index: int, count: int) -> tuple[float, float, float]:
     """Return where an object starts: on a spiral around the robot, some within its reach."""
     angle = 2.399963 * index  # the golden angle spreads them evenly
-    radius = 0.25 + 0.6 * math.sqrt((index + 0.5) / count)
+    radius = 0.2 + 0.3 * math.sqrt((index + 0.5) / count)
     return radius * math.cos(angle), radius * math.sin(angle), 0.03 + 0.05 * ((index * 7) % 10)
 
 

@@ -3,13 +3,14 @@
 With ``rviz:=true`` RViz comes along. Every argument can be listed with ``--show-args``.
 """
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
 
 # Name, default (a list is a path inside this package's share folder), description.
 ARGUMENTS = (

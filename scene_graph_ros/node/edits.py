@@ -62,7 +62,7 @@ def register_source(request: Any, response: Any, edit: Edit, tools: Tools) -> No
             raise MessageError(
                 f"source '{request.name}' sends {existing.pose_type}, not {pose_type}"
             )
-        record = existing
+        record, edit.has_changes = existing, False
     else:
         if pose_type == "sensor_msgs/msg/JointState":
             raise MessageError(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import threading
 import time
 
 from rclpy.callback_groups import CallbackGroup
@@ -32,6 +33,8 @@ class Pacing:
         self._max_rate, self._min_rate = max_rate, min_rate
         self._last = float("-inf")
         self._wanted = False
+        self._lock = threading.Lock()
+        self._is_closed = False
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._guard = node.create_guard_condition(self._on_wanted, callback_group=group)
         self._later = node.create_timer(
@@ -43,18 +46,21 @@ class Pacing:
 
     def request(self) -> None:
         """Ask for an update as soon as the largest rate allows; safe from any thread."""
-        if not self._wanted:
-            self._wanted = True
-            self._guard.trigger()
+        with self._lock:
+            if not self._wanted and not self._is_closed:
+                self._wanted = True
+                self._guard.trigger()
 
     def close(self) -> None:
         """Stop calling ``update``."""
-        for timer in (self._later, self._idle):
-            self._node.destroy_timer(timer)
-        self._node.destroy_guard_condition(self._guard)
+        with self._lock:
+            self._is_closed = True
+            for timer in (self._later, self._idle):
+                self._node.destroy_timer(timer)
+            self._node.destroy_guard_condition(self._guard)
 
     def _on_wanted(self) -> None:
-        if not self._wanted:
+        if not self._wanted or self._is_closed:
             return
         wait = self._last + 1.0 / self._max_rate() - time.monotonic()
         if wait <= 0.0:
@@ -64,11 +70,15 @@ class Pacing:
             self._later.reset()
 
     def _on_later(self) -> None:
+        if self._is_closed:
+            return
         self._later.cancel()
         if self._wanted:
             self._run()
 
     def _on_idle(self) -> None:
+        if self._is_closed:
+            return
         period = 1.0 / self._min_rate()
         if self._idle.timer_period_ns != int(period * 1e9):
             self._idle.timer_period_ns = int(period * 1e9)

@@ -135,6 +135,7 @@ class Server:
         )
         self._is_active = True
         self._inputs.refresh()
+        self._effects.open()
         snapshot = self._world.snapshot
         self._effects.update(snapshot)
         for report in self._effects.reports():

@@ -80,6 +80,7 @@ class Edit:
     filter_owners: dict[int, str] = field(default_factory=dict)
     effects_off: set[str] = field(default_factory=set)
     initial_poses: dict[Any, np.ndarray] = field(default_factory=dict)
+    has_changes: bool = True
 
     def owner(self, name: str, token: int) -> SourceRecord:
         """Return the source ``name`` after checking the token.
@@ -146,6 +147,8 @@ class World:
                 set(self.effects_off),
             )
             result = change(edit)
+            if not edit.has_changes:
+                return result, self._snapshot
             self._scene_graph, self._records = edit.scene_graph, edit.records
             self._filter_owners = edit.filter_owners
             self.effects_off = frozenset(edit.effects_off)

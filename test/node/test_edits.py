@@ -48,6 +48,7 @@ def test_a_source_comes_back_with_its_own_token_only(client, node):
     first = client.call("RegisterSource", name="phoenix", token=77)
     again = client.call("RegisterSource", name="phoenix", token=77)
     assert (again.status.code, again.source) == (Status.OK, first.source)
+    assert again.scene_version == first.scene_version
     assert client.call("RegisterSource", name="phoenix", token=78).status.code == (
         Status.NAME_CONFLICT
     )

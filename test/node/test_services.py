@@ -19,6 +19,7 @@ from scene_graph_msgs.msg import (
     Status,
     WhatIf,
 )
+from scene_graph_msgs.srv import HasCollisions
 
 
 @pytest.fixture(scope="module")
@@ -236,6 +237,16 @@ def test_minimal_stamp_that_never_comes_is_stale(client, scene):
         options = QueryOptions(minimal_stamp=future_stamp, timeout=timeout)
         answer = client.call("HasCollisions", options=options)
         assert answer.status.code == Status.STALE
+
+
+def test_a_service_that_does_not_exist_is_not_answered_and_harms_nothing(client, scene):
+    """A request to an unknown name waits for nobody; the others are answered as before."""
+    unknown = client.node.create_client(HasCollisions, "/scene_graph/no_such_service")
+    assert not unknown.wait_for_service(timeout_sec=0.2)
+    future = unknown.call_async(HasCollisions.Request())
+    assert client.call("HasCollisions").status.code == Status.OK
+    assert not future.done()
+    client.node.destroy_client(unknown)
 
 
 def test_effects_are_listed_with_reasons(client, scene):

@@ -63,6 +63,12 @@ class Effects:
         self._requests: Counter[str] = Counter()
         self._switched_off: frozenset[str] = frozenset()
         self._scene_version = -1
+        self._is_open = False
+
+    def open(self) -> None:
+        """Let effects come on."""
+        with self._lock:
+            self._is_open = True
 
     def switch_off(self, names: Iterable[str]) -> None:
         """Keep effects off whatever asks for them; effects not named follow the scene again."""
@@ -82,6 +88,8 @@ class Effects:
     def update(self, snapshot: WorldSnapshot) -> None:
         """Follow the scene, then let each effect publish that has somebody to publish to."""
         with self._lock:
+            if not self._is_open:
+                return
             if snapshot.scene_version != self._scene_version:
                 self._follow(snapshot)
             for state in self._states.values():
@@ -96,8 +104,9 @@ class Effects:
                     state.count += 1
 
     def close(self) -> None:
-        """Stop all effects at once."""
+        """Stop all effects at once, until they are opened again."""
         with self._lock:
+            self._is_open = False
             for state in self._states.values():
                 if state.effect is not None:
                     state.effect.close()
