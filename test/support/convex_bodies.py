@@ -13,8 +13,16 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh
-from scene_graph_ros.geometry import Sphere
+from scene_graph_ros.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Mesh,
+    Sphere,
+)
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
@@ -86,7 +94,7 @@ def support(shape, d):
 
 
 def outside(shape, x):
-    """Return a lower bound of how far the point x is beyond the shape's surface (negative inside)."""
+    """Return a lower bound of how far x is beyond the shape's surface (negative inside)."""
     x = np.asarray(x, float)
     if isinstance(shape, Sphere):
         return np.linalg.norm(x) - shape.radius

@@ -59,7 +59,7 @@ def test_identical_shapes_at_one_pose(shape):
 @pytest.mark.parametrize("angle", [1e-3, 1e-6, 1e-9, 1e-12, 1e-15, 0.0])
 @pytest.mark.parametrize("gap", [2e-3, 1e-9, 0.0, -2e-3])
 def test_nearly_parallel_faces_edges_and_axes(angle, gap):
-    """Tilts between 0 and a milliradian, along each axis, of bodies that lie flat on each other."""
+    """Tilts of 0 to a milliradian about each axis, of bodies that lie flat on each other."""
     for A in SHARED[1:]:
         for B in SHARED[1:]:
             for axis in np.eye(3):
@@ -99,7 +99,9 @@ def test_box_inside_box_equal_depths_are_flagged():
 def test_parallel_faces_keep_the_normal_unique():
     """Coplanar faces leave the witness points a choice, but not the normal."""
     for gap in (0.01, -0.01):
-        result = check(Box(0.2, 0.2, 0.2), Box(0.2, 0.2, 0.2), pose(np.eye(3), [0, 0.05, 0.2 + gap]))
+        result = check(
+            Box(0.2, 0.2, 0.2), Box(0.2, 0.2, 0.2), pose(np.eye(3), [0, 0.05, 0.2 + gap])
+        )
         assert result.distance == pytest.approx(gap, abs=1e-15)
         assert np.allclose(result.nhat_BA_A, [0, 0, -1], atol=1e-15)
         assert result.unique
