@@ -203,17 +203,37 @@ def _assemble(points: np.ndarray, faces: list[np.ndarray], edges: list[tuple[int
 
 
 def _planes(vertices: np.ndarray, faces: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return unit normals (Newell's method) and the largest offsets of polygons' corners."""
+    """Return unit normals and the largest offsets of polygons' corners."""
     normals = np.empty((len(faces), 3))
     offsets = np.empty(len(faces))
     sizes = np.array([len(face) for face in faces])
     for size in np.unique(sizes):
         rows = np.flatnonzero(sizes == size)
         corners = vertices[np.array([faces[row] for row in rows])]
-        relative = corners - corners[:, :1]
-        normal = np.cross(relative[:, 1:-1], relative[:, 2:]).sum(axis=1)
-        normal /= np.abs(normal).max(axis=1, keepdims=True)
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        normals[rows] = normal
-        offsets[rows] = np.einsum("fcj,fj->fc", corners, normal).max(axis=1)
+        normals[rows] = _normals(corners)
+        offsets[rows] = np.einsum("fcj,fj->fc", corners, normals[rows]).max(axis=1)
     return normals, offsets
+
+
+def _normals(corners: np.ndarray) -> np.ndarray:
+    """Return the (f, 3) unit normals of (f, c, 3) polygons, counter-clockwise about them.
+
+    The normal is the product of a long diagonal and of the short way from one of its ends to the
+    corner furthest from it. Differences of near points are exact, so the sides of a thin plate
+    contain their long edges; products of two long diagonals (Newell's method) would lose that.
+    """
+    every = np.arange(len(corners))
+    relative = corners - corners[:, :1]
+    far = np.linalg.norm(relative, axis=2).argmax(axis=1)
+    diagonal = relative[every, far]
+    heights = np.linalg.norm(np.cross(relative, diagonal[:, None]), axis=2)
+    third = heights.argmax(axis=1)
+    from_first = relative[every, third]
+    from_far = corners[every, third] - corners[every, far]
+    is_first_nearer = np.linalg.norm(from_first, axis=1) <= np.linalg.norm(from_far, axis=1)
+    short = np.where(is_first_nearer[:, None], from_first, from_far)
+    normal = np.cross(diagonal, short)
+    normal /= np.abs(normal).max(axis=1, keepdims=True)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    # The third corner comes before or after the far end; the area is to the left accordingly.
+    return np.where((third > far)[:, None], normal, -normal)

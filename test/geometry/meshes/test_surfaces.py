@@ -1,0 +1,119 @@
+import numpy as np
+import pytest
+import trimesh
+
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface
+from scene_graph_ros.geometry.meshes.hull import convex_hull
+
+
+def _box():
+    box = trimesh.creation.box((2.0, 2.0, 2.0))
+    return np.array(box.vertices), np.array(box.faces)
+
+
+def _soup(vertices, triangles):
+    """Return the same triangles with three vertices of their own each, as STL has them."""
+    return vertices[triangles].reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)
+
+
+def test_soup_of_triangles_is_welded_and_closed():
+    """Vertices with equal coordinates are one, so a mesh from STL is closed."""
+    surface = build_surface(*_soup(*_box()), name="box")
+    assert (len(surface.vertices), len(surface.triangles)) == (8, 12)
+    assert surface.is_closed
+
+
+def test_pseudonormals_of_a_box_point_along_diagonals():
+    """At a corner, three right angles give (1, 1, 1)/sqrt 3; at an edge, the mean of two sides."""
+    surface = build_surface(*_box(), name="box")
+    assert np.allclose(surface.vertex_pseudonormals, surface.vertices / np.sqrt(3.0))
+    for triangle, normals in zip(surface.triangles, surface.edge_pseudonormals, strict=True):
+        for k in range(3):
+            middle = surface.vertices[[triangle[k], triangle[(k + 1) % 3]]].mean(axis=0)
+            assert np.allclose(normals[k], middle / np.linalg.norm(middle))
+
+
+def test_duplicates_and_collapsed_triangles_are_dropped():
+    """Of triangles on the same vertices one stays; a triangle with a vertex twice goes."""
+    vertices, triangles = _box()
+    more = np.concatenate([triangles, triangles[:2], triangles[3:4, ::-1], [[0, 0, 1]]])
+    surface = build_surface(vertices, more, name="box")
+    assert len(surface.triangles) == 12
+    assert surface.is_closed
+
+
+def test_needle_on_an_edge_leaves_the_mesh_closed():
+    """A triangle without area closes the mesh by its edges, but is no part of the surface."""
+    # A tetrahedron whose edge AB is split at M in one face only; the needle A M B closes the gap.
+    a, b, c, d = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
+    m = 0.5 * (a + b)
+    triangles = [[0, 4, 3], [4, 1, 3], [0, 1, 4], [0, 2, 1], [0, 3, 2], [1, 2, 3]]
+    surface = build_surface(np.array([a, b, c, d, m]), np.array(triangles), name="needle")
+    assert surface.is_closed
+    assert len(surface.triangles) == 5
+    assert np.allclose(np.linalg.norm(surface.vertex_pseudonormals, axis=1), 1.0)
+    middle = np.flatnonzero((surface.vertices == m).all(axis=1))[0]
+    # M lies on the edge between the sides y = 0 and z = 0.
+    assert np.allclose(surface.vertex_pseudonormals[middle], [0.0, -1.0, -1.0] / np.sqrt(2.0))
+
+
+def test_inside_out_mesh_is_turned():
+    """A closed mesh whose triangles face inwards is turned, so inside is inside."""
+    vertices, triangles = _box()
+    surface = build_surface(vertices, triangles[:, ::-1], name="box")
+    centroids = surface.vertices[surface.triangles].mean(axis=1)
+    assert (np.einsum("ij,ij->i", centroids, surface.normals) > 0.0).all()
+
+
+def test_open_and_twisted_meshes_are_not_closed():
+    """A missing triangle, and one turned around, each leave edges without a twin."""
+    vertices, triangles = _box()
+    assert not build_surface(vertices, triangles[1:], name="open").is_closed
+    twisted = triangles.copy()
+    twisted[0] = twisted[0, ::-1]
+    assert not build_surface(vertices, twisted, name="twisted").is_closed
+
+
+def test_mesh_without_area_is_refused():
+    """Triangles on a line, or none at all, are no surface."""
+    line = np.outer(np.arange(4.0), [1.0, 1.0, 1.0])
+    with pytest.raises(MeshError, match="wire.*no triangle with an area"):
+        build_surface(line, np.array([[0, 1, 2], [1, 2, 3]]), name="wire")
+    with pytest.raises(MeshError, match="no triangle with an area"):
+        build_surface(line, np.zeros((0, 3), dtype=int), name="points")
+
+
+@pytest.mark.parametrize("n", [1, 4, 5, 37])
+def test_every_triangle_is_in_one_leaf_and_inside_all_boxes_above(n):
+    """The tree's leaves hold each triangle once, and each box holds what is below it."""
+    rng = np.random.default_rng(n)
+    vertices = rng.normal(size=(3 * n, 3))
+    surface = build_surface(vertices, np.arange(3 * n).reshape(n, 3), name="soup")
+    corners = surface.vertices[surface.triangles]
+    found, pending = [], [(0, [])]
+    while pending:
+        node, above = pending.pop()
+        path = [*above, node]
+        if surface.node_left[node] >= 0:
+            pending += [(surface.node_left[node], path), (surface.node_right[node], path)]
+            continue
+        slot = -1 - surface.node_left[node]
+        for t in surface.order[slot : slot + surface.node_right[node]]:
+            found.append(t)
+            assert (corners[t] >= surface.node_lower[path].max(axis=0)).all()
+            assert (corners[t] <= surface.node_upper[path].min(axis=0)).all()
+    assert sorted(found) == list(range(n))
+
+
+def test_convex_surfaces_are_recognized():
+    """A ball's triangulation is its own hull, a torus is not, nor is an open box."""
+    for mesh, expected in (
+        (trimesh.creation.icosphere(2), True),
+        (trimesh.creation.torus(1.0, 0.3), False),
+    ):
+        surface = build_surface(np.array(mesh.vertices), np.array(mesh.faces), name="mesh")
+        assert is_convex_surface(surface, convex_hull(surface.vertices)) is expected
+    vertices, triangles = _box()
+    opened = build_surface(vertices, triangles[1:], name="open")
+    assert not is_convex_surface(opened, convex_hull(vertices))
