@@ -31,6 +31,7 @@ __all__ = [
     "kernel",
     "kernel_count",
     "lean_kernel",
+    "merged_kernel",
 ]
 
 # Flags that are not given are inherited from the caller that happens to trigger the compilation,
@@ -147,6 +148,15 @@ def inlined_kernel(function: Callable[..., Any]) -> Any:
     copies every pointer, shape and stride to the stack, which takes longer than most answers.
     """
     return _compiled(function, {**_FLAGS, "forceinline": True, "_nrt": False})
+
+
+def merged_kernel(function: Callable[..., Any]) -> Any:
+    """Make a lean kernel whose source is compiled as part of its callers, not on its own.
+
+    Every layer of calls optimizes all layers below it once more, so a thin layer above a deep one
+    costs seconds of compilation; merged, it costs none. Its callers must be lean.
+    """
+    return _compiled(function, {**_FLAGS, "_nrt": False, "inline": "always"})
 
 
 def lean_kernel(function: Callable[..., Any]) -> Any:

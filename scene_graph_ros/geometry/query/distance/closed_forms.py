@@ -1,6 +1,6 @@
 """The pairs of shapes with a closed form for their signed distance, in ``ShapeKind`` order."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.jit import merged_kernel
 from scene_graph_ros.geometry.query.distance.distance_box_box import distance_box_box
 from scene_graph_ros.geometry.query.distance.distance_box_half_space import distance_box_half_space
 from scene_graph_ros.geometry.query.distance.distance_capsule_box import distance_capsule_box
@@ -47,7 +47,7 @@ _CONVEX = int(ShapeKind.CONVEX)
 _MESH = int(ShapeKind.MESH)
 
 
-@inlined_kernel
+@merged_kernel
 def distance_closed_form(table, i, j, R_AB, p_AB, max_distance):  # noqa: C901 - the table of pairs
     """Return (found, (phi, p_ACa, p_ACb, nhat_BA_A, unique)) of rows with kind_A <= kind_B.
 

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
@@ -56,7 +56,7 @@ def core_of(table, i):
     return core_kind, int(table.hull[i]), 0.0, (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@inlined_kernel
+@merged_kernel
 def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) for row j a mesh measured by its triangles."""
     if table.kind[i] == SPHERE_KIND:
@@ -67,7 +67,7 @@ def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance):
     return distance_convex_mesh(table, j, core_of(table, i), R_AB, p_AB, max_distance)
 
 
-@inlined_kernel
+@merged_kernel
 def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
     if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
@@ -87,7 +87,7 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
     )
 
 
-@inlined_kernel
+@merged_kernel
 def distance_pair(table, i, j, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of rows i (A) and j (B), in A's frame.
 

@@ -9,7 +9,7 @@ points include a point of an edge, and the edges of each box are measured to the
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.query.distance.box_faces import (
     middle_of_segment,
     quad_over_rectangle,
@@ -228,7 +228,7 @@ def _apart(size_A, size_B, R, p, n):
     return add(rotate(R, x_B), p), add(rotate(R, y_B), p)
 
 
-@inlined_kernel
+@lean_kernel
 def distance_box_box(size_A, size_B, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique).
 

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support, TRIANGLE
@@ -231,7 +231,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
     return -depth, x, axpy(depth, n, x), n, unique
 
 
-@inlined_kernel
+@merged_kernel
 def distance_convex_mesh(table, j, core, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) of a core A and row j's triangles B.
 

@@ -1,6 +1,6 @@
 """Signed distance of a half space to a convex hull or a mesh: the deepest vertex decides."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import HULL, support
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -38,7 +38,7 @@ def _deepest_point(hulls, k, down, tolerance):
     return scale(1.0 / count, total), depth
 
 
-@inlined_kernel
+@lean_kernel
 def distance_half_space_convex(R_AB, p_AB, table, j):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) for A the half space and row j's hull B.
 

@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support
@@ -263,7 +263,7 @@ def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
     return -depth, p_ACa, axpy(depth, nhat, p_ACa), nhat, True
 
 
-@inlined_kernel
+@merged_kernel
 def distance_mesh_mesh(table, i, j, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) of the triangles of rows i (A) and j (B).
 

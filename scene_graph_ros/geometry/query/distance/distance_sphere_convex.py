@@ -1,6 +1,6 @@
 """Signed distance of a sphere to a convex hull."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.query.distance.ball import ball_result
 from scene_graph_ros.geometry.query.point.point_convex import point_convex
 from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale
@@ -8,7 +8,7 @@ from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale
 __all__ = ["distance_sphere_convex"]
 
 
-@inlined_kernel
+@lean_kernel
 def distance_sphere_convex(size_A, R_AB, p_AB, table, j):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) for row j's hull.
 

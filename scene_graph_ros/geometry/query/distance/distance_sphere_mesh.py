@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.query.distance.ball import ball_result
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale
@@ -10,7 +10,7 @@ from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale
 __all__ = ["distance_sphere_mesh"]
 
 
-@inlined_kernel
+@lean_kernel
 def distance_sphere_mesh(size_A, R_AB, p_AB, table, j, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) for row j's triangles.
 

@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -34,7 +34,7 @@ FIRST_PENETRATION = 2
 NO_FAILURE = -1
 
 
-@inlined_kernel
+@lean_kernel
 def _solve(table, X_WG, pairs, max_distance, keep, columns):
     """Write the kept pairs into ``columns``; return how many, and the pair without an answer."""
     rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps = columns

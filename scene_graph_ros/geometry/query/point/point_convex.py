@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     dot,
     load_vector,
     norm,
+    scale,
     subtract,
     unit,
 )
@@ -35,24 +36,36 @@ def _highest_face(hulls, k, p):
 
 
 @inlined_kernel
-def _nearest_on_faces(hulls, k, p, tolerance):
-    """Return the nearest point over all faces that p is not below."""
-    best, least = p, math.inf
-    for f in range(hulls.face_start[k], hulls.face_start[k + 1]):
-        n = load_vector(hulls.face_normals, f)
-        height = dot(n, p) - hulls.face_offsets[f]
-        if height > -tolerance:
-            start, end = hulls.face_vertex_start[f], hulls.face_vertex_start[f + 1]
-            x, is_inside = nearest_on_polygon(
-                p, hulls.vertices, hulls.face_vertices, start, end, n
-            )
-            if is_inside:
-                x = axpy(-height, n, p)
-            offset = subtract(p, x)
+def _nearest_beyond_face(hulls, k, p, x):
+    """Return the nearest point of hull k to p outside, given one of it, x, that is near.
+
+    Where p's foot on the highest face is not in it, the nearest point is on an edge: inside a
+    face, p would be higher above that face than above the highest. Edges are skipped that lie
+    further along the way from p to the best point than that point.
+    """
+    offset = subtract(p, x)
+    least = dot(offset, offset)
+    distance = math.sqrt(least)
+    way = scale(-1.0 / distance, offset) if distance > 0.0 else (0.0, 0.0, 0.0)
+    for v in range(hulls.vertex_start[k], hulls.vertex_start[k + 1]):
+        a = load_vector(hulls.vertices, v)
+        is_far = dot(way, subtract(a, p)) >= distance
+        for slot in range(hulls.neighbor_start[v], hulls.neighbor_start[v + 1]):
+            w = hulls.neighbors[slot]
+            if w < v:
+                continue
+            b = load_vector(hulls.vertices, w)
+            if is_far and dot(way, subtract(b, p)) >= distance:
+                continue
+            candidate, _ = nearest_on_segment(p, a, b)
+            offset = subtract(p, candidate)
             square = dot(offset, offset)
             if square < least:
-                best, least = x, square
-    return best
+                x, least = candidate, square
+                distance = math.sqrt(least)
+                way = scale(-1.0 / distance, offset) if distance > 0.0 else way
+                is_far = dot(way, subtract(a, p)) >= distance
+    return x
 
 
 @inlined_kernel
@@ -89,13 +102,13 @@ def _point_wire(hulls, k, p_GQ, tolerance):
 
 
 @inlined_kernel
-def point_convex(hulls, k, scale, p_GQ):
-    """Return (phi, p_GN, grad_G, unique) of point Q and hull k, whose size is ``scale``.
+def point_convex(hulls, k, size, p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of point Q and hull k, of extent ``size``.
 
     Inside, of equally near faces the first in the hull's order is chosen, and ``unique`` is
     False; so it is on an edge or a vertex. A flat hull is all surface: phi is nowhere negative.
     """
-    tolerance = COINCIDENCE * scale
+    tolerance = COINCIDENCE * size
     face, height, second = _highest_face(hulls, k, p_GQ)
     if face < 0:
         return _point_wire(hulls, k, p_GQ, tolerance)
@@ -107,7 +120,7 @@ def point_convex(hulls, k, scale, p_GQ):
     p_GN, is_above = nearest_on_polygon(p_GQ, hulls.vertices, hulls.face_vertices, start, end, n)
     if is_above:
         return height, foot, n, height > tolerance or second < height - tolerance
-    p_GN = _nearest_on_faces(hulls, k, p_GQ, tolerance)
+    p_GN = _nearest_beyond_face(hulls, k, p_GQ, p_GN)
     offset = subtract(p_GQ, p_GN)
     phi = norm(offset)
     if phi <= tolerance:
