@@ -7,9 +7,12 @@ An open mesh is a surface without an inside: its distance is nowhere negative.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import traversal_stack
-from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
+from scene_graph_ros.geometry.query.point.flat_features import (
+    nearest_on_segment,
+    nearest_on_triangle,
+)
 from scene_graph_ros.geometry.spatial.vectors import (
     dot,
     load_vector,
@@ -94,6 +97,21 @@ def _pseudonormal(surfaces, triangle, feature):
     return load_vector(surfaces.vertex_pseudonormals, corner)
 
 
+@kernel
+def _border_feature(p, a, b, c, tolerance):
+    """Return the corner or edge of a triangle that p is on, numbered as features, or 0."""
+    for k in range(3):
+        corner = a if k == 0 else (b if k == 1 else c)
+        if norm(subtract(p, corner)) <= tolerance:
+            return k + 4
+    for k in range(3):
+        start, end = (a, b) if k == 0 else ((b, c) if k == 1 else (c, a))
+        x, _ = nearest_on_segment(p, start, end)
+        if norm(subtract(p, x)) <= tolerance:
+            return k + 1
+    return 0
+
+
 @inlined_kernel
 def point_mesh(surfaces, k, size, p_GQ, bound):
     """Return (phi, p_GN, grad_G, unique) of point Q and surface k, of extent ``size``.
@@ -108,11 +126,15 @@ def point_mesh(surfaces, k, size, p_GQ, bound):
     )
     if triangle < 0:
         return math.inf, p_GQ, (1.0, 0.0, 0.0), False
+    a = _corner(surfaces, triangle, 0)
+    if feature == 0 and norm(subtract(p_GQ, p_GN)) <= tolerance:
+        b, c = _corner(surfaces, triangle, 1), _corner(surfaces, triangle, 2)
+        feature = _border_feature(p_GQ, a, b, c, tolerance)
     normal = _pseudonormal(surfaces, triangle, feature)
     offset = subtract(p_GQ, p_GN)
     is_closed = surfaces.is_closed[k]
     if feature == 0:
-        height = dot(normal, subtract(p_GQ, _corner(surfaces, triangle, 0)))
+        height = dot(normal, subtract(p_GQ, a))
         if not is_closed and height < 0.0:
             return -height, p_GN, scale(-1.0, normal), unique
         return height, p_GN, normal, unique

@@ -1,6 +1,7 @@
 """Points against ellipsoids, also needles and plates, with mpmath as the reference."""
 
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from measuring import measure_point
 import mpmath as mp
 import numpy as np

@@ -1,0 +1,67 @@
+"""Many points against many shapes: the batch, its order and its culling."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Sphere
+from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.query.point.batch import distance_points
+
+
+def scene(count, seed):
+    """Return a table of mixed shapes, their poses and points among them."""
+    rng = np.random.default_rng(seed)
+    kinds = [
+        Sphere(0.1),
+        Capsule(0.05, 0.2),
+        Box(0.1, 0.2, 0.3),
+        Cylinder(0.1, 0.2),
+        Ellipsoid(0.05, 0.1, 0.2),
+        Convex(vertices=rng.normal(size=(12, 3)) / 10),
+        HalfSpace(),
+    ]
+    table = build_shape_table([kinds[i % 7] for i in range(count)], [False] * count)
+    X_WG = np.tile(np.eye(4), (count, 1, 1))
+    X_WG[:, :3, :3] = Rotation.random(count, random_state=seed).as_matrix()
+    X_WG[:, :3, 3] = rng.uniform(0, 2, (count, 3))
+    return table, X_WG, rng.uniform(0, 2, (30, 3))
+
+
+def test_threshold_equals_filtering():
+    """A threshold gives exactly the rows of the full answer within it, in the same order."""
+    table, X_WG, points = scene(70, 4)
+    full = distance_points(table, X_WG, points, np.inf)
+    assert len(full[0]) == 70 * 30
+    for threshold in (-0.05, 0.0, 0.1, 0.5, 10.0):
+        some = distance_points(table, X_WG, points, threshold)
+        kept = full[2] <= threshold
+        for column, expected in zip(some, full, strict=True):
+            np.testing.assert_array_equal(column, expected[kept])
+
+
+def test_sorted_by_point_then_row():
+    """Rows of the answer are in the order of points, and of shapes within a point."""
+    table, X_WG, points = scene(35, 5)
+    point, row = distance_points(table, X_WG, points, 0.3)[:2]
+    assert len(point) > 0
+    np.testing.assert_array_equal(np.lexsort((row, point)), np.arange(len(point)))
+
+
+def test_identity_in_world():
+    """Each row satisfies p_WQ - p_WN = phi grad_W, with the nearest point moved to W."""
+    table, X_WG, points = scene(35, 6)
+    point, row, phi, p_GN, grad_W, _ = distance_points(table, X_WG, points, np.inf)
+    X = X_WG[row]
+    p_WN = np.einsum("nij,nj->ni", X[:, :3, :3], p_GN) + X[:, :3, 3]
+    np.testing.assert_allclose(points[point] - p_WN, phi[:, None] * grad_W, atol=1e-14)
+
+
+def test_nothing_to_ask():
+    """No points or no shapes give empty columns of the right shapes."""
+    table, X_WG, points = scene(7, 7)
+    empty = build_shape_table([], [])
+    for answer in (
+        distance_points(table, X_WG, points[:0], np.inf),
+        distance_points(empty, X_WG[:0], points, np.inf),
+    ):
+        assert [column.shape for column in answer] == [(0,), (0,), (0,), (0, 3), (0, 3), (0,)]
