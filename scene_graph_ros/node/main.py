@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 import rclpy
-from rclpy.exceptions import ParameterException
+from rclpy.exceptions import InvalidHandle, ParameterException
 from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
@@ -63,7 +63,11 @@ def _spin_until(stop: threading.Event, node: SceneGraphNode) -> list[BaseExcepti
     def spin() -> None:
         try:
             while not stop.is_set():
-                executor.spin_once()
+                try:
+                    executor.spin_once()
+                except InvalidHandle:
+                    # rclpy looked at a topic or service that went just now: nothing is lost.
+                    node.get_logger().debug("an entity went while the executor looked at it")
         except BaseException as error:  # noqa: BLE001 - raised again by the main thread
             failures.append(error)
             stop.set()

@@ -45,6 +45,13 @@ class Server:
         self._intake_group = MutuallyExclusiveCallbackGroup()
         self._diagnostics_group = MutuallyExclusiveCallbackGroup()
         self._monitor = Monitor()
+        self._pacing = Pacing(
+            node,
+            self.group,
+            self._update,
+            max_rate=lambda: self.parameter("max_update_rate"),
+            min_rate=lambda: self.parameter("min_update_rate"),
+        )
         self._is_configured = False
         self._is_active = False
         self._timed_sequence = -1
@@ -126,21 +133,15 @@ class Server:
 
     def activate(self) -> None:
         """Take in poses and publish."""
-        self._pacing = Pacing(
-            self.node,
-            self.group,
-            self._update,
-            max_rate=lambda: self.parameter("max_update_rate"),
-            min_rate=lambda: self.parameter("min_update_rate"),
-        )
         self._is_active = True
+        self._pacing.resume()
         self._inputs.refresh()
         self._effects.open()
         snapshot = self._world.snapshot
         self._effects.update(snapshot)
         for report in self._effects.reports():
-            state = "on" if report.is_on else "off"
-            self.node.get_logger().info(f"effect {report.name}: {state}, {report.reason}")
+            if not report.is_on:
+                self.node.get_logger().info(f"effect {report.name} is off: {report.reason}")
         inspector = snapshot.inspector
         self.node.get_logger().info(
             f"running: {len(self._world.records)} sources, {inspector.num_frames() - 1} frames, "
@@ -152,7 +153,7 @@ class Server:
         """Stop taking in poses and publishing; services still answer."""
         if self._is_active:
             self._is_active = False
-            self._pacing.close()
+            self._pacing.pause()
             self._inputs.close()
             self._effects.close()
 
