@@ -22,6 +22,52 @@ SECONDS = 4.0
 """How long it goes on: some hundred requests and five interruptions."""
 
 
+def send_poses(client, publisher, stop):
+    """Move both balls at 250 Hz."""
+    rng = random.Random(3)
+    while not stop.is_set():
+        message = MultiDOFJointState(
+            joint_names=["a", "b"], transforms=[transform(rng.random()), transform(0.5)]
+        )
+        message.header.stamp = client.now()
+        publisher.publish(message)
+        time.sleep(0.004)
+
+
+def ask(other, codes, stop):
+    """Ask three queries at a time and note the status of each answer."""
+    while not stop.is_set():
+        options = what_if("b", *[(0.05 * i, 0, 0) for i in range(20)])
+        futures = [
+            other.start("ComputePointPairPenetration", options=options),
+            other.start("ComputeSignedDistancePairwise"),
+            other.start("DescribeScene", with_shapes=True),
+        ]
+        for future in futures:
+            wait_until(future.done, "an answer")
+            codes.append(future.result().status.code)
+
+
+def change(client, source, codes, stop):
+    """Add and remove geometry and note the status of each answer."""
+    while not stop.is_set():
+        names = [f"extra_{i}" for i in range(5)]
+        answers = [
+            client.call(
+                "RegisterGeometry",
+                source=source,
+                frame="a",
+                geometries=[sphere(name) for name in names],
+            ),
+            client.call(
+                "RemoveGeometry",
+                source=source,
+                geometries=[reference(name) for name in names],
+            ),
+        ]
+        codes.extend(answer.status.code for answer in answers)
+
+
 @pytest.mark.parametrize("executor", ["multi_threaded", "single_threaded"])
 def test_everything_at_once_is_answered_and_leaves_no_fault(start_node, domain, client, executor):
     """Under all this every request is OK, no update fails, and the process ends with code 0."""
@@ -36,48 +82,11 @@ def test_everything_at_once_is_answered_and_leaves_no_fault(start_node, domain, 
     publisher = client.publisher(MultiDOFJointState, "/balls/poses")
     stop = threading.Event()
     codes: list[int] = []
-    rng = random.Random(3)
-
-    def send_poses():
-        while not stop.is_set():
-            message = MultiDOFJointState(
-                joint_names=["a", "b"], transforms=[transform(rng.random()), transform(0.5)]
-            )
-            message.header.stamp = client.now()
-            publisher.publish(message)
-            time.sleep(0.004)
-
-    def ask():
-        while not stop.is_set():
-            options = what_if("b", *[(0.05 * i, 0, 0) for i in range(20)])
-            futures = [
-                other.start("ComputePointPairPenetration", options=options),
-                other.start("ComputeSignedDistancePairwise"),
-                other.start("DescribeScene", with_shapes=True),
-            ]
-            for future in futures:
-                wait_until(future.done, "an answer")
-                codes.append(future.result().status.code)
-
-    def change():
-        while not stop.is_set():
-            names = [f"extra_{i}" for i in range(5)]
-            answers = [
-                client.call(
-                    "RegisterGeometry",
-                    source=source,
-                    frame="a",
-                    geometries=[sphere(name) for name in names],
-                ),
-                client.call(
-                    "RemoveGeometry",
-                    source=source,
-                    geometries=[reference(name) for name in names],
-                ),
-            ]
-            codes.extend(answer.status.code for answer in answers)
-
-    threads = [threading.Thread(target=job) for job in (send_poses, ask, change)]
+    threads = [
+        threading.Thread(target=send_poses, args=(client, publisher, stop)),
+        threading.Thread(target=ask, args=(other, codes, stop)),
+        threading.Thread(target=change, args=(client, source, codes, stop)),
+    ]
     for thread in threads:
         thread.start()
     end = time.monotonic() + SECONDS
