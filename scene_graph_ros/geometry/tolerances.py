@@ -98,3 +98,7 @@ Products of a few rotations are off by about this much; it moves a witness by 1.
 CONVEX_VOLUME = 1e-12
 """Relative to the hull's volume: a closed mesh that encloses as much as its hull is convex. A dent
 that is missed moves the surface by less than the promised accuracy, unless it is a pinhole."""
+
+NEAR_CONTACT = 1e-6
+"""Relative to the pair's size: closer than this, GJK's direction v / |v| loses the digits that EPA
+and the polish keep; and shares of a depth are not taken of less than this."""

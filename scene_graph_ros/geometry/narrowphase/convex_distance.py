@@ -17,8 +17,13 @@ from scene_graph_ros.geometry.narrowphase.epa import (
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
-from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, scale, subtract, unit
-from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
+from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, norm, scale, subtract, unit
+from scene_graph_ros.geometry.tolerances import (
+    EPSILON,
+    GJK_ROUNDING,
+    NEAR_CONTACT,
+    POLISH_RESIDUAL,
+)
 
 __all__ = ["convex_distance"]
 
@@ -89,6 +94,7 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
     curved = is_curved(core_A) or is_curved(core_B)
     relative_gap = FIRST_GAP if curved else 0.0
     count = 0
+    distance, gap = 0.0, 0.0
     for _ in range(ATTEMPTS):
         status, count, v, lower, size = gjk(
             core_A, core_B, R_AB, p_AB, hulls, v, count, limit, relative_gap, S, ids, lam
@@ -98,7 +104,8 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
         a, b = weighted_points(S, lam, count)
         n = _simplex_normal(S, count, v)
         distance = math.sqrt(dot(v, v))
-        if not curved and distance - lower <= GJK_ROUNDING * EPSILON * size:
+        gap = distance - lower
+        if not curved and gap <= GJK_ROUNDING * EPSILON * size:
             break
         proven, n, a, b, lower, gap, _ = refine(
             core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, count, 1
@@ -112,9 +119,13 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
         n = unit(v, (0.0, 0.0, 1.0))
         phi = lower - core_A[2] - core_B[2]
         return phi, (0.0, 0.0, 0.0), scale(-phi, n), n, False, math.inf
-    if status == OVERLAP:
-        distance, a, b, n, unique, gap = _overlap(
+    allowed = POLISH_RESIDUAL * EPSILON * size
+    if status == OVERLAP or (gap > allowed and distance <= NEAR_CONTACT * size):
+        # Nearly touching, where rounding may stop GJK early: EPA works on both sides of contact.
+        depth, q_A, q_B, m, unique, error = _overlap(
             core_A, core_B, R_AB, p_AB, hulls, count, S, ids, lam
         )
-        return _finish(core_A, core_B, distance, a, b, n, unique, gap)
-    return _finish(core_A, core_B, distance, a, b, n, True, distance - lower)
+        rest = norm(axpy(-depth, m, subtract(q_A, q_B)))
+        if status == OVERLAP or rest <= allowed:
+            return _finish(core_A, core_B, depth, q_A, q_B, m, unique, error)
+    return _finish(core_A, core_B, distance, a, b, n, True, gap)

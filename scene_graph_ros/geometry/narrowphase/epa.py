@@ -36,6 +36,7 @@ from scene_graph_ros.geometry.tolerances import (
     FLAT_MINIMUM,
     FLAT_SIMPLEX,
     GJK_ROUNDING,
+    NEAR_CONTACT,
     POLISH_RESIDUAL,
     SAME_DIRECTION,
     TIE,
@@ -337,7 +338,8 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
                     _store_minimum(minima, FALLBACK, m, a, b, -distance, math.inf)
             finished = True
             break
-        if settle_gap > 0.0 and gap <= COARSE_GAP * extent:
+        reach = max(abs(extent), NEAR_CONTACT * size)
+        if settle_gap > 0.0 and gap <= COARSE_GAP * reach:
             row, found = _settle(
                 core_A,
                 core_B,
@@ -347,8 +349,8 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
                 size,
                 n,
                 extent,
-                gap <= FINE_GAP * extent,
-                gap <= settle_gap * extent,
+                gap <= FINE_GAP * reach,
+                gap <= settle_gap * reach,
                 S0,
                 ids0,
                 lam,

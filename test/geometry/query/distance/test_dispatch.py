@@ -1,0 +1,127 @@
+"""Every pair of the eight shapes through the dispatch, in both orders and in moved worlds."""
+
+import itertools
+
+from convex_bodies import (
+    align,
+    answer,
+    pose,
+    residuals,
+    rounded_hull,
+    separation,
+    sites,
+    tetrahedron_mesh,
+)
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
+from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
+
+BODIES = {
+    "sphere": Sphere(1 / 9),
+    "capsule": Capsule(1 / 15, 0.2),
+    "box": Box(0.2, 1 / 6, 0.12),
+    "cylinder": Cylinder(1 / 11, 0.2),
+    "ellipsoid": Ellipsoid(0.1, 0.08, 1 / 15),
+    "half space": HalfSpace(),
+    "convex": rounded_hull(0.2, 40),
+    "mesh": tetrahedron_mesh(0.2),
+}
+PAIRS = [p for p in itertools.product(BODIES, repeat=2) if p != ("half space", "half space")]
+SIZE = 0.2
+TOLERANCE = 1e-12 * SIZE
+ROUND = {"smooth", "side", "face"}
+X_WA = pose(Rotation.from_euler("xyz", [0.5, -0.2, 1.1]), [1 / 3, -0.7, 2.0])
+
+
+def placements(name_A, name_B, distance):
+    """Yield (X_AB, A's outward normal) of all feature pairs whose distance is constructed."""
+    rng = np.random.default_rng(11)
+    for site_A in sites(BODIES[name_A], rng):
+        for site_B in sites(BODIES[name_B], rng):
+            if distance > 0.0 or {site_A.feature, site_B.feature} & ROUND:
+                yield align(site_A, site_B, distance, rng.uniform(0.3, 1.2)), site_A.normal
+
+
+@pytest.mark.parametrize("distance", [2e-3, 1e-9, 0.0, -2e-3])
+@pytest.mark.parametrize(("name_A", "name_B"), PAIRS)
+def test_constructed_distance(name_A, name_B, distance):
+    """Every pair, in both orders, gives the constructed distance, on the surfaces."""
+    A, B = BODIES[name_A], BODIES[name_B]
+    for X_AB, normal in placements(name_A, name_B, distance):
+        result = answer(A, B, X_AB, X_WA=X_WA)
+        # World poses and the way back round a few times the scene's extent of 3 m.
+        slack = TOLERANCE + 2e-15
+        assert result.distance == pytest.approx(distance, abs=slack)
+        values = residuals_of(A, B, X_AB, result)
+        assert max(values.values()) <= 10.0 * slack, values
+        if abs(distance) > 1e-3:
+            assert np.allclose(result.nhat_BA_A, -normal, atol=1e-11, rtol=0.0)
+            assert result.unique
+
+
+def residuals_of(A, B, X_AB, result):
+    """Return the residuals; with the half space first, those of the swapped pair."""
+    if isinstance(A, HalfSpace):
+        R, p = X_AB[:3, :3], X_AB[:3, 3]
+        X_BA = pose(R.T, -R.T @ p)
+        swapped = result._replace(
+            p_ACa=R.T @ (result.p_ACb - p),
+            p_ACb=R.T @ (result.p_ACa - p),
+            nhat_BA_A=-R.T @ result.nhat_BA_A,
+        )
+        return residuals(B, A, X_BA, swapped)
+    return residuals(A, B, X_AB, result)
+
+
+@pytest.mark.parametrize(("name_A", "name_B"), PAIRS)
+def test_far_from_the_world_origin(name_A, name_B):
+    """A scene 1e6 m away answers the same, to the rounding of its poses (1e-10 m)."""
+    A, B = BODIES[name_A], BODIES[name_B]
+    far = X_WA.copy()
+    far[:3, 3] += [1e6, -1e6, 1e6]
+    for X_AB, _ in placements(name_A, name_B, 2e-3):
+        near = answer(A, B, X_AB, X_WA=X_WA)
+        moved = answer(A, B, X_AB, X_WA=far)
+        assert moved.distance == pytest.approx(near.distance, abs=1e-9)
+
+
+@pytest.mark.parametrize(("name_A", "name_B"), PAIRS)
+def test_order_of_the_shapes_does_not_matter(name_A, name_B):
+    """Swapping the shapes keeps the distance and flips the normal."""
+    A, B = BODIES[name_A], BODIES[name_B]
+    for X_AB, _ in placements(name_A, name_B, 2e-3):
+        R, p = X_AB[:3, :3], X_AB[:3, 3]
+        one = answer(A, B, X_AB)
+        two = answer(B, A, pose(R.T, -R.T @ p))
+        assert two.distance == pytest.approx(one.distance, abs=TOLERANCE)
+        assert np.allclose(R @ two.nhat_BA_A, -one.nhat_BA_A, atol=1e-11)
+
+
+@pytest.mark.parametrize(("name_A", "name_B"), PAIRS)
+def test_random_overlaps_are_no_deeper_than_any_direction(name_A, name_B):
+    """Depth is at most the way out along any sampled direction, and the way out along nhat."""
+    if "half space" in (name_A, name_B):
+        pytest.skip("a half space has one way out, tested by construction")
+    A, B = BODIES[name_A], BODIES[name_B]
+    rng = np.random.default_rng(21)
+    n = rng.normal(size=(500, 3))
+    n /= np.linalg.norm(n, axis=1)[:, None]
+    for _ in range(20):
+        X_AB = pose(Rotation.random(random_state=rng), 0.05 * rng.normal(size=3))
+        result = answer(A, B, X_AB)
+        assert separation(A, B, X_AB, n).max() <= result.distance + TOLERANCE
+        along = separation(A, B, X_AB, result.nhat_BA_A)
+        assert along == pytest.approx(result.distance, abs=TOLERANCE)
+
+
+def test_two_half_spaces_have_no_answer():
+    """The only refused pair comes back as a failure, not as a number."""
+    table = build_shape_table([HalfSpace(), HalfSpace()], [False, False])
+    poses = np.ascontiguousarray([np.eye(4), np.eye(4)])
+    columns = solve_pairs(table, poses, np.array([[0, 1]]), np.inf, WITHIN)
+    assert columns[-1] == 0 != NO_FAILURE
+    assert len(columns[1]) == 0
