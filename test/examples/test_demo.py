@@ -1,0 +1,78 @@
+"""The demo runs for real: three processes over DDS, and a picture of what they published."""
+
+import os
+from pathlib import Path
+import subprocess
+import sys
+
+import numpy as np
+from PIL import Image
+import pytest
+from visualization_msgs.msg import Marker
+
+ROOT = Path(__file__).parents[2]
+
+
+def test_the_demo_sees_contacts_and_ends_by_itself():
+    """Two seconds of the demo end with exit code 0 and name contacts of the arm."""
+    result = subprocess.run(
+        [sys.executable, "examples/demo.py", "--seconds", "3", "--no-picture"],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=150,
+        env={**os.environ, "ROS_DOMAIN_ID": "91", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+        check=False,
+    )
+    assert result.returncode == 0, result.stdout + result.stderr
+    summary = result.stdout
+    assert "3 sources" in summary
+    assert " - " in summary.split("Contacts", 1)[1].split("Closest", 1)[0]
+    assert "on: point_contact" in summary
+
+
+def _marker(kind: int, x: float, size: float) -> Marker:
+    marker = Marker(type=kind, action=Marker.ADD)
+    marker.pose.position.x = x
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = marker.scale.y = marker.scale.z = size
+    marker.color.r, marker.color.a = 1.0, 1.0
+    return marker
+
+
+@pytest.fixture
+def picture(monkeypatch):
+    """Import the drawing module of the examples."""
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    import picture
+
+    return picture
+
+
+def test_a_marker_is_drawn_where_it_is(picture):
+    """A red cube fills the middle of the picture that looks at it, and not the corner."""
+    camera = picture.Camera(eye=(0.0, -3.0, 0.0), target=(0.0, 0.0, 0.0), width=60, height=40)
+    image = np.asarray(picture.trace([_marker(Marker.CUBE, 0.0, 0.5)], camera, samples=4), float)
+    middle, corner = image[20, 30, :3], image[2, 2, :3]
+    assert middle[0] > 2.0 * middle[1]
+    assert abs(corner[0] - corner[1]) < 30.0
+
+
+def test_the_camera_projects_to_the_right_and_up(picture):
+    """A point right of and above the target lies right of and above the picture's middle."""
+    camera = picture.Camera(eye=(0.0, -3.0, 0.0), target=(0.0, 0.0, 0.0), width=60, height=40)
+    assert camera.project(np.zeros(3)) == pytest.approx((30.0, 20.0))
+    x, y = camera.project(np.array([0.2, 0.0, 0.1]))
+    assert x > 30.0
+    assert y < 20.0
+
+
+def test_projection_and_ray_tracer_agree(picture):
+    """A small sphere off the axis shows up at the pixel that the projection names."""
+    camera = picture.Camera(eye=(0.0, -3.0, 0.0), target=(0.0, 0.0, 0.0), width=60, height=40)
+    image = picture.trace([_marker(Marker.SPHERE, 0.6, 0.2)], camera, samples=8)
+    x, y = camera.project(np.array([0.6, 0.0, 0.0]))
+    redness = np.asarray(Image.Image.convert(image, "RGB"), float)
+    redness = redness[..., 0] - redness[..., 1]
+    row, column = np.argwhere(redness > 0.5 * redness.max()).mean(axis=0)
+    assert (column, row) == pytest.approx((x, y), abs=1.5)
