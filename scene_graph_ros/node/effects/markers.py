@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import ClassVar
 
+from ament_index_python.packages import get_packages_with_prefixes
 from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.markers import marker_from_shape, MarkerItem, SceneMarkers
@@ -23,6 +25,12 @@ from scene_graph_ros.node.world import WorldSnapshot
 __all__ = ["IllustrationMarkers", "PerceptionMarkers", "ProximityMarkers"]
 
 
+def package_shares() -> dict[str, Path]:
+    """Return the share folder of each installed package, by which viewers find meshes."""
+    prefixes = get_packages_with_prefixes()
+    return {name: Path(prefix) / "share" / name for name, prefix in prefixes.items()}
+
+
 class RoleMarkers:
     """Publishes the markers of one role where somebody listens."""
 
@@ -38,7 +46,7 @@ class RoleMarkers:
             period=lambda: 1.0 / host.parameter("marker_rate"),
         )
         self._logger = host.node.get_logger()
-        self._markers = SceneMarkers(frame_id=host.world_frame)
+        self._markers = SceneMarkers(frame_id=host.world_frame, package_shares=package_shares())
         self._scene_version = -1
         self._sequence = -1
         self._unshown: set[int] = set()
