@@ -103,7 +103,7 @@ def _triangle_gap(lower, upper, params):
     return math.sqrt(total)
 
 
-@kernel
+@merged_kernel
 def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance):
     """Return (distance, p_MN, n, unique, cuts, count) of surface k and a core of radius 0.
 

@@ -117,7 +117,7 @@ def _part(first, second, n_first, n_second, first_is_closed, second_is_closed):
     return depth, x, n
 
 
-@kernel
+@merged_kernel
 def _search(surfaces, k, m, R, p, bound, tolerance):
     """Return (distance, x, n, depth, y, m): the nearest triangles of two surfaces, or their cut.
 
@@ -212,7 +212,7 @@ def _is_inside(surfaces, k, m, size, R, p):
     return point_mesh(surfaces, m, size, q, math.inf)[0] < 0.0
 
 
-@kernel
+@merged_kernel
 def _leave(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, found):
     """Return (depth, p_ACa, nhat_BA_A) of meshes of which one is inside the other, or that cut."""
     distance, x, n, depth, y, out = found
