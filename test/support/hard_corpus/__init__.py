@@ -1,0 +1,1 @@
+"""The hard corpus: pairs whose answers are known without asking the product."""

@@ -1,0 +1,140 @@
+"""Solve many pairs in one call of the distance kernel, and measure what answers get wrong."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hard_corpus.bodies import extent, outside
+from hard_corpus.sites import gaps, pose
+from scene_graph_ros.geometry import HalfSpace
+from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
+
+__all__ = ["Answers", "Case", "complaints", "faults", "relative", "size", "solve", "swapped"]
+
+EPSILON = np.finfo(float).eps
+
+
+class Case(NamedTuple):
+    """A pair with its true distance, nan where only invariants are known, and normal, if known."""
+
+    label: str
+    A: Any
+    B: Any
+    X_WA: np.ndarray
+    X_WB: np.ndarray
+    truth: float = np.nan
+    triangles: tuple[bool, bool] = (False, False)
+    nhat_BA_W: np.ndarray | None = None
+
+
+class Answers(NamedTuple):
+    """One row per case; ``p_ACa`` in A, ``p_BCb`` in B."""
+
+    distance: np.ndarray
+    p_ACa: np.ndarray
+    p_BCb: np.ndarray
+    p_WCa: np.ndarray
+    p_WCb: np.ndarray
+    nhat_BA_W: np.ndarray
+    unique: np.ndarray
+    gap: np.ndarray
+
+
+def _table(cases):
+    """Return a shape table with rows 2 k, 2 k + 1 for case k; each shape is built once."""
+    found = {}
+    rows = [
+        found.setdefault((shape, exact), len(found))
+        for case in cases
+        for shape, exact in zip((case.A, case.B), case.triangles, strict=True)
+    ]
+    table = build_shape_table([key[0] for key in found], [key[1] for key in found])
+    # Convex meshes, too: the builder would rather take their hulls.
+    table = table._replace(exact=np.array([key[1] for key in found]))
+    index = np.array(rows)
+    names = ("kind", "size", "hull", "surface", "exact", "lower", "upper", "scale")
+    return table._replace(
+        **{name: np.ascontiguousarray(getattr(table, name)[index]) for name in names}
+    )
+
+
+def solve(cases, max_distance=np.inf):
+    """Return the Answers of all cases."""
+    table = _table(cases)
+    X_WG = np.ascontiguousarray(np.array([X for c in cases for X in (c.X_WA, c.X_WB)]))
+    pairs = np.arange(2 * len(cases)).reshape(-1, 2)
+    rows, *columns, failed = solve_pairs(table, X_WG, pairs, float(max_distance), WITHIN)
+    assert failed == NO_FAILURE
+    assert len(rows) == len(cases), "a distance is nan or beyond infinity"
+    return Answers(*columns)
+
+
+def swapped(cases):
+    """Return the cases with A and B exchanged."""
+    return [
+        c._replace(A=c.B, B=c.A, X_WA=c.X_WB, X_WB=c.X_WA, triangles=c.triangles[::-1])
+        for c in cases
+    ]
+
+
+def size(case):
+    """Return L, the larger of the two finite sizes."""
+    return max(extent(case.A), extent(case.B))
+
+
+def relative(X_WA, X_WB):
+    """Return X_AB; positions are subtracted first, which is exact for nearby ones."""
+    R_AW = X_WA[:3, :3].T
+    return pose(R_AW @ X_WB[:3, :3], R_AW @ (X_WB[:3, 3] - X_WA[:3, 3]))
+
+
+def faults(case, answers, k, directions=None):
+    """Return by how much answer k violates what holds for every pair of convex bodies.
+
+    Lengths in metres, all of them 0 for a perfect answer. ``tight``: along the normal the bodies
+    are as far apart as is said; for bodies apart this and the containment of the witnesses prove
+    the distance. ``beaten``: some of ``directions`` separates more, so the depth is too large.
+    """
+    X_AB = relative(case.X_WA, case.X_WB)
+    R, p = X_AB[:3, :3], X_AB[:3, 3]
+    n = case.X_WA[:3, :3].T @ answers.nhat_BA_W[k]
+    phi, p_ACa, p_BCb = answers.distance[k], answers.p_ACa[k], answers.p_BCb[k]
+    found = {
+        "unit": abs(np.linalg.norm(answers.nhat_BA_W[k]) - 1.0),
+        "identity": np.linalg.norm(p_ACa - (R @ p_BCb + p) - phi * n),
+        "outside A": max(outside(case.A, p_ACa), 0.0),
+        "outside B": max(outside(case.B, p_BCb), 0.0),
+        "tight": abs(gaps(case.A, case.B, X_AB, n) - phi),
+    }
+    if not np.isnan(case.truth):
+        found["distance"] = abs(phi - case.truth)
+    if (
+        directions is not None
+        and not isinstance(case.A, HalfSpace)
+        and not isinstance(case.B, HalfSpace)
+    ):
+        found["beaten"] = max(gaps(case.A, case.B, X_AB, directions).max() - phi, 0.0)
+    return {name: value if value == value else np.inf for name, value in found.items()}
+
+
+def complaints(cases, answers=None, *, bound=1e-12, directions=None):
+    """Return a line for every case that is off by more than ``bound`` times L, the worst first.
+
+    The normal has a bound of its own: between two points ``phi`` apart the direction is known to
+    the rounding of a position, over ``phi``; that times L is what the gap along it may be off. It
+    has to separate the bodies also when they touch, to 1e-9 L.
+    """
+    answers = solve(cases) if answers is None else answers
+    lines = []
+    for k, case in enumerate(cases):
+        L = size(case)
+        phi = abs(answers.distance[k])
+        of_normal = 1e-9 if phi <= 1e-12 * L else min(16.0 * EPSILON * L / phi, 1e-9)
+        bounds = {"unit": 1e-12, "tight": (bound + of_normal) * L}
+        for name, value in faults(case, answers, k, directions).items():
+            if not value <= bounds.get(name, bound * L):
+                lines.append(
+                    (value / L, f"{case.label} [{case.truth!r}]: {name} {value / L:.2g} L")
+                )
+    return [line for _, line in sorted(lines, reverse=True)]
