@@ -45,7 +45,9 @@ def _without_rounding(u):
 @kernel
 def _edge_normal(u, gap, distance):
     """Return the unit direction of ``gap``, by two edges' cross product where that is exacter."""
-    n = unit(gap, (1.0, 0.0, 0.0))
+    # The way is at a right angle to the segment; near contact, rounding would turn it.
+    across = axpy(-dot(gap, u) / dot(u, u), u, gap)
+    n = unit(across, unit(gap, (1.0, 0.0, 0.0)))
     for axis in range(3):
         others = gap[(axis + 1) % 3] != 0.0 and gap[(axis + 2) % 3] != 0.0
         if gap[axis] == 0.0 and others:

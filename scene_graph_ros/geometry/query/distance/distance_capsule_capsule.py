@@ -26,6 +26,20 @@ def _crossing_normal(axis_B):
 
 
 @kernel
+def _across_axes(offset, s, t, axis_B):
+    """Return the offset between two axes' nearest points without its rounding along the axes.
+
+    Between the ends the way is at a right angle to the axis; for axes that nearly meet, rounding
+    would turn it.
+    """
+    if abs(s) < 1.0:
+        offset = (offset[0], offset[1], 0.0)
+    if abs(t) < 1.0:
+        offset = axpy(-dot(offset, axis_B), axis_B, offset)
+    return offset
+
+
+@kernel
 def distance_capsule_capsule(size_A, size_B, R_AB, p_AB):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique).
 
@@ -37,7 +51,7 @@ def distance_capsule_capsule(size_A, size_B, R_AB, p_AB):
     h, k = (0.0, 0.0, size_A[1]), scale(size_B[1], axis_B)
     s, t, normal = nearest_on_segments(p_AB, h, k)
     p_AQa = scale(s, h)
-    offset = subtract(p_AQa, axpy(t, k, p_AB))
+    offset = _across_axes(subtract(p_AQa, axpy(t, k, p_AB)), s, t, axis_B)
     distance = norm(offset)
     length = max(size_A[0] + size_A[1], size_B[0] + size_B[1])
     unique = distance > COINCIDENCE * length

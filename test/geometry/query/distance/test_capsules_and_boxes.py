@@ -100,6 +100,18 @@ def test_nearly_parallel_axes(angle, height):
         np.testing.assert_allclose(pair.nhat_BA_W, (0, -1, 0), atol=1e-6)
 
 
+@pytest.mark.parametrize("angle", [1e-9, 1e-11, 1e-13, 3e-14, 1e-15, 0.0])
+@pytest.mark.parametrize("offset", [0.0, 1e-12, 1e-9, 1e-6])
+def test_nearly_coinciding_axes_keep_witnesses_on_the_surface(angle, offset):
+    """Where axes nearly coincide, the witnesses stay a radius away from their axes."""
+    X_AB = pose((offset, 0.3 * offset, 1 / 3), (angle, 0.7 * angle, 0))
+    pair = measure_both_ways(Capsule(0.178, 0.231), Capsule(1.0, 1.0), pose(), X_AB)
+    for radius, half, p, X in ((0.178, 0.1155, pair.p_WCa, pose()), (1.0, 0.5, pair.p_WCb, X_AB)):
+        q = X[:3, :3].T @ (p - X[:3, 3])
+        distance = np.linalg.norm(q - (0, 0, np.clip(q[2], -half, half)))
+        assert distance == pytest.approx(radius, abs=4e-15)
+
+
 @settings(max_examples=150, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_capsule_and_box_against_the_hull_of_differences(seed):
