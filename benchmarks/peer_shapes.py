@@ -1,0 +1,105 @@
+"""Our shapes as other libraries know them. A mesh stands for its convex hull, as in contact."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Mesh,
+    Sphere,
+)
+from scene_graph_ros.geometry.meshes.sources import hull_of
+
+__all__ = ["coal_shape", "drake_shape", "fcl_shape", "hull_triangles", "mujoco_geom"]
+
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+def hull_triangles(shape: Convex | Mesh) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vertices (n, 3) and triangles (t, 3) of a shape's convex hull."""
+    hull = hull_of(shape)
+    fans = [np.column_stack([np.full(len(f) - 2, f[0]), f[1:-1], f[2:]]) for f in hull.faces]
+    return np.asarray(hull.vertices), np.concatenate(fans)
+
+
+def _numbers(shape: Any) -> tuple[float, ...]:
+    """Return a primitive's measures in the order in which Coal, Drake and FCL take them."""
+    match shape:
+        case Sphere():
+            return (shape.radius,)
+        case Box():
+            return (shape.width, shape.depth, shape.height)
+        case Capsule() | Cylinder():
+            return (shape.radius, shape.length)
+        case Ellipsoid():
+            return (shape.a, shape.b, shape.c)
+    raise TypeError(f"{shape!r} is no primitive")
+
+
+def fcl_shape(shape: Any) -> Any:
+    """Return python-fcl's shape."""
+    fcl = importlib.import_module("fcl")
+    if isinstance(shape, HalfSpace):
+        return fcl.Halfspace(_UP, 0.0)
+    if isinstance(shape, Convex | Mesh):
+        vertices, triangles = hull_triangles(shape)
+        faces = np.concatenate([np.full((len(triangles), 1), 3), triangles], axis=1).flatten()
+        return fcl.Convex(vertices, len(triangles), faces)
+    return getattr(fcl, type(shape).__name__)(*_numbers(shape))
+
+
+def coal_shape(shape: Any) -> Any:
+    """Return Coal's shape."""
+    coal = importlib.import_module("coal")
+    if isinstance(shape, HalfSpace):
+        return coal.Halfspace(_UP, 0.0)
+    if isinstance(shape, Convex | Mesh):
+        vertices, triangles = hull_triangles(shape)
+        points = coal.StdVec_Vec3s()
+        points.extend(list(vertices))
+        faces = coal.StdVec_Triangle()
+        for t in triangles:
+            faces.append(coal.Triangle(*(int(v) for v in t)))
+        return coal.Convex(points, faces)
+    return getattr(coal, type(shape).__name__)(*_numbers(shape))
+
+
+def drake_shape(shape: Any) -> Any:
+    """Return Drake's shape; a mesh goes in as the text of an OBJ file."""
+    drake = importlib.import_module("pydrake.geometry")
+    if isinstance(shape, HalfSpace):
+        return drake.HalfSpace()
+    if isinstance(shape, Convex):
+        return drake.Convex(points=hull_triangles(shape)[0].T, label="convex")
+    if isinstance(shape, Mesh):
+        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(shape.vertices).tolist()]
+        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in np.asarray(shape.faces).tolist()]
+        common = importlib.import_module("pydrake.common")
+        text = common.MemoryFile("\n".join(lines).encode(), ".obj", "mesh")
+        return drake.Mesh(mesh_data=drake.InMemoryMesh(mesh_file=text))
+    return getattr(drake, type(shape).__name__)(*_numbers(shape))
+
+
+def mujoco_geom(shape: Any, name: str) -> tuple[str, str]:
+    """Return (attributes of a geom, asset) of MuJoCo's XML; the asset is empty but for meshes."""
+    if isinstance(shape, HalfSpace):
+        return 'type="plane" size="1 1 1"', ""
+    if isinstance(shape, Convex | Mesh):
+        vertices = " ".join(map(repr, hull_triangles(shape)[0].ravel().tolist()))
+        return f'type="mesh" mesh="{name}"', f'<mesh name="{name}" vertex="{vertices}"/>'
+    numbers = list(_numbers(shape))
+    if isinstance(shape, Box):
+        numbers = [0.5 * x for x in numbers]
+    if isinstance(shape, Capsule | Cylinder):
+        numbers[1] *= 0.5
+    size = " ".join(map(repr, map(float, numbers)))
+    return f'type="{type(shape).__name__.lower()}" size="{size}"', ""
