@@ -11,6 +11,8 @@ Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user'
 from __future__ import annotations
 
 from collections.abc import Callable
+import contextlib
+import fcntl
 import functools
 import hashlib
 import os
@@ -168,6 +170,27 @@ def lean_kernel(function: Callable[..., Any]) -> Any:
     return _compiled(function, {**_FLAGS, "_nrt": False})
 
 
+def _save_one_at_a_time(dispatcher: Any) -> None:
+    """Let no other process save a kernel of the same function meanwhile.
+
+    Numba picks a free file name from an index that it read before. Two processes that compile
+    the same function for different types would pick the same name, and the index of the one
+    would lead to the machine code of the other.
+    """
+    file = dispatcher._cache._cache_file
+    save = file.save
+
+    def save_locked(key: Any, data: Any) -> None:
+        folder = Path(dispatcher._cache.cache_path)
+        with contextlib.ExitStack() as stack:
+            with contextlib.suppress(OSError):  # not writable: then save() says so, if need be
+                lock = stack.enter_context((folder / ".lock").open("w"))
+                fcntl.flock(lock, fcntl.LOCK_EX)
+            save(key, data)
+
+    file.save = save_locked
+
+
 def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
     if numba_config.DISABLE_JIT:
         return function
@@ -179,6 +202,7 @@ def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
         dispatcher.enable_caching()
     finally:
         numba_config.CACHE_DIR = outer
+    _save_one_at_a_time(dispatcher)
     _dispatchers.append(dispatcher)
     return dispatcher
 
