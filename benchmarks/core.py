@@ -66,7 +66,7 @@ def run(n: int, rounds: int, seed: int) -> None:
     """Print the table for ``n`` shapes at 5 % fill."""
     scene = MixedScene.make(n, fill=0.05, pose_sets=POSE_SETS, seed=seed)
     engines = _engines(scene)
-    print(f"{n} mixed shapes, 5 % volume fill, seed {seed}, median of {rounds}, new poses each time")
+    print(f"{n} mixed shapes, 5 % fill, seed {seed}, median of {rounds}, new poses each time")
     for title, method in (
         ("pose update and candidates", "candidates"),
         ("pose update and all penetrations", "penetrations"),

@@ -58,6 +58,7 @@ class Fcl:
             o.setTransform(self._fcl.Transform(X[:3, :3], X[:3, 3]))
 
     def move(self, k: int) -> None:
+        """Give every object a new pose."""
         self.move_objects(k)
         self._manager.update()
 
@@ -105,6 +106,7 @@ class Coal:
         return self._coal.Convex(points, faces)
 
     def move(self, k: int) -> None:
+        """Give every object a new pose."""
         poses = self._poses[k % len(self._poses)]
         for o, X in zip(self._objects, poses, strict=True):
             o.setTransform(self._coal.Transform3s(X[:3, :3], X[:3, 3]))
@@ -112,6 +114,7 @@ class Coal:
         self._manager.update()
 
     def candidates(self) -> int:
+        """Return the number of pairs whose boxes overlap."""
         collect = self._coal.CollisionCallBackCollect(1_000_000)
         self._manager.collide(collect)
         return collect.numCollisionPairs()

@@ -101,10 +101,13 @@ class Ours:
         self._context.set_frame_poses(self._source, self._poses[k % len(self._poses)])
 
     def candidates(self) -> int:
+        """Return the number of pairs that the broadphase keeps."""
         return len(self.query.find_collision_candidates())
 
     def penetrations(self) -> int:
+        """Return the number of pairs that overlap."""
         return len(self.query.compute_point_pair_penetration())
 
     def distances(self, max_distance: float) -> int:
+        """Return the number of pairs nearer than ``max_distance`` (metres)."""
         return len(self.query.compute_signed_distance_pairwise_closest_points(max_distance))

@@ -1,1 +1,1 @@
-"""Geometry world for ROS 2: sources register frames and geometry and publish poses; queries answer."""
+"""Geometry world for ROS 2: sources register geometry and publish poses; queries answer."""

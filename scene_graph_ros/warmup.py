@@ -27,7 +27,9 @@ from scene_graph_ros.geometry import (
     Convex,
     Cylinder,
     Ellipsoid,
+    FrameId,
     GeometryFrame,
+    GeometryId,
     GeometryInstance,
     GeometrySet,
     HalfSpace,
@@ -75,7 +77,7 @@ def _compile_candidates() -> None:
 
 
 def _compile_model() -> None:
-    _scene_of_all_shapes().snapshot.inspector.num_geometries()
+    _scene_of_all_shapes().snapshot.X_WG  # noqa: B018
 
 
 _TASKS: dict[str, Callable[[], None]] = {
@@ -104,10 +106,11 @@ def _scene_of_all_shapes() -> QueryObject:
     properties = ProximityProperties()
     triangles = ProximityProperties()
     triangles.add_property("mesh", "representation", "triangles")
-    frames, geometries = [], []
+    frames: list[FrameId] = []
+    geometries: list[GeometryId] = []
     for k, shape in enumerate(2 * shapes):
-        parent = {"parent": frames[-1]} if k % 4 == 1 else {}
-        frame = scene_graph.register_frame(source, GeometryFrame(f"frame_{k}"), **parent)
+        parent = frames[-1] if k % 4 == 1 else None
+        frame = scene_graph.register_frame(source, GeometryFrame(f"frame_{k}"), parent=parent)
         instance = GeometryInstance(np.eye(4), shape, f"geometry_{k}")
         geometry = scene_graph.register_geometry(source, frame, instance)
         exact = isinstance(shape, Mesh) and k > len(shapes)
@@ -199,6 +202,7 @@ def warm_up(processes: int | None = None) -> int:
 
     Returns:
         the number of kernels that this process itself had to compile: 0 when all was well.
+
     """
     marker = jit.cache_root() / f"ready-{jit.digest_of_everything()}"
     if not marker.exists():

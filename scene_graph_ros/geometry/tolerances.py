@@ -85,7 +85,7 @@ FLAT_MINIMUM = 1e-10
 this has no single best direction (for example across a cylinder's axis)."""
 
 SAME_DIRECTION = 1.0 - 1e-10
-"""Cosine: unit vectors with a larger dot product (less than 1.4e-5 rad apart) are one direction."""
+"""Cosine: unit vectors with a larger dot product (within 1.4e-5 rad) are one direction."""
 
 BOX_ROUNDING = 8.0 * EPSILON
 """Relative to the coordinates that enter: bounding boxes are grown by this, so that rounding

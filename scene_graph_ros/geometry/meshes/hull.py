@@ -142,7 +142,7 @@ def _solid_faces(points: np.ndarray, tolerance: float) -> list[np.ndarray]:
     has_coplanar = (np.abs(heights).max(axis=2) <= tolerance).any(axis=1)
     # Grow faces from the largest triangles, whose planes are known best, so nothing drifts.
     face_of = np.full(len(triangles), -1, dtype=np.int64)
-    faces = []
+    faces: list[np.ndarray] = []
     for seed in np.argsort(-doubled_areas, kind="stable"):
         if face_of[seed] >= 0:
             continue

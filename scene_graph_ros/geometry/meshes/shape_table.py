@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.sources import hull_of, is_convex, source_identity, surface_of
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, Shape
 
 __all__ = ["Hulls", "ShapeTable", "Surfaces", "build_shape_table"]
@@ -145,6 +146,7 @@ def build_shape_table(shapes: Sequence[Shape], exact: Sequence[bool]) -> ShapeTa
         if isinstance(shape, PrimitiveShape):
             lower[row], upper[row] = shape.local_bounds()
             continue
+        assert isinstance(shape, MeshShape)  # the shapes without bounds of their own
         key = source_identity(shape)
         if key not in rows_of:
             hulls.append(hull_of(shape))
@@ -166,7 +168,10 @@ def build_shape_table(shapes: Sequence[Shape], exact: Sequence[bool]) -> ShapeTa
         surface=surface_index,
         exact=np.array(
             [
-                wanted and shape.kind == ShapeKind.MESH and not is_convex(shape)
+                wanted
+                and isinstance(shape, MeshShape)
+                and shape.kind == ShapeKind.MESH
+                and not is_convex(shape)
                 for shape, wanted in zip(shapes, exact, strict=True)
             ],
             dtype=np.bool_,

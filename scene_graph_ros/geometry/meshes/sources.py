@@ -128,4 +128,5 @@ def _read(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
     if shape.contents is not None:
         return read_mesh_contents(shape.contents, shape.file_type, name=_name(shape))
     faces = np.zeros((0, 3), dtype=np.int64) if shape.faces is None else shape.faces
+    assert shape.vertices is not None  # a shape without path and contents has vertices
     return checked_mesh(shape.vertices, faces, _name(shape))

@@ -28,6 +28,7 @@ class SurfaceMesh:
 
         Raises:
             MeshError: an array is empty, a coordinate not finite or an index out of range.
+
         """
         points, corners = checked_mesh(np.asarray(vertices), np.asarray(triangles), "SurfaceMesh")
         if not len(corners):
@@ -84,7 +85,7 @@ class SurfaceMesh:
 
     @property
     def centroid(self) -> FloatArray:
-        """(3,) metres: of the surface, not of the volume inside; the vertices' mean without area."""
+        """(3,) metres: of the surface, not the volume inside; the vertices' mean without area."""
         if not self.total_area > 0.0:
             return self._vertices.mean(axis=0)
         return self.areas @ self.element_centroids / self.total_area
@@ -95,6 +96,7 @@ class SurfaceMesh:
 
         Raises:
             MeshError: the mesh is not closed.
+
         """
         if not self.is_closed:
             raise MeshError("SurfaceMesh: a mesh that is not closed has no volume")
@@ -129,8 +131,9 @@ def read_obj_to_surface_mesh(filename: str | os.PathLike[str], scale: float = 1.
     Raises:
         MeshError: the file can't be read, is no mesh or has no triangles, or ``scale`` is not a
             positive finite number.
+
     """
-    if not (np.isscalar(scale) and np.isfinite(scale) and scale > 0.0):
+    if not (np.ndim(scale) == 0 and np.isfinite(scale) and scale > 0.0):
         raise MeshError(f"scale of {os.fspath(filename)!r} must be positive and finite: {scale!r}")
     vertices, triangles = read_mesh(filename)
     if not len(triangles):

@@ -44,7 +44,7 @@ _SHAPES = [
     Box(0.2, 0.5, 1.1),
     Cylinder(0.3, 0.5),
     Ellipsoid(0.1, 0.4, 0.9),
-    Convex(vertices=np.random.default_rng(0).normal(size=(20, 3)) + [1.0, 2.0, 3.0]),
+    Convex(vertices=np.random.default_rng(0).normal((1.0, 2.0, 3.0), size=(20, 3))),
 ]
 
 

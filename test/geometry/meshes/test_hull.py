@@ -131,7 +131,7 @@ def test_prism_has_two_caps_and_one_face_per_side():
     """The caps of a 64-sided prism are polygons of 64 corners."""
     angle = np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(64)])
-    points = np.concatenate([ring + [0, 0, z] for z in (-1.0, 0.0, 1.0)])
+    points = np.concatenate([ring + np.array([0, 0, z]) for z in (-1.0, 0.0, 1.0)])
     hull = convex_hull(points)
     assert sorted(len(face) for face in hull.faces) == [4] * 64 + [64] * 2
     _assert_is_hull(hull, points)

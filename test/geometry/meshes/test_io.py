@@ -45,7 +45,7 @@ def test_every_format_gives_the_same_solid(tmp_path, suffix):
 
 
 def test_bodies_of_a_scene_are_placed_by_their_transforms(tmp_path):
-    """A scene of two bodies is one mesh, each body where its node puts it, mirrored ones turned."""
+    """A scene of two bodies is one mesh, each body where its node puts it, also mirrored."""
     scene = trimesh.Scene()
     body = trimesh.creation.box((1.0, 1.0, 1.0))
     scene.add_geometry(body, transform=trimesh.transformations.translation_matrix([5, 0, 0]))

@@ -97,6 +97,7 @@ def test_mirrored_mesh_faces_outwards_and_is_where_the_mirror_puts_it():
 
 def test_empty_table_has_the_types_of_a_full_one():
     """No shapes make arrays of the same types and dimensions, so one compilation fits both."""
+
     def types(table):
         flat = [*table[:-2], *table.hulls, *table.surfaces]
         return [(a.dtype, a.ndim, a.flags.c_contiguous, a.flags.writeable) for a in flat]

@@ -3,8 +3,8 @@ import pytest
 import trimesh
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface
 from scene_graph_ros.geometry.meshes.hull import convex_hull
+from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface
 
 
 def _box():
@@ -78,7 +78,7 @@ def test_open_and_twisted_meshes_are_not_closed():
 def test_mesh_without_area_is_refused():
     """Triangles on a line, or none at all, are no surface."""
     line = np.outer(np.arange(4.0), [1.0, 1.0, 1.0])
-    with pytest.raises(MeshError, match="wire.*no triangle with an area"):
+    with pytest.raises(MeshError, match=r"wire.*no triangle with an area"):
         build_surface(line, np.array([[0, 1, 2], [1, 2, 3]]), name="wire")
     with pytest.raises(MeshError, match="no triangle with an area"):
         build_surface(line, np.zeros((0, 3), dtype=int), name="points")

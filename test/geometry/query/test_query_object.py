@@ -135,9 +135,7 @@ def test_pair_query_refuses_unknown_roleless_and_equal_ids(pair):
     """Each refusal names the id that is wrong."""
     instance = GeometryInstance(np.eye(4), Sphere(0.1), "ghost")
     graph = pair.graph
-    ghost = graph.register_geometry(
-        pair.source, pair.frames[0], instance, context=pair.context
-    )
+    ghost = graph.register_geometry(pair.source, pair.frames[0], instance, context=pair.context)
     ask = pair.query.compute_signed_distance_pair_closest_points
     with pytest.raises(UnknownIdError, match="999999"):
         ask(pair.ids[0], GeometryId(999999))
@@ -162,9 +160,7 @@ def test_two_half_spaces_are_the_only_refusal():
     with pytest.raises(UnsupportedPairError, match=r"HALF_SPACE.*floor.*HALF_SPACE.*wall"):
         query.compute_signed_distance_pair_closest_points(*ids)
     frame = graph.register_frame(source, GeometryFrame("door"))
-    door = graph.register_geometry(
-        source, frame, GeometryInstance(np.eye(4), HalfSpace(), "door")
-    )
+    door = graph.register_geometry(source, frame, GeometryInstance(np.eye(4), HalfSpace(), "door"))
     graph.assign_role(source, door, ProximityProperties())
     query = graph.query_object(graph.create_default_context())
     for ask in (
