@@ -5,6 +5,7 @@ built-in exception that a Python user would expect (``ValueError``, ``KeyError``
 """
 
 __all__ = [
+    "EngineError",
     "FilterHistoryError",
     "InvalidPoseError",
     "InvalidShapeError",
@@ -65,6 +66,10 @@ class RoleError(SceneGraphError, ValueError):
 
 class QueryArgumentError(SceneGraphError, ValueError):
     """An argument of a query that is not a number, not finite or of the wrong shape."""
+
+
+class EngineError(SceneGraphError, RuntimeError):
+    """An engine that is not installed, or has no such query."""
 
 
 class FilterHistoryError(SceneGraphError, ValueError):

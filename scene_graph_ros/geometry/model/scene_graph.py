@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, ClassVar, TYPE_CHECKING
 
+from scene_graph_ros.geometry.accuracy import Accuracy, as_accuracy, as_engine, Engine
 from scene_graph_ros.geometry.model import alteration, registration, removal
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterManager
 from scene_graph_ros.geometry.model.context import Context
@@ -39,8 +40,24 @@ class SceneGraph:
 
     _query_type: ClassVar[Callable[[Context], Any] | None] = None
 
-    def __init__(self) -> None:
-        self._model = ModelOwner(GeometryState())
+    def __init__(
+        self, *, accuracy: Accuracy | str = Accuracy.EXACT, engine: Engine | str = Engine.NATIVE
+    ) -> None:
+        """Make an empty model with what its queries are answered with, unless they say otherwise.
+
+        Args:
+            accuracy: "quick", "standard" or "exact": the error of a distance is at most
+                ``Accuracy(accuracy).bound`` (1e-3, 1e-6, 1e-12) of the pair's larger shape.
+            engine: "native", or "fcl" to compare with python-fcl, which promises no bound.
+
+        Raises:
+            QueryArgumentError: there is no such tier or engine.
+            EngineError: the engine is not installed.
+
+        """
+        state = GeometryState()
+        state.accuracy, state.engine = as_accuracy(accuracy), as_engine(engine)
+        self._model = ModelOwner(state)
 
     @classmethod
     def provide_queries(cls, query_type: Callable[[Context], Any]) -> None:
@@ -53,6 +70,32 @@ class SceneGraph:
         if not isinstance(context, Context):
             raise TypeError(f"context must come from create_default_context(), not {context!r}")
         return context
+
+    # Accuracy.
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """The tier of the model's queries."""
+        return self._model.state.accuracy
+
+    @property
+    def engine(self) -> Engine:
+        """Who answers the model's queries about pairs."""
+        return self._model.state.engine
+
+    def set_accuracy(self, accuracy: Accuracy | str, *, context: Context | None = None) -> None:
+        """Choose another tier for the model's queries. Raises QueryArgumentError."""
+        tier = as_accuracy(accuracy)
+        with self._owner(context).changing() as state:
+            state.accuracy = tier
+            state.changed()
+
+    def set_engine(self, engine: Engine | str, *, context: Context | None = None) -> None:
+        """Choose another engine for the model's queries. Raises as the constructor does."""
+        chosen = as_engine(engine)
+        with self._owner(context).changing() as state:
+            state.engine = chosen
+            state.changed()
 
     # Contexts, queries, inspection.
 

@@ -12,6 +12,7 @@ import itertools
 import threading
 from typing import Any
 
+from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.errors import OwnershipError, RoleError, UnknownIdError
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
@@ -42,6 +43,8 @@ class GeometryState:
     def __init__(self) -> None:
         world = FrameRecord(WORLD_FRAME_ID, _INTERNAL_SOURCE, WORLD_FRAME_ID, "world", 0)
         self.shared = False
+        self.accuracy = Accuracy.EXACT
+        self.engine = Engine.NATIVE
         self.source_names: dict[SourceId, str] = {_INTERNAL_SOURCE: "scene_graph_internal"}
         self.source_by_name: dict[str, SourceId] = {"scene_graph_internal": _INTERNAL_SOURCE}
         self.source_frames: dict[SourceId, dict[FrameId, None]] = {_INTERNAL_SOURCE: {}}
