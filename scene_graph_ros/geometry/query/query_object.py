@@ -10,7 +10,13 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.errors import QueryArgumentError, RoleError, UnsupportedPairError
+from scene_graph_ros.geometry.accuracy import Accuracy, as_accuracy, as_engine, Engine
+from scene_graph_ros.geometry.errors import (
+    EngineError,
+    QueryArgumentError,
+    RoleError,
+    UnsupportedPairError,
+)
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
@@ -67,6 +73,14 @@ class QueryObject:
     Pairs on the same frame, pairs of anchored geometries and pairs excluded by a collision filter
     are not reported. A ``Mesh`` stands for its convex hull between pairs unless its proximity
     properties ask for triangles, and always for its triangles against points.
+
+    How exact the answers about pairs are is the model's ``accuracy``, unless a query says
+    otherwise: "quick", "standard" or "exact" promise that a distance is off by no more than 1e-3,
+    1e-6 or 1e-12 of the pair's larger shape. Which pairs penetrate does not depend on it. Points
+    are exact at every tier. With ``certificate`` the records have ``gap`` (m): what the answer
+    itself proves its distance to be off by at most. ``engine="fcl"`` asks FCL instead, for
+    comparison: see ``fcl_engine``. What names no tier or engine raises QueryArgumentError, what
+    the engine lacks EngineError.
     """
 
     def __init__(self, provider: _Provider) -> None:
@@ -93,6 +107,16 @@ class QueryObject:
         result._last = answers
         return result
 
+    @property
+    def accuracy(self) -> Accuracy:
+        """The tier of answers that are not asked for otherwise: the model's."""
+        return self._provider.snapshot.state.accuracy
+
+    @property
+    def engine(self) -> Engine:
+        """Who answers about pairs if a query does not say otherwise: the model's choice."""
+        return self._provider.snapshot.state.engine
+
     def inspector(self) -> SceneGraphInspector:
         """Return an inspector of the model as this query object sees it now."""
         return self._provider.snapshot.inspector
@@ -109,14 +133,25 @@ class QueryObject:
         """Return the pairs whose bounding boxes meet; any pair not in it is apart."""
         return self._answers().get("candidates", scene.pairs_of_candidates)
 
-    def has_collisions(self) -> bool:
+    def has_collisions(
+        self, *, accuracy: Accuracy | str | None = None, engine: Engine | str | None = None
+    ) -> bool:
         """Tell whether any pair penetrates, as in ``compute_point_pair_penetration``.
 
         Raises UnsupportedPairError as that does, unless a collision is met before.
         """
-        return self._answers().get("collides", scene.collides)
+        answers = self._answers()
+        settings = _settings(answers.snapshot, accuracy, engine)
+        return answers.get(("collides", settings), lambda s: scene.collides(s, settings))
 
-    def compute_point_pair_penetration(self, *, derivatives: bool = False) -> Penetrations:
+    def compute_point_pair_penetration(
+        self,
+        *,
+        derivatives: bool = False,
+        certificate: bool = False,
+        accuracy: Accuracy | str | None = None,
+        engine: Engine | str | None = None,
+    ) -> Penetrations:
         """Return all penetrating pairs with depth, witness points and normal.
 
         Touching, to within OSCULATION of the larger shape's size, is no penetration. With
@@ -126,11 +161,18 @@ class QueryObject:
             UnsupportedPairError: two half spaces, not both anchored and not filtered.
 
         """
-        key = ("penetrations", derivatives)
-        return self._answers().get(key, lambda s: scene.penetrations(s, derivatives))
+        answers = self._answers()
+        settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
+        return answers.get(("penetrations", settings), lambda s: scene.penetrations(s, settings))
 
     def compute_signed_distance_pairwise_closest_points(
-        self, max_distance: float = math.inf, *, derivatives: bool = False
+        self,
+        max_distance: float = math.inf,
+        *,
+        derivatives: bool = False,
+        certificate: bool = False,
+        accuracy: Accuracy | str | None = None,
+        engine: Engine | str | None = None,
     ) -> SignedDistancePairs:
         """Return the signed distance of all pairs with ``distance <= max_distance`` (metres).
 
@@ -142,11 +184,20 @@ class QueryObject:
 
         """
         limit = _checked_limit("max_distance", max_distance)
-        key = ("distances", limit, derivatives)
-        return self._answers().get(key, lambda s: scene.pair_distances(s, limit, derivatives))
+        answers = self._answers()
+        settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
+        key = ("distances", limit, settings)
+        return answers.get(key, lambda s: scene.pair_distances(s, limit, settings))
 
     def compute_signed_distance_pair_closest_points(
-        self, id_A: GeometryId, id_B: GeometryId, *, derivatives: bool = False
+        self,
+        id_A: GeometryId,
+        id_B: GeometryId,
+        *,
+        derivatives: bool = False,
+        certificate: bool = False,
+        accuracy: Accuracy | str | None = None,
+        engine: Engine | str | None = None,
     ) -> SignedDistancePair:
         """Return the signed distance of one pair, filtered or not.
 
@@ -164,11 +215,17 @@ class QueryObject:
             raise UnsupportedPairError(
                 f"compute_signed_distance_pair_closest_points: {id_A!r} against itself"
             )
-        key = ("distance", row_A, row_B, derivatives)
-        return answers.get(key, lambda s: scene.pair_distance(s, row_A, row_B, derivatives)[0])
+        settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
+        key = ("distance", row_A, row_B, settings)
+        return answers.get(key, lambda s: scene.pair_distance(s, row_A, row_B, settings)[0])
 
     def compute_signed_distance_to_point(
-        self, p_WQ: ArrayLike, threshold: float = math.inf
+        self,
+        p_WQ: ArrayLike,
+        threshold: float = math.inf,
+        *,
+        accuracy: Accuracy | str | None = None,
+        engine: Engine | str | None = None,
     ) -> PointDistances:
         """Return the signed distance of point Q to every geometry, up to ``threshold`` (metres).
 
@@ -176,24 +233,59 @@ class QueryObject:
             QueryArgumentError: ``p_WQ`` is not three finite numbers, or ``threshold`` no number.
 
         """
+        answers = self._answers()
+        _check_point_settings(answers.snapshot, accuracy, engine)
         point = _checked_points("p_WQ", p_WQ, 1)
         limit = _checked_limit("threshold", threshold)
         key = ("point", point.tobytes(), limit)
-        return self._answers().get(
-            key, lambda s: scene.point_distances(s, point.reshape(1, 3), limit)
-        )
+        return answers.get(key, lambda s: scene.point_distances(s, point.reshape(1, 3), limit))
 
     def compute_signed_distance_to_points(
-        self, p_WQs: ArrayLike, threshold: float = math.inf
+        self,
+        p_WQs: ArrayLike,
+        threshold: float = math.inf,
+        *,
+        accuracy: Accuracy | str | None = None,
+        engine: Engine | str | None = None,
     ) -> PointDistances:
         """Return the signed distances of points ``(m, 3)`` to every geometry, up to ``threshold``.
 
         The field ``point`` of a record is the index of its point. Raises QueryArgumentError as
         ``compute_signed_distance_to_point`` does.
         """
+        snapshot = self._answers().snapshot
+        _check_point_settings(snapshot, accuracy, engine)
         points = _checked_points("p_WQs", p_WQs, 2)
         limit = _checked_limit("threshold", threshold)
-        return scene.point_distances(self._answers().snapshot, points, limit)
+        return scene.point_distances(snapshot, points, limit)
+
+
+def _settings(
+    snapshot: Snapshot,
+    accuracy: Accuracy | str | None,
+    engine: Engine | str | None,
+    derivatives: bool = False,
+    certificate: bool = False,
+) -> scene.Settings:
+    """Return what was asked for, the model's choice where nothing was."""
+    state = snapshot.state
+    chosen = state.engine if engine is None else as_engine(engine)
+    tier = state.accuracy if accuracy is None else as_accuracy(accuracy)
+    if chosen is Engine.FCL and accuracy is not None:
+        raise EngineError(f"engine 'fcl' has no accuracy to choose: {accuracy!r}")
+    if chosen is Engine.FCL and certificate:
+        raise EngineError("engine 'fcl' gives no certificate")
+    return scene.Settings(tier, chosen, bool(derivatives), bool(certificate))
+
+
+def _check_point_settings(
+    snapshot: Snapshot, accuracy: Accuracy | str | None, engine: Engine | str | None
+) -> None:
+    chosen = _settings(snapshot, accuracy, engine).engine
+    if chosen is not Engine.NATIVE:
+        raise EngineError(
+            f"engine {chosen.value!r} has no distances of points: ask with engine='native'"
+        )
 
 
 def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:

@@ -60,6 +60,8 @@ class PenetrationAsPointPair:
     """(6,) or None; see ``SignedDistancePair``. The distance is ``-depth``."""
     ddistance_dX_WB: FloatArray | None = None
     """(6,) or None."""
+    gap: float | None = None
+    """Metres, or None: the certificate; see ``SignedDistancePair``."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +85,9 @@ class SignedDistancePair:
     spatial velocity V_WA = (angular; of A's origin), rad/s and m/s, both expressed in W."""
     ddistance_dX_WB: FloatArray | None = None
     """(6,) or None: the same for B."""
+    gap: float | None = None
+    """Metres, or None: the certificate, an upper bound less a lower bound of the distance. Moving
+    A by ``distance`` against the normal makes the shapes touch to within this."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
@@ -30,6 +31,7 @@ from scene_graph_ros.geometry.query.results import (
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
 __all__ = [
+    "Settings",
     "collides",
     "pair_distance",
     "pair_distances",
@@ -37,6 +39,16 @@ __all__ = [
     "penetrations",
     "point_distances",
 ]
+
+
+class Settings(NamedTuple):
+    """How a query about pairs is to be answered, and what its result is to contain."""
+
+    accuracy: Accuracy
+    engine: Engine
+    derivatives: bool = False
+    certificate: bool = False
+
 
 _NO_FILTERS = np.zeros((0, 0), dtype=np.uint8)
 
@@ -56,11 +68,29 @@ def _candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
 
 
 def _solve(
-    snapshot: Snapshot, pairs: NDArray[np.int64], max_distance: float, keep: int, query: str
+    snapshot: Snapshot,
+    pairs: NDArray[np.int64],
+    max_distance: float,
+    keep: int,
+    settings: Settings,
+    query: str,
 ) -> tuple[NDArray[Any], ...]:
-    """Run ``solve_pairs``. Raises UnsupportedPairError for two half spaces."""
+    """Return the columns of ``solve_pairs``. Raises UnsupportedPairError for two half spaces."""
     proximity = snapshot.proximity
-    *columns, failed = solve_pairs(proximity.table, snapshot.X_WG, pairs, max_distance, keep)
+    if settings.engine is Engine.FCL:
+        from scene_graph_ros.geometry.query.fcl_engine import solve_pairs_with_fcl
+
+        *columns, failed = solve_pairs_with_fcl(
+            snapshot, pairs, max_distance, keep, lambda row: _describe(snapshot, row), query
+        )
+    else:
+        *columns, failed = solve_pairs(
+            proximity.table,
+            snapshot.X_WG,
+            pairs,
+            max_distance,
+            keep,
+        )
     if failed != NO_FAILURE:
         names = [_describe(snapshot, row) for row in pairs[failed]]
         raise UnsupportedPairError(
@@ -74,6 +104,18 @@ def _describe(snapshot: Snapshot, row: int) -> str:
     geometry_id = snapshot.proximity.geometry_ids[row]
     kind = ShapeKind(snapshot.proximity.table.kind[row])
     return f"{kind.name} {snapshot.inspector.get_name(geometry_id)!r} ({geometry_id!r})"
+
+
+def _extras(
+    snapshot: Snapshot, columns: tuple[NDArray[Any], ...], settings: Settings
+) -> dict[str, NDArray[np.float64]]:
+    """Return the columns that were asked for beside those that every result has."""
+    result: dict[str, NDArray[np.float64]] = {}
+    if settings.derivatives:
+        result |= _derivatives(snapshot, columns[0], columns)
+    if settings.certificate:
+        result["gap"] = columns[8]
+    return result
 
 
 def _derivatives(
@@ -100,17 +142,18 @@ def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     return CandidatePairs({"id_A": ids[:, 0], "id_B": ids[:, 1]})
 
 
-def collides(snapshot: Snapshot) -> bool:
+def collides(snapshot: Snapshot, settings: Settings) -> bool:
     """Tell whether any pair penetrates; stops at the first."""
     pairs = _candidate_rows(snapshot, 0.0)
-    rows, *_ = _solve(snapshot, pairs, 0.0, FIRST_PENETRATION, "has_collisions")
+    rows, *_ = _solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions")
     return len(rows) > 0
 
 
-def penetrations(snapshot: Snapshot, derivatives: bool) -> Penetrations:
+def penetrations(snapshot: Snapshot, settings: Settings) -> Penetrations:
     """Return all penetrating pairs."""
     pairs = _candidate_rows(snapshot, 0.0)
-    columns = _solve(snapshot, pairs, 0.0, PENETRATIONS, "compute_point_pair_penetration")
+    query = "compute_point_pair_penetration"
+    columns = _solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query)
     rows, phi, _, _, p_WCa, p_WCb, nhat_BA_W, _, _ = columns
     ids = snapshot.proximity.ids[rows]
     table = {
@@ -121,37 +164,35 @@ def penetrations(snapshot: Snapshot, derivatives: bool) -> Penetrations:
         "nhat_BA_W": nhat_BA_W,
         "depth": -phi,
     }
-    if derivatives:
-        table |= _derivatives(snapshot, rows, columns)
-    return Penetrations(table)
+    return Penetrations(table | _extras(snapshot, columns, settings))
 
 
 def pair_distances(
-    snapshot: Snapshot, max_distance: float, derivatives: bool
+    snapshot: Snapshot, max_distance: float, settings: Settings
 ) -> SignedDistancePairs:
     """Return the pairs with a signed distance of at most ``max_distance``."""
     pairs = _candidate_rows(snapshot, max(max_distance, 0.0))
     query = "compute_signed_distance_pairwise_closest_points"
-    return _distance_table(snapshot, pairs, max_distance, derivatives, query)
+    return _distance_table(snapshot, pairs, max_distance, settings, query)
 
 
 def pair_distance(
-    snapshot: Snapshot, row_A: int, row_B: int, derivatives: bool
+    snapshot: Snapshot, row_A: int, row_B: int, settings: Settings
 ) -> SignedDistancePairs:
     """Return the one pair, filtered or not."""
     pairs = np.array([[row_A, row_B]], dtype=np.int64)
     query = "compute_signed_distance_pair_closest_points"
-    return _distance_table(snapshot, pairs, math.inf, derivatives, query)
+    return _distance_table(snapshot, pairs, math.inf, settings, query)
 
 
 def _distance_table(
     snapshot: Snapshot,
     pairs: NDArray[np.int64],
     max_distance: float,
-    derivatives: bool,
+    settings: Settings,
     query: str,
 ) -> SignedDistancePairs:
-    columns = _solve(snapshot, pairs, max_distance, WITHIN, query)
+    columns = _solve(snapshot, pairs, max_distance, WITHIN, settings, query)
     rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, unique, _ = columns
     ids = snapshot.proximity.ids[rows]
     table = {
@@ -163,9 +204,7 @@ def _distance_table(
         "nhat_BA_W": nhat_BA_W,
         "is_nhat_BA_W_unique": unique,
     }
-    if derivatives:
-        table |= _derivatives(snapshot, rows, columns)
-    return SignedDistancePairs(table)
+    return SignedDistancePairs(table | _extras(snapshot, columns, settings))
 
 
 def point_distances(
