@@ -6,17 +6,11 @@ import numpy as np
 
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
-from scene_graph_ros.geometry.narrowphase.epa import (
-    COARSE_GAP,
-    epa,
-    expand_to_tetrahedron,
-    FINE_GAP,
-    LARGE,
-    SMALL,
-)
+from scene_graph_ros.geometry.narrowphase.epa import COARSE_GAP, epa, FINE_GAP, LARGE, SMALL
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
+from scene_graph_ros.geometry.narrowphase.tetrahedron import expand_to_tetrahedron
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, norm, scale, subtract, unit
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from scene_graph_ros.geometry.jit import inlined_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import (
@@ -53,7 +55,7 @@ def core_of(table, i):
         core_kind = CYLINDER
     elif kind == ELLIPSOID_KIND:
         core_kind = ELLIPSOID
-    return core_kind, int(table.hull[i]), 0.0, (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return core_kind, np.int64(table.hull[i]), 0.0, (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @merged_kernel

@@ -46,7 +46,7 @@ def distance_half_space_convex(R_AB, p_AB, table, j):
     triangles, which may be hollow between them, one of these vertices.
     """
     down = scale(-1.0, rotate_inverse(R_AB, (0.0, 0.0, 1.0)))
-    k = int(table.hull[j])
+    k = table.hull[j]
     if table.exact[j]:
         p_BCb, _ = support((HULL, k, 0.0, _NO_PARAMETERS), table.hulls, down, -1)
         depth = dot(p_BCb, down)

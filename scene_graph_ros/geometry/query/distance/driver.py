@@ -5,10 +5,12 @@ cannot disagree.
 """
 
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -67,12 +69,17 @@ def _solve(table, X_WG, pairs, max_distance, keep, columns):
     return count, NO_FAILURE
 
 
-@kernel
-def solve_pairs(table, X_WG, pairs, max_distance, keep):
+def solve_pairs(
+    table: tuple[Any, ...],
+    X_WG: NDArray[np.float64],
+    pairs: NDArray[np.int64],
+    max_distance: float,
+    keep: int,
+) -> tuple[Any, ...]:
     """Compute the signed distance of pairs of rows and keep those asked for.
 
     Args:
-        table: ShapeTable of n rows.
+        table: a ShapeTable of n rows.
         X_WG: (n, 4, 4).
         pairs: (m, 2) rows (A, B).
         max_distance: in metres; 0 for penetrations.
@@ -84,22 +91,13 @@ def solve_pairs(table, X_WG, pairs, max_distance, keep):
         pair that has no answer, or NO_FAILURE.
 
     """
-    m = pairs.shape[0]
-    rows = np.empty((m, 2), np.int64)
-    phi, unique, gap = np.empty(m), np.empty(m, np.bool_), np.empty(m)
-    p_ACa, p_BCb, nhat = np.empty((m, 3)), np.empty((m, 3)), np.empty((m, 3))
-    p_WCa, p_WCb = np.empty((m, 3)), np.empty((m, 3))
-    columns = (rows, phi, p_ACa, p_BCb, p_WCa, p_WCb, nhat, unique, gap)
-    count, failed = _solve(table, X_WG, pairs, max_distance, keep, columns)
-    return (
-        rows[:count],
-        phi[:count],
-        p_ACa[:count],
-        p_BCb[:count],
-        p_WCa[:count],
-        p_WCb[:count],
-        nhat[:count],
-        unique[:count],
-        gap[:count],
-        failed,
+    m = len(pairs)
+    columns = (
+        np.empty((m, 2), np.int64),
+        np.empty(m),
+        *(np.empty((m, 3)) for _ in range(5)),
+        np.empty(m, np.bool_),
+        np.empty(m),
     )
+    count, failed = _solve(table, X_WG, pairs, max_distance, keep, columns)
+    return (*(column[:count] for column in columns), failed)
