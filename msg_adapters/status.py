@@ -3,6 +3,7 @@
 from msg_adapters.errors import MessageError, StaleError, TooLargeError, UnavailableError
 from scene_graph_msgs.msg import Status
 from scene_graph_ros.geometry.errors import (
+    FilterHistoryError,
     InvalidPoseError,
     InvalidShapeError,
     MeshError,
@@ -20,6 +21,7 @@ _CODES: dict[type[Exception], int] = {
     UnsupportedPairError: Status.UNSUPPORTED_PAIR,
     UnknownIdError: Status.UNKNOWN_NAME,
     StaleError: Status.STALE,
+    FilterHistoryError: Status.INVALID_ARGUMENT,
     InvalidPoseError: Status.INVALID_ARGUMENT,
     InvalidShapeError: Status.INVALID_ARGUMENT,
     MeshError: Status.INVALID_ARGUMENT,

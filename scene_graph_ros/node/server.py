@@ -11,6 +11,7 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.declare import NodeParameters
@@ -55,6 +56,7 @@ class Server:
         self._is_configured = False
         self._is_active = False
         self._timed_sequence = -1
+        node.add_post_set_parameters_callback(self._follow_parameters)
 
     @property
     def world(self) -> World:
@@ -99,6 +101,7 @@ class Server:
     def configure(self) -> None:
         """Load the scene and offer the services."""
         world = World(self._given_scene_graph, world_frame=self.world_frame)
+        world.set_accuracy(self.parameter("accuracy"))
         loader = SceneLoader(self.parameter("package_paths"), message_type)
         scene = self.parameter("scene")
         if scene:
@@ -156,6 +159,7 @@ class Server:
             self._pacing.pause()
             self._inputs.close()
             self._effects.close()
+            self._services.world_changed()
 
     def clean_up(self) -> None:
         """Forget the world and stop offering the services."""
@@ -188,6 +192,7 @@ class Server:
             with self._world.lock:
                 moved, arrival = self._inputs.collect(limits)
                 snapshot = self._world.commit(moved, arrival) if moved else self._world.snapshot
+            self._services.world_changed()
             self._effects.update(snapshot)
             self._monitor.updated(time.monotonic_ns())
         except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
@@ -195,6 +200,12 @@ class Server:
             self.node.get_logger().error(
                 f"an update failed:\n{traceback.format_exc()}", throttle_duration_sec=1.0
             )
+
+    def _follow_parameters(self, parameters: list[Parameter]) -> None:
+        for parameter in parameters:
+            if parameter.name == "accuracy" and self._is_configured:
+                self._world.set_accuracy(parameter.value)
+                self.request_update()
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         self._monitor.clock_jumps += 1
@@ -215,11 +226,15 @@ class Server:
             self._diagnostics.source(name, channel.topic, channel.intake.statistics, now, max_age)
             for name, channel in self._inputs.channels.items()
         ]
+        snapshot = self._world.snapshot
+        accuracy = snapshot.query.accuracy
         world = self._diagnostics.world(
             self._monitor,
             now,
-            scene_version=self._world.snapshot.scene_version,
+            scene_version=snapshot.scene_version,
             values={
+                "accuracy": accuracy.value,
+                "accuracy: largest error (of the larger shape)": accuracy.bound,
                 "requests": sum(self._services.requests.values()),
                 "requests refused": sum(self._services.refused.values()),
             },

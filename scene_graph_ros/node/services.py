@@ -2,13 +2,14 @@
 
 Queries read a snapshot and run side by side; changes of the scene run one after another. A query
 that waits for poses gives its thread back meanwhile, so waiting can't stop the world, not even
-under a single-threaded executor.
+under a single-threaded executor, and costs nothing.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Generator
+from collections.abc import Callable
+from functools import partial
 import time
 import traceback
 from typing import Any, Protocol
@@ -28,6 +29,7 @@ from scene_graph_ros.node.edits import EDITS, Tools
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.names import default_pose_topic, service_name
 from scene_graph_ros.node.queries import Asked, QUERIES
+from scene_graph_ros.node.waiting import Awaited, Later, Waiting
 from scene_graph_ros.node.world import World, WorldSnapshot
 
 __all__ = ["Services"]
@@ -51,13 +53,6 @@ class ServiceHost(Protocol):
         """Tell whether poses are taken in at all."""
 
 
-class _Pause:
-    """Awaiting it lets the executor do other work and come back."""
-
-    def __await__(self) -> Generator[None, None, None]:
-        yield
-
-
 class Services:
     """All services of the node."""
 
@@ -68,6 +63,7 @@ class Services:
         self._tools = tools
         self.requests: Counter[str] = Counter()
         self.refused: Counter[str] = Counter()
+        self._waiting = Waiting(host.node, lambda: world.snapshot, host.is_running)
         queries, changes = ReentrantCallbackGroup(), MutuallyExclusiveCallbackGroup()
         self._services = [
             self._create(name, self._query_callback(name), queries) for name in QUERIES
@@ -77,47 +73,64 @@ class Services:
         ]
         self._services.append(self._create("ListEffects", self._list_effects, queries))
 
+    def world_changed(self) -> None:
+        """Answer the requests that waited for what the world is now."""
+        self._waiting.check()
+
     def close(self) -> None:
         """Stop offering the services."""
+        self._waiting.close()
         for service in self._services:
             self._host.node.destroy_service(service)
         self._services.clear()
 
     def _create(self, name: str, callback: Callable[..., Any], group: Any) -> Any:
         kind = getattr(scene_graph_msgs.srv, name)
-        return self._host.node.create_service(
+        service = self._host.node.create_service(
             kind, service_name(name), callback, callback_group=group
         )
+        self._waiting.serve(service)
+        return service
 
     def _query_callback(self, name: str) -> Callable[..., Any]:
-        query = QUERIES[name]
-
-        async def answer(request: Any, response: Any) -> Any:
+        def answer(request: Any, response: Any) -> Any:
             try:
-                snapshot = self._world.snapshot
-                options = Options(({},), 0, (), 0, True)
-                if hasattr(request, "options"):
-                    snapshot = await self._new_enough(request.options)
-                    options = options_from_msg(request.options, snapshot.names)
-                begin = time.perf_counter()
-                asked = Asked(
-                    snapshot,
-                    options,
-                    self._host.parameter,
-                    self._world.records,
-                    self._host.pose_topics(),
-                )
-                count = len(options.configurations)
-                asked.require("max_configurations_per_request", count, "configurations")
-                query.handler(request, response, asked)
-                self._finish(name, response, snapshot)
-                if query.effect:
-                    self._effects.record(query.effect, time.perf_counter() - begin)
+                awaited = self._awaited(request)
             except Exception as error:  # noqa: BLE001 - every request is answered
-                return self._refuse(name, type(response)(), error)
-            return response
+                return self._refuse(name, response, error)
+            finish = partial(self._answer, name, request, response, awaited)
+            has_to_wait = not awaited.is_met(self._world.snapshot)
+            if has_to_wait and awaited.seconds > 0.0 and self._host.is_running():
+                return Later(awaited, finish)
+            return finish()
 
         return answer
+
+    def _answer(self, name: str, request: Any, response: Any, awaited: Awaited) -> Any:
+        query, snapshot = QUERIES[name], self._world.snapshot
+        try:
+            if not awaited.is_met(snapshot):
+                raise _stale(awaited, snapshot)
+            options = Options(({},), 0, (), 0, True)
+            if hasattr(request, "options"):
+                options = options_from_msg(request.options, snapshot.names)
+            begin = time.perf_counter()
+            asked = Asked(
+                snapshot,
+                options,
+                self._host.parameter,
+                self._world.records,
+                self._host.pose_topics(),
+            )
+            count = len(options.configurations)
+            asked.require("max_configurations_per_request", count, "configurations")
+            query.handler(request, response, asked)
+            self._finish(name, response, snapshot)
+            if query.effect:
+                self._effects.record(query.effect, time.perf_counter() - begin)
+        except Exception as error:  # noqa: BLE001 - every request is answered
+            return self._refuse(name, type(response)(), error)
+        return response
 
     def _edit_callback(self, name: str) -> Callable[..., Any]:
         handler = EDITS[name]
@@ -180,31 +193,23 @@ class Services:
             self._host.node.get_logger().error(f"{name} failed:\n{details}")
         return response
 
-    async def _new_enough(self, options: Any) -> WorldSnapshot:
-        """Return a snapshot with the minimal stamp; raises StaleError where none comes in time."""
-        minimal = stamp_from_msg(options.minimal_stamp)
-        snapshot = self._world.snapshot
+    def _awaited(self, request: Any) -> Awaited:
+        """Return what poses a request waits for; raises UnknownIdError for an unknown source."""
+        if not hasattr(request, "options"):
+            return Awaited(0, (), 0.0)
+        options = request.options
+        names = self._world.snapshot.names
         for source in options.minimal_stamp_sources:
-            snapshot.names.source_id(source)
-        timeout = min(
-            duration_from_msg(options.timeout) * 1e-9, float(self._host.parameter("max_wait"))
+            names.source_id(source)
+        timeout = duration_from_msg(options.timeout) * 1e-9
+        return Awaited(
+            stamp_from_msg(options.minimal_stamp),
+            tuple(options.minimal_stamp_sources),
+            min(timeout, float(self._host.parameter("max_wait"))),
         )
-        deadline = time.monotonic() + timeout
-        while not _is_new_enough(snapshot, minimal, options.minimal_stamp_sources):
-            if time.monotonic() >= deadline or not self._host.is_running():
-                lag = (minimal - snapshot.stamp) * 1e-9
-                raise StaleError(
-                    f"minimal_stamp is {lag:.6f} s newer than the newest poses"
-                    + (f", after {timeout:.3f} s of waiting" if timeout > 0.0 else "")
-                )
-            await _Pause()
-            snapshot = self._world.snapshot
-        return snapshot
 
 
-def _is_new_enough(snapshot: WorldSnapshot, minimal: int, sources: list[str]) -> bool:
-    if minimal <= 0:
-        return True
-    if not sources:
-        return snapshot.stamp >= minimal
-    return all(snapshot.source_stamps.get(source, 0) >= minimal for source in sources)
+def _stale(awaited: Awaited, snapshot: WorldSnapshot) -> StaleError:
+    lag = (awaited.stamp - snapshot.stamp) * 1e-9
+    waited = f", after {awaited.seconds:.3f} s of waiting" if awaited.seconds > 0.0 else ""
+    return StaleError(f"minimal_stamp is {lag:.6f} s newer than the newest poses{waited}")

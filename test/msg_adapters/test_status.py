@@ -20,6 +20,7 @@ from scene_graph_ros.geometry import errors
         (errors.PropertyError("g"), Status.INVALID_ARGUMENT),
         (errors.RoleError("h"), Status.INVALID_ARGUMENT),
         (adapter_errors.MessageError("i"), Status.INVALID_ARGUMENT),
+        (errors.FilterHistoryError("j"), Status.INVALID_ARGUMENT),
         (ValueError("j"), Status.INVALID_ARGUMENT),
         (errors.OwnershipError("k"), Status.NOT_OWNER),
         (adapter_errors.TooLargeError("l"), Status.TOO_LARGE),

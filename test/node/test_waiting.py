@@ -1,0 +1,154 @@
+"""Requests that wait for poses: answered in time, and nothing is done while they wait."""
+
+from __future__ import annotations
+
+import threading
+
+from builtin_interfaces.msg import Duration, Time
+from node_harness import Client, wait_until
+import pytest
+import rclpy
+from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from scene_requests import register_balls, transform
+from sensor_msgs.msg import MultiDOFJointState
+
+from scene_graph_msgs.msg import QueryOptions, Status
+from scene_graph_ros.node.node import SceneGraphNode
+
+
+class Spinning:
+    """A node in an executor of this process, which counts what the executor does."""
+
+    def __init__(self, domain, kind):
+        self.context = rclpy.Context()
+        rclpy.init(context=self.context, domain_id=domain)
+        self.node = SceneGraphNode(
+            "waits",
+            context=self.context,
+            parameter_overrides=[
+                Parameter("min_update_rate", value=1.0),
+                Parameter("max_wait", value=60.0),
+            ],
+        )
+        self.executor = kind(context=self.context)
+        self.executor.add_node(self.node)
+        self.rounds = 0
+        self._stop = False
+        self._thread = threading.Thread(target=self._spin)
+        self._thread.start()
+
+    def _spin(self):
+        while not self._stop:
+            self.executor.spin_once()
+            self.rounds += 1
+
+    def close(self):
+        """End the node."""
+        self._stop = True
+        self.executor.create_task(lambda: None)
+        self._thread.join()
+        self.executor.shutdown()
+        self.node.destroy_node()
+        rclpy.shutdown(context=self.context)
+
+
+@pytest.fixture(scope="module", params=[SingleThreadedExecutor, MultiThreadedExecutor])
+def spinning(request, domain):
+    """A node whose executor is watched."""
+    spinning = Spinning(domain, request.param)
+    yield spinning
+    spinning.close()
+
+
+@pytest.fixture(scope="module")
+def client(domain, spinning):
+    """A client of that node, with two balls in the scene."""
+    client = Client(domain, "/waits")
+    register_balls(client)
+    yield client
+    client.close()
+
+
+def until(stamp, seconds, sources=()):
+    """Return options that wait for poses."""
+    timeout = Duration(sec=int(seconds), nanosec=int(seconds % 1 * 1e9))
+    return QueryOptions(minimal_stamp=stamp, timeout=timeout, minimal_stamp_sources=list(sources))
+
+
+@pytest.fixture
+def move(client):
+    """Publish a pose of ball b with a stamp."""
+    publisher = client.publisher(MultiDOFJointState, "/balls/poses")
+
+    def move(stamp, x=0.5):
+        message = MultiDOFJointState(joint_names=["b"], transforms=[transform(x)])
+        message.header.stamp = stamp
+        publisher.publish(message)
+
+    yield move
+    client.node.destroy_publisher(publisher)
+
+
+def test_an_executor_has_nothing_to_do_while_requests_wait(spinning, client, move):
+    """Eight waiting requests don't make the executor turn: polling would, thousands of times."""
+    stamp = client.now()
+    futures = [
+        client.start("HasCollisions", options=until(stamp, 50.0, ["balls"])) for _ in range(8)
+    ]
+    assert client.call("GetPoseInWorld", frames=["balls/b"]).status.code == Status.OK
+    before = spinning.rounds
+    threading.Event().wait(1.0)
+    # Requests that came late, a few idle updates, diagnostics, and the notice of discovery.
+    assert spinning.rounds - before < 200
+    assert not any(future.done() for future in futures)
+    move(stamp)
+    wait_until(lambda: all(future.done() for future in futures), "all answers")
+    assert [future.result().status.code for future in futures] == [Status.OK] * 8
+    assert {future.result().stamp.nanosec for future in futures} == {stamp.nanosec}
+
+
+def test_each_request_has_its_own_deadline(client):
+    """Of requests that wait in vain the shorter ends first, whichever came first."""
+    never = Time(sec=2**31 - 1)
+    ended = []
+    for seconds in (1.5, 0.2, 0.7):
+        future = client.start("HasCollisions", options=until(never, seconds))
+        future.add_done_callback(lambda done, seconds=seconds: ended.append((seconds, done)))
+    wait_until(lambda: len(ended) == 3, "three answers")
+    assert [seconds for seconds, _ in ended] == [0.2, 0.7, 1.5]
+    for seconds, future in ended:
+        assert future.result().status.code == Status.STALE
+        assert f"after {seconds:.3f} s of waiting" in future.result().status.message
+
+
+def test_an_unknown_source_is_not_waited_for(client):
+    """Poses of a source that is not there never come, which is told at once."""
+    answer = client.call("HasCollisions", options=until(client.now(), 50.0, ["ghost"]))
+    assert answer.status.code == Status.UNKNOWN_NAME
+
+
+def test_a_bad_request_is_refused_after_waiting(client, move):
+    """What is wrong with a request is told also where it had to wait first."""
+    stamp = client.now()
+    future = client.start("GetPoseInWorld", options=until(stamp, 50.0), frames=["nobody"])
+    assert client.call("HasCollisions").status.code == Status.OK
+    assert not future.done()
+    move(stamp)
+    wait_until(future.done, "the refusal")
+    assert future.result().status.code == Status.UNKNOWN_NAME
+
+
+def test_a_node_that_stops_taking_poses_lets_nobody_wait(spinning, client):
+    """Deactivation ends all waiting with STALE; inactive, nobody begins to wait."""
+    options = until(Time(sec=2**31 - 1), 50.0)
+    future = client.start("HasCollisions", options=options)
+    assert client.call("HasCollisions").status.code == Status.OK
+    assert not future.done()
+    spinning.node.trigger_deactivate()
+    try:
+        wait_until(future.done, "the end of waiting")
+        assert future.result().status.code == Status.STALE
+        assert client.call("HasCollisions", options=options).status.code == Status.STALE
+    finally:
+        spinning.node.trigger_activate()
