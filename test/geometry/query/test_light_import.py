@@ -4,7 +4,9 @@ import sys
 _CODE = """
 import sys
 import numba, numpy as np
-before = set(sys.modules)  # numba itself loads a bit of scipy
+import numba.np.linalg
+numba.np.linalg.ensure_blas()
+before = set(sys.modules)  # numba itself loads a bit of scipy, with the first kernel
 from scene_graph_ros.geometry import *
 graph = SceneGraph()
 source = graph.register_source("light")
