@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import math
 from typing import Any
 
+from scene_graph_ros.geometry.accuracy import Accuracy
+
 __all__ = ["PARAMETERS", "Parameter", "defaults", "validate"]
 
 Value = bool | int | float | str
@@ -98,6 +100,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         "allow_editing",
         True,
         "Whether services may change the scene: register, remove, filter, load.",
+    ),
+    Parameter(
+        "accuracy",
+        Accuracy.EXACT.value,
+        "How exact distances and depths of pairs are: errors below 1e-3, 1e-6 or 1e-12 of the "
+        "pair's larger shape.",
+        choices=tuple(tier.value for tier in Accuracy),
     ),
     Parameter(
         "max_update_rate",

@@ -168,6 +168,14 @@ class World:
             self._publish(arrival)
             return self._snapshot
 
+    def set_accuracy(self, accuracy: str) -> None:
+        """Answer from now on at this tier; snapshots that are out keep theirs."""
+        with self.lock:
+            if self._scene_graph.accuracy != accuracy:
+                self._scene_graph.set_accuracy(accuracy)
+                self._scene_graph.set_accuracy(accuracy, context=self._context)
+                self._publish(None)
+
     def forget_stamps(self) -> None:
         """Forget when poses were stamped, after the clock jumped back; the poses hold."""
         with self.lock:

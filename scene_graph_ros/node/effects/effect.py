@@ -55,8 +55,8 @@ class Effect(Protocol):
     def close(self) -> None:
         """Stop being advertised."""
 
-    def counters(self) -> Mapping[str, int]:
-        """Return how much work was done, for diagnostics and tests."""
+    def counters(self) -> Mapping[str, Any]:
+        """Return how much work was done and how, for diagnostics and tests."""
 
 
 class Outlet:

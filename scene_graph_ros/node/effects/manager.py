@@ -35,7 +35,7 @@ class EffectReport:
     count: int
     mean_seconds: float
     max_seconds: float
-    counters: dict[str, int]
+    counters: dict[str, Any]
 
 
 @dataclass

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping
+import time
 from typing import Any
 
 from visualization_msgs.msg import MarkerArray
@@ -15,6 +17,9 @@ from scene_graph_ros.node.qos import contact_qos, marker_qos
 from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["PointContact"]
+
+_RECENT = 100
+"""Updates that the mean time of the query is taken over."""
 
 
 class PointContact:
@@ -34,6 +39,8 @@ class PointContact:
         self._table: Any = None
         self._message: ContactArray | None = None
         self._computed = 0
+        self._accuracy = ""
+        self._seconds: deque[float] = deque(maxlen=_RECENT)
 
     def has_work(self) -> bool:
         """Tell whether somebody listens to contacts or their markers."""
@@ -42,7 +49,7 @@ class PointContact:
     def update(self, snapshot: WorldSnapshot) -> None:
         """Publish the contacts of ``snapshot``, computed once even if published again."""
         if snapshot.sequence != self._computed_for:
-            self._table = snapshot.query.compute_point_pair_penetration()
+            self._table = self._compute(snapshot)
             self._message = None
             self._computed_for = snapshot.sequence
             self._computed += 1
@@ -50,6 +57,16 @@ class PointContact:
             self._publish_contacts(snapshot)
         if self._markers.is_due():
             self._publish_markers(snapshot)
+
+    def _compute(self, snapshot: WorldSnapshot) -> Any:
+        """Ask for the contacts, and note what the tier of accuracy costs."""
+        if snapshot.query.accuracy != self._accuracy:
+            self._accuracy = snapshot.query.accuracy
+            self._seconds.clear()
+        begin = time.perf_counter()
+        table = snapshot.query.compute_point_pair_penetration()
+        self._seconds.append(time.perf_counter() - begin)
+        return table
 
     def _publish_contacts(self, snapshot: WorldSnapshot) -> None:
         self._contacts.take_newcomers()
@@ -85,9 +102,12 @@ class PointContact:
         self._contacts.close()
         self._markers.close()
 
-    def counters(self) -> Mapping[str, int]:
-        """Return how often contacts were computed and published."""
+    def counters(self) -> Mapping[str, Any]:
+        """Return how often contacts were computed and published, how exactly, at what cost."""
+        seconds = list(self._seconds)
         return {
+            "accuracy": self._accuracy,
+            "time at this accuracy, mean (s)": sum(seconds) / len(seconds) if seconds else 0.0,
             "computed": self._computed,
             "contact messages": self._contacts.messages,
             "marker messages": self._markers.messages,
