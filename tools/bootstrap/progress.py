@@ -93,7 +93,8 @@ class Setup:
             assert process.stdout is not None
             for line in process.stdout:
                 output.write(line)
-                self._last_line = line.strip() or self._last_line
+                if not line.startswith("WARNING"):  # it is in the log; here one sees what goes on
+                    self._last_line = line.strip() or self._last_line
         if process.wait() != 0:
             tail = "\n".join(log.read_text().splitlines()[-TAIL_LINES:])
             raise SetupError(
