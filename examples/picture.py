@@ -27,7 +27,7 @@ from scene_graph_msgs.msg import PointContact
 BACKGROUND = (0.72, 0.76, 0.80)
 CONTACT_COLOR = (214, 30, 60)
 LEGEND_ROWS = 10
-LEGEND_WIDTH = 400
+LEGEND_WIDTH = 430
 
 
 @dataclasses.dataclass(frozen=True)
@@ -189,14 +189,18 @@ def annotate(image: Image.Image, camera: Camera, contacts: Sequence[PointContact
                 stroke_width=2,
                 stroke_fill="white",
             )
-    lines = [
-        f"{len(contacts)} contacts" + (", the deepest:" if len(contacts) > LEGEND_ROWS else "")
-    ]
+    title = f"{len(contacts)} contacts" + (", the deepest:" if len(contacts) > LEGEND_ROWS else "")
+    legend = [(20, 20, title)]
     for number, contact in enumerate(deepest[:LEGEND_ROWS], start=1):
-        pair = f"{path_of(contact.geometry_a)} - {path_of(contact.geometry_b)}"
-        lines += ["", f"{number}   {1000 * contact.depth:.1f} mm", pair]
-    for i, line in enumerate(lines):
-        draw.text((camera.width + 20, 20 + 21 * i), line, font=font, fill=(30, 30, 40, 255))
+        y = 66 * number
+        legend += [
+            (20, y, str(number)),
+            (50, y, f"{1000 * contact.depth:.1f} mm"),
+            (140, y, path_of(contact.geometry_a)),
+            (140, y + 22, path_of(contact.geometry_b)),
+        ]
+    for x, y, text in legend:
+        draw.text((camera.width + x, y), text, font=font, fill=(30, 30, 40, 255))
 
 
 def draw_scene(
