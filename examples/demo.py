@@ -67,6 +67,7 @@ def main() -> int:
     """Run the demo; return the exit code."""
     arguments = parse_arguments()
     isolate()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     started = time.monotonic()
     from demo_monitor import Monitor, summary  # after the environment is set: it starts DDS
 
@@ -109,4 +110,7 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(128 + signal.SIGINT)

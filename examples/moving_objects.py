@@ -9,13 +9,14 @@ and out of contact with what is near. A real tracker of objects would publish th
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 import math
+from typing import Any
 
 from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
-import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import MultiDOFJointState
+from until_stopped import spin_until, stopped_by_signals
 
 from scene_graph_msgs.srv import DescribeScene
 
@@ -48,16 +49,8 @@ def pose_at(start: Pose, time: float, phase: float) -> Transform:
 class MovingObjects(Node):
     """Publishes ``sensor_msgs/MultiDOFJointState`` for all frames of one source."""
 
-    def __init__(self, source: str, scene_graph: str, rate: float) -> None:
+    def __init__(self, scene: Any, source: str, rate: float) -> None:
         super().__init__("moving_objects")
-        client = self.create_client(DescribeScene, f"{scene_graph}/describe_scene")
-        while not client.wait_for_service(timeout_sec=1.0):
-            self.get_logger().info(f"waiting for {client.srv_name}")
-        future = client.call_async(DescribeScene.Request(source=source))
-        rclpy.spin_until_future_complete(self, future)
-        scene = future.result()
-        if scene.status.code:
-            raise SystemExit(f"{client.srv_name}: {scene.status.message}")
         topic = next(entry.pose_topic for entry in scene.sources if entry.name == source)
         self._starts = {frame.name: frame.pose for frame in scene.frames}
         self._publisher = self.create_publisher(MultiDOFJointState, topic, 10)
@@ -77,6 +70,25 @@ class MovingObjects(Node):
         self._publisher.publish(message)
 
 
+def describe(source: str, scene_graph: str, is_stopped: Callable[[], bool]) -> Any:
+    """Return the node's answer about a source, or None where a signal came before."""
+    node = Node("moving_objects_setup")
+    client = node.create_client(DescribeScene, f"{scene_graph}/describe_scene")
+    while not client.wait_for_service(timeout_sec=1.0):
+        if is_stopped():
+            return None
+        node.get_logger().info(f"waiting for {client.srv_name}")
+    future = client.call_async(DescribeScene.Request(source=source))
+    spin_until(node, lambda: future.done() or is_stopped())
+    if not future.done():
+        return None
+    scene = future.result()
+    if scene.status.code:
+        raise SystemExit(f"{client.srv_name}: {scene.status.message}")
+    node.destroy_node()
+    return scene
+
+
 def main() -> None:
     """Publish until interrupted."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -84,13 +96,10 @@ def main() -> None:
     parser.add_argument("--scene-graph", default="/scene_graph", help="name of the node to ask")
     parser.add_argument("--rate", type=float, default=100.0, help="messages per second")
     arguments = parser.parse_args()
-    rclpy.init()
-    try:
-        rclpy.spin(MovingObjects(arguments.source, arguments.scene_graph, arguments.rate))
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        rclpy.try_shutdown()
+    with stopped_by_signals() as is_stopped:
+        scene = describe(arguments.source, arguments.scene_graph, is_stopped)
+        if scene is not None:
+            spin_until(MovingObjects(scene, arguments.source, arguments.rate), is_stopped)
 
 
 if __name__ == "__main__":

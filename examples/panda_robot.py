@@ -11,10 +11,9 @@ from __future__ import annotations
 import argparse
 
 import numpy as np
-import rclpy
-from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
+from until_stopped import spin_until, stopped_by_signals
 
 ARM = [f"panda_joint{i}" for i in range(1, 8)]
 FINGERS = ["panda_finger_joint1", "panda_finger_joint2"]
@@ -56,6 +55,7 @@ class PandaRobot(Node):
         self._start = self.get_clock().now()
         self._message = JointState(name=ARM + FINGERS)
         self.create_timer(1.0 / rate, self._publish)
+        self.get_logger().info(f"publishing on {topic} at {rate:g} Hz")
 
     def _publish(self) -> None:
         now = self.get_clock().now()
@@ -70,13 +70,8 @@ def main() -> None:
     parser.add_argument("--topic", default="joint_states", help="topic to publish on")
     parser.add_argument("--rate", type=float, default=100.0, help="messages per second")
     arguments = parser.parse_args()
-    rclpy.init()
-    try:
-        rclpy.spin(PandaRobot(arguments.topic, arguments.rate))
-    except (KeyboardInterrupt, ExternalShutdownException):
-        pass
-    finally:
-        rclpy.try_shutdown()
+    with stopped_by_signals() as is_stopped:
+        spin_until(PandaRobot(arguments.topic, arguments.rate), is_stopped)
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+import signal
 import subprocess
 import sys
 
@@ -76,3 +77,30 @@ def test_projection_and_ray_tracer_agree(picture):
     redness = redness[..., 0] - redness[..., 1]
     row, column = np.argwhere(redness > 0.5 * redness.max()).mean(axis=0)
     assert (column, row) == pytest.approx((x, y), abs=1.5)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("command", "sign"),
+    [
+        (["panda_robot.py", "--rate", "500"], "publishing"),
+        (["moving_objects.py"], "waiting for"),
+    ],
+)
+def test_a_simulated_source_ends_cleanly_when_told_to(command, sign, number):
+    """While it publishes, and while it waits for the node, a signal ends it with exit code 0."""
+    process = subprocess.Popen(
+        [sys.executable, f"examples/{command[0]}", *command[1:]],
+        cwd=ROOT,
+        stderr=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "ROS_DOMAIN_ID": "91", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+    )
+    try:
+        line = process.stderr.readline()
+        assert sign in line
+        process.send_signal(number)
+        _, rest = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert (process.returncode, "Traceback" in rest) == (0, False), rest
