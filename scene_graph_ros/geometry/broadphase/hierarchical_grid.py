@@ -46,6 +46,12 @@ def _cell(x, origin, per_cell):
 
 
 @inlined_kernel
+def _growth(low, high, margin):
+    """Return by how much a side grows: half the margin, and what rounding takes from a gap."""
+    return 0.5 * margin + BOX_ROUNDING * (abs(low) + abs(high) + margin)
+
+
+@inlined_kernel
 def _key(x, y, z):
     """Pack three cell numbers into one."""
     return x | (y << CELL_BITS) | (z << (2 * CELL_BITS))
@@ -99,9 +105,10 @@ def _choose_levels(lower, upper, bounded, margin, level):
         if not bounded[i]:
             continue
         ox, oy, oz = min(ox, lower[i, 0]), min(oy, lower[i, 1]), min(oz, lower[i, 2])
-        w = upper[i, 0] - lower[i, 0]
-        w = max(w, upper[i, 1] - lower[i, 1])
-        width[i] = max(w, upper[i, 2] - lower[i, 2]) + margin
+        width[i] = 0.0
+        for axis in range(3):
+            low, high = lower[i, axis], upper[i, axis]
+            width[i] = max(width[i], high - low + 2.0 * _growth(low, high, margin))
         widest = max(widest, width[i])
     for i in range(n):
         level[i] = -1
@@ -134,15 +141,14 @@ def _sort_by_level(level):
 
 
 @lean_kernel
-def _cell_ranges(lower, upper, rows, origin, per_cell, grow, ranges):
+def _cell_ranges(lower, upper, rows, origin, per_cell, margin, ranges):
     """Write the first and last cells (x, y, z; x, y, z) that each row's grown box touches."""
     for i in rows:
         for axis in range(3):
             low, high = lower[i, axis], upper[i, axis]
-            # Half the margin on either side, and what rounding may have taken from a gap.
-            extra = 0.5 * grow + BOX_ROUNDING * (abs(low) + abs(high) + grow)
-            ranges[i, axis] = _cell(low - extra, origin[axis], per_cell)
-            ranges[i, 3 + axis] = _cell(high + extra, origin[axis], per_cell)
+            growth = _growth(low, high, margin)
+            ranges[i, axis] = _cell(low - growth, origin[axis], per_cell)
+            ranges[i, 3 + axis] = _cell(high + growth, origin[axis], per_cell)
 
 
 @kernel

@@ -78,6 +78,18 @@ def test_grid_finds_the_same_pairs_as_looking_at_all(scene):
     assert found.tolist() == expected.tolist()
 
 
+def test_boxes_finer_than_their_coordinates_resolve_touch_few_cells():
+    """Far from the origin, points and specks among large boxes are found, and nothing overruns."""
+    rng = np.random.default_rng(11)
+    for width in (0.0, 1e-15, 1e-12, 1e-9):
+        lower = 1e6 + rng.uniform(0.0, 1e-9, (60, 3))
+        upper = lower + width
+        upper[0] = lower[0] + 1.0
+        found, expected = _both(lower, upper)
+        assert len(found) > 10
+        assert found.tolist() == expected.tolist()
+
+
 def test_all_pairs_is_what_it_says():
     """The oracle against a few lines of numpy: boxes, frames and filters."""
     rng = np.random.default_rng(7)
