@@ -10,7 +10,17 @@ from scene_graph_ros.geometry import HalfSpace
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
 
-__all__ = ["Answers", "Case", "complaints", "faults", "relative", "size", "solve", "swapped"]
+__all__ = [
+    "Answers",
+    "Case",
+    "Complaint",
+    "complaints",
+    "faults",
+    "relative",
+    "size",
+    "solve",
+    "swapped",
+]
 
 EPSILON = np.finfo(float).eps
 
@@ -26,6 +36,15 @@ class Case(NamedTuple):
     truth: float = np.nan
     triangles: tuple[bool, bool] = (False, False)
     nhat_BA_W: np.ndarray | None = None
+
+
+class Complaint(NamedTuple):
+    """By how many L (for the unit normal: by how much) which quantity of which case is off."""
+
+    excess: float
+    label: str
+    quantity: str
+    truth: float
 
 
 class Answers(NamedTuple):
@@ -89,6 +108,12 @@ def relative(X_WA, X_WB):
     return pose(R_AW @ X_WB[:3, :3], R_AW @ (X_WB[:3, 3] - X_WA[:3, 3]))
 
 
+def _off(shape, triangles, x):
+    """Return how far x is from the surface; of triangles only how far outside of their hull."""
+    depth = outside(shape, x)
+    return max(depth, 0.0) if triangles else abs(depth)
+
+
 def faults(case, answers, k, directions=None):
     """Return by how much answer k violates what holds for every pair of convex bodies.
 
@@ -103,8 +128,8 @@ def faults(case, answers, k, directions=None):
     found = {
         "unit": abs(np.linalg.norm(answers.nhat_BA_W[k]) - 1.0),
         "identity": np.linalg.norm(p_ACa - (R @ p_BCb + p) - phi * n),
-        "outside A": max(outside(case.A, p_ACa), 0.0),
-        "outside B": max(outside(case.B, p_BCb), 0.0),
+        "off A": _off(case.A, case.triangles[0], p_ACa),
+        "off B": _off(case.B, case.triangles[1], p_BCb),
         "tight": abs(gaps(case.A, case.B, X_AB, n) - phi),
     }
     if not np.isnan(case.truth):
@@ -119,22 +144,24 @@ def faults(case, answers, k, directions=None):
 
 
 def complaints(cases, answers=None, *, bound=1e-12, directions=None):
-    """Return a line for every case that is off by more than ``bound`` times L, the worst first.
+    """Return a Complaint for everything that is off by more than ``bound`` times L, worst first.
 
     The normal has a bound of its own: between two points ``phi`` apart the direction is known to
     the rounding of a position, over ``phi``; that times L is what the gap along it may be off. It
-    has to separate the bodies also when they touch, to 1e-9 L.
+    has to separate the bodies also when they touch, to 1e-9 L; so it has next to contact, but for
+    triangles, whose normals between two corners come from the positions alone.
     """
     answers = solve(cases) if answers is None else answers
-    lines = []
+    found = []
     for k, case in enumerate(cases):
         L = size(case)
         phi = abs(answers.distance[k])
-        of_normal = 1e-9 if phi <= 1e-12 * L else min(16.0 * EPSILON * L / phi, 1e-9)
+        of_normal = 1e-9
+        if phi > 1e-12 * L:
+            of_normal = 16.0 * EPSILON * L / phi
+            of_normal = min(of_normal, 1e-8 if any(case.triangles) else 1e-9)
         bounds = {"unit": 1e-12, "tight": (bound + of_normal) * L}
         for name, value in faults(case, answers, k, directions).items():
             if not value <= bounds.get(name, bound * L):
-                lines.append(
-                    (value / L, f"{case.label} [{case.truth!r}]: {name} {value / L:.2g} L")
-                )
-    return [line for _, line in sorted(lines, reverse=True)]
+                found.append(Complaint(value / L, case.label, name, case.truth))
+    return sorted(found, reverse=True)

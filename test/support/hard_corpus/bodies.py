@@ -80,7 +80,7 @@ def support(shape, d):
 
 
 def outside(shape, x):
-    """Return how far the point x is outside, at least to first order; at most 0 inside."""
+    """Return how far the point x is off the surface, to first order there; negative inside."""
     if isinstance(shape, HalfSpace):
         return x[2]
     if isinstance(shape, Sphere):
@@ -93,9 +93,8 @@ def outside(shape, x):
     if isinstance(shape, Ellipsoid):
         axes = np.array([shape.a, shape.b, shape.c])
         length = np.linalg.norm(x / axes)
-        if length <= 1.0:
-            return 0.0
-        return (length - 1.0) * length / np.linalg.norm(x / axes**2)
+        slope = np.linalg.norm(x / axes**2)
+        return (length - 1.0) * length / slope if slope > 0.0 else -axes.min()
     if isinstance(shape, Box):
         return np.max(np.abs(x) - 0.5 * np.array([shape.width, shape.depth, shape.height]))
     _, normals, offsets, _ = faces_of(shape)

@@ -48,7 +48,7 @@ def grown(bodies, factor):
     return {name: (rescaled(shape, factor), exact) for name, (shape, exact) in bodies.items()}
 
 
-def _is_promised(case, site_A, site_B, depth):
+def _is_promised(case, site_A, site_B, depth, margin):
     """Tell whether the depth of this overlap is known, and promised.
 
     With triangles that enclose a dent it is promised where they are entered through one face.
@@ -63,10 +63,12 @@ def _is_promised(case, site_A, site_B, depth):
         ):
             return False
     X_AB = relative(case.X_WA, case.X_WB)
-    return is_shallowest(case.A, case.B, site_A, site_B, X_AB, depth, DIRECTIONS)
+    return is_shallowest(case.A, case.B, site_A, site_B, X_AB, depth, DIRECTIONS, margin)
 
 
-def constructed(distance, *, bodies=BODIES, others=None, rolls=(0.0, 0.7), seed=1, reach=1.0):
+def constructed(
+    distance, *, bodies=BODIES, others=None, rolls=(0.0, 0.7), seed=1, reach=1.0, margin=1.5
+):
     """Return cases for all bodies, features and orders at this signed distance.
 
     Of overlaps, those are left out whose shortest way out is another one.
@@ -78,6 +80,8 @@ def constructed(distance, *, bodies=BODIES, others=None, rolls=(0.0, 0.7), seed=
         rolls: rotations of B about the common normal; 0 makes edges and axes parallel.
         seed: of the generic world poses.
         reach: metres, of their positions.
+        margin: how many times deeper an overlap may become along its normal before another
+            normal nearby is better; thin bodies have such normals also far away.
 
     """
     rng = np.random.default_rng(seed)
@@ -95,6 +99,6 @@ def constructed(distance, *, bodies=BODIES, others=None, rolls=(0.0, 0.7), seed=
             X_WB = X_WA @ place(site_A, site_B, distance, roll)
             nhat = -X_WA[:3, :3] @ site_A.normal
             case = Case(label, A, B, X_WA, X_WB, distance, (exact_A, exact_B), nhat)
-            if distance >= 0.0 or _is_promised(case, site_A, site_B, -distance):
+            if distance >= 0.0 or _is_promised(case, site_A, site_B, -distance, margin):
                 found.append(case)
     return found

@@ -194,27 +194,52 @@ def gaps(shape_A, shape_B, X_AB, n):
     return -(n @ p) - support(shape_A, -n) - support(shape_B, n @ R)
 
 
-def is_shallowest(shape_A, shape_B, site_A, site_B, X_AB, depth, directions):
+def is_shallowest(shape_A, shape_B, site_A, site_B, X_AB, depth, directions, margin=1.5):
     """Tell whether overlap by ``depth`` at the sites is the least of all directions.
 
-    Locally by the bends, elsewhere by a search over ``directions`` and the normals of all faces.
+    Locally by the bends, which have to exceed the depth ``margin`` times; elsewhere by a search
+    from ``directions``, the normals of all faces and the axes.
     """
     n = -site_A.normal
     R = X_AB[:3, :3]
     basis = frame(site_A)[:, :2]
     bend = basis.T @ (site_A.bend + R @ site_B.bend @ R.T) @ basis
-    if np.linalg.eigvalsh(bend)[0] <= 1.5 * depth:
+    if np.linalg.eigvalsh(bend)[0] <= margin * depth:
         return False
     if isinstance(shape_A, HalfSpace) or isinstance(shape_B, HalfSpace):
         return True
     trial = np.vstack([directions, _normals(shape_B) @ R.T, -_normals(shape_A)])
+    if best_gap(shape_A, shape_B, X_AB, trial)[0] > -depth * (1.0 - 1e-9):
+        return False
+    return _best_tilt(shape_A, shape_B, X_AB, n, basis) <= -depth * (1.0 - 1e-9)
+
+
+def _best_tilt(shape_A, shape_B, X_AB, n, basis):
+    """Return the largest gap along turned normals: a star of turns of all sizes, then climbing."""
     angle, reach = np.meshgrid(
-        np.linspace(0.0, 2.0 * np.pi, 13), 10.0 ** np.arange(-5.0, 0.0, 0.25)
+        np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), 10.0 ** np.arange(-5.0, 0.5, 0.28)
     )
-    tilts = n + (reach * np.cos(angle)).reshape(-1, 1) * basis[:, 0]
-    tilts += (reach * np.sin(angle)).reshape(-1, 1) * basis[:, 1]
-    trial = np.vstack([trial, tilts / np.linalg.norm(tilts, axis=1)[:, None]])
-    return best_gap(shape_A, shape_B, X_AB, trial)[0] <= -depth + 1e-9 * depth
+    tilts = np.stack([reach * np.cos(angle), reach * np.sin(angle)], axis=-1).reshape(-1, 2)
+    step = reach.ravel()
+
+    def values(t):
+        r = np.linalg.norm(t, axis=-1)[..., None]
+        return gaps(shape_A, shape_B, X_AB, np.cos(r) * n + np.sinc(r / np.pi) * (t @ basis.T))
+
+    best = values(tilts)
+    start = np.argsort(best)[-4:]
+    tilts, best, step = tilts[start], best[start], 0.3 * step[start]
+    compass = np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]])
+    rows = np.arange(len(tilts))
+    for _ in range(24):
+        around = tilts[:, None] + step[:, None, None] * compass
+        found = values(around)
+        k = found.argmax(axis=1)
+        better = found[rows, k] > best
+        tilts = np.where(better[:, None], around[rows, k], tilts)
+        best = np.where(better, found[rows, k], best)
+        step = np.where(better, step, 0.5 * step)
+    return best.max()
 
 
 def best_gap(shape_A, shape_B, X_AB, directions, rounds=16):
@@ -243,8 +268,8 @@ def best_gap(shape_A, shape_B, X_AB, directions, rounds=16):
 def _normals(shape):
     if isinstance(shape, Cylinder):
         return np.array([_Z, -_Z])
-    if isinstance(shape, Sphere | Capsule | Ellipsoid):
+    if isinstance(shape, Sphere | Capsule):
         return np.zeros((0, 3))
-    if isinstance(shape, Box):
+    if isinstance(shape, Box | Ellipsoid):
         return np.vstack([np.eye(3), -np.eye(3)])
     return faces_of(shape)[1]
