@@ -44,6 +44,7 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
+from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.point.batch import distance_points
 
@@ -66,6 +67,10 @@ def _compile_pairs() -> None:
 def _compile_points() -> None:
     table, X_WG = _two_spheres()
     distance_points(table, X_WG, np.zeros((1, 3)), 1.0)
+    vectors = np.zeros((1, 3))
+    certify_pairs(
+        table, X_WG, np.array([[0, 1]]), np.zeros(1), vectors, vectors, vectors, np.zeros(1)
+    )
 
 
 def _compile_candidates() -> None:

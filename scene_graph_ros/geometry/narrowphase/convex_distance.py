@@ -49,7 +49,7 @@ def _finish(core_A, core_B, distance, a, b, n, unique, gap):
 
 
 @kernel
-def _overlap(core_A, core_B, R, p, hulls, count, S, ids, lam):
+def _overlap(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam):
     """Return (distance, a, b, n, unique, gap) of cores that touch or overlap."""
     a, b = weighted_points(S, lam, count if count < 4 else 0)
     rank, n, size = expand_to_tetrahedron(core_A, core_B, R, p, hulls, count, S, ids)
@@ -60,23 +60,24 @@ def _overlap(core_A, core_B, R, p, hulls, count, S, ids, lam):
     if is_curved(core_A) or is_curved(core_B):
         settle_gap = FINE_GAP if core_A[0] == HULL or core_B[0] == HULL else COARSE_GAP
     done, n, a, b, depth, lower, unique = epa(
-        core_A, core_B, R, p, hulls, size, settle_gap, SMALL, S, ids, lam
+        core_A, core_B, R, p, hulls, size, settle_gap, tolerance, SMALL, S, ids, lam
     )
     if not done:
         expand_to_tetrahedron(core_A, core_B, R, p, hulls, 0, S, ids)
         done, n, a, b, depth, lower, unique = epa(
-            core_A, core_B, R, p, hulls, size, settle_gap, LARGE, S, ids, lam
+            core_A, core_B, R, p, hulls, size, settle_gap, tolerance, LARGE, S, ids, lam
         )
     return -depth, a, b, n, unique, max(depth - lower, 0.0)
 
 
 @kernel
-def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
+def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of two cores (see ``cores``).
 
     Positions are in A's frame, from its origin (m). ``gap`` is the difference of the upper and
-    the lower bound of the distance. A ``phi`` beyond ``max_distance`` is only a lower bound, and
-    comes without witnesses.
+    the lower bound of the distance; the answer is taken as soon as it is at most ``tolerance``
+    (m) and the sign is certain, or polished to rounding with 0. A ``phi`` beyond ``max_distance``
+    is only a lower bound, and comes without witnesses.
     """
     S = np.empty((24, 9))
     ids = np.empty((24, 2), np.int64)
@@ -84,14 +85,27 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
     v = scale(-1.0, p_AB)
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
-    limit = max_distance + core_A[2] + core_B[2]
+    radius = core_A[2] + core_B[2]
+    limit = max_distance + radius
     curved = is_curved(core_A) or is_curved(core_B)
     relative_gap = FIRST_GAP if curved else 0.0
     count = 0
     distance, gap = 0.0, 0.0
     for _ in range(ATTEMPTS):
         status, count, v, lower, size = gjk(
-            core_A, core_B, R_AB, p_AB, hulls, v, count, limit, relative_gap, S, ids, lam
+            core_A,
+            core_B,
+            R_AB,
+            p_AB,
+            hulls,
+            v,
+            count,
+            limit,
+            relative_gap,
+            tolerance,
+            S,
+            ids,
+            lam,
         )
         if status in (FAR, OVERLAP):
             break
@@ -99,6 +113,8 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
         n = _simplex_normal(S, count, v)
         distance = math.sqrt(dot(v, v))
         gap = distance - lower
+        if 0.0 < tolerance >= gap and (lower > radius or distance <= radius):
+            return _finish(core_A, core_B, distance, a, b, n, True, gap)
         if not curved and gap <= GJK_ROUNDING * EPSILON * size:
             break
         proven, n, a, b, lower, gap, _ = refine(
@@ -117,7 +133,7 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance):
     if status == OVERLAP or (gap > allowed and distance <= NEAR_CONTACT * size):
         # Nearly touching, where rounding may stop GJK early: EPA works on both sides of contact.
         depth, q_A, q_B, m, unique, error = _overlap(
-            core_A, core_B, R_AB, p_AB, hulls, count, S, ids, lam
+            core_A, core_B, R_AB, p_AB, hulls, tolerance, count, S, ids, lam
         )
         rest = norm(axpy(-depth, m, subtract(q_A, q_B)))
         if status == OVERLAP or rest <= allowed:

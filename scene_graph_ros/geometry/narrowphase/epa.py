@@ -146,22 +146,37 @@ def _best_minimum(minima, found, rounding):
 
 
 @lean_kernel
-def _is_tied(core_A, core_B, R, p, hulls, size, faces, planes, face_count, minima, found, best):
-    """Return whether another direction gives the same depth, to rounding."""
+def _is_tied(
+    core_A,
+    core_B,
+    R,
+    p,
+    hulls,
+    size,
+    tolerance,
+    faces,
+    planes,
+    face_count,
+    minima,
+    found,
+    best,
+):
+    """Return whether another direction gives the same depth, to ``tolerance`` or rounding."""
     n = (minima[best, 0], minima[best, 1], minima[best, 2])
-    tie = minima[best, DEPTH] + TIE * EPSILON * size
+    tie = minima[best, DEPTH] + max(TIE * EPSILON * size, tolerance)
+    same = BASIN_COSINE if tolerance > 0.0 else SAME_DIRECTION
     if minima[best, STIFFNESS] < FLAT_MINIMUM * size:
         return True
     for i in range(found):
         if i != best and minima[i, DEPTH] <= tie:
             m = (minima[i, 0], minima[i, 1], minima[i, 2])
-            if dot(n, m) < SAME_DIRECTION:
+            if dot(n, m) < same:
                 return True
     for f in range(face_count):
         if faces[f, ALIVE] == 0 or faces[f, CLOSED] == 1 or planes[f, 3] > tie:
             continue
         m = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
-        if dot(n, m) < SAME_DIRECTION and -separation(core_A, core_B, R, p, hulls, m) <= tie:
+        if dot(n, m) < same and -separation(core_A, core_B, R, p, hulls, m) <= tie:
             return True
     return False
 
@@ -223,7 +238,7 @@ def _polish_fallback(
 
 
 @lean_kernel
-def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
+def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, ids0, lam):
     """Run EPA's loop; return (is finished, lower bound, best row, rows of faces, minima found)."""
     S, ids, faces, planes, minima, stack, horizon = work
     face_count = start_tetrahedron(S, faces, planes)
@@ -248,14 +263,31 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
         count = _load_nearest(
             S, ids, faces, planes, face_count, f, TIE * EPSILON * size, S0, ids0, lam
         )
-        if extent < depth or gap <= rounding:
+        # The least distance must be known to be positive before the rest is left open.
+        enough = max(rounding, tolerance) if planes[f, 3] > rounding else rounding
+        if extent < depth or gap <= enough:
             depth = min(extent, depth)
             a, b = weighted_points(S0, lam, count)
             _store_minimum(minima, FALLBACK, n, a, b, extent, math.inf)
-        if gap <= rounding:
-            _polish_fallback(
-                core_A, core_B, R, p, hulls, size, n, a, b, extent, S0, ids0, lam, count, minima
-            )
+        if gap <= enough:
+            if gap <= rounding:
+                _polish_fallback(
+                    core_A,
+                    core_B,
+                    R,
+                    p,
+                    hulls,
+                    size,
+                    n,
+                    a,
+                    b,
+                    extent,
+                    S0,
+                    ids0,
+                    lam,
+                    count,
+                    minima,
+                )
             finished = True
             break
         reach = max(abs(extent), NEAR_CONTACT * size)
@@ -296,13 +328,14 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam):
 
 
 @kernel
-def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
+def epa(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, capacity, S0, ids0, lam):
     """Grow the tetrahedron in rows 0 to 3 of ``S0`` until the depth is known.
 
     Returns (is finished, n, a, b, depth, lower bound, unique): the unit direction n of least depth
     (out of B into A), the witness points, the extent of C along n, which bounds the depth from
     above, and the bound from below. ``settle_gap``, relative to the depth, tells when a face is
-    small enough to be polished (0 for polytopes, whose faces are exact). Not finished: the
+    small enough to be polished (0 for polytopes, whose faces are exact). The loop ends when the
+    bounds are within ``tolerance`` (m) of each other, or of rounding. Not finished: the
     workspace of ``capacity`` corners was exhausted, or rounding broke the surface; the bounds hold
     all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
     """
@@ -318,10 +351,22 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, capacity, S0, ids0, lam):
     minima[FALLBACK, DEPTH] = math.inf
     work = (S, ids, faces, planes, minima, stack, horizon)
     finished, lower, best, face_count, found = _grow(
-        core_A, core_B, R, p, hulls, size, settle_gap, work, S0, ids0, lam
+        core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, ids0, lam
     )
     tied = _is_tied(
-        core_A, core_B, R, p, hulls, size, faces, planes, face_count, minima, found, best
+        core_A,
+        core_B,
+        R,
+        p,
+        hulls,
+        size,
+        tolerance,
+        faces,
+        planes,
+        face_count,
+        minima,
+        found,
+        best,
     )
     return (
         finished,

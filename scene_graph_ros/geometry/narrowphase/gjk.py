@@ -60,15 +60,31 @@ def _is_repeated(S, count):
 
 
 @lean_kernel
-def gjk(core_A, core_B, R, p, hulls, v, count, max_distance, relative_gap, S, ids, lam):
+def gjk(
+    core_A,
+    core_B,
+    R,
+    p,
+    hulls,
+    v,
+    count,
+    max_distance,
+    relative_gap,
+    absolute_gap,
+    S,
+    ids,
+    lam,
+):
     """Run GJK from v and the first ``count`` rows of the simplex in S.
 
     Returns (status, count, v, lower bound, size): ``CONVERGED`` when the gap is below
-    ``relative_gap`` times the distance or at rounding, ``FAR`` when the lower bound passed
+    ``relative_gap`` times the distance or at rounding, or below ``absolute_gap`` (m) and both
+    bounds are on one side of the sum of the radii; ``FAR`` when the lower bound passed
     ``max_distance``, ``OVERLAP`` when the origin is in C or within rounding of it, ``STALLED``
     when rounding stopped the progress or the iterations ran out (the gap then tells the accuracy).
     """
     hints = (-1, -1)
+    radius = core_A[2] + core_B[2]
     lower = -math.inf
     size = 0.0
     for i in range(count):
@@ -82,7 +98,10 @@ def gjk(core_A, core_B, R, p, hulls, v, count, max_distance, relative_gap, S, id
             return FAR, count, v, lower, size
         if count > 0:
             rounding = GJK_ROUNDING * EPSILON * size
-            if length - lower <= max(relative_gap * length, rounding):
+            gap = length - lower
+            if gap <= max(relative_gap * length, rounding):
+                return CONVERGED, count, v, lower, size
+            if 0.0 < absolute_gap >= gap and (lower > radius or length <= radius):
                 return CONVERGED, count, v, lower, size
             if _is_repeated(S, count):
                 return STALLED, count, v, lower, size

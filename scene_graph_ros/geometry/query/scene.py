@@ -90,6 +90,8 @@ def _solve(
             pairs,
             max_distance,
             keep,
+            settings.accuracy.bound,
+            settings.certificate,
         )
     if failed != NO_FAILURE:
         names = [_describe(snapshot, row) for row in pairs[failed]]

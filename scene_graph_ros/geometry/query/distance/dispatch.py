@@ -59,18 +59,18 @@ def core_of(table, i):
 
 
 @merged_kernel
-def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance):
+def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance, tolerance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) for row j a mesh measured by its triangles."""
     if table.kind[i] == SPHERE_KIND:
         size_A = load_vector(table.size, i)
         return distance_sphere_mesh(size_A, R_AB, p_AB, table, j, max_distance)
     if table.exact[i]:
         return distance_mesh_mesh(table, i, j, R_AB, p_AB, max_distance)
-    return distance_convex_mesh(table, j, core_of(table, i), R_AB, p_AB, max_distance)
+    return distance_convex_mesh(table, j, core_of(table, i), R_AB, p_AB, max_distance, tolerance)
 
 
 @merged_kernel
-def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
+def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
     if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
         zero = (0.0, 0.0, 0.0)
@@ -81,20 +81,21 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance):
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
     if table.exact[j]:
         phi, p_ACa, p_ACb, nhat_BA_A, unique = _distance_to_triangles(
-            table, i, j, R_AB, p_AB, max_distance
+            table, i, j, R_AB, p_AB, max_distance, tolerance
         )
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
     return convex_distance(
-        core_of(table, i), core_of(table, j), R_AB, p_AB, table.hulls, max_distance
+        core_of(table, i), core_of(table, j), R_AB, p_AB, table.hulls, max_distance, tolerance
     )
 
 
 @merged_kernel
-def distance_pair(table, i, j, R_AB, p_AB, max_distance):
+def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of rows i (A) and j (B), in A's frame.
 
     ``p_ACa - p_ACb = phi nhat_BA_A``; the unit normal points out of B into A, and is ``unique``
-    unless it is a choice. ``gap`` bounds the error of phi (m). Where phi is found to exceed
+    unless it is a choice. ``gap`` bounds the error of phi (m): at most ``tolerance``, or rounding
+    where that is 0 and for all pairs with a closed form. Where phi is found to exceed
     ``max_distance``, it may be any lower bound above that, without witnesses. Two half spaces
     give phi = nan, the only pair that has no answer.
     """
@@ -107,7 +108,7 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance):
         p_AB = scale(-1.0, rotate_inverse(R_AB, p_AB))
         R_AB = transpose(R_AB)
     phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = _distance_ordered(
-        table, i, j, R_AB, p_AB, max_distance
+        table, i, j, R_AB, p_AB, max_distance, tolerance
     )
     if swap:
         # What was computed is in the frame of the other shape, which is A there.

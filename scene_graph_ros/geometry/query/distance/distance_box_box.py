@@ -228,6 +228,43 @@ def _apart(size_A, size_B, R, p, n):
     return add(rotate(R, x_B), p), add(rotate(R, y_B), p)
 
 
+@kernel
+def _across_edges(R, n_faces, n, slack):
+    """Return n, the direction between two points, at a right angle to edges that nearly are.
+
+    ``slack`` is n's error in radians. A normal of an edge that leans that much along it is not
+    one of the box: the edge's end would be nearer. Beyond a tenth it tells nothing; ``n_faces``,
+    which separates the boxes, is returned then.
+    """
+    if slack > 0.1:
+        return n_faces
+    found_A = found_B = -1
+    count_A = count_B = 0
+    for k in range(3):
+        if abs(n[k]) <= slack:
+            found_A, count_A = k, count_A + 1
+        if abs(dot(n, column(R, k))) <= slack:
+            found_B, count_B = k, count_B + 1
+    if count_A == 2 or count_B == 2:
+        # At a right angle to two edges of a box: along the third.
+        for k in range(3):
+            axis = _axis_vector(k, 1.0) if count_A == 2 else column(R, k)
+            along = dot(n, axis)
+            if abs(along) > slack:
+                return scale(math.copysign(1.0, along), axis)
+    if count_A == 1 and count_B == 1:
+        axis = _cross_axis(R, found_A, found_B)
+        if dot(axis, axis) > 0.0:
+            return scale(math.copysign(1.0, dot(axis, n)), axis)
+    if count_A == 1:
+        axis = _axis_vector(found_A, 1.0)
+        return unit(axpy(-dot(n, axis), axis, n), n)
+    if count_B == 1:
+        axis = column(R, found_B)
+        return unit(axpy(-dot(n, axis), axis, n), n)
+    return n
+
+
 @lean_kernel
 def distance_box_box(size_A, size_B, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique).
@@ -258,5 +295,5 @@ def distance_box_box(size_A, size_B, R_AB, p_AB, max_distance):
         return -depth, x, axpy(depth, n, x), n, unique or is_apart
     x, y = _apart(size_A, size_B, R, p_AB, n)
     gap = subtract(x, y)
-    phi = norm(gap)
-    return phi, x, y, unit(gap, n), True
+    n = _across_edges(R, n, unit(gap, n), tolerance / norm(gap))
+    return dot(gap, n), x, y, n, True

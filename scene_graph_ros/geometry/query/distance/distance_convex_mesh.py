@@ -104,7 +104,7 @@ def _triangle_gap(lower, upper, params):
 
 
 @merged_kernel
-def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance):
+def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance, allowed):
     """Return (distance, p_MN, n, unique, cuts, count) of surface k and a core of radius 0.
 
     The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
@@ -134,7 +134,9 @@ def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance):
             triangle = triangle_core(surfaces.vertices, surfaces.triangles, t)
             if _triangle_gap(lower, upper, triangle[3]) > best:
                 continue
-            distance, a, _, m, unique, _ = convex_distance(triangle, core, R_MK, p_MK, hulls, best)
+            distance, a, _, m, unique, _ = convex_distance(
+                triangle, core, R_MK, p_MK, hulls, best, allowed
+            )
             if distance <= tolerance:
                 if count == cuts.shape[0]:
                     longer = np.empty(2 * count, np.int64)
@@ -197,7 +199,7 @@ def _leave_cuts(surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance):
 
 
 @kernel
-def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound):
+def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound, allowed):
     """Return (phi, p_MCk, p_MCm, nhat_MK_M, unique): nhat points out of the mesh into K."""
     tolerance = COINCIDENCE * size
     bare = (core[0], core[1], 0.0, core[3])
@@ -209,7 +211,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
         is_inside = point_mesh(surfaces, k, size, some_point, math.inf)[0] < 0.0
     reach = math.inf if is_inside else max(bound, 0.0) + core[2]
     distance, p_MN, n, unique, cuts, count = _search(
-        surfaces, k, bare, hulls, R_MK, p_MK, reach, tolerance
+        surfaces, k, bare, hulls, R_MK, p_MK, reach, tolerance, allowed
     )
     if distance == math.inf:
         return math.inf, p_MK, p_MK, n, False
@@ -224,7 +226,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
             surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance
         )
     phi, p_MCm, p_MCk, n_hull, is_unique, _ = convex_distance(
-        mesh_core, core, R_MK, p_MK, hulls, math.inf
+        mesh_core, core, R_MK, p_MK, hulls, math.inf, 0.0
     )
     if phi > -depth:
         return phi, p_MCk, p_MCm, scale(-1.0, n_hull), is_unique
@@ -232,10 +234,11 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
 
 
 @merged_kernel
-def distance_convex_mesh(table, j, core, R_AB, p_AB, max_distance):
+def distance_convex_mesh(table, j, core, R_AB, p_AB, max_distance, tolerance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) of a core A and row j's triangles B.
 
-    Beyond ``max_distance``, phi may be inf, without witnesses.
+    Beyond ``max_distance``, phi may be inf, without witnesses. Apart, phi may be off by
+    ``tolerance`` (m).
     """
     R_BA = transpose(R_AB)
     p_BA = scale(-1.0, rotate_inverse(R_AB, p_AB))
@@ -251,6 +254,8 @@ def distance_convex_mesh(table, j, core, R_AB, p_AB, max_distance):
         R_BA,
         p_BA,
         max_distance,
+        # The sign of a core with a radius is not that of the core without.
+        tolerance if core[2] == 0.0 else 0.0,
     )
     p_ACa = add(rotate(R_AB, p_BCa), p_AB)
     p_ACb = add(rotate(R_AB, p_BCb), p_AB)

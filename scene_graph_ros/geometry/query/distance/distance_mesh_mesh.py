@@ -257,7 +257,7 @@ def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
     if distance > 0.0 and not contained:
         return distance, x, axpy(-distance, n, x), n, True
     depth, p_ACa, nhat = _leave(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, found)
-    phi, a, b, n_hull, unique, _ = convex_distance(hull_A, hull_B, R, p, hulls, math.inf)
+    phi, a, b, n_hull, unique, _ = convex_distance(hull_A, hull_B, R, p, hulls, math.inf, 0.0)
     if phi > -depth:
         return phi, a, b, n_hull, unique
     return -depth, p_ACa, axpy(depth, nhat, p_ACa), nhat, True

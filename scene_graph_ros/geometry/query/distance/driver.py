@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -24,7 +26,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import OSCULATION
 
-__all__ = ["FIRST_PENETRATION", "NO_FAILURE", "PENETRATIONS", "WITHIN", "solve_pairs"]
+__all__ = ["EXACT", "FIRST_PENETRATION", "NO_FAILURE", "PENETRATIONS", "WITHIN", "solve_pairs"]
 
 WITHIN = 0
 """Keep pairs whose signed distance is at most ``max_distance``."""
@@ -35,9 +37,12 @@ FIRST_PENETRATION = 2
 
 NO_FAILURE = -1
 
+EXACT = Accuracy.EXACT.bound
+"""Relative to the larger size: up to this accuracy, answers are polished to rounding."""
+
 
 @lean_kernel
-def _solve(table, X_WG, pairs, max_distance, keep, columns):
+def _solve(table, X_WG, pairs, max_distance, keep, accuracy, columns):
     """Write the kept pairs into ``columns``; return how many, and the pair without an answer."""
     rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps = columns
     count = 0
@@ -46,15 +51,16 @@ def _solve(table, X_WG, pairs, max_distance, keep, columns):
         R_WA, p_WA = load_rotation(X_WG, i), load_translation(X_WG, i)
         R_WB, p_WB = load_rotation(X_WG, j), load_translation(X_WG, j)
         R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
+        size = max(table.scale[i], table.scale[j])
         phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = distance_pair(
-            table, i, j, R_AB, p_AB, max_distance
+            table, i, j, R_AB, p_AB, max_distance, accuracy * size
         )
         if math.isnan(phi):
             return count, k
         if keep == WITHIN:
             if phi > max_distance:
                 continue
-        elif phi >= -OSCULATION * max(table.scale[i], table.scale[j]):
+        elif phi >= -OSCULATION * size:
             continue
         rows[count, 0], rows[count, 1] = i, j
         phis[count], uniques[count], gaps[count] = phi, unique, gap
@@ -75,6 +81,8 @@ def solve_pairs(
     pairs: NDArray[np.int64],
     max_distance: float,
     keep: int,
+    accuracy: float = EXACT,
+    certify: bool = False,
 ) -> tuple[Any, ...]:
     """Compute the signed distance of pairs of rows and keep those asked for.
 
@@ -84,6 +92,13 @@ def solve_pairs(
         pairs: (m, 2) rows (A, B).
         max_distance: in metres; 0 for penetrations.
         keep: WITHIN, PENETRATIONS or FIRST_PENETRATION.
+        accuracy: the largest error of the distance, relative to the larger of both sizes, its
+            sign being certain; up to EXACT, all is polished to rounding. A looser one saves time
+            where the distance is found by iteration. Then the distance is too large at most (a
+            depth: too large), the witnesses keep ``p_WCa - p_WCb = distance * nhat_BA_W`` and
+            stay in their shapes, and the normal is good to about its square root.
+        certify: fill ``gap`` for every pair, see ``certify_pairs``; otherwise it is what the
+            iterations know, 0 where there are none.
 
     Returns:
         The columns of k kept pairs, in the order given: rows (k, 2), distance (k,), p_ACa,
@@ -99,5 +114,10 @@ def solve_pairs(
         np.empty(m, np.bool_),
         np.empty(m),
     )
-    count, failed = _solve(table, X_WG, pairs, max_distance, keep, columns)
-    return (*(column[:count] for column in columns), failed)
+    loose = accuracy if accuracy > EXACT else 0.0
+    count, failed = _solve(table, X_WG, pairs, float(max_distance), keep, loose, columns)
+    kept = tuple(column[:count] for column in columns)
+    if certify:
+        rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, _, gap = kept
+        certify_pairs(table, X_WG, rows, phi, p_ACa, p_BCb, nhat_BA_W, gap)
+    return (*kept, failed)
