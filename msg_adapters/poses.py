@@ -29,6 +29,7 @@ from std_msgs.msg import Header
 from msg_adapters.errors import MessageError
 from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.geometry.spatial.pose_kernels import poses_from_quaternions_kernel, VALID
 from scene_graph_ros.geometry.spatial.poses import (
     poses_from_quaternions,
     quaternions_from_poses,
@@ -41,8 +42,10 @@ __all__ = [
     "PoseFault",
     "RefusedPose",
     "header_to_msg",
+    "joints_from_components",
     "joints_from_msg",
     "multi_dof_joint_state_to_msg",
+    "pose_batch",
     "pose_from_msg",
     "pose_stamped_to_msg",
     "pose_to_msg",
@@ -119,6 +122,16 @@ def poses_from_components(
     ``components`` is ``(n, 7)``. Quaternions within QUATERNION_NORM_DEFECT of unit length are
     normalized.
     """
+    X = np.empty((len(components), 4, 4))
+    p, q = components[:, :3].copy(), components[:, 3:].copy()
+    if poses_from_quaternions_kernel(p, q, X)[1] == VALID:
+        return np.ones(len(X), dtype=bool), X, ()
+    return _judge_each(components, names)
+
+
+def _judge_each(
+    components: NDArray[np.float64], names: Sequence[str]
+) -> tuple[NDArray[np.bool_], NDArray[np.float64], tuple[RefusedPose, ...]]:
     p, q = components[:, :3], components[:, 3:]
     with np.errstate(over="ignore", invalid="ignore"):
         norms = np.sqrt(np.einsum("ij,ij->i", q, q))
@@ -139,15 +152,16 @@ def poses_from_components(
     return valid, poses_from_quaternions(p[valid], units), tuple(refused)
 
 
-def _batch(
+def pose_batch(
     names: Sequence[str],
     parents: Sequence[str],
-    stamps_ns: Sequence[int],
-    components: list[tuple[float, ...]],
+    stamps_ns: Sequence[int] | NDArray[np.int64],
+    components: Sequence[tuple[float, ...]] | NDArray[np.float64],
 ) -> PoseBatch:
+    """Return the valid poses among rows of x, y, z, qx, qy, qz, qw, and what is refused."""
     rows = np.array(components, dtype=np.float64).reshape(-1, 7)
     valid, X_PF, refused = poses_from_components(rows, names)
-    stamps = np.array(stamps_ns, dtype=np.int64)
+    stamps = np.asarray(stamps_ns, dtype=np.int64)
     if not refused:
         return PoseBatch(tuple(names), tuple(parents), stamps, X_PF, ())
     kept = np.flatnonzero(valid).tolist()
@@ -181,14 +195,14 @@ def poses_from_multi_dof_joint_state(msg: MultiDOFJointState) -> PoseBatch:
     components = [_components(t.translation, t.rotation) for t in transforms]
     count = len(names)
     stamp_ns = stamp_from_msg(msg.header.stamp)
-    return _batch(names, [msg.header.frame_id] * count, [stamp_ns] * count, components)
+    return pose_batch(names, [msg.header.frame_id] * count, [stamp_ns] * count, components)
 
 
 def poses_from_pose_stamped(msg: PoseStamped, frame: str) -> PoseBatch:
     """Read the pose of the one frame, named ``frame``, that the sender moves."""
     components = [_components(msg.pose.position, msg.pose.orientation)]
     stamp_ns = stamp_from_msg(msg.header.stamp)
-    return _batch([frame], [msg.header.frame_id], [stamp_ns], components)
+    return pose_batch([frame], [msg.header.frame_id], [stamp_ns], components)
 
 
 def poses_from_transform_stamped(msg: TransformStamped) -> PoseBatch:
@@ -203,7 +217,7 @@ def poses_from_tf(msg: Any) -> PoseBatch:
 
 def _from_transforms(transforms: Iterable[TransformStamped]) -> PoseBatch:
     transforms = list(transforms)
-    return _batch(
+    return pose_batch(
         [t.child_frame_id for t in transforms],
         [t.header.frame_id for t in transforms],
         [stamp_from_msg(t.header.stamp) for t in transforms],
@@ -220,20 +234,26 @@ def joints_from_msg(msg: JointState) -> JointBatch:
         raise MessageError(f"{len(msg.name)} names, but {len(msg.position)} positions")
     _refuse_twice("name", msg.name)
     stamp_ns = stamp_from_msg(msg.header.stamp)
-    positions = np.array(msg.position, dtype=np.float64)
+    return joints_from_components(tuple(msg.name), np.array(msg.position, np.float64), stamp_ns)
+
+
+def joints_from_components(
+    names: tuple[str, ...], positions: NDArray[np.float64], stamp_ns: int
+) -> JointBatch:
+    """Return the finite ones of joint positions ``(n,)``, and what is refused."""
     finite = np.isfinite(positions)
     if finite.all():
-        return JointBatch(tuple(msg.name), positions, stamp_ns, ())
+        return JointBatch(names, positions, stamp_ns, ())
     refused = tuple(
         RefusedPose(
-            msg.name[i],
+            names[i],
             PoseFault.NOT_FINITE,
-            f"position of joint {msg.name[i]!r} is not finite: {positions[i]}",
+            f"position of joint {names[i]!r} is not finite: {positions[i]}",
         )
         for i in np.flatnonzero(~finite)
     )
-    names = tuple(name for name, good in zip(msg.name, finite, strict=True) if good)
-    return JointBatch(names, positions[finite], stamp_ns, refused)
+    kept = tuple(name for name, good in zip(names, finite, strict=True) if good)
+    return JointBatch(kept, positions[finite], stamp_ns, refused)
 
 
 def _one(position: Point | Vector3, rotation: Quaternion, name: str) -> NDArray[np.float64]:

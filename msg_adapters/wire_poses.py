@@ -1,0 +1,392 @@
+"""Poses straight from the bytes of a message, by layouts learnt from messages that came before.
+
+Publishers send the same names again and again. What such messages have in common is a *layout*:
+which bytes are always the same, where the stamps are, and where the numbers. A message that fits a
+known layout is a numpy view away from its poses; the others are for the ordinary deserializer.
+
+Serializers leave whatever was in memory in the bytes between fields. So bytes that may be anything
+are not compared: those behind names, if the deserializer reads the same with all of them changed,
+and those that were seen to differ in messages which the deserializer read as the same names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+from geometry_msgs.msg import (
+    Point,
+    Pose,
+    PoseStamped,
+    Quaternion,
+    Transform,
+    TransformStamped,
+    Vector3,
+)
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import JointState, MultiDOFJointState
+from std_msgs.msg import Header
+
+from msg_adapters.poses import JointBatch, joints_from_components, pose_batch, PoseBatch
+from msg_adapters.stamps import stamp_from_msg
+from msg_adapters.wire import (
+    as_bytes,
+    MARKED_BYTE,
+    MARKED_TIME,
+    OTHER_BYTE,
+    OTHER_TIME,
+    runs,
+    Serializer,
+)
+
+__all__ = ["Layout", "PoseWire"]
+
+_LAYOUTS_KEPT = 4096
+"""Layouts remembered per topic: each object of a large scene may have a message of its own."""
+
+_SEEN_KEPT = 256
+"""Sets of names remembered to notice when one comes again."""
+
+_NANOSECONDS = 10**9
+_LOW_BYTE, _HIGH_BYTE = 0x11, 0x22
+_LOW, _HIGH = np.frombuffer(bytes([_LOW_BYTE] * 8 + [_HIGH_BYTE] * 8), np.float64).tolist()
+"""Two numbers that differ in every byte."""
+
+_UNIT = 4
+"""Bytes. Fields other than characters begin at multiples of it, as is tried, not trusted."""
+
+
+class _Kind(NamedTuple):
+    """What is read from a message type, and how a message of it is made for probing."""
+
+    width: int
+    names: Callable[[Any], Sequence[str]]
+    parents: Callable[[Any], Sequence[str]]
+    stamps: Callable[[Any], Sequence[Any]]
+    numbers: Callable[[Any], Any]
+    probe: Callable[[Any, Any, float], Any]
+    """(message, stamp, number) -> one of the same names with these in all their places."""
+
+
+def _pose_numbers(position: Any, rotation: Any) -> tuple[float, ...]:
+    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
+
+
+def _header(header: Any, stamp: Any) -> Header:
+    return Header(stamp=stamp, frame_id=header.frame_id)
+
+
+def _transform(number: float) -> Transform:
+    return Transform(
+        translation=Vector3(x=number, y=number, z=number),
+        rotation=Quaternion(x=number, y=number, z=number, w=number),
+    )
+
+
+def _pose(number: float) -> Pose:
+    t = _transform(number)
+    return Pose(position=Point(x=number, y=number, z=number), orientation=t.rotation)
+
+
+def _stamped(message: Any, stamp: Any, number: float) -> TransformStamped:
+    return TransformStamped(
+        header=_header(message.header, stamp),
+        child_frame_id=message.child_frame_id,
+        transform=_transform(number),
+    )
+
+
+_MULTI = _Kind(
+    7,
+    lambda m: m.joint_names,
+    lambda m: [m.header.frame_id] * len(m.joint_names),
+    lambda m: [m.header.stamp],
+    lambda m: [_pose_numbers(t.translation, t.rotation) for t in m.transforms],
+    lambda m, stamp, x: MultiDOFJointState(
+        header=_header(m.header, stamp),
+        joint_names=m.joint_names,
+        transforms=[_transform(x)] * len(m.transforms),
+        twist=m.twist,
+        wrench=m.wrench,
+    ),
+)
+_JOINTS = _Kind(
+    1,
+    lambda m: m.name,
+    lambda m: [""] * len(m.name),
+    lambda m: [m.header.stamp],
+    lambda m: m.position,
+    lambda m, stamp, x: JointState(
+        header=_header(m.header, stamp),
+        name=m.name,
+        position=[x] * len(m.position),
+        velocity=m.velocity,
+        effort=m.effort,
+    ),
+)
+_POSE = _Kind(
+    7,
+    lambda m: [""],
+    lambda m: [m.header.frame_id],
+    lambda m: [m.header.stamp],
+    lambda m: [_pose_numbers(m.pose.position, m.pose.orientation)],
+    lambda m, stamp, x: PoseStamped(header=_header(m.header, stamp), pose=_pose(x)),
+)
+_TRANSFORM = _Kind(
+    7,
+    lambda m: [m.child_frame_id],
+    lambda m: [m.header.frame_id],
+    lambda m: [m.header.stamp],
+    lambda m: [_pose_numbers(m.transform.translation, m.transform.rotation)],
+    _stamped,
+)
+_TF = _Kind(
+    7,
+    lambda m: [t.child_frame_id for t in m.transforms],
+    lambda m: [t.header.frame_id for t in m.transforms],
+    lambda m: [t.header.stamp for t in m.transforms],
+    lambda m: [_pose_numbers(t.transform.translation, t.transform.rotation) for t in m.transforms],
+    lambda m, stamp, x: type(m)(transforms=[_stamped(t, stamp, x) for t in m.transforms]),
+)
+
+_KINDS: dict[str, _Kind] = {
+    "sensor_msgs/msg/MultiDOFJointState": _MULTI,
+    "sensor_msgs/msg/JointState": _JOINTS,
+    "geometry_msgs/msg/PoseStamped": _POSE,
+    "geometry_msgs/msg/TransformStamped": _TRANSFORM,
+    "tf2_msgs/msg/TFMessage": _TF,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Where things are in all messages of the same lengths of names.
+
+    ``constants`` are the places of the bytes that tell names and counts; beyond the last number
+    nothing is looked at. Of the numbers the first place is kept, and where they are not in a row,
+    the places of all their bytes.
+    """
+
+    constants: NDArray[np.int64]
+    stamps: tuple[int, ...]
+    first_number: int
+    count: int
+    gather: NDArray[np.int64] | None
+
+    def key(self, data: bytes) -> bytes:
+        """Return the bytes that say which layout a message has."""
+        return np.frombuffer(data, np.uint8)[self.constants].tobytes()
+
+    def is_like(self, other: _Places) -> bool:
+        """Tell whether all places are the same."""
+        mine = (self.stamps, self.first_number, self.count)
+        return mine == (other.stamps, other.first_number, other.count) and np.array_equal(
+            self.constants, other.constants
+        )
+
+    def numbers(self, data: bytes) -> NDArray[np.float64]:
+        """Return all numbers of a message."""
+        if self.gather is None:
+            return np.frombuffer(data, np.float64, self.count, self.first_number)
+        return np.frombuffer(data, np.uint8)[self.gather].view(np.float64)
+
+    def stamp(self, data: bytes, index: int = 0) -> int:
+        """Return one of the stamps in nanoseconds."""
+        place = self.stamps[index]
+        seconds = int.from_bytes(data[place : place + 4], _ORDER, signed=True)
+        return seconds * _NANOSECONDS + int.from_bytes(data[place + 4 : place + 8], _ORDER)
+
+
+_ORDER: Any = "little" if np.dtype("=i4") == np.dtype("<i4") else "big"
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """What messages with the same names have in common: compare layouts by identity."""
+
+    places: _Places
+    names: tuple[str, ...]
+    parents: tuple[str, ...]
+    width: int
+
+    def stamp(self, data: bytes) -> int:
+        """Return the newest stamp of a message of this layout in nanoseconds."""
+        return max(self.places.stamp(data, i) for i in range(len(self.places.stamps)))
+
+    def poses(self, data: bytes, only_name: str | None = None) -> PoseBatch:
+        """Return the poses of a message; ``only_name`` names the one frame of a PoseStamped."""
+        places = self.places
+        rows = places.numbers(data).reshape(-1, self.width)
+        if len(places.stamps) == 1:
+            stamps = np.full(len(rows), places.stamp(data), dtype=np.int64)
+        else:
+            each = [places.stamp(data, i) for i in range(len(places.stamps))]
+            stamps = np.array(each, dtype=np.int64)
+        names = self.names if only_name is None else (only_name,)
+        return pose_batch(names, self.parents, stamps, rows)
+
+    def joints(self, data: bytes) -> JointBatch:
+        """Return the joint positions of a JointState."""
+        places = self.places
+        return joints_from_components(self.names, places.numbers(data), places.stamp(data))
+
+
+@dataclass
+class _Learnt:
+    """A layout, the message it was learnt from, and which of its bytes may be anything."""
+
+    layout: Layout
+    data: bytes
+    may_be_anything: NDArray[np.bool_]
+
+
+class PoseWire:
+    """The layouts of one topic.
+
+    ``find`` is asked for every message, ``learn`` is told every message that ``find`` did not
+    know and that turned out to be fine; a layout is made when the same names come again.
+    """
+
+    def __init__(
+        self, pose_type: str, serialize: Serializer, deserialize: Callable[[bytes], Any]
+    ) -> None:
+        self._kind = _KINDS[pose_type]
+        self._serialize, self._deserialize = serialize, deserialize
+        self._places: dict[int, list[_Places]] = {}
+        self._layouts: dict[tuple[int, bytes], Layout] = {}
+        self._learnt: dict[tuple[Any, ...], _Learnt] = {}
+        self._seen: dict[tuple[Any, ...], None] = {}
+
+    def find(self, data: bytes) -> Layout | None:
+        """Return the layout of a message, or None where it is not known."""
+        size = len(data)
+        for places in self._places.get(size, ()):
+            layout = self._layouts.get((size, places.key(data)))
+            if layout is not None and layout.places is places:
+                return layout
+        return None
+
+    def learn(self, data: bytes, message: Any) -> None:
+        """Take note of a message that was read the ordinary way."""
+        kind = self._kind
+        names, parents = tuple(kind.names(message)), tuple(kind.parents(message))
+        key = (len(data), names, parents)
+        learnt = self._learnt.get(key)
+        if learnt is not None:
+            learnt.may_be_anything |= _bytes(learnt.data) != _bytes(data)
+            self._remember(key, learnt.layout, data, learnt.may_be_anything)
+        elif key not in self._seen:
+            while len(self._seen) >= _SEEN_KEPT:
+                del self._seen[next(iter(self._seen))]
+            self._seen[key] = None
+        else:
+            del self._seen[key]
+            places = self._find_places(data, message)
+            if places is not None:
+                layout = Layout(places, names, parents, kind.width)
+                self._remember(key, layout, data, self._padding(data, message, layout))
+
+    def _remember(
+        self,
+        key: tuple[Any, ...],
+        layout: Layout,
+        data: bytes,
+        may_be_anything: NDArray[np.bool_],
+    ) -> None:
+        """Keep a layout that compares what may not be anything."""
+        if len(self._layouts) >= _LAYOUTS_KEPT:
+            self._layouts.clear()
+            self._places.clear()
+            self._learnt.clear()
+        constants = layout.places.constants
+        constants = constants[~may_be_anything[constants]]
+        places = replace(layout.places, constants=constants)
+        known = self._places.setdefault(len(data), [])
+        same = next((one for one in known if one.is_like(places)), None)
+        if same is None:
+            known.append(places)
+        layout = replace(layout, places=same or places)
+        self._layouts[len(data), layout.places.key(data)] = layout
+        self._learnt[key] = _Learnt(layout, data, may_be_anything)
+
+    def _find_places(self, data: bytes, message: Any) -> _Places | None:
+        """Probe where stamps and numbers are; None where ``message`` can't be read so."""
+        kind = self._kind
+        base, timed, moved = (
+            _bytes(self._serialize(kind.probe(message, stamp, number)))
+            for stamp, number in ((OTHER_TIME, _LOW), (MARKED_TIME, _LOW), (OTHER_TIME, _HIGH))
+        )
+        if not len(base) == len(timed) == len(moved) == len(data):
+            return None
+        is_stamp = (base == OTHER_BYTE) & (timed == MARKED_BYTE)
+        is_number = (base == _LOW_BYTE) & (moved == _HIGH_BYTE)
+        stamps, numbers = runs(is_stamp), runs(is_number)
+        if not numbers or any(end - begin != 8 for begin, end in stamps):
+            return None
+        is_constant = ~is_stamp & ~is_number
+        is_constant[numbers[-1][1] :] = False
+        gather = np.flatnonzero(is_number) if len(numbers) > 1 else None
+        places = _Places(
+            np.flatnonzero(is_constant),
+            tuple(begin for begin, _ in stamps),
+            numbers[0][0],
+            int(np.count_nonzero(is_number)) // 8,
+            gather,
+        )
+        return places if self._reads(places, data, message) else None
+
+    def _reads(self, places: _Places, data: bytes, message: Any) -> bool:
+        """Tell whether the places give what the ordinary way gave."""
+        kind = self._kind
+        expected = as_bytes(kind.numbers(message), np.float64)
+        if places.numbers(data).tobytes() != expected:
+            return False
+        stamps = [stamp_from_msg(stamp) for stamp in kind.stamps(message)]
+        return [places.stamp(data, i) for i in range(len(places.stamps))] == stamps
+
+    def _padding(self, data: bytes, message: Any, layout: Layout) -> NDArray[np.bool_]:
+        """Return which bytes may be anything, as far as a trial shows."""
+        result = np.zeros(len(data), dtype=bool)
+        for guess in (_behind_names(data, layout), _before_numbers(data, layout)):
+            guess &= np.isin(np.arange(len(data)), layout.places.constants)
+            changed = _bytes(data).copy()
+            changed[guess] ^= 0xFF
+            try:
+                same = self._deserialize(changed.tobytes())
+            except Exception:  # noqa: BLE001, S112 - the guess was wrong, whatever says so
+                continue
+            if self._describes(same) == self._describes(message):
+                result |= guess
+        return result
+
+    def _describes(self, message: Any) -> tuple[Any, ...]:
+        kind = self._kind
+        numbers = as_bytes(kind.numbers(message), np.float64)
+        stamps = [stamp_from_msg(stamp) for stamp in kind.stamps(message)]
+        return list(kind.names(message)), list(kind.parents(message)), stamps, numbers
+
+
+def _bytes(data: bytes) -> NDArray[np.uint8]:
+    return np.frombuffer(data, np.uint8)
+
+
+def _behind_names(data: bytes, layout: Layout) -> NDArray[np.bool_]:
+    """Guess which bytes only fill up what follows a name."""
+    result, position = np.zeros(len(data), dtype=bool), 0
+    for name in filter(None, (*dict.fromkeys(layout.parents), *layout.names)):
+        text = name.encode() + b"\0"
+        position = data.find(text, position) + len(text)
+        if position < len(text):
+            break
+        result[position : position + -position % _UNIT] = True
+    return result
+
+
+def _before_numbers(data: bytes, layout: Layout) -> NDArray[np.bool_]:
+    """Guess which bytes only fill up what comes before the numbers."""
+    result = np.zeros(len(data), dtype=bool)
+    first = layout.places.first_number
+    result[first - _UNIT : first] = True
+    return result
