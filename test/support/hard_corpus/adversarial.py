@@ -1,10 +1,20 @@
 """Random and nasty pairs without a known answer, and a text form that keeps them bit for bit."""
 
+from pathlib import Path
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from hard_corpus.batches import Case, complaints, solve
-from hard_corpus.bodies import closed_mesh, scattered_hull
+from hard_corpus.batches import (
+    Case,
+    Complaint,
+    complaints,
+    EPSILON,
+    size,
+    solve,
+    swapped,
+)
+from hard_corpus.bodies import closed_mesh, dented_mesh, extent, rescaled, scattered_hull
 from hard_corpus.constructed import DIRECTIONS
 from hard_corpus.sites import place, pose, sites_of
 from scene_graph_ros.geometry import (
@@ -17,8 +27,12 @@ from scene_graph_ros.geometry import (
     Mesh,
     Sphere,
 )
+from scene_graph_ros.geometry.tolerances import MIN_SHAPE_SIZE
 
-__all__ = ["adversarial_cases", "case_from_text", "text_from_case", "violations"]
+__all__ = ["KEPT", "adversarial_cases", "case_from_text", "text_from_case", "violations"]
+
+KEPT = Path(__file__).with_name("counterexamples.jsonl")
+"""Pairs that once had a fault, one line each; ``open`` says which, while it is not fixed."""
 
 BOUND = 1e-9
 """Relative to the size of the pair: what DESIGN promises of the hard corpus."""
@@ -47,10 +61,14 @@ def _polytopes():
     ]
     hulls = [Convex(vertices=p) for p in points]
     hulls += [scattered_hull(0.2, count, seed) for count, seed in ((6, 1), (20, 2), (150, 3))]
-    return [*hulls, closed_mesh(0.2, 12, 4), closed_mesh(0.05, 40, 5)]
+    return [*hulls, closed_mesh(0.2, 12, 4), closed_mesh(0.05, 40, 5), dented_mesh(0.2, 24)]
 
 
 _POLYTOPES = _polytopes()
+DENTED = _POLYTOPES[-1]
+"""Measured by its triangles; the other meshes by their hulls."""
+WITHOUT_SITES = (*_POLYTOPES[2:6], DENTED)
+"""Whose faces are nearly parallel or nothing but rounding, or not all on the hull."""
 
 
 def _random_shape(rng):
@@ -77,35 +95,49 @@ def _random_rotation(rng):
         R = np.diag(signs)[rng.permutation(3)]
         return R if np.linalg.det(R) > 0 else -R
     if style == 2:  # nearly aligned
-        return Rotation.from_rotvec(10.0 ** rng.uniform(-16, -2) * rng.normal(size=3)).as_matrix()
+        return _nearly_straight(rng)
     return Rotation.random(rng=rng).as_matrix()
 
 
 def _random_placement(rng, A, B):
-    style = rng.integers(0, 4)
+    style = rng.integers(0, 5)
     R = _random_rotation(rng)
+    L = max(extent(A), extent(B))
     if style == 0:
-        return pose(R, rng.uniform(-0.3, 0.3, 3))
+        return pose(R, L * rng.uniform(-1.5, 1.5, 3))
     if style == 1:  # round numbers along some axes
         return pose(R, rng.choice([0.0, 0.05, -0.1, 0.15, 0.2, -1 / 3], 3))
-    if style == 2 and not (isinstance(A, HalfSpace) and isinstance(B, HalfSpace)):
+    if style <= 3 and _is_solid(A) and _is_solid(B):
         seeds = rng.integers(0, 1000, 2)
-        sites_A = sites_of(A, seeds[0]) if _is_solid(A) else None
-        sites_B = sites_of(B, seeds[1]) if _is_solid(B) else None
-        if sites_A and sites_B:
-            gap = rng.choice(
-                [0.0, *(10.0 ** rng.uniform(-16, -1, 2)), -(10.0 ** rng.uniform(-16, -1))]
-            )
-            roll = rng.choice(
-                [0.0, np.pi / 2, rng.uniform(0.0, 6.0), 10.0 ** rng.uniform(-15, -3)]
-            )
-            site_A = sites_A[rng.integers(0, len(sites_A))]
-            return place(site_A, sites_B[rng.integers(0, len(sites_B))], gap, roll)
-    return pose(R, rng.normal(size=3) * 10.0 ** rng.uniform(-12, 0))
+        sites_A, sites_B = sites_of(A, seeds[0]), sites_of(B, seeds[1])
+        small = -(10.0 ** rng.uniform(-16, -1))
+        gap = L * rng.choice([0.0, *(10.0 ** rng.uniform(-16, -1, 2)), small])
+        near = 10.0 ** rng.uniform(-15, -3)
+        roll = rng.choice([0.0, np.pi / 2, rng.uniform(0.0, 6.0), near])
+        site_A = sites_A[rng.integers(0, len(sites_A))]
+        X_AB = place(site_A, sites_B[rng.integers(0, len(sites_B))], gap, roll)
+        if style == 3:  # no longer exactly facing each other
+            X_AB = X_AB @ pose(_nearly_straight(rng), np.zeros(3))
+        return X_AB
+    return pose(R, L * rng.normal(size=3) * 10.0 ** rng.uniform(-12, 0))
+
+
+def _nearly_straight(rng):
+    turn = 10.0 ** rng.uniform(-16, -2) * rng.normal(size=3)
+    return Rotation.from_rotvec(turn).as_matrix()
 
 
 def _is_solid(shape):
-    return not isinstance(shape, Convex | Mesh) or shape not in (_POLYTOPES[2:6])
+    """Tell whether the shape has contact sites."""
+    return shape not in WITHOUT_SITES
+
+
+def _world_pose(rng):
+    style = rng.integers(0, 4)
+    if style == 0:
+        return np.eye(4)
+    reach = 1e6 if style == 1 else 1.0
+    return pose(_random_rotation(rng), rng.uniform(-reach, reach, 3))
 
 
 def adversarial_cases(count, seed):
@@ -118,17 +150,70 @@ def adversarial_cases(count, seed):
             continue
         if rng.integers(0, 6) == 0:
             B = A if not isinstance(A, HalfSpace) else B
-        X_AB = _random_placement(rng, A, B)
-        X_WA = np.eye(4)
-        if rng.integers(0, 2):
-            X_WA = pose(_random_rotation(rng), rng.uniform(-1.0, 1.0, 3))
-        found.append(Case(f"seed {seed} case {len(found)}", A, B, X_WA, X_WA @ X_AB))
+        if rng.integers(0, 4) == 0:  # other sizes, of both or of one
+            factors = 10.0 ** rng.choice([rng.uniform(-4.0, 4.0), -4.0, 4.0], 1).repeat(2)
+            factors[rng.integers(0, 2)] *= rng.choice([1.0, 1.0, 1e-6, 1e-3])
+            A, B = (_resized(s, f) for s, f in zip((A, B), factors, strict=True))
+        X_WA = _world_pose(rng)
+        X_WB = X_WA @ _random_placement(rng, A, B)
+        triangles = (A is DENTED, B is DENTED)
+        label = f"seed {seed} case {len(found)}"
+        found.append(Case(label, A, B, X_WA, X_WB, np.nan, triangles))
     return found
 
 
+def _resized(shape, factor):
+    """Return a primitive grown, but none too small to be a shape; hulls and meshes stay."""
+    if isinstance(shape, Convex | Mesh | HalfSpace):
+        return shape
+    smallest = min(getattr(shape, field) for field in _CLASSES[shape.type_name][1])
+    return rescaled(shape, max(float(factor), 2.0 * MIN_SHAPE_SIZE / smallest))
+
+
 def violations(cases):
-    """Return what is wrong with the answers for the cases, worst first."""
-    return complaints(cases, solve(cases), bound=BOUND, directions=DIRECTIONS[:60])
+    """Return Complaints of all that is wrong with the answers for the cases, worst first.
+
+    Besides what ``complaints`` finds: an exception or nan, a distance that depends on the order
+    (``swapped``) or changes by more than B is moved (``steep``), and a certificate below zero.
+    """
+    answers = solve(cases)
+    found = complaints(cases, answers, bound=BOUND, directions=DIRECTIONS[:60])
+    rows = {case.label: k for k, case in enumerate(cases)}
+    found = [c for c in found if not _is_no_rule(c, cases, answers, rows[c.label])]
+    other = solve(swapped(cases)).distance
+    moved = [_moved(case) for case in cases]
+    near = solve(moved).distance
+    for k, (case, beside) in enumerate(zip(cases, moved, strict=True)):
+        L = size(case)
+        phi = answers.distance[k]
+        if any(case.triangles) and phi < BOUND * L:
+            continue  # docs/meshes.md: a local rule, and an estimate for two meshes
+        step = np.linalg.norm(beside.X_WB[:3, 3] - case.X_WB[:3, 3])
+        excesses = {"swapped": abs(other[k] - phi), "steep": abs(near[k] - phi) - step}
+        found += [
+            Complaint(excess / L, case.label, name, case.truth)
+            for name, excess in excesses.items()
+            if not excess <= BOUND * L + 1e-15 * np.linalg.norm(case.X_WB[:3, 3])
+        ]
+    for case, gap in zip(cases, answers.gap, strict=True):
+        if not gap >= -16.0 * EPSILON * size(case):
+            found.append(Complaint(abs(gap) / size(case), case.label, "certificate", np.nan))
+    return sorted(found, reverse=True)
+
+
+def _moved(case):
+    """Return the case with B moved by 1e-9 m in a direction that its label decides."""
+    X_WB = case.X_WB.copy()
+    X_WB[:3, 3] += 1e-9 * DIRECTIONS[int(case.label.split()[-1]) % len(DIRECTIONS)]
+    return case._replace(X_WB=X_WB)
+
+
+def _is_no_rule(complaint, cases, answers, k):
+    """Tell whether the complaint is about something that holds for convex bodies only."""
+    if not any(cases[k].triangles) or complaint.quantity in ("unit", "identity"):
+        return False
+    apart = answers.distance[k] > BOUND * size(cases[k])
+    return complaint.quantity == "tight" or not apart
 
 
 def _text_from_shape(shape):
@@ -156,7 +241,7 @@ def text_from_case(case):
         for name in ("X_WA", "X_WB")
     }
     shapes = {"A": _text_from_shape(case.A), "B": _text_from_shape(case.B)}
-    return {"label": case.label, **shapes, **poses}
+    return {"label": case.label, **shapes, **poses, "triangles": list(case.triangles)}
 
 
 def case_from_text(text):
@@ -166,4 +251,5 @@ def case_from_text(text):
         X = np.eye(4)
         X[:3] = np.reshape([float.fromhex(x) for x in text[name]], (3, 4))
         poses.append(X)
-    return Case(text["label"], _shape_from_text(text["A"]), _shape_from_text(text["B"]), *poses)
+    shapes = (_shape_from_text(text[name]) for name in "AB")
+    return Case(text["label"], *shapes, *poses, np.nan, tuple(text["triangles"]))

@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
 
 __all__ = [
+    "EPSILON",
     "Answers",
     "Case",
     "Complaint",
@@ -160,8 +161,10 @@ def complaints(cases, answers=None, *, bound=1e-12, directions=None):
         if phi > 1e-12 * L:
             of_normal = 16.0 * EPSILON * L / phi
             of_normal = min(of_normal, 1e-8 if any(case.triangles) else 1e-9)
-        bounds = {"unit": 1e-12, "tight": (bound + of_normal) * L}
+        # A body much smaller than its distance from the other is placed to this rounding.
+        rounding = 16.0 * EPSILON * np.linalg.norm(case.X_WB[:3, 3] - case.X_WA[:3, 3])
+        bounds = {"unit": 1e-12, "tight": (bound + of_normal) * L + rounding}
         for name, value in faults(case, answers, k, directions).items():
-            if not value <= bounds.get(name, bound * L):
+            if not value <= bounds.get(name, bound * L + rounding):
                 found.append(Complaint(value / L, case.label, name, case.truth))
     return sorted(found, reverse=True)

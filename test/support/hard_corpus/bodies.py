@@ -31,6 +31,7 @@ __all__ = [
 _SIGNS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
 _corners = {}
 _faces = {}
+_planes = {}
 
 
 def corners(shape):
@@ -97,8 +98,35 @@ def outside(shape, x):
         return (length - 1.0) * length / slope if slope > 0.0 else -axes.min()
     if isinstance(shape, Box):
         return np.max(np.abs(x) - 0.5 * np.array([shape.width, shape.depth, shape.height]))
+    if _plane_of(shape) is not None:
+        return _off_flat(shape, x)
     _, normals, offsets, _ = faces_of(shape)
     return np.max(normals @ x - offsets)
+
+
+def _plane_of(shape):
+    """Return (middle, (3, 3) axes, rank) of points without volume; None, if they have one."""
+    if shape not in _planes:
+        points = corners(shape)
+        middle = points.mean(axis=0)
+        _, spread, axes = np.linalg.svd(points - middle)
+        rank = int(np.sum(spread > 1e-14 * max(spread[0], np.abs(points).max())))
+        _planes[shape] = None if rank == 3 else (middle, axes, rank)
+    return _planes[shape]
+
+
+def _off_flat(shape, x):
+    """Return how far x is from a polygon, segment or point, at least to first order; 0 on it."""
+    middle, axes, rank = _plane_of(shape)
+    local = (corners(shape) - middle) @ axes.T
+    y = axes @ (x - middle)
+    beyond = np.linalg.norm(y[rank:])
+    if rank == 2:
+        equations = ConvexHull(local[:, :2]).equations
+        beyond = max(beyond, np.max(equations[:, :2] @ y[:2] + equations[:, 2]))
+    if rank == 1:
+        beyond = max(beyond, y[0] - local[:, 0].max(), local[:, 0].min() - y[0])
+    return beyond
 
 
 def extent(shape):
