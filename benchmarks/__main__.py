@@ -1,0 +1,120 @@
+"""Compare the speed of queries with the peers: ``python -m benchmarks``.
+
+Every pose is new before every query, and its update is part of the time. The engines take turns on
+the same scenes. Writes performance.csv, performance.md and two plots. Peers that are not
+installed are left out, and that is said; ``make bench`` installs them.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from functools import partial
+import os
+from pathlib import Path
+import platform
+import time
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")  # before numpy is loaded: times are of one thread
+
+from tqdm import tqdm  # noqa: E402
+
+from benchmarks.speed import report  # noqa: E402
+from benchmarks.speed.make_scenes import mixed, OTHER_SCENES  # noqa: E402
+from benchmarks.speed.measure import make_engines, measure, Measurement  # noqa: E402
+from benchmarks.speed.rows import Row, ROWS  # noqa: E402
+from benchmarks.speed.scenes import Scene  # noqa: E402
+
+__all__ = ["main"]
+
+_DOCS = Path(__file__).parents[1] / "docs"
+_SIZES = (10, 100, 1000, 10_000)
+_QUICK_SIZES = (10, 100, 1000)
+
+
+def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    keys = [row.key for row in ROWS]
+    parser.add_argument("--rows", nargs="+", choices=keys, default=keys, metavar="ROW",
+                        help=f"what to ask: {', '.join(keys)}")  # fmt: skip
+    parser.add_argument("--sizes", nargs="*", type=int, default=None, metavar="N",
+                        help="numbers of mixed shapes")  # fmt: skip
+    parser.add_argument("--scenes", nargs="*", choices=list(OTHER_SCENES), default=None,
+                        metavar="SCENE", help=f"one of {', '.join(OTHER_SCENES)}")  # fmt: skip
+    parser.add_argument("--seconds", type=float, default=None, help="for each row and scene")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", type=Path, default=_DOCS, help="folder to write to")
+    parser.add_argument(
+        "--quick", action="store_true", help="up to 1000 mixed shapes, shortly; write nothing"
+    )
+    options = parser.parse_args(arguments)
+    if options.sizes is None:
+        options.sizes = _QUICK_SIZES if options.quick else _SIZES
+    if options.scenes is None:
+        options.scenes = () if options.quick else tuple(OTHER_SCENES)
+    if options.seconds is None:
+        options.seconds = 0.5 if options.quick else 3.0
+    return options
+
+
+def _machine(started: float) -> str:
+    """Return what one has to know about the machine, and its load when the run began."""
+    model = platform.processor() or platform.machine()
+    info = Path("/proc/cpuinfo")
+    if info.is_file():
+        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
+        model = names[0].partition(":")[2].strip() if names else model
+    return (
+        f"Measured on {time.strftime('%Y-%m-%d')}: {os.cpu_count()} processors ({model}), load"
+        f" {started:.1f} at the start, Python {platform.python_version()}.\n"
+    )
+
+
+def _jobs(options: argparse.Namespace) -> list[tuple[Callable[[], Scene], list[Row]]]:
+    rows = [row for row in ROWS if row.key in options.rows]
+    jobs: list[tuple[Callable[[], Scene], list[Row]]] = [
+        (partial(mixed, n, options.seed), [row for row in rows if n <= row.max_size])
+        for n in options.sizes
+    ]
+    anywhere = [row for row in rows if not row.only_mixed]
+    jobs += [(partial(OTHER_SCENES[name], options.seed), anywhere) for name in options.scenes]
+    return jobs
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    options = _options(arguments)
+    load, started = os.getloadavg()[0], time.perf_counter()
+    jobs = _jobs(options)
+    measured: list[Measurement] = []
+    titles: dict[str, str] = {}
+    with tqdm(total=sum(1 + len(rows) for _, rows in jobs), unit="step", disable=None) as bar:
+        for make, rows in jobs:
+            bar.set_description("making a scene")
+            scene = make()
+            titles[scene.key] = scene.title
+            engines = make_engines(scene, bar.write)
+            bar.update()
+            for row in rows:
+                bar.set_description(f"{scene.size} bodies: {row.key}")
+                measured += measure(engines, row, scene, options.seconds)
+                bar.update()
+    machine = _machine(load)
+    print(f"{machine}Times in ms: median (first to ninth decile) · pairs or answers found.\n")
+    for key, title in titles.items():
+        print(f"{title}\n\n{report.table([m for m in measured if m.scene == key])}")
+    print(report.summary_table(measured))
+    print(f"{time.perf_counter() - started:.0f} s in all")
+    if options.quick:
+        return
+    from benchmarks.speed import plots
+
+    options.out.mkdir(parents=True, exist_ok=True)
+    report.write(measured, titles, machine, options.out)
+    plots.write(measured, options.out)
+    print(f"wrote performance.csv, performance.md and plots to {options.out}")
+
+
+if __name__ == "__main__":
+    main()

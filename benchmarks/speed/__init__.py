@@ -1,0 +1,1 @@
+"""How long queries take, ours and the peers', on the same scenes."""

@@ -1,0 +1,1 @@
+"""The engines that are compared, each used as its experienced users would from Python."""

@@ -1,0 +1,121 @@
+"""The measured times as tables for people (Markdown) and for programs (CSV)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import csv
+from pathlib import Path
+
+from benchmarks.speed.engines.ours import Ours
+from benchmarks.speed.measure import ENGINES, Measurement
+from benchmarks.speed.rows import ROWS
+
+__all__ = ["MIXED", "read", "summary_table", "table", "write"]
+
+MIXED = "mixed"
+MAIN_SIZE = 1000
+"""Bodies of the mixed scene that the goals are about."""
+
+_TITLES = {row.key: row.title for row in ROWS}
+_GOALS = {row.key: row.goal for row in ROWS}
+
+
+def read(path: Path) -> list[Measurement]:
+    """Return the measurements of a file that ``write`` wrote."""
+    types = Measurement.__annotations__
+    convert = {"int": int, "float": float, "str": str}
+    with path.open(newline="") as file:
+        return [
+            Measurement(**{k: convert[str(types[k])](v) for k, v in line.items()})
+            for line in csv.DictReader(file)
+        ]
+
+
+def _number(value: float) -> str:
+    """Return three digits, without an exponent."""
+    if value >= 100:
+        return f"{value:.0f}"
+    return f"{value:.3g}"
+
+
+def _cell(m: Measurement | None) -> str:
+    if m is None:
+        return "—"
+    spread = f" ({_number(m.low_ms)} to {_number(m.high_ms)})" if m.rounds > 1 else ""
+    return f"{_number(m.median_ms)}{spread} · {m.found:.0f}"
+
+
+def ratio(rows: Sequence[Measurement]) -> float | None:
+    """Return how many times as long as ours the fastest peer took; None without peers."""
+    ours = [m.median_ms for m in rows if m.engine == Ours.name]
+    peers = [m.median_ms for m in rows if m.engine != Ours.name]
+    return min(peers) / ours[0] if ours and peers else None
+
+
+def _groups(rows: Sequence[Measurement]) -> dict[tuple[str, int, str], list[Measurement]]:
+    groups: dict[tuple[str, int, str], list[Measurement]] = {}
+    for m in rows:
+        groups.setdefault((m.scene, m.size, m.row), []).append(m)
+    return groups
+
+
+def table(rows: Sequence[Measurement]) -> str:
+    """Return a Markdown table of one scene: a line for each row and size, a column each engine."""
+    names = [engine.name for engine in ENGINES if any(m.engine == engine.name for m in rows)]
+    lines = [
+        f"| asked | N | {' | '.join(names)} | fastest peer / ours |",
+        "| --- | ---: |" + " ---: |" * (len(names) + 1),
+    ]
+    order = {key: k for k, key in enumerate(_TITLES)}
+    for (_, size, key), group in sorted(
+        _groups(rows).items(), key=lambda g: (order[g[0][2]], g[0][1])
+    ):
+        by_engine = {m.engine: m for m in group}
+        cells = [_cell(by_engine.get(name)) for name in names]
+        r = ratio(group)
+        last = "—" if r is None else f"**{_number(r)}**"
+        lines.append(f"| {_TITLES[key]} | {size} | {' | '.join(cells)} | {last} |")
+    return "\n".join(lines) + "\n"
+
+
+def summary_table(rows: Sequence[Measurement]) -> str:
+    """Return the ratios that were reached with 1000 mixed shapes beside the goals."""
+    lines = ["| asked | ours (ms) | fastest peer (ms) | ratio | goal |",
+             "| --- | ---: | ---: | ---: | ---: |"]  # fmt: skip
+    for (scene, size, key), group in _groups(rows).items():
+        r = ratio(group)
+        if (scene, size) != (MIXED, MAIN_SIZE) or r is None:
+            continue
+        best = min((m for m in group if m.engine != Ours.name), key=lambda m: m.median_ms)
+        ours = next(m for m in group if m.engine == Ours.name)
+        times = f"{_number(ours.median_ms)} | {best.engine}: {_number(best.median_ms)}"
+        lines.append(f"| {_TITLES[key]} | {times} | {_number(r)} | {_GOALS[key]:.0f} |")
+    return "\n".join(lines) + "\n"
+
+
+def write(rows: Sequence[Measurement], titles: dict[str, str], notes: str, folder: Path) -> None:
+    """Write performance.csv, and performance.md with ``notes`` on the machine in it.
+
+    ``titles`` has the title of every scene by its key. What follows the line ``<!-- measured -->``
+    is written anew; what stands before and what follows ``<!-- end -->`` are kept.
+    """
+    with (folder / "performance.csv").open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(Measurement._fields)
+        for m in rows:
+            writer.writerow([f"{v:.6g}" if isinstance(v, float) else v for v in m])
+    parts = [notes, "### 1000 mixed shapes against the goals\n", summary_table(rows)]
+    for key, title in titles.items():
+        mine = [m for m in rows if m.scene == key]
+        if mine:
+            parts += [f"### {title[0].upper()}{title[1:]}\n", table(mine)]
+            if key == MIXED:
+                parts.append("![Time against the number of shapes](performance.png)\n")
+    parts.append("![Time in the other scenes](performance_scenes.png)\n")
+    page = folder / "performance.md"
+    before, _, rest = page.read_text().partition(_START)
+    after = rest.partition(_END)[2]
+    page.write_text(before + _START + "\n\n" + "\n".join(parts) + "\n" + _END + after)
+
+
+_START, _END = "<!-- measured -->", "<!-- end -->"
