@@ -17,6 +17,7 @@ from scene_graph_msgs.msg import ContactArray, PointContact
 __all__ = [
     "CONTACT_MARKER_NAMESPACE",
     "contact_markers_to_msg",
+    "contact_points",
     "contacts_to_msg",
     "point_contacts_to_msg",
 ]
@@ -109,9 +110,17 @@ def contact_markers_to_msg(
     diameter = float(point_diameter)
     balls.scale = Vector3(x=diameter, y=diameter, z=diameter)
     lines.scale = Vector3(x=_LINE_WIDTH * diameter)
+    p_WBalls, p_WLines = contact_points(table, normal_length)
+    balls.points, lines.points = _points(p_WBalls), _points(p_WLines)
+    return MarkerArray(markers=markers)
+
+
+def contact_points(
+    table: Any, normal_length: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the centres of the balls and the ends of the lines, ``(2 n, 3)`` each."""
     p_WCa, p_WCb = np.asarray(table.p_WCa), np.asarray(table.p_WCb)
     lengths = np.maximum(np.asarray(table.depth), float(normal_length))
     p_WEnd = p_WCb + lengths[:, np.newaxis] * np.asarray(table.nhat_BA_W)
-    balls.points = _points(np.stack([p_WCa, p_WCb], axis=1).reshape(-1, 3))
-    lines.points = _points(np.stack([p_WCb, p_WEnd], axis=1).reshape(-1, 3))
-    return MarkerArray(markers=markers)
+    balls, lines = (np.stack(pair, axis=1) for pair in ((p_WCa, p_WCb), (p_WCb, p_WEnd)))
+    return balls.reshape(-1, 3), lines.reshape(-1, 3)

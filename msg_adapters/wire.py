@@ -8,7 +8,7 @@ stay the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from builtin_interfaces.msg import Time
@@ -20,11 +20,13 @@ __all__ = [
     "MARKED_TIME",
     "OTHER_BYTE",
     "OTHER_TIME",
+    "Patchable",
     "Serializer",
     "as_bytes",
+    "find_count",
     "find_once",
     "marked_numbers",
-    "put_stamp",
+    "marked_stamps",
     "runs",
 ]
 
@@ -42,6 +44,9 @@ def _time(byte: int) -> Time:
 
 MARKED_TIME, OTHER_TIME = _time(MARKED_BYTE), _time(OTHER_BYTE)
 """Stamps that no clock says."""
+
+_LEAD = 4
+"""Bytes before a message in memory, so that its numbers are aligned for numpy."""
 
 
 def as_bytes(values: Any, dtype: Any) -> bytes:
@@ -68,8 +73,58 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def put_stamp(words: NDArray[np.uint32], places: NDArray[np.int64], stamp_ns: int) -> None:
-    """Write a stamp into 4-byte words; ``places`` are those of the seconds."""
-    seconds, nanoseconds = divmod(int(stamp_ns), 10**9)
-    words[places] = seconds & 0xFFFFFFFF
-    words[places + 1] = nanoseconds
+def find_count(one: bytes, two: bytes) -> int:
+    """Return where the length of a sequence is, given two heads: of one element, and of two."""
+    words = [np.frombuffer(data[: len(data) // 4 * 4], np.uint32) for data in (one, two)]
+    found = np.flatnonzero((words[0] == 1) & (words[1] == 2))
+    assert len(found) == 1, "the length of a sequence is not to be found"
+    return int(found[0]) * 4
+
+
+def marked_stamps(data: bytes) -> list[int]:
+    """Return the places of all stamps that are MARKED_TIME."""
+    pattern, places = bytes([MARKED_BYTE] * 8), []
+    place = data.find(pattern)
+    while place >= 0:
+        places.append(place)
+        place = data.find(pattern, place + 8)
+    return places
+
+
+class Patchable:
+    """The bytes of a message, some of which are written over.
+
+    ``stamps`` are places of stamps, ``places`` those where ``width`` numbers each begin.
+    """
+
+    def __init__(
+        self, data: bytes, stamps: Sequence[int], places: Sequence[int], width: int
+    ) -> None:
+        # With the four bytes before the first field, fields of 8 bytes are at multiples of 8.
+        self._size = len(data)
+        memory = np.zeros((len(data) + 2 * _LEAD) // 8 + 1, dtype=np.float64)
+        self._bytes = memory.view(np.uint8)[_LEAD : _LEAD + len(data)]
+        self._bytes[:] = np.frombuffer(data, np.uint8)
+        self._doubles, self._words = memory, memory.view(np.uint32)
+        self._stamps = (np.array(stamps, dtype=np.int64) + _LEAD) // 4
+        starts = np.array(places, dtype=np.int64) + _LEAD
+        assert not np.any(starts % 8), "numbers are not where they can be written at once"
+        self._numbers = starts[:, np.newaxis] // 8 + np.arange(width)
+
+    def put_stamp(self, stamp_ns: int) -> None:
+        """Write the same stamp to all places of stamps."""
+        seconds, nanoseconds = divmod(int(stamp_ns), 10**9)
+        self._words[self._stamps] = seconds & 0xFFFFFFFF
+        self._words[self._stamps + 1] = nanoseconds
+
+    def put_numbers(self, numbers: NDArray[np.float64]) -> None:
+        """Write ``(n, width)`` numbers, row i to place i."""
+        self._doubles[self._numbers] = numbers
+
+    def put_bytes(self, place: int, data: bytes) -> None:
+        """Write bytes to a place."""
+        self._bytes[place : place + len(data)] = np.frombuffer(data, np.uint8)
+
+    def data(self) -> bytes:
+        """Return the bytes as they are now."""
+        return self._bytes.tobytes()

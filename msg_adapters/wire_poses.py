@@ -11,23 +11,12 @@ and those that were seen to differ in messages which the deserializer read as th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any
 
-from geometry_msgs.msg import (
-    Point,
-    Pose,
-    PoseStamped,
-    Quaternion,
-    Transform,
-    TransformStamped,
-    Vector3,
-)
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import JointState, MultiDOFJointState
-from std_msgs.msg import Header
 
 from msg_adapters.poses import JointBatch, joints_from_components, pose_batch, PoseBatch
 from msg_adapters.stamps import stamp_from_msg
@@ -40,6 +29,8 @@ from msg_adapters.wire import (
     runs,
     Serializer,
 )
+from msg_adapters.wire_pose_kinds import POSE_KINDS
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
 
 __all__ = ["Layout", "PoseWire"]
 
@@ -56,108 +47,6 @@ _LOW, _HIGH = np.frombuffer(bytes([_LOW_BYTE] * 8 + [_HIGH_BYTE] * 8), np.float6
 
 _UNIT = 4
 """Bytes. Fields other than characters begin at multiples of it, as is tried, not trusted."""
-
-
-class _Kind(NamedTuple):
-    """What is read from a message type, and how a message of it is made for probing."""
-
-    width: int
-    names: Callable[[Any], Sequence[str]]
-    parents: Callable[[Any], Sequence[str]]
-    stamps: Callable[[Any], Sequence[Any]]
-    numbers: Callable[[Any], Any]
-    probe: Callable[[Any, Any, float], Any]
-    """(message, stamp, number) -> one of the same names with these in all their places."""
-
-
-def _pose_numbers(position: Any, rotation: Any) -> tuple[float, ...]:
-    return (position.x, position.y, position.z, rotation.x, rotation.y, rotation.z, rotation.w)
-
-
-def _header(header: Any, stamp: Any) -> Header:
-    return Header(stamp=stamp, frame_id=header.frame_id)
-
-
-def _transform(number: float) -> Transform:
-    return Transform(
-        translation=Vector3(x=number, y=number, z=number),
-        rotation=Quaternion(x=number, y=number, z=number, w=number),
-    )
-
-
-def _pose(number: float) -> Pose:
-    t = _transform(number)
-    return Pose(position=Point(x=number, y=number, z=number), orientation=t.rotation)
-
-
-def _stamped(message: Any, stamp: Any, number: float) -> TransformStamped:
-    return TransformStamped(
-        header=_header(message.header, stamp),
-        child_frame_id=message.child_frame_id,
-        transform=_transform(number),
-    )
-
-
-_MULTI = _Kind(
-    7,
-    lambda m: m.joint_names,
-    lambda m: [m.header.frame_id] * len(m.joint_names),
-    lambda m: [m.header.stamp],
-    lambda m: [_pose_numbers(t.translation, t.rotation) for t in m.transforms],
-    lambda m, stamp, x: MultiDOFJointState(
-        header=_header(m.header, stamp),
-        joint_names=m.joint_names,
-        transforms=[_transform(x)] * len(m.transforms),
-        twist=m.twist,
-        wrench=m.wrench,
-    ),
-)
-_JOINTS = _Kind(
-    1,
-    lambda m: m.name,
-    lambda m: [""] * len(m.name),
-    lambda m: [m.header.stamp],
-    lambda m: m.position,
-    lambda m, stamp, x: JointState(
-        header=_header(m.header, stamp),
-        name=m.name,
-        position=[x] * len(m.position),
-        velocity=m.velocity,
-        effort=m.effort,
-    ),
-)
-_POSE = _Kind(
-    7,
-    lambda m: [""],
-    lambda m: [m.header.frame_id],
-    lambda m: [m.header.stamp],
-    lambda m: [_pose_numbers(m.pose.position, m.pose.orientation)],
-    lambda m, stamp, x: PoseStamped(header=_header(m.header, stamp), pose=_pose(x)),
-)
-_TRANSFORM = _Kind(
-    7,
-    lambda m: [m.child_frame_id],
-    lambda m: [m.header.frame_id],
-    lambda m: [m.header.stamp],
-    lambda m: [_pose_numbers(m.transform.translation, m.transform.rotation)],
-    _stamped,
-)
-_TF = _Kind(
-    7,
-    lambda m: [t.child_frame_id for t in m.transforms],
-    lambda m: [t.header.frame_id for t in m.transforms],
-    lambda m: [t.header.stamp for t in m.transforms],
-    lambda m: [_pose_numbers(t.transform.translation, t.transform.rotation) for t in m.transforms],
-    lambda m, stamp, x: type(m)(transforms=[_stamped(t, stamp, x) for t in m.transforms]),
-)
-
-_KINDS: dict[str, _Kind] = {
-    "sensor_msgs/msg/MultiDOFJointState": _MULTI,
-    "sensor_msgs/msg/JointState": _JOINTS,
-    "geometry_msgs/msg/PoseStamped": _POSE,
-    "geometry_msgs/msg/TransformStamped": _TRANSFORM,
-    "tf2_msgs/msg/TFMessage": _TF,
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,8 +104,8 @@ class Layout:
         """Return the newest stamp of a message of this layout in nanoseconds."""
         return max(self.places.stamp(data, i) for i in range(len(self.places.stamps)))
 
-    def poses(self, data: bytes, only_name: str | None = None) -> PoseBatch:
-        """Return the poses of a message; ``only_name`` names the one frame of a PoseStamped."""
+    def poses(self, data: bytes, names: tuple[str, ...] | None = None) -> PoseBatch:
+        """Return the poses of a message, which ``names`` names where it does not itself."""
         places = self.places
         rows = places.numbers(data).reshape(-1, self.width)
         if len(places.stamps) == 1:
@@ -224,8 +113,21 @@ class Layout:
         else:
             each = [places.stamp(data, i) for i in range(len(places.stamps))]
             stamps = np.array(each, dtype=np.int64)
-        names = self.names if only_name is None else (only_name,)
-        return pose_batch(names, self.parents, stamps, rows)
+        return pose_batch(self.names if names is None else names, self.parents, stamps, rows)
+
+    def is_clean(self, data: bytes) -> bool:
+        """Tell whether no number of a message is reason to refuse it, or to look closer."""
+        numbers = self.places.numbers(data)
+        if not np.isfinite(numbers).all():
+            return False
+        if self.width == 1:
+            return True
+        rows = numbers.reshape(-1, self.width)
+        with np.errstate(over="ignore"):
+            defects = np.abs(np.einsum("ij,ij->i", rows[:, 3:], rows[:, 3:]) - 1.0)
+        # The square of a norm is off by twice as much as the norm.
+        is_unit = bool(np.all(defects <= QUATERNION_NORM_DEFECT))
+        return is_unit and bool(np.all(np.abs(rows[:, :3]) <= MAX_COORDINATE))
 
     def joints(self, data: bytes) -> JointBatch:
         """Return the joint positions of a JointState."""
@@ -252,7 +154,7 @@ class PoseWire:
     def __init__(
         self, pose_type: str, serialize: Serializer, deserialize: Callable[[bytes], Any]
     ) -> None:
-        self._kind = _KINDS[pose_type]
+        self._kind = POSE_KINDS[pose_type]
         self._serialize, self._deserialize = serialize, deserialize
         self._places: dict[int, list[_Places]] = {}
         self._layouts: dict[tuple[int, bytes], Layout] = {}

@@ -1,8 +1,9 @@
 """Pose topics: one subscription per source; messages stay bytes until the next update.
 
-A callback only stores the bytes. At the update the newest message of each source is decoded;
-older ones are decoded, too, where the newest does not cover all that the source moves, so that
-partial messages are never lost.
+Of messages with the same names, and the same of all else but stamps and numbers, only the newest
+is kept; messages with other names are kept beside it, so that partial ones are never lost. At the
+update what was kept is read: by the layout of its bytes where that is known, else by the ordinary
+deserializer.
 """
 
 from __future__ import annotations
@@ -11,17 +12,17 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 import importlib
-import time
+import threading
 from typing import Any
 
-from rclpy.callback_groups import CallbackGroup
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 
 from msg_adapters.errors import MessageError, UnavailableError
 from msg_adapters.poses import (
+    JointBatch,
     joints_from_msg,
     PoseBatch,
     poses_from_multi_dof_joint_state,
@@ -29,8 +30,10 @@ from msg_adapters.poses import (
     poses_from_tf,
     poses_from_transform_stamped,
 )
+from msg_adapters.wire_poses import Layout, PoseWire
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits
+from scene_graph_ros.node.loop import PoseGroup
 from scene_graph_ros.node.names import default_pose_topic, POSE_TOPICS
 from scene_graph_ros.node.qos import overridable, pose_qos
 from scene_graph_ros.node.world import SourceRecord, World
@@ -38,9 +41,10 @@ from scene_graph_ros.node.world import SourceRecord, World
 __all__ = ["PoseInputs", "message_type"]
 
 _QUEUED = 64
-"""Messages of a source kept between two updates; at 1 kHz and 30 updates/s half of it is used."""
+"""Messages of unknown layout kept per source; also how many the middleware may hold."""
 
 JOINT_STATE = "sensor_msgs/msg/JointState"
+POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
 TF = "tf2_msgs/msg/TFMessage"
 
 
@@ -60,10 +64,14 @@ def message_type(name: str) -> Any:
         raise UnavailableError(f"{package} is not installed, so no {name} can be read") from error
 
 
-@dataclass
-class _Queued:
+@dataclass(eq=False)
+class _Kept:
+    """A message that waits for the update; ``stamp`` in ns, 0 where it is not known."""
+
     data: bytes
     arrival: int
+    layout: Layout | None
+    stamp: int = 0
 
 
 class _Channel:
@@ -73,41 +81,118 @@ class _Channel:
         self.record = record
         self.intake = intake
         self.kind = kind
-        self.queue: deque[_Queued] = deque(maxlen=_QUEUED)
         self.subscription: Any = None
         self.topic = ""
+        self._wire = PoseWire(record.pose_type, serialize_message, self._deserialize)
+        self._lock = threading.Lock()
+        self._kept: dict[_Kept, None] = {}
+        self._newest: dict[Layout, _Kept] = {}
+        self._loose: deque[_Kept] = deque()
+        self._frames: SourceFrames | None = None
+        self._only_names: tuple[str, ...] = ()
+        self._only_names_of: SourceFrames | None = None
         self._link_frames: tuple[str, ...] = ()
         self._link_frames_of: SourceFrames | None = None
 
-    def decode(self, queued: _Queued) -> Any:
-        """Return the message, or None where the bytes are not one."""
-        try:
-            return deserialize_message(queued.data, self.kind)
-        except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
-            self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
-            return None
+    def store(self, data: bytes, arrival: int) -> None:
+        """Keep a message that arrived at a steady time (ns), in place of what it supersedes."""
+        statistics = self.intake.statistics
+        statistics.arrived(arrival)
+        layout = self._wire.find(data)
+        kept = _Kept(data, arrival, layout, 0 if layout is None else layout.stamp(data))
+        with self._lock:
+            if layout is not None:
+                older = self._newest.get(layout)
+                if older is None or self._supersedes(kept, older):
+                    self._newest[layout] = kept
+                    if older is not None:
+                        del self._kept[older]
+                        statistics.superseded += 1
+                    self._kept[kept] = None
+                    return
+            # Not known, faulty or out of order: to be looked at for itself.
+            if len(self._loose) == _QUEUED:
+                del self._kept[self._loose.popleft()]
+                statistics.superseded += 1
+            self._loose.append(kept)
+            self._kept[kept] = None
 
-    def take(self) -> list[_Queued]:
-        """Take all stored messages, oldest first."""
-        taken = []
-        while self.queue:
-            taken.append(self.queue.popleft())
+    def _supersedes(self, newer: _Kept, older: _Kept) -> bool:
+        """Tell whether nothing is lost without ``older``, which has the same layout.
+
+        A faulty message is not dropped, so that it is counted, and drops nothing, so that the
+        good poses before it hold.
+        """
+        layout, frames = newer.layout, self._frames
+        assert layout is not None
+        if 0 < newer.stamp < older.stamp or frames is None:
+            return False
+        return (
+            self._takes_all(layout, frames)
+            and layout.is_clean(newer.data)
+            and layout.is_clean(older.data)
+        )
+
+    def _takes_all(self, layout: Layout, frames: SourceFrames) -> bool:
+        if self.record.pose_type == JOINT_STATE:
+            return set(layout.names) <= set(self.record.robot.kinematics.joint_names)
+        if self.record.pose_type == POSE_STAMPED and len(frames.names) != 1:
+            return False
+        return self.intake.takes_all(self._names(layout, frames), layout.parents, frames)
+
+    def take(self) -> list[_Kept]:
+        """Take all messages that were kept, oldest first."""
+        with self._lock:
+            taken, self._kept = list(self._kept), {}
+            self._newest.clear()
+            self._loose.clear()
         return taken
 
-    def apply(self, messages: list[Any], frames: SourceFrames, limits: TimeLimits) -> int:
-        """Apply messages, oldest first; return how many poses were taken over."""
-        applied = 0
-        for message in messages:
+    def apply(self, kept: list[_Kept], frames: SourceFrames, limits: TimeLimits) -> int | None:
+        """Apply messages; return when the oldest that moved something arrived, None if none."""
+        self._frames = frames
+        arrival = None
+        for one in kept:
             try:
-                applied += self._apply_one(message, frames, limits)
+                if self._apply_one(one, frames, limits) and arrival is None:
+                    arrival = one.arrival
             except SceneGraphError as error:
                 self.intake.fault(Fault.MALFORMED, "", str(error))
+        return arrival
+
+    def _apply_one(self, kept: _Kept, frames: SourceFrames, limits: TimeLimits) -> int:
+        layout, data = kept.layout, kept.data
+        if layout is None:
+            return self._apply_message(data, frames, limits)
+        if self.record.pose_type == JOINT_STATE:
+            return self._apply_joints(layout.joints(data), frames, limits)
+        poses = layout.poses(data, self._names(layout, frames))
+        return self.intake.accept(poses, frames, limits)
+
+    def _names(self, layout: Layout, frames: SourceFrames) -> tuple[str, ...]:
+        """Return the names of the frames that a message moves."""
+        if self.record.pose_type != POSE_STAMPED:
+            return layout.names
+        if frames is not self._only_names_of:
+            self._only_names, self._only_names_of = _only_frame(frames), frames
+        return self._only_names
+
+    def _apply_message(self, data: bytes, frames: SourceFrames, limits: TimeLimits) -> int:
+        """Read a message the ordinary way, and learn from it."""
+        try:
+            message = self._deserialize(data)
+        except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
+            self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
+            return 0
+        if self.record.pose_type == JOINT_STATE:
+            applied = self._apply_joints(joints_from_msg(message), frames, limits)
+        else:
+            applied = self.intake.accept(self._poses(message, frames), frames, limits)
+        self._wire.learn(data, message)
         return applied
 
-    def _apply_one(self, message: Any, frames: SourceFrames, limits: TimeLimits) -> int:
-        if self.record.pose_type == JOINT_STATE:
-            return self._apply_joints(message, frames, limits)
-        return self.intake.accept(self._poses(message, frames), frames, limits)
+    def _deserialize(self, data: bytes) -> Any:
+        return deserialize_message(data, self.kind)
 
     def _poses(self, message: Any, frames: SourceFrames) -> PoseBatch:
         match self.record.pose_type:
@@ -116,11 +201,10 @@ class _Channel:
             case "geometry_msgs/msg/TransformStamped":
                 return poses_from_transform_stamped(message)
             case "geometry_msgs/msg/PoseStamped":
-                return poses_from_pose_stamped(message, _only_frame(frames))
+                return poses_from_pose_stamped(message, *_only_frame(frames))
         return poses_from_tf(message)
 
-    def _apply_joints(self, message: Any, frames: SourceFrames, limits: TimeLimits) -> int:
-        joints = joints_from_msg(message)
+    def _apply_joints(self, joints: JointBatch, frames: SourceFrames, limits: TimeLimits) -> int:
         for refused in joints.refused:
             self.intake.fault(Fault.NOT_FINITE, refused.name, refused.message)
         if not joints.names or not self.intake.in_time(joints.stamp_ns, frames, limits):
@@ -134,32 +218,14 @@ class _Channel:
             self._link_frames_of = frames
         return self.intake.accept_poses(self._link_frames, X_PL, joints.stamp_ns, frames, limits)
 
-    def covers(self, message: Any, frames: SourceFrames) -> bool:
-        """Tell whether ``message`` alone moves all that the source moves."""
-        match self.record.pose_type:
-            case "sensor_msgs/msg/MultiDOFJointState":
-                return frames.rows.keys() <= set(message.joint_names)
-            case "sensor_msgs/msg/JointState":
-                return _independent_joints(self.record.robot) <= set(message.name)
-            case "geometry_msgs/msg/PoseStamped":
-                return True
-            case "geometry_msgs/msg/TransformStamped":
-                return frames.rows.keys() <= {message.child_frame_id}
-        return frames.rows.keys() <= {t.child_frame_id for t in message.transforms}
 
-
-def _only_frame(frames: SourceFrames) -> str:
+def _only_frame(frames: SourceFrames) -> tuple[str]:
     if len(frames.names) != 1:
         raise MessageError(
             f"PoseStamped moves a source with one frame; '{frames.source}' has "
             f"{len(frames.names)}: {list(frames.names)}"
         )
-    return frames.names[0]
-
-
-def _independent_joints(robot: Any) -> set[str]:
-    joints = robot.kinematics.robot.joints
-    return {name for name in robot.kinematics.joint_names if joints[name].mimic is None}
+    return (frames.names[0],)
 
 
 def _frame_names(robot: Any, links: Sequence[str], frames: SourceFrames) -> tuple[str, ...]:
@@ -170,16 +236,19 @@ def _frame_names(robot: Any, links: Sequence[str], frames: SourceFrames) -> tupl
     )
 
 
+def _never(data: bytes) -> None:
+    raise AssertionError("the world's own thread takes these messages")
+
+
 class PoseInputs:
     """All pose subscriptions of the node."""
 
-    def __init__(
-        self, node: Node, world: World, group: CallbackGroup, on_message: Callable[[], None]
-    ) -> None:
+    def __init__(self, node: Node, world: World, on_change: Callable[[], None]) -> None:
+        """Call ``on_change`` when there are other subscriptions."""
         self._node = node
         self._world = world
-        self._group = group
-        self._on_message = on_message
+        self._group = PoseGroup()
+        self._on_change = on_change
         self._channels: dict[str, _Channel] = {}
 
     @property
@@ -199,6 +268,7 @@ class PoseInputs:
         for name, record in records.items():
             if name not in self._channels and record.pose_type:
                 self._channels[name] = self._open(record)
+        self._on_change()
 
     def close(self) -> None:
         """Unsubscribe from everything."""
@@ -219,23 +289,14 @@ class PoseInputs:
         """
         moved, arrivals = set(), []
         for name, channel in list(self._channels.items()):
-            queued = channel.take()
-            if not queued or name not in self._world.records:
+            kept = channel.take()
+            if not kept or name not in self._world.records:
                 continue
-            frames = self._world.frames(name)
-            messages = self._needed(channel, queued, frames)
-            if channel.apply(messages, frames, limits):
+            arrival = channel.apply(kept, self._world.frames(name), limits)
+            if arrival is not None:
                 moved.add(name)
-                arrivals.append(queued[-len(messages)].arrival)
+                arrivals.append(arrival)
         return moved, min(arrivals, default=None)
-
-    def _needed(self, channel: _Channel, queued: list[_Queued], frames: SourceFrames) -> list[Any]:
-        newest = channel.decode(queued[-1])
-        if len(queued) == 1 or (newest is not None and channel.covers(newest, frames)):
-            channel.intake.statistics.superseded += len(queued) - 1
-            return [] if newest is None else [newest]
-        older = [channel.decode(entry) for entry in queued[:-1]]
-        return [message for message in (*older, newest) if message is not None]
 
     def _open(self, record: SourceRecord) -> _Channel:
         kind = message_type(record.pose_type)
@@ -246,7 +307,6 @@ class PoseInputs:
             unknown_is_normal=record.pose_type == TF,
         )
         channel = _Channel(record, intake, kind)
-
         self._subscribe(channel, pose_qos(_QUEUED), overridable())
         return channel
 
@@ -254,18 +314,10 @@ class PoseInputs:
         record = channel.record
         topic = record.pose_topic or default_pose_topic(record.name, record.pose_type)
 
-        def store(data: bytes) -> None:
-            arrival = time.monotonic_ns()
-            channel.intake.statistics.arrived(arrival)
-            if len(channel.queue) == _QUEUED:
-                channel.intake.statistics.superseded += 1
-            channel.queue.append(_Queued(data, arrival))
-            self._on_message()
-
         channel.subscription = self._node.create_subscription(
             channel.kind,
             topic,
-            store,
+            _never,
             qos,
             callback_group=self._group,
             event_callbacks=SubscriptionEventCallbacks(
@@ -286,4 +338,5 @@ class PoseInputs:
         logger.info(f"{channel.topic}: a publisher offers best effort only, so that is taken")
         qos = pose_qos(old.qos_profile.depth, is_reliable=False)
         self._subscribe(channel, qos)
+        self._on_change()
         self._node.destroy_subscription(old)

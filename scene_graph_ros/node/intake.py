@@ -8,7 +8,7 @@ message are applied.
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 import enum
 from typing import Any, NamedTuple
@@ -24,6 +24,9 @@ UNSTAMPED = np.iinfo(np.int64).min
 
 _WARNINGS_KEPT = 1000
 """Distinct warnings remembered per source; further ones are only counted, so memory is bounded."""
+
+_PLANS_KEPT = 4096
+"""Sets of names whose frames are remembered; each object may have a message of its own."""
 
 
 class Fault(enum.Enum):
@@ -116,6 +119,22 @@ class Statistics:
         return sum(self.faults.values())
 
 
+@dataclass(frozen=True)
+class _Plan:
+    """What is the same for all messages with the same names: which rows their poses go to."""
+
+    names: tuple[str, ...]
+    parents: tuple[str, ...]
+    frames: SourceFrames
+    rows: np.ndarray
+    usable: np.ndarray
+    strangers: tuple[int, ...]
+    misplaced: tuple[int, ...]
+    """Indices of poses that are given in another frame than the parent."""
+    covers_all: bool
+    """Whether the poses are those of all frames in their order."""
+
+
 class Intake:
     """Validates the messages of one source and keeps count."""
 
@@ -131,9 +150,7 @@ class Intake:
         self._warn = warn
         self._warned: set[tuple[Fault, str]] = set()
         self._unknown_is_normal = unknown_is_normal
-        self._cached_names: tuple[str, ...] | None = None
-        self._cached_frames: SourceFrames | None = None
-        self._cached_rows = np.empty(0, dtype=np.int64)
+        self._plans: dict[int, _Plan] = {}
 
     def fault(self, fault: Fault, frame: str, detail: str, count: int = 1) -> None:
         """Count ``count`` poses of ``frame`` as faulty, and warn where that is new."""
@@ -149,15 +166,22 @@ class Intake:
         """Write the valid poses of ``batch`` into ``frames`` and return how many there were."""
         for refused in batch.refused:
             self.fault(_FAULTS[refused.fault], refused.name, refused.message)
-        rows, stamps = self._rows(batch.names, frames), _stamped(batch.stamps_ns, limits.now)
-        valid = rows >= 0
-        if not valid.all():
-            self._name_strangers(batch.names, rows, frames)
-        valid &= self._right_parent(batch, rows, frames)
-        valid &= self._in_time(batch.names, stamps, rows, valid, (frames, limits))
-        chosen = np.flatnonzero(valid)
-        self._store(frames, rows[chosen], batch.X_PF[chosen], stamps[chosen])
-        return int(chosen.size)
+        plan = self._plan(batch.names, batch.parents, frames)
+        stamps = _stamped(batch.stamps_ns, limits.now)
+        for index in plan.strangers:
+            self._name_stranger(batch.names[index], frames)
+        for index in plan.misplaced:
+            claimed, actual = batch.parents[index], frames.parents[plan.rows[index]]
+            detail = f"the pose is given in '{claimed}', the frame's parent is '{actual}'"
+            self.fault(Fault.WRONG_PARENT, batch.names[index], detail)
+        valid = plan.usable & self._in_time(plan, stamps, limits)
+        if valid.all():
+            rows = slice(None) if plan.covers_all else plan.rows
+            self._store(frames, rows, batch.X_PF, stamps)
+        else:
+            chosen = np.flatnonzero(valid)
+            self._store(frames, plan.rows[chosen], batch.X_PF[chosen], stamps[chosen])
+        return int(np.count_nonzero(valid))
 
     def accept_poses(
         self,
@@ -193,44 +217,66 @@ class Intake:
         return False
 
     def _store(
-        self, frames: SourceFrames, rows: np.ndarray, X_PF: np.ndarray, stamps: np.ndarray
+        self,
+        frames: SourceFrames,
+        rows: np.ndarray | slice,
+        X_PF: np.ndarray,
+        stamps: np.ndarray,
     ) -> None:
-        if rows.size == 0:
+        if stamps.size == 0:
             return
         frames.X_PF[rows] = X_PF
         frames.stamps[rows] = stamps
-        self.statistics.applied_poses += int(rows.size)
+        self.statistics.applied_poses += int(stamps.size)
         self.statistics.applied_messages += 1
 
-    def _rows(self, names: tuple[str, ...], frames: SourceFrames) -> np.ndarray:
-        if frames is not self._cached_frames or names != self._cached_names:
-            find = frames.rows.get
-            self._cached_rows = np.array([find(name, -1) for name in names], dtype=np.int64)
-            self._cached_names, self._cached_frames = names, frames
-        return self._cached_rows
+    def takes_all(
+        self, names: tuple[str, ...], parents: tuple[str, ...], frames: SourceFrames
+    ) -> bool:
+        """Tell whether no name of a message is a fault by itself."""
+        plan = self._plan(names, parents, frames)
+        return not plan.misplaced and (self._unknown_is_normal or not plan.strangers)
 
-    def _name_strangers(
-        self, names: tuple[str, ...], rows: np.ndarray, frames: SourceFrames
-    ) -> None:
-        for index in np.flatnonzero(rows < 0):
-            name = names[index]
-            owner = frames.foreign.get(name)
-            if self._unknown_is_normal:
-                self.statistics.faults[Fault.UNKNOWN_FRAME] += 1
-            elif owner is not None:
-                self.fault(Fault.WRONG_SOURCE, name, f"the frame belongs to source '{owner}'")
-            else:
-                self.fault(Fault.UNKNOWN_FRAME, name, "no such frame is registered")
+    def _plan(
+        self, names: tuple[str, ...], parents: tuple[str, ...], frames: SourceFrames
+    ) -> _Plan:
+        """Look names up, once for as long as the same tuple of names comes."""
+        plan = self._plans.get(id(names))
+        if (
+            plan is not None
+            and plan.names is names
+            and plan.frames is frames
+            and (plan.parents is parents or plan.parents == parents)
+        ):
+            return plan
+        if len(self._plans) >= _PLANS_KEPT:
+            self._plans.clear()
+        find = frames.rows.get
+        rows = np.array([find(name, -1) for name in names], dtype=np.int64)
+        strangers = tuple(np.flatnonzero(rows < 0).tolist())
+        misplaced = tuple(
+            index
+            for index, (row, claimed) in enumerate(zip(rows.tolist(), parents, strict=True))
+            if row >= 0 and claimed not in ("", frames.parents[row])
+        )
+        usable = rows >= 0
+        usable[list(misplaced)] = False
+        covers_all = np.array_equal(rows, np.arange(len(frames.names)))
+        plan = _Plan(names, parents, frames, rows, usable, strangers, misplaced, covers_all)
+        self._plans[id(names)] = plan
+        return plan
 
-    def _in_time(
-        self,
-        names: Sequence[str],
-        stamps: np.ndarray,
-        rows: np.ndarray,
-        known: np.ndarray,
-        given: tuple[SourceFrames, TimeLimits],
-    ) -> np.ndarray:
-        frames, (now, max_age, max_lead) = given
+    def _name_stranger(self, name: str, frames: SourceFrames) -> None:
+        owner = frames.foreign.get(name)
+        if self._unknown_is_normal:
+            self.statistics.faults[Fault.UNKNOWN_FRAME] += 1
+        elif owner is not None:
+            self.fault(Fault.WRONG_SOURCE, name, f"the frame belongs to source '{owner}'")
+        else:
+            self.fault(Fault.UNKNOWN_FRAME, name, "no such frame is registered")
+
+    def _in_time(self, plan: _Plan, stamps: np.ndarray, limits: TimeLimits) -> np.ndarray:
+        frames, known, (now, max_age, max_lead) = plan.frames, plan.usable, limits
         in_time = np.ones(len(stamps), dtype=bool)
         checks: list[tuple[np.ndarray, Fault, str]] = []
         if now > 0:
@@ -238,31 +284,18 @@ class Intake:
                 checks.append((now - stamps > max_age, Fault.STALE, "older than max_pose_age"))
             future = stamps - now > max_lead
             checks.append((future, Fault.FUTURE, "stamped beyond max_pose_lead in the future"))
-        newest = frames.stamps[np.where(known, rows, 0)] if len(frames.stamps) else stamps
+        newest = frames.stamps[np.where(known, plan.rows, 0)] if len(frames.stamps) else stamps
         late = known & (stamps < newest)
         checks.append((late, Fault.OUT_OF_ORDER, "older than the pose it would replace"))
         for wrong, fault, detail in checks:
+            if not wrong.any():
+                continue
             for index in np.flatnonzero(wrong & known & in_time):
                 lag = (now - int(stamps[index])) * 1e-9
-                self.fault(fault, names[int(index)], f"a pose stamped {lag:.3f} s ago is {detail}")
+                name = plan.names[int(index)]
+                self.fault(fault, name, f"a pose stamped {lag:.3f} s ago is {detail}")
             in_time &= ~wrong
         return in_time
-
-    def _right_parent(
-        self, batch: PoseBatch, rows: np.ndarray, frames: SourceFrames
-    ) -> np.ndarray:
-        right = np.array(
-            [
-                row < 0 or claimed in ("", frames.parents[row])
-                for claimed, row in zip(batch.parents, rows.tolist(), strict=True)
-            ],
-            dtype=bool,
-        )
-        for index in np.flatnonzero(~right):
-            claimed, actual = batch.parents[index], frames.parents[rows[index]]
-            detail = f"the pose is given in '{claimed}', the frame's parent is '{actual}'"
-            self.fault(Fault.WRONG_PARENT, batch.names[index], detail)
-        return right
 
 
 def _stamped(stamps: np.ndarray, now: int) -> np.ndarray:

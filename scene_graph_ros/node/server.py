@@ -20,8 +20,8 @@ from scene_graph_ros.node.edits import Tools
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
+from scene_graph_ros.node.loop import UpdateLoop
 from scene_graph_ros.node.names import DIAGNOSTICS
-from scene_graph_ros.node.pacing import Pacing
 from scene_graph_ros.node.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.scenes import SceneLoader
 from scene_graph_ros.node.services import Services
@@ -43,13 +43,12 @@ class Server:
         self._given_scene_graph = scene_graph
         self.world_frame: str = self.parameter("world_frame")
         self.group = MutuallyExclusiveCallbackGroup()
-        self._intake_group = MutuallyExclusiveCallbackGroup()
         self._diagnostics_group = MutuallyExclusiveCallbackGroup()
         self._monitor = Monitor()
-        self._pacing = Pacing(
+        self._loop = UpdateLoop(
             node,
-            self.group,
             self._update,
+            topics=lambda: list(self._inputs.channels.values()),
             max_rate=lambda: self.parameter("max_update_rate"),
             min_rate=lambda: self.parameter("min_update_rate"),
         )
@@ -83,7 +82,7 @@ class Server:
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
         if self._is_active:
-            self._pacing.request()
+            self._loop.request()
 
     def scene_changed(self) -> None:
         """Follow a change of the scene: subscriptions, effects."""
@@ -108,7 +107,7 @@ class Server:
             world.edit(lambda edit: loader.load(edit, scene))
         self._world = world
         self._timed_sequence = -1
-        self._inputs = PoseInputs(self.node, world, self._intake_group, self.request_update)
+        self._inputs = PoseInputs(self.node, world, self._loop.topics_changed)
         self._effects = Effects(self)
         self._effects.switch_off(world.effects_off)
         tools = Tools(loader.resolve, message_type, loader.load_request)
@@ -137,7 +136,6 @@ class Server:
     def activate(self) -> None:
         """Take in poses and publish."""
         self._is_active = True
-        self._pacing.resume()
         self._inputs.refresh()
         self._effects.open()
         snapshot = self._world.snapshot
@@ -150,13 +148,13 @@ class Server:
             f"running: {len(self._world.records)} sources, {inspector.num_frames() - 1} frames, "
             f"{inspector.num_geometries()} geometries"
         )
-        self.request_update()
+        self._loop.start()
 
     def deactivate(self) -> None:
         """Stop taking in poses and publishing; services still answer."""
         if self._is_active:
             self._is_active = False
-            self._pacing.pause()
+            self._loop.stop()
             self._inputs.close()
             self._effects.close()
             self._services.world_changed()

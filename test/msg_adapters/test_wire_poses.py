@@ -228,7 +228,7 @@ def test_pose_stamped(rng):
     wire = taught("geometry_msgs/msg/PoseStamped", pose(rng))
     later = pose(rng)
     data, layout = known(wire, later)
-    assert_same(layout.poses(data, "cup"), poses_from_pose_stamped(later, "cup"))
+    assert_same(layout.poses(data, ("cup",)), poses_from_pose_stamped(later, "cup"))
 
 
 def test_pose_stamped_round_trip():
@@ -238,7 +238,7 @@ def test_pose_stamped_round_trip():
     message = pose_stamped_to_msg(X, stamp_ns=5, frame_id="map")
     wire = taught("geometry_msgs/msg/PoseStamped", message)
     data, layout = known(wire, message)
-    np.testing.assert_array_equal(layout.poses(data, "cup").X_PF[0], X)
+    np.testing.assert_array_equal(layout.poses(data, ("cup",)).X_PF[0], X)
 
 
 def test_transform_stamped(rng):

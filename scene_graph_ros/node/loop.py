@@ -1,0 +1,170 @@
+"""The thread that takes poses and updates the world, as soon as poses arrive but not too often.
+
+It waits for nothing but the pose topics, in a wait set of its own: the executors of rclpy rebuild
+theirs, with every service and timer of the node, for each single callback. So the pose
+subscriptions are in a callback group that gives executors nothing to do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from contextlib import ExitStack
+import threading
+import time
+import traceback
+from typing import Any, Protocol
+
+from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.guard_condition import GuardCondition
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.subscription import Subscription
+
+__all__ = ["PoseGroup", "Topic", "UpdateLoop"]
+
+_TAKEN_AT_ONCE = 64
+"""Messages taken from one topic before the others have their turn."""
+
+_PAUSE_AFTER_ERROR = 0.1
+"""Seconds, so that a fault which stays does not keep a core busy."""
+
+
+class PoseGroup(MutuallyExclusiveCallbackGroup):
+    """Keeps executors away from subscriptions, not from their events."""
+
+    def can_execute(self, entity: Any) -> bool:
+        """Tell whether an executor may wait for ``entity``."""
+        return not isinstance(entity, Subscription) and super().can_execute(entity)
+
+
+class Topic(Protocol):
+    """What the loop takes messages from."""
+
+    subscription: Any
+
+    def store(self, data: bytes, arrival: int) -> None:
+        """Keep a message that arrived at a steady time (ns) for the next update."""
+
+
+class UpdateLoop:
+    """Calls ``update`` in its own thread, by a steady clock whatever time ROS has."""
+
+    def __init__(
+        self,
+        node: Node,
+        update: Callable[[], None],
+        *,
+        topics: Callable[[], Iterable[Topic]],
+        max_rate: Callable[[], float],
+        min_rate: Callable[[], float],
+    ) -> None:
+        """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz."""
+        self._node = node
+        self._update = update
+        self._topics = topics
+        self._max_rate, self._min_rate = max_rate, min_rate
+        self._lock = threading.Lock()
+        self._guard: GuardCondition | None = None
+        self._thread: threading.Thread | None = None
+        self._is_stopped = True
+        self._have_topics_changed = True
+        self._is_wanted = False
+        self._last = float("-inf")
+
+    def request(self) -> None:
+        """Ask for an update as soon as the largest rate allows; safe from any thread."""
+        self._is_wanted = True
+        self._wake()
+
+    def topics_changed(self) -> None:
+        """Wait for what ``topics`` gives now; safe from any thread."""
+        self._have_topics_changed = True
+        self._wake()
+
+    def start(self) -> None:
+        """Begin to take poses and to update."""
+        self._is_stopped = False
+        self._guard = GuardCondition(None, None, context=self._node.context)
+        # A daemon, so that a program which forgets to destroy its node can end.
+        self._thread = threading.Thread(target=self._run, name="world", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread, after the update that it is at."""
+        self._is_stopped = True
+        self._wake()
+        if self._thread is not None and self._thread is not threading.current_thread():
+            self._thread.join()
+        with self._lock:
+            if self._guard is not None:
+                self._guard.destroy()
+                self._guard = None
+
+    def _wake(self) -> None:
+        with self._lock:
+            if self._guard is not None:
+                self._guard.trigger()
+
+    def _is_running(self) -> bool:
+        return not self._is_stopped and bool(self._node.context.ok())
+
+    def _run(self) -> None:
+        guard = self._guard
+        assert guard is not None
+        while self._is_running():
+            try:
+                self._have_topics_changed = False
+                self._serve(list(self._topics()), guard)
+            except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
+                if self._is_running():
+                    self._node.get_logger().error(
+                        f"the world's thread failed:\n{traceback.format_exc()}",
+                        throttle_duration_sec=1.0,
+                    )
+                    time.sleep(_PAUSE_AFTER_ERROR)
+
+    def _serve(self, topics: list[Topic], guard: GuardCondition) -> None:
+        """Take messages and update until the topics change or the end comes."""
+        context = self._node.context
+        with ExitStack() as held:
+            # What is held is not destroyed meanwhile, whoever asks for that.
+            held.enter_context(context.handle)
+            held.enter_context(guard.handle)
+            by_pointer = {}
+            for topic in topics:
+                handle = topic.subscription.handle
+                held.enter_context(handle)
+                by_pointer[handle.pointer] = topic
+            wait_set = rclpy_implementation.WaitSet(len(topics), 1, 0, 0, 0, 0, context.handle)
+            while self._is_running() and not self._have_topics_changed:
+                wait = self._due() - time.monotonic()
+                if wait <= 0.0:
+                    self._update_now()
+                    continue
+                wait_set.clear_entities()
+                wait_set.add_guard_condition(guard.handle)
+                for topic in topics:
+                    wait_set.add_subscription(topic.subscription.handle)
+                wait_set.wait(int(wait * 1e9) + 1)
+                for pointer in wait_set.get_ready_entities("subscription"):
+                    self._take(by_pointer[pointer])
+
+    def _take(self, topic: Topic) -> None:
+        subscription = topic.subscription
+        for _ in range(_TAKEN_AT_ONCE):
+            taken = subscription.handle.take_message(subscription.msg_type, True)
+            if taken is None:
+                return
+            topic.store(taken[0], time.monotonic_ns())
+            self._is_wanted = True
+
+    def _due(self) -> float:
+        """Return the steady time of the next update in seconds."""
+        rate = self._max_rate() if self._is_wanted else self._min_rate()
+        return self._last + 1.0 / rate
+
+    def _update_now(self) -> None:
+        # Cleared first: what is asked for during the update is done by the next one.
+        self._is_wanted = False
+        self._last = time.monotonic()
+        self._update()
