@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import checked_size, PrimitiveShape, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, symmetric_bounds
 
 __all__ = ["Box"]
 
@@ -22,11 +22,6 @@ class Box(PrimitiveShape):
     width: float
     depth: float
     height: float
-
-    def __post_init__(self) -> None:
-        for field in ("width", "depth", "height"):
-            size = checked_size("Box", field, getattr(self, field))
-            object.__setattr__(self, field, size)
 
     @property
     def size(self) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import checked_size, PrimitiveShape, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, symmetric_bounds
 
 __all__ = ["Capsule"]
 
@@ -22,11 +22,6 @@ class Capsule(PrimitiveShape):
     kind: ClassVar[ShapeKind] = ShapeKind.CAPSULE
     radius: float
     length: float
-
-    def __post_init__(self) -> None:
-        for field in ("radius", "length"):
-            size = checked_size("Capsule", field, getattr(self, field))
-            object.__setattr__(self, field, size)
 
     def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the corners of the box around the shape."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import dataclasses
 import math
 import numbers
 from typing import Any, ClassVar
@@ -14,7 +15,7 @@ from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
 
-__all__ = ["PrimitiveShape", "Shape", "checked_size", "symmetric_bounds"]
+__all__ = ["PrimitiveShape", "Shape", "symmetric_bounds"]
 
 
 class Shape:
@@ -33,9 +34,17 @@ class Shape:
 
 
 class PrimitiveShape(Shape, abc.ABC):
-    """A shape that a few numbers describe completely."""
+    """A shape that a few numbers describe completely: the fields of a frozen dataclass."""
 
     __slots__ = ()
+    smallest: ClassVar[float] = MIN_SHAPE_SIZE
+    """Metres: what a size must at least be."""
+
+    def __post_init__(self) -> None:
+        """Store every size as ``float``. Raises InvalidShapeError for one out of range."""
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            size = _checked_size(self, field.name, getattr(self, field.name))
+            object.__setattr__(self, field.name, size)
 
     @abc.abstractmethod
     def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -46,23 +55,22 @@ class PrimitiveShape(Shape, abc.ABC):
         """Return the volume in m^3; infinite for a half space."""
 
 
-def checked_size(shape_name: str, field: str, value: Any) -> float:
+def _checked_size(shape: PrimitiveShape, field: str, value: Any) -> float:
     """Return a size parameter in metres as ``float``.
 
     Raises InvalidShapeError, naming shape, field and value, unless it is a finite number between
-    MIN_SHAPE_SIZE and MAX_SHAPE_SIZE.
+    the shape's ``smallest`` and MAX_SHAPE_SIZE.
     """
+    label = f"{shape.type_name}: {field}"
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise InvalidShapeError(f"{shape_name}: {field} must be a number, not {value!r}")
+        raise InvalidShapeError(f"{label} must be a number, not {value!r}")
     size = float(value)
-    if not math.isfinite(size) or size <= 0.0:
+    if not math.isfinite(size) or size < 0.0 or (size == 0.0 and shape.smallest > 0.0):
+        sign = "positive" if shape.smallest > 0.0 else "at least 0"
+        raise InvalidShapeError(f"{label} must be {sign} and finite, not {value!r}")
+    if not shape.smallest <= size <= MAX_SHAPE_SIZE:
         raise InvalidShapeError(
-            f"{shape_name}: {field} must be positive and finite, not {value!r}"
-        )
-    if not MIN_SHAPE_SIZE <= size <= MAX_SHAPE_SIZE:
-        raise InvalidShapeError(
-            f"{shape_name}: {field} must be between {MIN_SHAPE_SIZE:g} and {MAX_SHAPE_SIZE:g} m,"
-            f" not {value!r}"
+            f"{label} must be between {shape.smallest:g} and {MAX_SHAPE_SIZE:g} m, not {value!r}"
         )
     return size
 

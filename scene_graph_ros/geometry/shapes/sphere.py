@@ -10,22 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import checked_size, PrimitiveShape, symmetric_bounds
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, symmetric_bounds
 
 __all__ = ["Sphere"]
 
 
 @dataclass(frozen=True, slots=True)
 class Sphere(PrimitiveShape):
-    """A ball of the given radius, centred on the origin of G."""
+    """A ball of the given radius, centred on the origin of G; with radius 0 it is a point."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.SPHERE
+    smallest: ClassVar[float] = 0.0
     radius: float
-
-    def __post_init__(self) -> None:
-        for field in ("radius",):
-            size = checked_size("Sphere", field, getattr(self, field))
-            object.__setattr__(self, field, size)
 
     def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the corners of the box around the shape."""
