@@ -1,6 +1,6 @@
 """Read triangle meshes from files, from file contents in memory and from arrays.
 
-OBJ is read here; every other format (STL, DAE, PLY, GLB, OFF, 3MF, ...) by trimesh, which is
+OBJ is read here; every other format (STL, DAE, PLY, GLB, OFF, ...) by trimesh, which is
 imported when such a file is met. A file with several bodies gives one mesh of them all, each
 with its transform applied. The unit that a COLLADA file states is applied; its up axis is not,
 as in RViz.
@@ -62,11 +62,11 @@ def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangu
     return checked_mesh(vertices, triangles, name)
 
 
-def checked_mesh(vertices: np.ndarray, triangles: np.ndarray, name: str) -> Triangulation:
-    """Return the arrays as float64 and int64, or raise MeshError saying what is wrong."""
-    vertices = np.array(vertices, dtype=np.float64, order="C")
-    triangles = np.array(triangles, dtype=np.int64, order="C").reshape(-1, 3)
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or not len(vertices):
+def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:
+    """Return copies as float64 and int64, or raise MeshError saying what is wrong."""
+    vertices = _copied(vertices, np.float64, f"{name}: vertices")
+    triangles = _copied(triangles, np.int64, f"{name}: triangles")
+    if not len(vertices):
         raise MeshError(f"{name}: there are no vertices")
     finite = np.isfinite(vertices).all(axis=1)
     if not finite.all():
@@ -80,6 +80,20 @@ def checked_mesh(vertices: np.ndarray, triangles: np.ndarray, name: str) -> Tria
             f"there are {len(vertices)}"
         )
     return vertices, triangles
+
+
+def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
+    """Return a C-contiguous ``(n, 3)`` copy; an empty array may have any shape."""
+    try:
+        given = np.asarray(array)
+        if not given.size:
+            return np.zeros((0, 3), dtype=dtype)
+        result: np.ndarray = np.array(given.astype(dtype, casting="same_kind"), order="C")
+    except (TypeError, ValueError) as error:
+        raise MeshError(f"{label} must be (n, 3) {np.dtype(dtype).name}: {error}") from error
+    if result.ndim != 2 or result.shape[1] != 3:
+        raise MeshError(f"{label} must be (n, 3), not {result.shape}")
+    return result
 
 
 def _parse_obj(contents: bytes, name: str) -> Triangulation:

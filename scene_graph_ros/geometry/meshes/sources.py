@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh, read_mesh_contents
 from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE
 
 __all__ = ["hull_of", "is_convex", "load_surface", "source_identity", "surface_of", "validate"]
 
@@ -68,7 +70,13 @@ def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
     scale = np.array(shape.scale)
     if scale.prod() < 0.0:
         triangles = np.ascontiguousarray(triangles[:, ::-1])
-    return vertices * scale, triangles
+    with np.errstate(over="ignore"):
+        scaled = vertices * scale
+    if not np.abs(scaled).max() <= MAX_SHAPE_SIZE:
+        raise MeshError(
+            f"{_name(shape)}: scaled by {shape.scale} it reaches further than {MAX_SHAPE_SIZE:g} m"
+        )
+    return scaled, triangles
 
 
 def hull_of(shape: MeshShape) -> Hull:

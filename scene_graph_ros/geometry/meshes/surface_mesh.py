@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+import numbers
 import os
 
 import numpy as np
@@ -27,10 +28,11 @@ class SurfaceMesh:
         """Take ``(n, 3)`` positions and ``(m, 3)`` indices, m > 0.
 
         Raises:
-            MeshError: an array is empty, a coordinate not finite or an index out of range.
+            MeshError: an array is empty or of another shape or type, a coordinate not finite or an
+                index out of range.
 
         """
-        points, corners = checked_mesh(np.asarray(vertices), np.asarray(triangles), "SurfaceMesh")
+        points, corners = checked_mesh(vertices, triangles, "SurfaceMesh")
         if not len(corners):
             raise MeshError("SurfaceMesh: there are no triangles")
         points.flags.writeable = False
@@ -133,7 +135,9 @@ def read_obj_to_surface_mesh(filename: str | os.PathLike[str], scale: float = 1.
             positive finite number.
 
     """
-    if not (np.ndim(scale) == 0 and np.isfinite(scale) and scale > 0.0):
+    factor: object = scale
+    is_number = isinstance(factor, numbers.Real) and not isinstance(factor, bool)
+    if not (is_number and np.isfinite(scale) and scale > 0.0):
         raise MeshError(f"scale of {os.fspath(filename)!r} must be positive and finite: {scale!r}")
     vertices, triangles = read_mesh(filename)
     if not len(triangles):

@@ -18,7 +18,12 @@ __all__ = ["HalfSpace"]
 
 
 def _finite_vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    vector = np.asarray(value, dtype=np.float64)
+    try:
+        vector = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InvalidShapeError(
+            f"HalfSpace: {name} must be three finite numbers, not {value!r}"
+        ) from error
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InvalidShapeError(f"HalfSpace: {name} must be three finite numbers, not {value!r}")
     return vector

@@ -242,7 +242,10 @@ def _checked_vertices(name: str, vertices: Any) -> NDArray[np.float64]:
 
 
 def _checked_faces(name: str, faces: Any, vertex_count: int) -> NDArray[np.int64]:
-    raw = np.asarray(faces)
+    try:
+        raw = np.asarray(faces)
+    except ValueError as error:
+        raise InvalidShapeError(f"{name}: faces must be (m, 3) integers: {error}") from error
     if raw.ndim != 2 or raw.shape[1] != 3 or len(raw) == 0 or raw.dtype.kind not in "iu":
         raise InvalidShapeError(
             f"{name}: faces must be (m, 3) integers with m > 0, not {raw.shape} {raw.dtype}"

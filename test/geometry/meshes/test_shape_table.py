@@ -17,6 +17,7 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.meshes.sources import validate
 
 _CUBE = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
@@ -130,3 +131,13 @@ def test_real_collision_meshes_are_read():
         assert 0.01 < table.scale[0] < 2.0, file
         heights = surfaces.vertices @ hulls.face_normals.T - hulls.face_offsets
         assert heights.max() <= 1e-12 * table.scale[0], file
+
+
+@pytest.mark.parametrize("scale", [1.0, -1e9])
+def test_mesh_that_reaches_too_far_is_refused(tmp_path, scale):
+    """A file's coordinates, scaled, have the bound that every other size has."""
+    path = tmp_path / "far.obj"
+    path.write_text("v 0 0 0\nv 1e300 0 0\nv 0 10 0\nf 1 2 3\n")
+    for shape in (Convex(path, scale), Mesh(path, scale)):
+        with pytest.raises(MeshError, match=r"far\.obj.* scaled by .* further than 1e\+09 m"):
+            validate(shape)

@@ -54,12 +54,17 @@ def test_arrays_cannot_be_written():
         ([], _FACES, "no vertices"),
         (_TETRAHEDRON, [[0, 1, 4]], r"triangle 0 refers to vertices \[0, 1, 4\]"),
         ([[0, 0, np.inf]], [[0, 0, 0]], "vertex 0 is not finite"),
+        (_TETRAHEDRON, [[0, 1, 1.5]], "triangles must be .* int64"),
+        (_TETRAHEDRON, [[0, 1, 2, 3], [3, 2, 1, 0], [0, 2, 3, 1]], r"not \(3, 4\)"),
+        (_TETRAHEDRON, [[0, 1, 2], [0, 1]], "triangles must be"),
+        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], r"vertices must be \(n, 3\), not \(3, 2\)"),
+        ("points", _FACES, "vertices must be"),
     ],
 )
 def test_what_is_no_mesh_is_refused(vertices, triangles, reason):
     """The message says which entry is wrong."""
     with pytest.raises(MeshError, match=reason):
-        SurfaceMesh(np.array(vertices).reshape(-1, 3), triangles)
+        SurfaceMesh(vertices, triangles)
 
 
 def test_file_is_read_and_scaled(tmp_path):
@@ -67,5 +72,6 @@ def test_file_is_read_and_scaled(tmp_path):
     path = tmp_path / "triangle.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     assert read_obj_to_surface_mesh(path, 2.0).total_area == pytest.approx(2.0)
-    with pytest.raises(MeshError, match="scale"):
-        read_obj_to_surface_mesh(path, -1.0)
+    for bad in (-1.0, 0.0, np.nan, "2", True):
+        with pytest.raises(MeshError, match=f"scale .* {bad!r}"):
+            read_obj_to_surface_mesh(path, bad)

@@ -157,6 +157,7 @@ def test_folder_is_refused(shape_type, tmp_path):
         ({"vertices": VERTICES, "faces": [(0, 1, 2), (0, 1, -1)]}, r"faces\[1\]"),
         ({"vertices": VERTICES, "faces": [(0.0, 1.0, 2.0)]}, "faces"),
         ({"vertices": VERTICES, "faces": [(0, 1)]}, "faces"),
+        ({"vertices": VERTICES, "faces": [(0, 1, 2), (0, 1)]}, "faces"),
         ({"path": 7}, "path"),
     ],
 )

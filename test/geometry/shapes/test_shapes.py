@@ -54,7 +54,10 @@ def test_parameters_bounds_and_volume(shape_type, fields, kind, half, volume):
     "value", [0.0, -1.0, math.nan, math.inf, -math.inf, 1e-10, 1e10, "1", None, True]
 )
 def test_bad_size_is_refused_by_name_and_value(shape_type, index, field, value):
-    """Every size must be a positive, finite number of sane magnitude."""
+    """Every size must be a positive, finite number of sane magnitude; a ball may be a point."""
+    if shape_type is Sphere and value in (0.0, 1e-10):
+        assert Sphere(value).radius == value
+        return
     count = sum(1 for case in FIELDS if case[0] is shape_type)
     arguments = [0.1] * count
     arguments[index] = value
@@ -151,6 +154,8 @@ def test_half_space_needs_a_direction(direction):
         ((0, 0, np.nan), (0, 0, 0), "Hz_dir_F"),
         ((0, 0, 1), (0, np.inf, 0), "p_FB"),
         ((0, 1), (0, 0, 0), "Hz_dir_F"),
+        ("up", (0, 0, 0), "Hz_dir_F"),
+        ((0, 0, 1), ([0], 0, 0), "p_FB"),
     ],
 )
 def test_half_space_pose_needs_finite_vectors(direction, point, name):
