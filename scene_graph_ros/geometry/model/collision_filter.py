@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import enum
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from scene_graph_ros.geometry.errors import FilterHistoryError
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
@@ -48,6 +48,8 @@ class CollisionFilterDeclaration:
     __slots__ = ("_entries", "scope")
 
     def __init__(self, scope: CollisionFilterScope = CollisionFilterScope.ALL) -> None:
+        if not isinstance(scope, CollisionFilterScope):
+            raise TypeError(f"scope must be a CollisionFilterScope, not {scope!r}")
         self.scope = scope
         self._entries: list[_Entry] = []
 
@@ -74,7 +76,10 @@ class CollisionFilterDeclaration:
     ) -> CollisionFilterDeclaration:
         for given in (set_A, set_B):
             if given is not None and not isinstance(given, GeometrySet):
-                raise TypeError(f"{operation.value} needs a GeometrySet, not {given!r}")
+                raise TypeError(
+                    f"{operation.value} takes a GeometrySet, such as GeometrySet(frame_id),"
+                    f" not {given!r}"
+                )
         self._entries.append(
             _Entry(operation, set_A.copy(), None if set_B is None else set_B.copy())
         )
@@ -98,6 +103,11 @@ class CollisionFilterDeclaration:
             for op, a, b in self._entries
         ]
         return ".".join(["CollisionFilterDeclaration()", *parts])
+
+
+def _check_declaration(declaration: Any) -> None:
+    if not isinstance(declaration, CollisionFilterDeclaration):
+        raise TypeError(f"a filter is a CollisionFilterDeclaration, not {declaration!r}")
 
 
 class _FilterOwner(Protocol):
@@ -124,6 +134,7 @@ class CollisionFilterManager:
         Raises UnknownIdError for ids that are not registered, and FilterHistoryError while
         transient declarations are in force.
         """
+        _check_declaration(declaration)
         if self.has_transient_history():
             raise FilterHistoryError(
                 f"cannot apply {declaration!r} for good while transient declarations are in"
@@ -138,6 +149,7 @@ class CollisionFilterManager:
         Transient declarations may be removed in any order; the rest stays in force as if the
         removed one had never been applied. Raises UnknownIdError for ids that are not registered.
         """
+        _check_declaration(declaration)
         statements = declaration.resolve(self._owner.resolve_set)
         result = self._owner.change_filters(lambda filters: filters.apply_transient(statements))
         assert isinstance(result, FilterId)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 import math
 import numbers
 from typing import Any
@@ -57,19 +58,27 @@ def _number(name: str, value: Any, *, at_least: float | None = None) -> float:
     return number
 
 
-def _set_compliance(
-    properties: ProximityProperties,
-    compliance_type: str,
-    resolution_hint: float | None,
-    margin: float | None,
-) -> None:
+def _compliance(
+    compliance_type: str, resolution_hint: float | None, margin: float | None
+) -> dict[str, Any]:
     values: dict[str, Any] = {"compliance_type": compliance_type}
     if resolution_hint is not None:
         values["resolution_hint"] = _number("resolution_hint", resolution_hint)
     if margin is not None:
         values["margin"] = _number("margin", margin, at_least=0.0)
+    return values
+
+
+def _add_all(properties: Any, group: str, values: Mapping[str, Any]) -> None:
+    """Add every property or, if there is one of them already, none."""
+    if not isinstance(properties, ProximityProperties):
+        raise PropertyError(f"contact is a matter of ProximityProperties, not of {properties!r}")
+    for name in values:
+        if properties.has_property(group, name):
+            old = properties.get_property(group, name)
+            raise PropertyError(f"property ({group!r}, {name!r}) exists already: {old!r}")
     for name, value in values.items():
-        properties.add_property(HYDROELASTIC_GROUP, name, value)
+        properties.add_property(group, name, value)
 
 
 def add_rigid_hydroelastic_properties(
@@ -82,9 +91,9 @@ def add_rigid_hydroelastic_properties(
 
     ``resolution_hint`` (m) is the wanted edge length of its mesh, needed by curved shapes;
     ``margin`` (m) thickens the shape. Raises PropertyError for values out of range, or if the
-    properties have a compliance already.
+    properties have a compliance already; then nothing is added.
     """
-    _set_compliance(properties, "rigid", resolution_hint, margin)
+    _add_all(properties, HYDROELASTIC_GROUP, _compliance("rigid", resolution_hint, margin))
 
 
 def add_compliant_hydroelastic_properties(
@@ -100,9 +109,9 @@ def add_compliant_hydroelastic_properties(
     the pressure at its deepest point, ``margin`` (m) thickens the shape. Raises PropertyError as
     the rigid sibling does.
     """
-    modulus = _number("hydroelastic_modulus", hydroelastic_modulus)
-    _set_compliance(properties, "compliant", resolution_hint, margin)
-    properties.add_property(HYDROELASTIC_GROUP, "hydroelastic_modulus", modulus)
+    values = _compliance("compliant", resolution_hint, margin)
+    values["hydroelastic_modulus"] = _number("hydroelastic_modulus", hydroelastic_modulus)
+    _add_all(properties, HYDROELASTIC_GROUP, values)
 
 
 def add_compliant_hydroelastic_properties_for_half_space(
@@ -116,11 +125,10 @@ def add_compliant_hydroelastic_properties_for_half_space(
 
     Raises PropertyError as the rigid sibling does.
     """
-    thickness = _number("slab_thickness", slab_thickness)
-    modulus = _number("hydroelastic_modulus", hydroelastic_modulus)
-    _set_compliance(properties, "compliant", None, margin)
-    properties.add_property(HYDROELASTIC_GROUP, "slab_thickness", thickness)
-    properties.add_property(HYDROELASTIC_GROUP, "hydroelastic_modulus", modulus)
+    values = _compliance("compliant", None, margin)
+    values["slab_thickness"] = _number("slab_thickness", slab_thickness)
+    values["hydroelastic_modulus"] = _number("hydroelastic_modulus", hydroelastic_modulus)
+    _add_all(properties, HYDROELASTIC_GROUP, values)
 
 
 def add_contact_material(
@@ -134,7 +142,8 @@ def add_contact_material(
     """Add what contact results carry through: dissipation (s/m), stiffness (N/m), friction.
 
     Friction coefficients come together, the static one at least as large as the dynamic one.
-    Raises PropertyError otherwise, or for values that are negative or not finite.
+    Raises PropertyError otherwise, for values that are negative or not finite, or if one of them
+    is there already; then nothing is added.
     """
     if (static_friction is None) != (dynamic_friction is None):
         raise PropertyError(
@@ -154,5 +163,4 @@ def add_contact_material(
                 f"dynamic_friction {dynamic_friction!r} must not exceed static_friction"
                 f" {static_friction!r}"
             )
-    for name, value in values.items():
-        properties.add_property(MATERIAL_GROUP, name, value)
+    _add_all(properties, MATERIAL_GROUP, values)

@@ -119,6 +119,9 @@ class Context(ModelOwner):
             result._X_PF = self._X_PF.copy()
             return result
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> Context:
+        return self.clone()
+
     def _refuse_frames(self, source_id: SourceId, frame_ids: Iterable[FrameId]) -> None:
         """Raise the error for the first frame that is not the source's."""
         names = self._state.source_names

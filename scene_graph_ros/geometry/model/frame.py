@@ -17,11 +17,14 @@ class GeometryFrame:
 
     def __init__(self, frame_name: str, frame_group_id: int = 0) -> None:
         """Raise NameConflictError for an empty name, ValueError for a negative group."""
-        group: Any = frame_group_id
-        if not isinstance(group, int) or group < 0:
-            raise ValueError(f"frame_group_id must be a non-negative integer: {group!r}")
         self._name = canonical_name("frame", frame_name)
-        self._frame_group = frame_group_id
+        group: Any = frame_group_id
+        if isinstance(group, bool) or not hasattr(group, "__index__") or group < 0:
+            raise ValueError(
+                f"frame_group_id of frame {self._name!r} must be a non-negative integer,"
+                f" not {group!r}"
+            )
+        self._frame_group = int(group)
         self._id = FrameId.get_new_id()
 
     def id(self) -> FrameId:

@@ -22,7 +22,7 @@ from scene_graph_ros.geometry.model.properties import (
     ProximityProperties,
 )
 from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
-from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
@@ -41,8 +41,8 @@ class SceneGraphInspector:
 
     An inspector of a scene graph or a context follows its changes and is for the thread that
     makes them; an inspector of a snapshot never changes and is for any thread. Every method that
-    takes an id raises UnknownIdError if it names nothing. Lists are in the order of registration,
-    unless the method says otherwise.
+    takes an id raises UnknownIdError if it names nothing, and one that takes a role RoleError for
+    anything else. Lists are in the order of registration, unless the method says otherwise.
     """
 
     __slots__ = ("_holder",)
@@ -103,6 +103,7 @@ class SceneGraphInspector:
         state = self._state
         if role is None:
             return list(state.geometries)
+        checked_role(role)
         return [i for i, record in state.geometries.items() if state.has_role(record, role)]
 
     def get_all_deformable_geometry_ids(self) -> list[GeometryId]:
@@ -221,6 +222,8 @@ class SceneGraphInspector:
     def get_geometries(self, frame_id: FrameId, role: Role | None = None) -> list[GeometryId]:
         """Return the geometries on a frame, those with ``role`` only if it is given."""
         state = self._state
+        if role is not None:
+            checked_role(role)
         ids = state.frame_geometries[state.frame(frame_id).id]
         return [i for i in ids if role is None or state.has_role(state.geometries[i], role)]
 
@@ -232,7 +235,7 @@ class SceneGraphInspector:
         """
         state = self._state
         label = canonical_name("geometry", name)
-        if role is Role.UNASSIGNED:
+        if checked_role(role) is Role.UNASSIGNED:
             on_frame = self.get_geometries(frame_id, role)
             named = [i for i in on_frame if state.geometries[i].name == label]
         else:
@@ -284,7 +287,7 @@ class SceneGraphInspector:
 
     def get_properties(self, geometry_id: GeometryId, role: Role) -> GeometryProperties | None:
         """Return the properties for a role, read-only, or None if the geometry lacks it."""
-        return self._state.geometry(geometry_id).properties.get(role)
+        return self._state.geometry(geometry_id).properties.get(checked_role(role))
 
     def get_proximity_properties(self, geometry_id: GeometryId) -> ProximityProperties | None:
         """Return the proximity properties, read-only, or None."""

@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.model.properties import (
     PerceptionProperties,
     ProximityProperties,
 )
-from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.spatial.poses import as_pose
 
@@ -89,7 +89,7 @@ class GeometryInstance:
 
     def properties(self, role: Role) -> GeometryProperties | None:
         """Return the properties for a role, which may be changed, or None."""
-        return self._properties.get(role)
+        return self._properties.get(checked_role(role))
 
     def set_properties(self, properties: GeometryProperties) -> None:
         """Store a copy of properties for the role they belong to."""

@@ -8,7 +8,7 @@ import dataclasses
 from scene_graph_ros.geometry.errors import OwnershipError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
-from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 
 __all__ = ["remove_frame", "remove_geometry", "remove_role", "remove_source"]
@@ -48,6 +48,7 @@ def remove_role(
 
     UNASSIGNED, which is the absence of roles, is taken from none.
     """
+    checked_role(role)
     if isinstance(target, FrameId):
         state.require_source(source_id)
         if target != WORLD_FRAME_ID:

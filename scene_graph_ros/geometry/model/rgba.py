@@ -36,6 +36,8 @@ class Rgba:
         """Return the colour of an Rgba or of three or four numbers."""
         if isinstance(value, cls):
             return value
+        if isinstance(value, (str, bytes)):
+            raise PropertyError(f"Rgba: not three or four numbers: {value!r}")
         try:
             channels = [float(channel) for channel in value]
         except (TypeError, ValueError) as error:

@@ -1,8 +1,11 @@
 """What a geometry is for."""
 
 import enum
+from typing import Any
 
-__all__ = ["Role", "RoleAssign"]
+from scene_graph_ros.geometry.errors import RoleError
+
+__all__ = ["Role", "RoleAssign", "checked_role"]
 
 
 class Role(enum.Enum):
@@ -25,3 +28,10 @@ class RoleAssign(enum.Enum):
     """The geometry must not have the role yet."""
     REPLACE = 1
     """The geometry must have the role; all its properties are replaced."""
+
+
+def checked_role(role: Any) -> Role:
+    """Return ``role``. Raises RoleError for anything else, such as the name of one."""
+    if not isinstance(role, Role):
+        raise RoleError(f"a role is Role.PROXIMITY or another of Role, not {role!r}")
+    return role

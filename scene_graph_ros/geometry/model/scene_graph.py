@@ -7,9 +7,13 @@ from typing import Any, ClassVar, TYPE_CHECKING
 
 from scene_graph_ros.geometry.accuracy import Accuracy, as_accuracy, as_engine, Engine
 from scene_graph_ros.geometry.model import alteration, registration, removal
-from scene_graph_ros.geometry.model.collision_filter import CollisionFilterManager
+from scene_graph_ros.geometry.model.collision_filter import (
+    CollisionFilterDeclaration,
+    CollisionFilterManager,
+)
 from scene_graph_ros.geometry.model.context import Context
 from scene_graph_ros.geometry.model.frame import GeometryFrame
+from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import GeometryInstance
@@ -112,8 +116,13 @@ class SceneGraph:
         result._model = ModelOwner(self._model.share())
         return result
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> SceneGraph:
+        return self.clone()
+
     def query_object(self, context: Context) -> QueryObject:
         """Return a live query object: it sees later changes of the context, until baked."""
+        if context is None:
+            raise TypeError("query_object needs a context: create_default_context() makes one")
         self._owner(context)
         make = type(self)._query_type
         assert make is not None
@@ -127,6 +136,20 @@ class SceneGraph:
     def collision_filter_manager(self, context: Context | None = None) -> CollisionFilterManager:
         """Return what applies collision filter declarations to the model, or the context's."""
         return CollisionFilterManager(self._owner(context))
+
+    def exclude_collisions_within(
+        self, geometry_set: GeometrySet, *, context: Context | None = None
+    ) -> None:
+        """Exclude all pairs within a set, for good; see CollisionFilterManager.apply."""
+        declaration = CollisionFilterDeclaration().exclude_within(geometry_set)
+        self.collision_filter_manager(context).apply(declaration)
+
+    def exclude_collisions_between(
+        self, set_A: GeometrySet, set_B: GeometrySet, *, context: Context | None = None
+    ) -> None:
+        """Exclude all pairs with one geometry in each set; see CollisionFilterManager.apply."""
+        declaration = CollisionFilterDeclaration().exclude_between(set_A, set_B)
+        self.collision_filter_manager(context).apply(declaration)
 
     @staticmethod
     def world_frame_id() -> FrameId:

@@ -25,7 +25,7 @@ from scene_graph_ros.geometry.model.layout import (
 )
 from scene_graph_ros.geometry.model.pair_filter import PairFilter
 from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
-from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.roles import checked_role, Role
 
 __all__ = ["ROLES", "GeometryState"]
 
@@ -203,6 +203,7 @@ class GeometryState:
             found.update(self.frame_geometries[self.frame(frame_id).id])
         if role is None:
             return found
+        checked_role(role)
         return {i for i in found if self.has_role(self.geometries[i], role)}
 
     def proximity_ids(

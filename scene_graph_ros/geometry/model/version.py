@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from scene_graph_ros.geometry.errors import RoleError
-from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.roles import checked_role, Role
 
 __all__ = ["GeometryVersion"]
 
@@ -23,7 +23,7 @@ class GeometryVersion:
 
     def is_same_as(self, other: GeometryVersion, role: Role) -> bool:
         """Tell whether a role's geometry is the same. Raises RoleError for UNASSIGNED."""
-        if role is Role.UNASSIGNED:
+        if checked_role(role) is Role.UNASSIGNED:
             raise RoleError(f"there is no version of geometry for role {role.name}")
         name = role.name.lower()
         return bool(getattr(self, name) == getattr(other, name))

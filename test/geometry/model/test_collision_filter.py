@@ -165,10 +165,38 @@ def test_unknown_ids_change_nothing(row, unknown, method):
 
 def test_only_geometry_sets_are_operands():
     """A list of ids is refused where a set is expected."""
-    with pytest.raises(TypeError, match="exclude needs a GeometrySet"):
+    with pytest.raises(TypeError, match="exclude takes a GeometrySet"):
         declare().exclude_within([GeometryId(3)])
-    with pytest.raises(TypeError, match="allow needs a GeometrySet"):
+    with pytest.raises(TypeError, match="allow takes a GeometrySet"):
         declare().allow_between(GeometrySet(), [GeometryId(3)])
+
+
+@pytest.mark.parametrize("method", ["apply", "apply_transient"])
+def test_only_declarations_are_applied(row, method):
+    """A set alone says nothing about what is to happen to it."""
+    graph, _, _, balls = row
+    with pytest.raises(TypeError, match="CollisionFilterDeclaration, not GeometrySet"):
+        getattr(graph.collision_filter_manager(), method)(GeometrySet(balls))
+
+
+def test_scope_is_one_of_the_scopes():
+    """The name of a scope is none."""
+    with pytest.raises(TypeError, match="CollisionFilterScope, not 'all'"):
+        CollisionFilterDeclaration("all")
+
+
+def test_short_forms_exclude_for_good(row):
+    """The two methods of the scene graph do what the declarations of the same names do."""
+    graph, _, frames, balls = row
+    context = graph.create_default_context()
+    graph.exclude_collisions_within(GeometrySet(frames[:2]))
+    graph.exclude_collisions_between(GeometrySet(balls[2]), GeometrySet(balls[3:]))
+    assert allowed(graph, balls) == ALL_PAIRS - {(0, 1), (2, 3), (2, 4)}
+    assert allowed(graph, balls, context) == ALL_PAIRS
+    graph.exclude_collisions_within(GeometrySet(balls), context=context)
+    graph.exclude_collisions_between(GeometrySet(), GeometrySet(balls), context=context)
+    assert allowed(graph, balls, context) == set()
+    assert not graph.collision_filter_manager().has_transient_history()
 
 
 def test_transient_declarations_come_and_go_in_any_order(row):

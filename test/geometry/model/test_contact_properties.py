@@ -9,6 +9,7 @@ from scene_graph_ros.geometry import (
     add_compliant_hydroelastic_properties_for_half_space,
     add_contact_material,
     add_rigid_hydroelastic_properties,
+    IllustrationProperties,
     ProximityProperties,
 )
 from scene_graph_ros.geometry.errors import PropertyError
@@ -67,6 +68,41 @@ def test_one_compliance_only(properties):
     add_rigid_hydroelastic_properties(properties)
     with pytest.raises(PropertyError, match="compliance_type"):
         add_compliant_hydroelastic_properties(properties, 0.1, 1e6)
+
+
+@pytest.mark.parametrize(
+    ("add", "group", "last"),
+    [
+        (
+            lambda p: add_compliant_hydroelastic_properties(p, 0.1, 1e6),
+            "hydroelastic",
+            "hydroelastic_modulus",
+        ),
+        (
+            lambda p: add_compliant_hydroelastic_properties_for_half_space(p, 0.1, 1e6),
+            "hydroelastic",
+            "slab_thickness",
+        ),
+        (
+            lambda p: add_contact_material(p, dissipation=0.1, point_stiffness=1e5),
+            "material",
+            "point_contact_stiffness",
+        ),
+    ],
+)
+def test_one_that_is_there_already_keeps_all_others_out(properties, add, group, last):
+    """A helper adds all its properties, or names the one in its way and adds none."""
+    properties.add_property(group, last, 1.0)
+    with pytest.raises(PropertyError, match=last):
+        add(properties)
+    assert properties.get_properties_in_group(group) == {last: 1.0}
+
+
+@pytest.mark.parametrize("other", [IllustrationProperties(), None, {}])
+def test_contact_is_for_the_proximity_role(other):
+    """Properties of another role, which no contact reads, are refused."""
+    with pytest.raises(PropertyError, match="ProximityProperties, not of"):
+        add_rigid_hydroelastic_properties(other)
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Contexts: their poses, their own copy of the model, and their snapshots."""
 
+import copy
 import gc
 import threading
 import weakref
@@ -249,11 +250,15 @@ def test_context_changes_reach_neither_the_model_nor_other_contexts(world):
     graph.rename_geometry(source, geometry, "renamed", context=context)
     assert graph.remove_role(world.arm, world.link1, Role.PROXIMITY, context=context) == 1
     graph.remove_frame(world.other, world.box_frame, context=context)
+    graph.remove_geometry(world.arm, world.ball1, context=context)
+    graph.remove_source(world.other, context=context)
     inside = context.inspector()
     assert graph.source_is_registered(source, context=context)
     assert inside.get_name(frame) == inside.get_name(geometry) == "renamed"
     assert inside.get_roles(geometry) == {Role.PROXIMITY}
     assert inside.get_shape(anchored) == Box(1.0, 1.0, 1.0)
+    assert not inside.source_is_registered(world.other)
+    assert inside.get_all_geometry_ids() == [world.ball2, world.floor, geometry, anchored]
     for outside in (graph.model_inspector(), other.inspector()):
         assert not outside.source_is_registered(source)
         assert (outside.num_frames(), outside.num_geometries()) == (4, 4)
@@ -308,6 +313,19 @@ def test_clones_are_independent(world):
     graph.remove_source(world.other)
     assert graph.model_inspector().get_all_source_ids()[1:] == [world.arm]
     assert other.model_inspector().get_all_source_ids()[1:] == [world.other]
+
+
+def test_a_deep_copy_is_a_clone(world):
+    """copy.deepcopy gives an independent scene graph or context with the same ids."""
+    context = world.scene_graph.create_default_context()
+    context.set_frame_pose(world.arm, world.link1, yaw(0.0, x=1.0))
+    graph_copy, context_copy = copy.deepcopy((world.scene_graph, context))
+    graph_copy.remove_source(world.arm)
+    context_copy.set_frame_pose(world.arm, world.link1, yaw(0.0, x=2.0))
+    assert world.inspector.source_is_registered(world.arm)
+    assert not graph_copy.source_is_registered(world.arm)
+    assert context.frame_pose(world.link1)[0, 3] == 1.0
+    assert context_copy.frame_pose(world.link1)[0, 3] == 2.0
 
 
 def test_snapshots_are_released_at_once(world):

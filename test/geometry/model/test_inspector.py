@@ -239,3 +239,28 @@ def test_versions_change_with_their_role(world):
         last.is_same_as(after, Role.UNASSIGNED)
     graph.register_geometry(world.arm, world.link1, world.instance("no role"))
     assert i.geometry_version() == last
+
+
+@pytest.mark.parametrize("role", ["PROXIMITY", 1, None])
+def test_what_is_no_role_is_refused(world, role):
+    """A role's name or number finds nothing silently: it is refused with its value."""
+    i, frame = world.inspector, world.link1
+    questions = [
+        lambda: i.num_geometries_with_role(role),
+        lambda: i.get_properties(world.ball1, role),
+        lambda: i.get_geometry_id_by_name(frame, role, "ball"),
+        lambda: i.geometry_version().is_same_as(i.geometry_version(), role),
+        lambda: world.instance().properties(role),
+        lambda: world.scene_graph.remove_role(world.arm, world.ball1, role),
+    ]
+    if role is None:  # These take None for "whatever its role".
+        del questions[0]
+    else:
+        questions += [
+            lambda: i.get_all_geometry_ids(role),
+            lambda: i.get_geometries(frame, role),
+            lambda: i.get_geometry_ids(GeometrySet(frame), role),
+        ]
+    for question in questions:
+        with pytest.raises(RoleError, match=f"not {role!r}"):
+            question()

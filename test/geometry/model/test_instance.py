@@ -138,10 +138,11 @@ def test_frame_has_name_group_and_id():
     """The group is 0 unless given."""
     assert GeometryFrame("f").frame_group() == 0
     assert GeometryFrame("f", 3).frame_group() == 3
+    assert type(GeometryFrame("f", np.int64(3)).frame_group()) is int
     assert GeometryFrame("f").id() != GeometryFrame("f").id()
 
 
-@pytest.mark.parametrize("group", [-1, 1.5, "a"])
+@pytest.mark.parametrize("group", [-1, 1.5, "a", True])
 def test_bad_frame_group_is_refused(group):
     """A group is a non-negative integer."""
     with pytest.raises(ValueError, match="frame_group_id"):

@@ -35,5 +35,6 @@ def test_baked_query_stays(world):
 
 def test_query_object_needs_a_context(world):
     """Anything else than a context is refused."""
-    with pytest.raises(TypeError, match="create_default_context"):
-        world.scene_graph.query_object(world.scene_graph)
+    for other in (world.scene_graph, None):
+        with pytest.raises(TypeError, match="create_default_context"):
+            world.scene_graph.query_object(other)

@@ -197,6 +197,6 @@ def test_colour_values():
     assert Rgba.from_value(np.array((0, 1, 0.5, 0.2))) == Rgba(0, 1, 0.5, 0.2)
     assert Rgba.from_value(Rgba(0, 1, 0.5)) == Rgba(0, 1, 0.5)
     assert Rgba(0, 1, 0.5, 0.2).as_array().tolist() == [0.0, 1.0, 0.5, 0.2]
-    for bad in ((1, 2), 3, "red", (1, "x", 0)):
+    for bad in ((1, 2), 3, "red", "100", (1, "x", 0)):
         with pytest.raises(PropertyError, match="Rgba"):
             Rgba.from_value(bad)
