@@ -4,6 +4,7 @@ Shapes and properties describe what there is, ``SceneGraph`` where it is, and a 
 answers how near, how deep and in contact with what. Conventions are in ``docs/conventions.md``.
 """
 
+from scene_graph_ros.geometry.meshes.surface_mesh import read_obj_to_surface_mesh, SurfaceMesh
 from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterDeclaration,
     CollisionFilterScope,
@@ -30,6 +31,11 @@ from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.query.results import (
+    PenetrationAsPointPair,
+    SignedDistancePair,
+    SignedDistanceToPoint,
+)
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
@@ -58,6 +64,7 @@ __all__ = [
     "HalfSpace",
     "IllustrationProperties",
     "Mesh",
+    "PenetrationAsPointPair",
     "PerceptionProperties",
     "ProximityProperties",
     "QueryObject",
@@ -67,11 +74,15 @@ __all__ = [
     "SceneGraph",
     "SceneGraphInspector",
     "Shape",
+    "SignedDistancePair",
+    "SignedDistanceToPoint",
     "SourceId",
     "Sphere",
+    "SurfaceMesh",
     "add_compliant_hydroelastic_properties",
     "add_compliant_hydroelastic_properties_for_half_space",
     "add_contact_material",
     "add_rigid_hydroelastic_properties",
     "make_phong_illustration_properties",
+    "read_obj_to_surface_mesh",
 ]

@@ -68,7 +68,7 @@ class QueryArgumentError(SceneGraphError, ValueError):
     """An argument of a query that is not a number, not finite or of the wrong shape."""
 
 
-class EngineError(SceneGraphError, RuntimeError):
+class EngineError(SceneGraphError, ValueError):
     """An engine that is not installed, or has no such query."""
 
 

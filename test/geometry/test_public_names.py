@@ -30,6 +30,11 @@ PUBLIC = [
     "Rgba",
     "add_rigid_hydroelastic_properties",
     "add_compliant_hydroelastic_properties",
+    "PenetrationAsPointPair",
+    "SignedDistancePair",
+    "SignedDistanceToPoint",
+    "SurfaceMesh",
+    "read_obj_to_surface_mesh",
 ]
 
 
