@@ -90,7 +90,7 @@ def contact_markers_to_msg(
     whatever the number of contacts; without contacts they delete what was shown.
     """
     header = header_to_msg(stamp_ns, frame_id)
-    count = len(table)
+    count = len(table.depth)
     markers = [
         Marker(
             header=header,

@@ -73,10 +73,13 @@ def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
-def find_count(one: bytes, two: bytes) -> int:
-    """Return where the length of a sequence is, given two heads: of one element, and of two."""
+def find_count(one: bytes, two: bytes, count: int = 1) -> int:
+    """Return where the length of a sequence is.
+
+    Given are what is before ``count`` elements, and before twice as many.
+    """
     words = [np.frombuffer(data[: len(data) // 4 * 4], np.uint32) for data in (one, two)]
-    found = np.flatnonzero((words[0] == 1) & (words[1] == 2))
+    found = np.flatnonzero((words[0] == count) & (words[1] == 2 * count))
     assert len(found) == 1, "the length of a sequence is not to be found"
     return int(found[0]) * 4
 

@@ -1,0 +1,253 @@
+"""Contacts and their markers as bytes: templates from the serializer, numbers put in by numpy.
+
+Names of geometries are serialized once and joined for the pairs that touch; what varies at each
+update, stamps and coordinates, is written over. Where the pairs are the same as last time, nothing
+is joined either. Where each thing is, is found by marks (see ``wire``).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from geometry_msgs.msg import Point, Vector3
+import numpy as np
+from numpy.typing import NDArray
+from std_msgs.msg import Header
+
+from msg_adapters.contacts import contact_markers_to_msg, contact_points
+from msg_adapters.names import SceneNames
+from msg_adapters.wire import (
+    as_bytes,
+    find_count,
+    find_once,
+    marked_numbers,
+    marked_stamps,
+    MARKED_TIME,
+    Patchable,
+    Serializer,
+)
+from scene_graph_msgs.msg import ContactArray, GeometryName, PointContact
+
+__all__ = ["ContactMarkerWire", "ContactWire"]
+
+_NUMBERS = 10
+"""Of a contact: two points, the normal, the depth."""
+
+_MARKED_IDS = (0x1B2C3D4E5F607182, 0x2B3C4D5E6F708192)
+_MARKED_VERSION = 0x3C4D5E6F708192A3
+_NAMES_KEPT = 100_000
+"""Names of geometries remembered in bytes; a scene has far fewer."""
+
+
+def _contact(numbers: list[float], a: GeometryName, b: GeometryName) -> PointContact:
+    n = numbers
+    return PointContact(
+        geometry_a=a,
+        geometry_b=b,
+        point_a=Point(x=n[0], y=n[1], z=n[2]),
+        point_b=Point(x=n[3], y=n[4], z=n[5]),
+        normal=Vector3(x=n[6], y=n[7], z=n[8]),
+        depth=n[9],
+    )
+
+
+class _Frame(NamedTuple):
+    """What is around the contacts in an array of them."""
+
+    head: bytes
+    tail: bytes
+    stamp: int
+    version: int
+    length: int
+
+
+class ContactWire:
+    """Serializes all contacts of a scene, as ``contacts_to_msg`` and the serializer do."""
+
+    def __init__(self, frame_id: str, serialize: Serializer) -> None:
+        self._frame_id = frame_id
+        self._serialize = serialize
+        self._frame = self._probe_frame()
+        self._names_of: SceneNames | None = None
+        self._names: dict[int, bytes] = {}
+        self._pairs: tuple[bytes, bytes] = (b"", b"")
+        self._template: Patchable | None = None
+
+    def message(
+        self, table: Any, names: SceneNames, *, stamp_ns: int, scene_version: int
+    ) -> bytes:
+        """Return the bytes of the contacts in a penetration table."""
+        ids = np.asarray(table.id_A, np.int64), np.asarray(table.id_B, np.int64)
+        pairs = ids[0].tobytes(), ids[1].tobytes()
+        if names is not self._names_of or len(self._names) > _NAMES_KEPT:
+            self._names_of, self._names, self._template = names, {}, None
+        if self._template is None or pairs != self._pairs:
+            self._template, self._pairs = self._join(ids, names), pairs
+        template = self._template
+        numbers = np.empty((len(ids[0]), _NUMBERS))
+        numbers[:, 0:3], numbers[:, 3:6] = table.p_WCa, table.p_WCb
+        numbers[:, 6:9], numbers[:, 9] = table.nhat_BA_W, table.depth
+        template.put_numbers(numbers)
+        template.put_stamp(stamp_ns)
+        template.put_bytes(self._frame.version, as_bytes(scene_version, np.uint64))
+        return template.data()
+
+    def _join(self, ids: tuple[NDArray[np.int64], ...], names: SceneNames) -> Patchable:
+        """Join the names of all pairs, with room for the numbers."""
+        frame, room = self._frame, bytes(8 * _NUMBERS)
+        if len(ids[0]) == 0:
+            return Patchable(self._array([]), [frame.stamp], [], _NUMBERS)
+        parts, places = [frame.head], []
+        position = len(frame.head)
+        for id_A, id_B in zip(ids[0].tolist(), ids[1].tolist(), strict=True):
+            a, b = self._name(id_A, names), self._name(id_B, names)
+            position += len(a) + len(b)
+            places.append(position)
+            position += len(room)
+            parts += (a, b, room)
+        template = Patchable(b"".join([*parts, frame.tail]), [frame.stamp], places, _NUMBERS)
+        template.put_bytes(frame.length, as_bytes(len(places), np.uint32))
+        return template
+
+    def _name(self, value: int, names: SceneNames) -> bytes:
+        """Return the bytes of a geometry's name, filled up to where the next field begins."""
+        known = self._names.get(value)
+        if known is None:
+            name = names.geometry_name(value)
+            marked = GeometryName(
+                id=_MARKED_IDS[0],
+                frame_id=name.frame_id,
+                source=name.source,
+                frame=name.frame,
+                name=name.name,
+            )
+            contact = _contact([0.0] * _NUMBERS, marked, GeometryName(id=_MARKED_IDS[1]))
+            data = self._serialize(ContactArray(points=[contact]))
+            first, second = (find_once(data, as_bytes(i, np.uint64)) for i in _MARKED_IDS)
+            known = as_bytes(name.id, np.uint64) + data[first + 8 : second]
+            self._names[value] = known
+        return known
+
+    def _probe_frame(self) -> _Frame:
+        numbers = marked_numbers(_NUMBERS)
+        names = [GeometryName(id=value) for value in _MARKED_IDS]
+        contact = _contact(numbers, *names)
+        one, two = (self._array([contact] * count) for count in (1, 2))
+        first = find_once(one, as_bytes(_MARKED_IDS[0], np.uint64))
+        (stamp,) = marked_stamps(one)
+        return _Frame(
+            one[:first],
+            one[find_once(one, as_bytes(numbers, np.float64)) + 8 * _NUMBERS :],
+            stamp,
+            find_once(one, as_bytes(_MARKED_VERSION, np.uint64)),
+            find_count(one[:first], two[:first]),
+        )
+
+    def _array(self, contacts: list[PointContact]) -> bytes:
+        header = Header(stamp=MARKED_TIME, frame_id=self._frame_id)
+        return self._serialize(
+            ContactArray(header=header, scene_version=_MARKED_VERSION, points=contacts)
+        )
+
+
+class _Table(NamedTuple):
+    """As much of a penetration table as markers show."""
+
+    p_WCa: NDArray[np.float64]
+    p_WCb: NDArray[np.float64]
+    nhat_BA_W: NDArray[np.float64]
+    depth: NDArray[np.float64]
+
+
+def _marked_table(count: int) -> _Table:
+    """Return contacts at marked points, whose lines have no length."""
+    points = np.array(marked_numbers(6 * count)).reshape(2, count, 3)
+    return _Table(points[0], points[1], np.zeros((count, 3)), np.zeros(count))
+
+
+class _Look(NamedTuple):
+    """How contact markers look."""
+
+    point_diameter: float
+    normal_length: float
+
+
+def _ends(data: bytes, count: int, look: _Look) -> list[tuple[int, int]]:
+    """Return where the points of both markers begin and end, of ``count`` marked contacts."""
+    points = contact_points(_marked_table(count), look.normal_length)
+    patterns = [as_bytes(each, np.float64) for each in points]
+    begins = [find_once(data, pattern) for pattern in patterns]
+    return [(b, b + len(p)) for b, p in zip(begins, patterns, strict=True)]
+
+
+def _around(data: bytes, ends: list[tuple[int, int]]) -> tuple[bytes, bytes, bytes]:
+    """Return what is before, between and behind the points of both markers."""
+    (a, b), (c, d) = ends
+    return data[:a], data[b:c], data[d:]
+
+
+class ContactMarkerWire:
+    """Serializes the markers of contacts, as ``contact_markers_to_msg`` and the serializer do."""
+
+    def __init__(self, frame_id: str, serialize: Serializer) -> None:
+        self._frame_id = frame_id
+        self._serialize = serialize
+        self._look: _Look | None = None
+        self._parts = (b"", b"", b"")
+        self._counts: tuple[int, ...] = ()
+        self._template: Patchable | None = None
+        self._count = -1
+
+    def message(
+        self, table: Any, *, stamp_ns: int, point_diameter: float, normal_length: float
+    ) -> bytes:
+        """Return the bytes of the markers of the contacts in a penetration table."""
+        look = _Look(point_diameter, normal_length)
+        if look != self._look:
+            self._probe(look)
+            self._look, self._template = look, None
+        count = len(table.depth)
+        if self._template is None or count != self._count:
+            self._template, self._count = self._make(count), count
+        self._template.put_stamp(stamp_ns)
+        if count:
+            balls, lines = contact_points(table, normal_length)
+            self._template.put_numbers(np.concatenate([balls, lines]))
+        return self._template.data()
+
+    def _make(self, count: int) -> Patchable:
+        """Return the markers of so many contacts, with room for their points."""
+        if count == 0:
+            data = self._serialize_marked(_marked_table(0), _Look(1.0, 1.0))
+            return Patchable(data, marked_stamps(data), [], 3)
+        room = bytes(2 * count * 24)
+        head, middle, tail = self._parts
+        data = b"".join([head, room, middle, room, tail])
+        first, second = len(head), len(head) + len(room) + len(middle)
+        places = [start + 24 * i for start in (first, second) for i in range(2 * count)]
+        template = Patchable(data, marked_stamps(data), places, 3)
+        for start, place in zip((0, first + len(room)), self._counts, strict=True):
+            template.put_bytes(start + place, as_bytes(2 * count, np.uint32))
+        return template
+
+    def _probe(self, look: _Look) -> None:
+        """Find what is before, between and behind the points of both markers."""
+        one, two = (self._serialize_marked(_marked_table(n), look) for n in (1, 2))
+        ends = [_ends(data, n, look) for data, n in ((one, 1), (two, 2))]
+        self._parts, more = (_around(d, e) for d, e in zip((one, two), ends, strict=True))
+        self._counts = (
+            find_count(self._parts[0], more[0], 2),
+            find_count(self._parts[1], more[1], 2),
+        )
+
+    def _serialize_marked(self, table: Any, look: _Look) -> bytes:
+        message = contact_markers_to_msg(
+            table,
+            stamp_ns=0,
+            frame_id=self._frame_id,
+            point_diameter=look.point_diameter,
+            normal_length=look.normal_length,
+        )
+        for marker in message.markers:
+            marker.header.stamp = MARKED_TIME
+        return self._serialize(message)
