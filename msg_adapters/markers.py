@@ -195,16 +195,24 @@ class SceneMarkers:
             item, frame_id=self._frame_id, package_shares=self._package_shares
         )
 
+    @property
+    def markers(self) -> Sequence[Marker]:
+        """The markers in the order of the items."""
+        return self._order
+
     def full(self, X_WG: NDArray[np.float64], stamp_ns: int) -> MarkerArray:
         """Return all markers at ``X_WG`` ``(n, 4, 4)``."""
         return self._place(np.arange(len(self._order)), X_WG, stamp_ns)
 
     def moved(self, X_WG: NDArray[np.float64], stamp_ns: int) -> MarkerArray:
         """Return the markers whose pose is another than when they were last returned."""
+        return self._place(self.moved_rows(X_WG), X_WG, stamp_ns)
+
+    def moved_rows(self, X_WG: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Return the rows whose pose is another than when it was last returned."""
         self._check(X_WG)
         # Not a number, which stands for "never", differs from everything.
-        rows = np.flatnonzero((self._sent != X_WG).any(axis=(1, 2)))
-        return self._place(rows, X_WG, stamp_ns)
+        return np.flatnonzero((self._sent != X_WG).any(axis=(1, 2)))
 
     def deletions(self, stamp_ns: int) -> MarkerArray:
         """Return a deletion for each marker that vanished since the last call."""
@@ -220,20 +228,24 @@ class SceneMarkers:
         if X_WG.shape != (len(self._order), 4, 4):
             raise ValueError(f"{len(self._order)} markers take (n, 4, 4) poses, not {X_WG.shape}")
 
-    def _place(
-        self, rows: NDArray[np.int64], X_WG: NDArray[np.float64], stamp_ns: int
-    ) -> MarkerArray:
+    def place(self, rows: NDArray[np.int64], X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the poses of the markers of some rows, and take them as sent."""
         self._check(X_WG)
+        self._sent[rows] = X_WG[rows]
         X_WM = X_WG[rows]
         plates = np.isin(rows, self._plates)
         # The plate of a half space hangs below its boundary.
         X_WM[plates, :3, 3] -= 0.5 * HALF_SPACE_THICKNESS * X_WM[plates, :3, 2]
-        stamp = stamp_to_msg(stamp_ns)
+        return X_WM
+
+    def _place(
+        self, rows: NDArray[np.int64], X_WG: NDArray[np.float64], stamp_ns: int
+    ) -> MarkerArray:
+        X_WM, stamp = self.place(rows, X_WG), stamp_to_msg(stamp_ns)
         markers = [self._order[row] for row in rows.tolist()]
         _write_poses(markers, X_WM)
         for marker in markers:
             marker.header.stamp = stamp
-        self._sent[rows] = X_WG[rows]
         return MarkerArray(markers=markers)
 
 

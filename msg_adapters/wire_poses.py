@@ -22,10 +22,8 @@ from msg_adapters.poses import JointBatch, joints_from_components, pose_batch, P
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.wire import (
     as_bytes,
-    MARKED_BYTE,
+    marked_stamps,
     MARKED_TIME,
-    OTHER_BYTE,
-    OTHER_TIME,
     runs,
     Serializer,
 )
@@ -44,6 +42,9 @@ _NANOSECONDS = 10**9
 _LOW_BYTE, _HIGH_BYTE = 0x11, 0x22
 _LOW, _HIGH = np.frombuffer(bytes([_LOW_BYTE] * 8 + [_HIGH_BYTE] * 8), np.float64).tolist()
 """Two numbers that differ in every byte."""
+
+_STAMP_SIZE = 8
+"""Bytes: seconds and nanoseconds."""
 
 _UNIT = 4
 """Bytes. Fields other than characters begin at multiples of it, as is tried, not trusted."""
@@ -216,23 +217,24 @@ class PoseWire:
     def _find_places(self, data: bytes, message: Any) -> _Places | None:
         """Probe where stamps and numbers are; None where ``message`` can't be read so."""
         kind = self._kind
-        base, timed, moved = (
-            _bytes(self._serialize(kind.probe(message, stamp, number)))
-            for stamp, number in ((OTHER_TIME, _LOW), (MARKED_TIME, _LOW), (OTHER_TIME, _HIGH))
+        low, high = (
+            self._serialize(kind.probe(message, MARKED_TIME, number)) for number in (_LOW, _HIGH)
         )
-        if not len(base) == len(timed) == len(moved) == len(data):
+        if not len(low) == len(high) == len(data):
             return None
-        is_stamp = (base == OTHER_BYTE) & (timed == MARKED_BYTE)
-        is_number = (base == _LOW_BYTE) & (moved == _HIGH_BYTE)
-        stamps, numbers = runs(is_stamp), runs(is_number)
-        if not numbers or any(end - begin != 8 for begin, end in stamps):
+        stamps = marked_stamps(low)
+        is_number = (_bytes(low) == _LOW_BYTE) & (_bytes(high) == _HIGH_BYTE)
+        numbers = runs(is_number)
+        if not numbers:
             return None
-        is_constant = ~is_stamp & ~is_number
+        is_constant = ~is_number
+        for place in stamps:
+            is_constant[place : place + _STAMP_SIZE] = False
         is_constant[numbers[-1][1] :] = False
         gather = np.flatnonzero(is_number) if len(numbers) > 1 else None
         places = _Places(
             np.flatnonzero(is_constant),
-            tuple(begin for begin, _ in stamps),
+            tuple(stamps),
             numbers[0][0],
             int(np.count_nonzero(is_number)) // 8,
             gather,
