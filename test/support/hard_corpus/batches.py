@@ -27,7 +27,10 @@ EPSILON = np.finfo(float).eps
 
 
 class Case(NamedTuple):
-    """A pair with its true distance, nan where only invariants are known, and normal, if known."""
+    """A pair with its true distance, nan where only invariants are known.
+
+    The true normal and A's witness, in A, are those that were constructed, if they were.
+    """
 
     label: str
     A: Any
@@ -37,6 +40,7 @@ class Case(NamedTuple):
     truth: float = np.nan
     triangles: tuple[bool, bool] = (False, False)
     nhat_BA_W: np.ndarray | None = None
+    p_ACa: np.ndarray | None = None
 
 
 class Complaint(NamedTuple):
@@ -79,21 +83,31 @@ def _table(cases):
     )
 
 
-def solve(cases, max_distance=np.inf):
-    """Return the Answers of all cases."""
+def solve(cases, max_distance=np.inf, *, certify=False):
+    """Return the Answers of all cases; ``certify`` fills their gaps."""
     table = _table(cases)
     X_WG = np.ascontiguousarray(np.array([X for c in cases for X in (c.X_WA, c.X_WB)]))
     pairs = np.arange(2 * len(cases)).reshape(-1, 2)
-    rows, *columns, failed = solve_pairs(table, X_WG, pairs, float(max_distance), WITHIN)
+    rows, *columns, failed = solve_pairs(
+        table, X_WG, pairs, float(max_distance), WITHIN, certify=certify
+    )
     assert failed == NO_FAILURE
     assert len(rows) == len(cases), "a distance is nan or beyond infinity"
     return Answers(*columns)
 
 
 def swapped(cases):
-    """Return the cases with A and B exchanged."""
+    """Return the cases with A and B exchanged, without the true normal and witness."""
     return [
-        c._replace(A=c.B, B=c.A, X_WA=c.X_WB, X_WB=c.X_WA, triangles=c.triangles[::-1])
+        c._replace(
+            A=c.B,
+            B=c.A,
+            X_WA=c.X_WB,
+            X_WB=c.X_WA,
+            triangles=c.triangles[::-1],
+            nhat_BA_W=None,
+            p_ACa=None,
+        )
         for c in cases
     ]
 

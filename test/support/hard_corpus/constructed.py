@@ -98,7 +98,8 @@ def constructed(
             X_WA = random_pose(rng, reach)
             X_WB = X_WA @ place(site_A, site_B, distance, roll)
             nhat = -X_WA[:3, :3] @ site_A.normal
-            case = Case(label, A, B, X_WA, X_WB, distance, (exact_A, exact_B), nhat)
+            exact = (exact_A, exact_B)
+            case = Case(label, A, B, X_WA, X_WB, distance, exact, nhat, site_A.point)
             if distance >= 0.0 or _is_promised(case, site_A, site_B, -distance, margin):
                 found.append(case)
     return found
