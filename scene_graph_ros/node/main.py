@@ -18,6 +18,10 @@ from scene_graph_ros.node.node import SceneGraphNode
 
 __all__ = ["main", "make_executor"]
 
+_SWITCH_INTERVAL = 5e-4
+"""Seconds after which a thread that computes in Python lets another go on: the interpreter's own
+5 ms would be the longest part of an answer's time."""
+
 
 def make_executor(node: SceneGraphNode) -> Executor:
     """Return the executor that the node's parameters name."""
@@ -30,6 +34,7 @@ def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code of the process."""
     stop = threading.Event()
     _stop_on_signals(stop)
+    sys.setswitchinterval(_SWITCH_INTERVAL)
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     try:

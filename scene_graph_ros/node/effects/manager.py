@@ -59,6 +59,7 @@ class Effects:
     def __init__(self, host: Host, declarations: Iterable[EffectDeclaration] = EFFECTS) -> None:
         self._host = host
         self._lock = threading.RLock()
+        self._requests_lock = threading.Lock()
         self._states = {d.name: _State(d) for d in declarations}
         self._requests: Counter[str] = Counter()
         self._switched_off: frozenset[str] = frozenset()
@@ -77,7 +78,8 @@ class Effects:
 
     def record(self, query: str, seconds: float) -> None:
         """Count a request that a service answered for an effect."""
-        with self._lock:
+        # Not the lock of updates: an answer must not wait for what is being published.
+        with self._requests_lock:
             self._requests[query] += 1
             state = self._states.get(query)
             if state is not None and not state.declaration.factory:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
 from ament_index_python.packages import get_packages_with_prefixes
+from rclpy.serialization import serialize_message
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.markers import marker_from_shape, MarkerItem, SceneMarkers
+from msg_adapters.markers import marker_from_shape, MarkerItem
 from msg_adapters.scene import marker_items
+from msg_adapters.wire_markers import MarkerWire
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.effects.effect import Host, Outlet
@@ -46,7 +49,7 @@ class RoleMarkers:
             period=lambda: 1.0 / host.parameter("marker_rate"),
         )
         self._logger = host.node.get_logger()
-        self._markers = SceneMarkers(frame_id=host.world_frame, package_shares=package_shares())
+        self._frame_id = host.world_frame
         self._scene_version = -1
         self._sequence = -1
         self._unshown: set[int] = set()
@@ -68,12 +71,17 @@ class RoleMarkers:
         X_WG = snapshot.query.snapshot.X_WG_of(self.ROLE)
         if self._rows is not None:
             X_WG = X_WG[self._rows]
-        message = self._markers.deletions(snapshot.stamp)
-        place = self._markers.full if is_whole else self._markers.moved
-        message.markers.extend(place(X_WG, snapshot.stamp).markers)
-        if message.markers or is_whole:
-            self._placed += len(message.markers)
+        message, count = self._wire.message(X_WG, snapshot.stamp, is_whole=is_whole)
+        if count or is_whole:
+            self._placed += count
             self._outlet.publish(message)
+
+    @cached_property
+    def _wire(self) -> MarkerWire:
+        """The markers in bytes, made when somebody listens for the first time."""
+        return MarkerWire(
+            serialize_message, frame_id=self._frame_id, package_shares=package_shares()
+        )
 
     def _set_items(self, snapshot: WorldSnapshot) -> None:
         arrays = snapshot.query.snapshot.role_arrays(self.ROLE)
@@ -82,11 +90,11 @@ class RoleMarkers:
         )
         self._rows = None
         try:
-            self._markers.set_items(items)
+            self._wire.set_items(items)
         except SceneGraphError:
             # A mesh that can't be shown must not hide the others: leave only that one out.
             self._rows = [row for row, item in enumerate(items) if self._can_show(item)]
-            self._markers.set_items([items[row] for row in self._rows])
+            self._wire.set_items([items[row] for row in self._rows])
         self._scene_version = snapshot.scene_version
 
     def _can_show(self, item: MarkerItem) -> bool:

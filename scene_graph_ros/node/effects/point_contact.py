@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping
+from functools import cached_property
 import time
 from typing import Any
 
+from rclpy.serialization import serialize_message
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.contacts import contact_markers_to_msg, contacts_to_msg
+from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
 from scene_graph_msgs.msg import ContactArray
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import CONTACT_MARKERS, CONTACTS
@@ -37,7 +39,7 @@ class PointContact:
         )
         self._computed_for = -1
         self._table: Any = None
-        self._message: ContactArray | None = None
+        self._message: bytes | None = None
         self._computed = 0
         self._accuracy = ""
         self._seconds: deque[float] = deque(maxlen=_RECENT)
@@ -71,11 +73,10 @@ class PointContact:
     def _publish_contacts(self, snapshot: WorldSnapshot) -> None:
         self._contacts.take_newcomers()
         if self._message is None:
-            self._message = contacts_to_msg(
+            self._message = self._contact_wire.message(
                 self._table,
                 snapshot.names,
                 stamp_ns=snapshot.stamp,
-                frame_id=self._host.world_frame,
                 scene_version=snapshot.scene_version,
             )
         self._contacts.publish(self._message)
@@ -83,14 +84,21 @@ class PointContact:
 
     def _publish_markers(self, snapshot: WorldSnapshot) -> None:
         self._markers.take_newcomers()
-        message = contact_markers_to_msg(
+        message = self._marker_wire.message(
             self._table,
             stamp_ns=snapshot.stamp,
-            frame_id=self._host.world_frame,
             point_diameter=self._host.parameter("contact_point_size"),
             normal_length=self._host.parameter("contact_normal_length"),
         )
         self._markers.publish(message)
+
+    @cached_property
+    def _contact_wire(self) -> ContactWire:
+        return ContactWire(self._host.world_frame, serialize_message)
+
+    @cached_property
+    def _marker_wire(self) -> ContactMarkerWire:
+        return ContactMarkerWire(self._host.world_frame, serialize_message)
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Publish once more: without geometry there are no contacts."""
