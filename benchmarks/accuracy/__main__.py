@@ -17,6 +17,7 @@ from tqdm import tqdm  # noqa: E402
 
 from benchmarks.accuracy import report  # noqa: E402
 from benchmarks.accuracy.measure import installed_engines, measure, our_engines, tasks  # noqa: E402
+from benchmarks.accuracy.scene import measure_scene  # noqa: E402
 
 __all__ = ["main"]
 
@@ -54,6 +55,8 @@ def main() -> None:
         engines = our_engines() if options.ours or options.quick else installed_engines(print)
         progress = tqdm(work, unit="task", disable=None)
         rows = list(measure(engines, progress, count, options.seed))
+        if not options.quick:
+            rows += measure_scene(options.seed)
     if options.quick:
         print(report.precision_table(rows, "distance", 2e-3))
         print(report.precision_table(rows, "distance", -2e-3))

@@ -6,6 +6,7 @@ Written independently of the core: nothing here calls its kernels.
 from __future__ import annotations
 
 from collections.abc import Callable
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,19 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 
-__all__ = ["FEATURES", "KINDS", "Site", "corners", "draw", "pit", "site", "support"]
+__all__ = [
+    "FEATURES",
+    "KINDS",
+    "Site",
+    "corners",
+    "draw",
+    "edge_directions",
+    "face_normals",
+    "pit",
+    "site",
+    "size",
+    "support",
+]
 
 KINDS = ("Sphere", "Capsule", "Box", "Cylinder", "Ellipsoid", "HalfSpace", "Convex", "Mesh")
 """The eight shapes, in the order of ``ShapeKind``."""
@@ -80,6 +93,12 @@ def _hull_points(rng: np.random.Generator) -> np.ndarray:
 
 def _oriented_triangles(points: np.ndarray) -> np.ndarray:
     """Return the hull's triangles (t, 3), counter-clockwise seen from outside."""
+    return _triangles_of(points.tobytes())
+
+
+@functools.lru_cache(maxsize=16)
+def _triangles_of(data: bytes) -> np.ndarray:
+    points = np.frombuffer(data).reshape(-1, 3)
     hull = ConvexHull(points)
     triangles = hull.simplices.copy()
     a, b, c = (points[triangles[:, k]] for k in range(3))
@@ -127,6 +146,37 @@ def corners(shape: Any) -> np.ndarray:
         half = 0.5 * np.array([shape.width, shape.depth, shape.height])
         return np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
     return np.asarray(shape.vertices)
+
+
+def size(shape: Any) -> float:
+    """Return the largest extent (m) along the shape's axes; 0 of a half space."""
+    if isinstance(shape, HalfSpace):
+        return 0.0
+    axes = np.eye(3)
+    return float((support(shape, axes) + support(shape, -axes)).max())
+
+
+def face_normals(shape: Any) -> np.ndarray:
+    """Return the outward normals (n, 3) of a polytope's triangles; none of a round shape."""
+    if not isinstance(shape, Box | Convex | Mesh):
+        return np.empty((0, 3))
+    points = corners(shape)
+    return _normals(points, _oriented_triangles(points))
+
+
+def edge_directions(shape: Any) -> np.ndarray:
+    """Return directions (n, 3) of all straight edges, of a polytope or of a capsule's core."""
+    if isinstance(shape, Capsule):
+        return np.array([[0.0, 0.0, 1.0]])
+    if not isinstance(shape, Box | Convex | Mesh):
+        return np.empty((0, 3))
+    points = corners(shape)
+    triangles = _oriented_triangles(points)
+    pairs = np.sort(
+        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    )
+    ends = points[np.unique(pairs, axis=0)]
+    return ends[:, 1] - ends[:, 0]
 
 
 def support(shape: Any, d: np.ndarray) -> np.ndarray:

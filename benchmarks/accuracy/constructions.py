@@ -17,7 +17,16 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.accuracy.bodies import draw, FEATURES, pit, Site, site, support
+from benchmarks.accuracy.bodies import (
+    draw,
+    edge_directions,
+    face_normals,
+    FEATURES,
+    pit,
+    Site,
+    site,
+    support,
+)
 from scene_graph_ros.geometry import HalfSpace, Mesh
 
 __all__ = [
@@ -32,6 +41,9 @@ __all__ = [
 _TRIES = 40
 """For one combination of features, before it counts as impossible (an edge pushed along itself
 into an edge always has a shorter way out)."""
+
+_PARALLEL = 1e-9
+"""Square metres: edges of 20 cm whose product is shorter are parallel."""
 
 _DIRECTIONS = 1200
 _SLACK = 1e-14
@@ -114,12 +126,21 @@ def _around(n: np.ndarray, step: float) -> np.ndarray:
     return turned.reshape(-1, 3)
 
 
-def has_shorter_way_out(separation: Any, nhat: np.ndarray, depth: float) -> bool:
+def has_shorter_way_out(
+    separation: Any, nhat: np.ndarray, depth: float, candidates: np.ndarray | None = None
+) -> bool:
     """Tell whether bodies that overlap by ``depth`` along nhat (3,) overlap by less along another.
 
     ``separation`` maps directions (k, 3) to the gap along them, negative where they overlap. All
-    directions are sampled, the best ones and nhat itself are improved by a pattern search.
+    directions are sampled, the best ones and nhat itself are improved by a pattern search; unit
+    vectors ``candidates`` (n, 3), where the answer has a kink, are tried first.
     """
+    if (
+        candidates is not None
+        and len(candidates)
+        and separation(candidates).max() > _SLACK - depth
+    ):
+        return True
     values = separation(_GLOBAL)
     near = np.concatenate([_around(nhat[None], step) for step in (0.3, 0.1, 0.03, 0.01, 1e-3)])
     if max(values.max(), separation(near).max()) > _SLACK - depth:
@@ -147,7 +168,22 @@ def _is_deeper_elsewhere(
     def separation(n: np.ndarray) -> np.ndarray:
         return -(n @ p) - support(shape_A, -n) - support(shape_B, n @ R)
 
-    return has_shorter_way_out(separation, -n_A, depth)
+    return has_shorter_way_out(separation, -n_A, depth, _ways_out(shape_A, shape_B, R))
+
+
+def _ways_out(shape_A: Any, shape_B: Any, R_AB: np.ndarray) -> np.ndarray:
+    """Return the unit vectors (n, 3) in A that are ways out of B: for polytopes, all of them.
+
+    The Minkowski difference of two polytopes has the faces of both, and one for each pair of
+    their edges.
+    """
+    across = np.cross(edge_directions(shape_A)[:, None], edge_directions(shape_B)[None] @ R_AB.T)
+    across = across.reshape(-1, 3)
+    lengths = np.linalg.norm(across, axis=1)
+    across = across[lengths > _PARALLEL] / lengths[lengths > _PARALLEL, None]
+    return np.concatenate(
+        [-face_normals(shape_A), face_normals(shape_B) @ R_AB.T, across, -across]
+    )
 
 
 def _twists(rng: np.random.Generator) -> float:
@@ -225,7 +261,7 @@ def _is_nearer_elsewhere(shape: Any, p: np.ndarray, n: np.ndarray, depth: float)
     if isinstance(shape, HalfSpace):
         return False
     return _pit_is_near(shape, p, depth) or has_shorter_way_out(
-        lambda d: d @ p - support(shape, d), n, depth
+        lambda d: d @ p - support(shape, d), n, depth, face_normals(shape)
     )
 
 

@@ -8,60 +8,32 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.accuracy.measure import APART, DEEP, Row
+from benchmarks.accuracy.measure import APART, DEEP, OUR_TIERS, Row
+from benchmarks.accuracy.words import (
+    INTRODUCTION,
+    METHOD,
+    ONE_BY_ONE,
+    SCENE_DISTANCE,
+    SCENE_PENETRATION,
+    SUMMARY,
+    WITH_FCL,
+)
+from scene_graph_ros.geometry.accuracy import Accuracy
 
-__all__ = ["COUNT", "FLOOR", "SEED", "precision_table", "read", "time_table", "write"]
+__all__ = ["COUNT", "SEED", "page", "precision_table", "read", "time_table", "write"]
 
-COUNT = 48
+COUNT = 36
 """Configurations of each task in the published table."""
 
 SEED = 1
 
-FLOOR = 5e-15
-"""Metres. Errors below it are rounding: coordinates of up to 2 m are rounded by 2e-16 each, in
-the construction's poses as well as in the query."""
+_SCENES = (SCENE_PENETRATION, SCENE_DISTANCE)
 
-_INTRODUCTION = """\
-# How exact the answers are, and what a digit costs
-
-The worst error of a signed distance that was seen, in metres, ours beside other engines. Made by
-`make accuracy`, which installs the peers (`make peers`), measures for some minutes and writes this
-page, `accuracy.csv` and the two plots. `python -m benchmarks.accuracy --help` tells the options.
-
-![Error against time, 2 mm apart](accuracy_apart.png)
-
-![Error against time, 2 mm deep](accuracy_deep.png)
-"""
-
-_METHOD = f"""\
-## Method
-
-- **Known answers by construction.** Two convex bodies get supporting planes at a random point of a
-  random feature each (face, edge, vertex, side, rim, smooth surface), the planes are laid on each
-  other, the bodies turned about the common normal and slid along it. Apart, the gap is the
-  distance. Overlapping, it is the depth, if no other direction offers a shorter way out; that is
-  searched for, and such configurations are thrown away. The search decides which configurations
-  count, never what their answer is. See `benchmarks/accuracy/constructions.py`.
-- **Sizes** are 14 to 22 cm, poses are generic, features and both orders of the shapes take turns,
-  every third pair has parallel or crossed edges and axes. {COUNT} configurations for each pair and
-  distance, seed {SEED}; those of 2 mm are what other engines' tables are about.
-- **A mesh** stands for its convex hull, as it does between shapes by default. It has a pit, so
-  that its triangles differ from its hull. Points are measured against its triangles.
-- **Rounding.** Poses have coordinates of up to 2 m, so errors below {FLOOR:.0e} m are those of the
-  numbers that go in. `test/numerics/test_accuracy_table.py` holds our columns in both
-  directions: larger errors fail, and so do errors more than 12 times smaller than published,
-  unless they are below that floor.
-- **Engines.** Called from Python, on one thread. `scene_graph_ros`, Drake, Coal, FCL and MuJoCo's
-  distances: one call for each pair, poses given before. `scene_graph_ros, batched`: one call for a
-  scene of many such pairs, candidates included, divided by their number. Penetrations of
-  `scene_graph_ros`, Drake and MuJoCo come from one call for the scene, which is what they offer;
-  Coal's and FCL's from one call for each pair. Tolerances are each library's defaults but where
-  the name says otherwise. MuJoCo keeps the vertices of meshes in single precision.
-- **Times** are the fastest of three rounds, in microseconds for one query; they depend on the
-  machine, so compare them only within the table.
-- `refused`: the engine raises, or has no such query. `no answer`: it returns NaN, infinity or a
-  sentinel. An overlap that an engine doesn't see counts with its full depth.
-"""
+_TITLES = {
+    "distance": "Signed distance",
+    "penetration": "Penetration",
+    "point": "Signed distance of a point",
+}
 
 
 def read(path: Path) -> list[Row]:
@@ -71,29 +43,28 @@ def read(path: Path) -> list[Row]:
 
 
 def write(rows: Sequence[Row], folder: Path) -> None:
-    """Write accuracy.csv and accuracy.md."""
+    """Write accuracy.csv and accuracy.md, the latter from what stands in the former."""
     with (folder / "accuracy.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Row.header())
         writer.writerows(row.texts() for row in rows)
-    (folder / "accuracy.md").write_text("\n".join(_pages(rows)))
+    (folder / "accuracy.md").write_text(page(read(folder / "accuracy.csv")))
 
 
-def _pages(rows: Sequence[Row]) -> list[str]:
-    pages = [_INTRODUCTION, "## At a glance\n", _SUMMARY, _summary(rows), _METHOD]
-    for query, title in (
-        ("distance", "Signed distance"),
-        ("penetration", "Penetration"),
-        ("point", "Signed distance of a point"),
-    ):
+def page(rows: Sequence[Row]) -> str:
+    """Return the text of accuracy.md."""
+    pages = [INTRODUCTION, _tiers(rows), SUMMARY, _summary(rows)]
+    pages += [METHOD.format(count=COUNT, seed=SEED)]
+    shown = [row for row in rows if row.engine not in (ONE_BY_ONE, WITH_FCL)]
+    for query, title in _TITLES.items():
         pages.append(f"## {title}: worst error in m\n")
-        for d in (*APART, *DEEP):
+        for d in (2e-3, 1e-6, 0.1, -2e-3, -2e-2):
             if any(row.query == query and row.distance_m == d for row in rows):
-                pages += [f"### {_words(d)}\n", precision_table(rows, query, d)]
+                pages += [f"### {_words(d)}\n", precision_table(shown, query, d)]
     for query, d in (("distance", 2e-3), ("distance", -2e-3), ("point", 2e-3)):
-        pages += [f"## Time of a query in microseconds: {query}, {_words(d)}\n"]
+        pages += [f"## Time of a query in microseconds: {_TITLES[query].lower()}, {_words(d)}\n"]
         pages += [time_table(rows, query, d)]
-    return pages
+    return "\n".join(pages)
 
 
 def _words(distance: float) -> str:
@@ -123,51 +94,78 @@ def _markdown(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in (header, rule, *lines)) + "\n"
 
 
-def _table(rows: Sequence[Row], query: str, distance: float, column: str) -> str:
-    show = _error if column == "worst_error_m" else _time
+def _table(rows: Sequence[Row], query: str, distance: float, show: str) -> str:
     chosen = [row for row in rows if (row.query, row.distance_m) == (query, distance)]
     engines = _engines(chosen)
-    cells = {(r.shape_1, r.shape_2, r.engine): getattr(r, column) for r in chosen}
+    cells = {
+        (r.shape_1, r.shape_2, r.engine): _time(r.time_us) if show == "time" else _stated(r)
+        for r in chosen
+    }
     pairs = dict.fromkeys((r.shape_1, r.shape_2) for r in chosen)
     lines = [
-        [a if b == "Point" else f"{a}, {b}", *(show(cells[a, b, e]) for e in engines)]
-        for a, b in pairs
+        [a if b == "Point" else f"{a}, {b}", *(cells[a, b, e] for e in engines)] for a, b in pairs
     ]
     return _markdown(["", *engines], lines)
 
 
+def _stated(row: Row) -> str:
+    """Return what the table states: a bound for our tiers, what was measured for the others."""
+    return _error(row.worst_error_m if np.isnan(row.stated_m) else row.stated_m)
+
+
 def precision_table(rows: Sequence[Row], query: str, distance: float) -> str:
     """Return a Markdown table of worst errors: a line for each pair, a column for each engine."""
-    return _table(rows, query, distance, "worst_error_m")
+    return _table(rows, query, distance, "error")
 
 
 def time_table(rows: Sequence[Row], query: str, distance: float) -> str:
     """Return a Markdown table of times: a line for each pair, a column for each engine."""
-    return _table(rows, query, distance, "time_us")
+    return _table(rows, query, distance, "time")
 
 
-_SUMMARY = """\
-The worst error over all 35 pairs (two half spaces have no distance), with the number of pairs that
-an engine refuses or has no finite answer for in brackets; and the median over the pairs of a
-query's time, 2 mm apart.
-"""
+def _finite_worst(rows: Sequence[Row]) -> float:
+    errors = [row.worst_error_m for row in rows if np.isfinite(row.worst_error_m)]
+    return max(errors, default=np.nan)
+
+
+def _tiers(rows: Sequence[Row]) -> str:
+    """Return the table to choose a tier from: promise, worst error, time of a pair, of scenes."""
+    header = ["tier", "promised", "on 20 cm shapes", "worst error seen", "one pair (us)"]
+    header += [f"{name} (ms)" for name in _SCENES]
+    lines = []
+    for tier in Accuracy:
+        mine = [row for row in rows if row.engine == tier.value]
+        pairs = [row for row in mine if row.query in ("distance", "penetration")]
+        times = [row.time_us for row in pairs if row.distance_m == 2e-3]
+        scenes = {row.query: 1e-3 * row.time_us for row in mine if row.query in _SCENES}
+        lines.append(
+            [
+                f"`{tier.value}`",
+                f"{tier.bound:.0e} of the size",
+                f"{0.2 * tier.bound:.0e} m",
+                f"{_error(_finite_worst(pairs))} m",
+                _time(float(np.median(times))) if times else "",
+                *(_time(scenes.get(name, np.nan)) for name in _SCENES),
+            ]
+        )
+    return _markdown(header, lines)
 
 
 def _summary(rows: Sequence[Row]) -> str:
     columns = [("distance", d) for d in (*APART, *DEEP)] + [("penetration", d) for d in DEEP]
     header = ["", *(f"{q}, {_words(d)}" for q, d in columns), "time, us"]
     lines = []
-    for engine in _engines(rows):
+    for engine in _engines([row for row in rows if row.query == "distance"]):
         mine = [row for row in rows if row.engine == engine]
         cells = [_worst([r for r in mine if (r.query, r.distance_m) == c]) for c in columns]
         times = [r.time_us for r in mine if (r.query, r.distance_m) == ("distance", 2e-3)]
-        lines.append([engine, *cells, _time(float(np.nanmedian(times)))])
+        name = f"**{engine}**" if engine in OUR_TIERS else engine
+        lines.append([name, *cells, _time(float(np.nanmedian(times)))])
     return _markdown(header, lines)
 
 
 def _worst(rows: Sequence[Row]) -> str:
     errors = np.array([row.worst_error_m for row in rows])
-    finite = errors[np.isfinite(errors)]
-    missing = len(errors) - len(finite)
-    worst = _error(float(finite.max())) if len(finite) else "refused"
-    return f"{worst} ({missing})" if missing else worst
+    missing = np.count_nonzero(~np.isfinite(errors))
+    worst = "refused" if missing == len(errors) else _error(_finite_worst(rows))
+    return f"{worst} ({missing})" if 0 < missing < len(errors) else worst

@@ -30,7 +30,7 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.scene_files import Kinematics, load_srdf, load_urdf, register_robot
 
-__all__ = ["OTHER_SCENES", "mixed"]
+__all__ = ["OTHER_SCENES", "SETS", "mixed"]
 
 FILL = 0.05
 """Part of the volume that the shapes of the random scenes take."""

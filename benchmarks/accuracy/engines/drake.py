@@ -11,8 +11,12 @@ import numpy as np
 from benchmarks.accuracy.constructions import KnownPair, KnownPoint
 from benchmarks.accuracy.engines.engine import one_by_one, Refused, Reply, spread, timed
 from benchmarks.peer_shapes import drake_shape
+from scene_graph_ros.geometry import HalfSpace, Sphere
 
 __all__ = ["Drake"]
+
+_MOST_PAIRS = 8
+"""In one scene where half spaces take part: twenty of them end the process."""
 
 
 class Drake:
@@ -57,18 +61,28 @@ class Drake:
 
     def distances(self, pairs: Sequence[KnownPair]) -> Reply:
         """See Engine."""
-        query, ids = self._scene([(p.shape_A, p.X_WA, p.shape_B, p.X_WB) for p in pairs])
+        arguments, alive = [], []
+        for part in _parts(pairs):
+            query, ids = self._scene([(p.shape_A, p.X_WA, p.shape_B, p.X_WB) for p in part])
+            arguments += [(query, a, b) for a, b in ids]
+            alive.append(self._alive)
 
-        def ask(a: Any, b: Any) -> float:
+        def ask(query: Any, a: Any, b: Any) -> float:
             return query.ComputeSignedDistancePairClosestPoints(a, b).distance
 
         try:
-            return one_by_one(ask, ids)
+            return one_by_one(ask, arguments)
         except RuntimeError as error:
             raise Refused(str(error)) from error
 
     def penetrations(self, pairs: Sequence[KnownPair]) -> Reply:
-        """See Engine; one call for the whole scene, there is none for a single pair."""
+        """See Engine; one call for a scene of pairs, there is none for a single pair."""
+        replies = [self._penetrations(part) for part in _parts(pairs)]
+        values = np.concatenate([values for values, _ in replies])
+        return Reply(values, sum(seconds for _, seconds in replies) / len(pairs))
+
+    def _penetrations(self, pairs: Sequence[KnownPair]) -> tuple[np.ndarray, float]:
+        """Return minus the depths of the pairs of one scene, and the time of its query."""
         places = spread(pairs)
         query, ids = self._scene(
             [(p.shape_A, a, p.shape_B, b) for p, (a, b) in zip(pairs, places, strict=True)]
@@ -78,8 +92,7 @@ class Drake:
         except RuntimeError as error:
             raise Refused(str(error)) from error
         depths = {frozenset((f.id_A, f.id_B)): f.depth for f in found}
-        values = np.array([-depths.get(frozenset(couple), 0.0) for couple in ids])
-        return Reply(values, seconds / len(pairs))
+        return np.array([-depths.get(frozenset(couple), 0.0) for couple in ids]), seconds
 
     def points(self, points: Sequence[KnownPoint]) -> Reply:
         """See Engine; a scene of its own for each point."""
@@ -98,9 +111,14 @@ class Drake:
 
     @staticmethod
     def _far_shape() -> Any:
-        from scene_graph_ros.geometry import Sphere
-
         return Sphere(0.1)
+
+
+def _parts(pairs: Sequence[KnownPair]) -> list[Sequence[KnownPair]]:
+    """Return the pairs in parts that fit into a scene."""
+    is_wide = any(isinstance(p, HalfSpace) for p in (pairs[0].shape_A, pairs[0].shape_B))
+    size = _MOST_PAIRS if is_wide else len(pairs)
+    return [pairs[k : k + size] for k in range(0, len(pairs), size)]
 
 
 def _distance_to_point(query: Any, p_WQ: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""This package, one call for each pair, or one call for a scene of many pairs."""
+"""This package at each tier: one call for each pair, or one for a scene of many pairs."""
 
 from __future__ import annotations
 
@@ -8,24 +8,32 @@ from typing import Any
 import numpy as np
 
 from benchmarks.accuracy.constructions import KnownPair, KnownPoint
-from benchmarks.accuracy.engines.engine import one_by_one, Reply, spread, timed
+from benchmarks.accuracy.engines.engine import one_by_one, Refused, Reply, spread, timed
 from scene_graph_ros.geometry import (
     CollisionFilterDeclaration,
     GeometryFrame,
     GeometryInstance,
     GeometrySet,
+    HalfSpace,
     ProximityProperties,
     SceneGraph,
 )
+from scene_graph_ros.geometry.accuracy import Accuracy, Engine
+from scene_graph_ros.geometry.errors import EngineError, UnsupportedPairError
 
-__all__ = ["Ours", "OursBatched"]
+__all__ = ["Ours", "OursBatched", "OursWithFcl", "Scene"]
 
 
-class _Scene:
+class Scene:
     """Shapes on frames of their own, at poses (n, 4, 4)."""
 
-    def __init__(self, shapes: Sequence[Any], poses: Sequence[np.ndarray]) -> None:
-        self.graph = SceneGraph()
+    query: Any
+    """Its queries, once it is open."""
+
+    def __init__(
+        self, graph: SceneGraph, shapes: Sequence[Any], poses: Sequence[np.ndarray]
+    ) -> None:
+        self.graph = graph
         self._source = self.graph.register_source("accuracy")
         self._poses = np.array(poses)
         self.frames, self.ids = [], []
@@ -36,6 +44,15 @@ class _Scene:
             self.graph.assign_role(self._source, geometry, ProximityProperties())
             self.frames.append(frame)
             self.ids.append(geometry)
+
+    @classmethod
+    def of_pairs(cls, graph: SceneGraph, pairs: Sequence[KnownPair]) -> Scene:
+        """Return a scene of pairs, each at a place of its own; all other pairs are filtered."""
+        shapes = [shape for pair in pairs for shape in (pair.shape_A, pair.shape_B)]
+        scene = cls(graph, shapes, [X for couple in spread(pairs) for X in couple])
+        scene.keep_only([(2 * k, 2 * k + 1) for k in range(len(pairs))])
+        scene.open()
+        return scene
 
     def keep_only(self, pairs: Sequence[tuple[int, int]]) -> None:
         """Filter all pairs but these of the shapes' indices."""
@@ -54,19 +71,49 @@ class _Scene:
         """Give all frames their poses anew, so that no earlier answer is remembered."""
         self._context.set_frame_poses(self._source, self._poses)
 
+    def by_pair(self, table: Any, values: np.ndarray, missing: float = np.nan) -> np.ndarray:
+        """Return a column (k,) of a result in the pairs' order."""
+        places = {
+            (int(i), int(j)): k
+            for k, (i, j) in enumerate(zip(table.id_A, table.id_B, strict=True))
+        }
+        ids = [int(i) for i in self.ids]
+        couples = zip(ids[::2], ids[1::2], strict=True)
+        rows = [places.get((min(c), max(c)), len(values)) for c in couples]
+        return np.append(values, missing)[rows]
+
+
+_COPIES = 8
+"""Of every pair in a scene of many, so that what a call costs once is shared by many pairs."""
+
+
+_ENOUGH = 1e-3
+"""Metres that a distance may be too large without being left out: more than any tier's error."""
+
 
 def _shapes(pairs: Sequence[KnownPair]) -> list[Any]:
     return [shape for pair in pairs for shape in (pair.shape_A, pair.shape_B)]
 
 
+def _copied(pairs: Sequence[KnownPair]) -> list[KnownPair]:
+    """Return the pairs several times; but once if a half space would be near all the others."""
+    is_wide = any(isinstance(shape, HalfSpace) for shape in _shapes(pairs[:1]))
+    return [*pairs] * (1 if is_wide else _COPIES)
+
+
 class Ours:
     """A call of ``compute_signed_distance_pair_closest_points`` for each pair."""
 
-    name = "scene_graph_ros"
+    def __init__(self, accuracy: Accuracy) -> None:
+        self.name = f"{accuracy.value}, one by one"
+        self._settings: dict[str, Any] = {"accuracy": accuracy}
+
+    def _scene(self, shapes: Sequence[Any], poses: Sequence[np.ndarray]) -> Scene:
+        return Scene(SceneGraph(**self._settings), shapes, poses)
 
     def distances(self, pairs: Sequence[KnownPair]) -> Reply:
         """See Engine."""
-        scene = _Scene(_shapes(pairs), [X for pair in pairs for X in (pair.X_WA, pair.X_WB)])
+        scene = self._scene(_shapes(pairs), [X for pair in pairs for X in (pair.X_WA, pair.X_WB)])
         scene.open()
         ask = scene.query.compute_signed_distance_pair_closest_points
         couples = list(zip(scene.ids[::2], scene.ids[1::2], strict=True))
@@ -75,44 +122,43 @@ class Ours:
 
     def penetrations(self, pairs: Sequence[KnownPair]) -> Reply:
         """See Engine; one call for the whole scene, there is none for a single pair."""
-        scene = _many_pairs(pairs)
+        pairs = _copied(pairs)
+        scene = Scene.of_pairs(SceneGraph(**self._settings), pairs)
         ask = scene.query.compute_point_pair_penetration
         table, seconds = timed(ask, scene.place)
-        return Reply(_by_pair(scene, table.id_A, table.id_B, -table.depth), seconds / len(pairs))
+        return Reply(scene.by_pair(table, -table.depth, missing=0.0), seconds / len(pairs))
 
     def points(self, points: Sequence[KnownPoint]) -> Reply:
         """See Engine; a scene of its own for each point."""
         asks = []
         for point in points:
-            scene = _Scene([point.shape], [point.X_WG])
+            scene = self._scene([point.shape], [point.X_WG])
             scene.open()
             asks.append((scene.query.compute_signed_distance_to_point, point.p_WQ))
         return one_by_one(lambda ask, p_WQ: ask(p_WQ).distance[0], asks)
 
 
-class OursBatched:
+class OursBatched(Ours):
     """One call of ``compute_signed_distance_pairwise_closest_points`` for a scene of pairs."""
 
-    name = "scene_graph_ros, batched"
+    def __init__(self, accuracy: Accuracy) -> None:
+        super().__init__(accuracy)
+        self.name = accuracy.value
 
     def distances(self, pairs: Sequence[KnownPair]) -> Reply:
         """See Engine."""
-        scene = _many_pairs(pairs)
+        pairs = _copied(pairs)
+        scene = Scene.of_pairs(SceneGraph(**self._settings), pairs)
         ask = scene.query.compute_signed_distance_pairwise_closest_points
-        limit = 2.0 * max(abs(pair.distance) for pair in pairs)
+        limit = _ENOUGH + max(pair.distance for pair in pairs)
         table, seconds = timed(lambda: ask(limit), scene.place)
-        values = _by_pair(scene, table.id_A, table.id_B, table.distance)
-        return Reply(values, seconds / len(pairs))
-
-    def penetrations(self, pairs: Sequence[KnownPair]) -> Reply:
-        """See Engine."""
-        return Ours().penetrations(pairs)
+        return Reply(scene.by_pair(table, table.distance), seconds / len(pairs))
 
     def points(self, points: Sequence[KnownPoint]) -> Reply:
-        """See Engine; all points against one shape, whose poses are undone."""
+        """See Engine; 64 times the same point at once."""
         values, total = [], 0.0
         for point in points:
-            scene = _Scene([point.shape], [point.X_WG])
+            scene = self._scene([point.shape], [point.X_WG])
             scene.open()
             ask = scene.query.compute_signed_distance_to_points
             many = np.tile(point.p_WQ, (64, 1))
@@ -122,16 +168,24 @@ class OursBatched:
         return Reply(np.array(values), total / len(points))
 
 
-def _many_pairs(pairs: Sequence[KnownPair]) -> _Scene:
-    scene = _Scene(_shapes(pairs), [X for couple in spread(pairs) for X in couple])
-    scene.keep_only([(2 * k, 2 * k + 1) for k in range(len(pairs))])
-    scene.open()
-    return scene
+class OursWithFcl(OursBatched):
+    """The same with ``engine="fcl"``."""
 
+    def __init__(self) -> None:
+        super().__init__(Accuracy.EXACT)
+        self.name = 'engine="fcl"'
+        self._settings = {"engine": Engine.FCL}
 
-def _by_pair(scene: _Scene, id_A: np.ndarray, id_B: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the values in the pairs' order, 0 for a pair that is missing."""
-    found = dict(zip(zip(id_A.tolist(), id_B.tolist(), strict=True), values, strict=True))
-    ids = [int(i) for i in scene.ids]
-    couples = zip(ids[::2], ids[1::2], strict=True)
-    return np.array([found.get((min(c), max(c)), 0.0) for c in couples])
+    def distances(self, pairs: Sequence[KnownPair]) -> Reply:
+        """See Engine."""
+        try:
+            return super().distances(pairs)
+        except UnsupportedPairError as error:
+            raise Refused(str(error)) from error
+
+    def points(self, points: Sequence[KnownPoint]) -> Reply:
+        """See Engine."""
+        try:
+            return super().points(points)
+        except EngineError as error:
+            raise Refused(str(error)) from error
