@@ -1,14 +1,21 @@
 """World-aligned bounding boxes of all rows of a shape table."""
 
+from __future__ import annotations
+
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
-__all__ = ["world_boxes"]
+__all__ = ["bound_row", "box_geometry", "world_boxes"]
+
+FloatArray = NDArray[np.float64]
 
 SPHERE = int(ShapeKind.SPHERE)
 CAPSULE = int(ShapeKind.CAPSULE)
@@ -22,7 +29,7 @@ MAX_HULL_VERTICES = 48
 more than the pairs that the tighter box saves."""
 
 
-@kernel
+@inlined_kernel
 def _half_extent(kind, size, x, y, z):
     """Return how far a centred shape reaches along a world axis with components x, y, z in G."""
     if kind == SPHERE:
@@ -37,7 +44,7 @@ def _half_extent(kind, size, x, y, z):
     return math.sqrt(a * a + b * b + c * c)
 
 
-@kernel
+@inlined_kernel
 def _bound_hull(vertices, first, last, x, y, z):
     """Return the least and the largest coordinate of hull vertices along an axis in G."""
     low, high = math.inf, -math.inf
@@ -48,7 +55,7 @@ def _bound_hull(vertices, first, last, x, y, z):
     return low, high
 
 
-@kernel
+@inlined_kernel
 def _bound_turned_box(lower, upper, x, y, z):
     """Return the least and the largest coordinate of a box in G along an axis."""
     middle = 0.5 * (
@@ -62,8 +69,51 @@ def _bound_turned_box(lower, upper, x, y, z):
     return middle - half, middle + half
 
 
-@kernel
-def world_boxes(table, X_WG):
+@inlined_kernel
+def bound_row(geometry, X_WG, i, lower, upper):
+    """Write the box of row i, rounded outwards; ``geometry`` is from ``box_geometry``."""
+    kinds, sizes, hull_rows, lower_G, upper_G, vertex_start, vertices = geometry
+    kind, hull = kinds[i], hull_rows[i]
+    for axis in range(3):
+        x, y, z, p = X_WG[i, axis, 0], X_WG[i, axis, 1], X_WG[i, axis, 2], X_WG[i, axis, 3]
+        if kind == HALF_SPACE:
+            lower[i, axis], upper[i, axis] = -math.inf, math.inf
+            continue
+        if hull < 0:
+            high = _half_extent(kind, sizes[i], x, y, z)
+            low = -high
+        else:
+            first, last = vertex_start[hull], vertex_start[hull + 1]
+            if last - first <= MAX_HULL_VERTICES:
+                low, high = _bound_hull(vertices, first, last, x, y, z)
+            else:
+                low, high = _bound_turned_box(lower_G[i], upper_G[i], x, y, z)
+        slack = BOX_ROUNDING * (abs(p) + max(abs(low), abs(high)))
+        lower[i, axis] = p + low - slack
+        upper[i, axis] = p + high + slack
+
+
+@lean_kernel
+def _bound_rows(geometry, X_WG, lower, upper):
+    for i in range(len(lower)):
+        bound_row(geometry, X_WG, i, lower, upper)
+
+
+def box_geometry(table: ShapeTable) -> tuple[NDArray[Any], ...]:
+    """Return the columns of a table that decide the boxes: few, since each costs in a call."""
+    hulls = table.hulls
+    return (
+        table.kind,
+        table.size,
+        table.hull,
+        table.lower,
+        table.upper,
+        hulls.vertex_start,
+        hulls.vertices,
+    )
+
+
+def world_boxes(table: ShapeTable, X_WG: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bound every shape of the table, rounded outwards.
 
     Args:
@@ -77,25 +127,5 @@ def world_boxes(table, X_WG):
     """
     n = len(table.kind)
     lower, upper = np.empty((n, 3)), np.empty((n, 3))
-    hulls = table.hulls
-    for i in range(n):
-        kind = table.kind[i]
-        hull = table.hull[i]
-        for axis in range(3):
-            x, y, z, p = X_WG[i, axis, 0], X_WG[i, axis, 1], X_WG[i, axis, 2], X_WG[i, axis, 3]
-            if kind == HALF_SPACE:
-                lower[i, axis], upper[i, axis] = -math.inf, math.inf
-                continue
-            if hull < 0:
-                high = _half_extent(kind, table.size[i], x, y, z)
-                low = -high
-            else:
-                first, last = hulls.vertex_start[hull], hulls.vertex_start[hull + 1]
-                if last - first <= MAX_HULL_VERTICES:
-                    low, high = _bound_hull(hulls.vertices, first, last, x, y, z)
-                else:
-                    low, high = _bound_turned_box(table.lower[i], table.upper[i], x, y, z)
-            slack = BOX_ROUNDING * (abs(p) + max(abs(low), abs(high)))
-            lower[i, axis] = p + low - slack
-            upper[i, axis] = p + high + slack
+    _bound_rows(box_geometry(table), X_WG, lower, upper)
     return lower, upper

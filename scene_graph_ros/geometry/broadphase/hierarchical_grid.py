@@ -21,7 +21,7 @@ from scene_graph_ros.geometry.broadphase.pair_tests import (
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
-__all__ = ["candidate_pairs"]
+__all__ = ["candidate_pairs", "sorted_pairs"]
 
 LEVELS = 40
 """Number of levels; boxes more than LEVEL_RATIO**LEVELS times smaller than the largest share the
@@ -75,7 +75,7 @@ def _append(pairs, count, i, j):
 
 
 @kernel
-def _sorted_pairs(pairs, count, n):
+def sorted_pairs(pairs, count, n):
     """Sort pairs lexicographically in two stable counting passes."""
     source = pairs[:count]
     for column in (1, 0):
@@ -338,4 +338,4 @@ def candidate_pairs(lower, upper, is_half_space, X_WG, frame, filter_bits, margi
     if count > len(pairs):
         pairs = np.empty((count, 2), np.int64)
         _search(lower, upper, is_half_space, X_WG, frame, filter_bits, margin, pairs)
-    return _sorted_pairs(pairs, count, n)
+    return sorted_pairs(pairs, count, n)

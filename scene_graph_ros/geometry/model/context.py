@@ -14,7 +14,12 @@ from scene_graph_ros.geometry.model.ids import FrameId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.snapshot import refuse_frame_pose, Snapshot, stacked_poses
+from scene_graph_ros.geometry.model.snapshot import (
+    Memory,
+    refuse_frame_pose,
+    Snapshot,
+    stacked_poses,
+)
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.spatial.pose_kernels import store_poses, VALID
 from scene_graph_ros.geometry.spatial.poses import to_pose_array
@@ -37,6 +42,7 @@ class Context(ModelOwner):
         self._poses_are_shared = False
         self._pose_version = next(_pose_versions)
         self._snapshot: Snapshot | None = None
+        self._memory = Memory()
 
     @property
     def model_version(self) -> int:
@@ -60,7 +66,9 @@ class Context(ModelOwner):
             ):
                 self._fit_layout()
                 self._poses_are_shared = True
-                last = self._snapshot = Snapshot(self.share(), self._X_PF, self._pose_version)
+                last = self._snapshot = Snapshot(
+                    self.share(), self._X_PF, self._pose_version, self._memory
+                )
             return last
 
     def inspector(self) -> SceneGraphInspector:

@@ -38,6 +38,10 @@ class RoleArrays(NamedTuple):
     """(n,) row of the frame each geometry hangs on; 0 is the world."""
     X_FG: NDArray[np.float64]
     """(n, 4, 4) pose in that frame."""
+    all_rows: IntArray
+    """(n,) 0, 1, ..."""
+    moving_rows: IntArray
+    """(m,) those that are not on the world frame."""
 
 
 def frame_layout(records: Iterable[FrameRecord], sources: Iterable[SourceId]) -> FrameLayout:
@@ -62,9 +66,12 @@ def role_arrays(records: Iterable[GeometryRecord], layout: FrameLayout) -> RoleA
     X_FG = np.empty((len(chosen), 4, 4))
     for i, record in enumerate(chosen):
         X_FG[i] = record.X_FG
+    frame = np.array([layout.row[record.frame_id] for record in chosen], dtype=np.int32)
     return RoleArrays(
         ids=np.array([int(record.id) for record in chosen], dtype=np.int64),
         geometry_ids=tuple(record.id for record in chosen),
-        frame=np.array([layout.row[record.frame_id] for record in chosen], dtype=np.int32),
+        frame=frame,
         X_FG=X_FG,
+        all_rows=np.arange(len(chosen)),
+        moving_rows=np.flatnonzero(frame),
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
-from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
+from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.errors import UnsupportedPairError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import (
@@ -55,16 +55,28 @@ _NO_FILTERS = np.zeros((0, 0), dtype=np.uint8)
 
 def _candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
     """Return the (k, 2) rows of pairs whose boxes come within ``margin`` >= 0, may be infinite."""
-    proximity = snapshot.proximity
     X_WG = snapshot.X_WG
+    if math.isfinite(margin):
+        return _pair_memory(snapshot).candidate_pairs(X_WG, margin)
+    proximity = snapshot.proximity
     lower, upper = world_boxes(proximity.table, X_WG)
     bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
     is_half_space = proximity.table.kind == ShapeKind.HALF_SPACE
-    search = candidate_pairs if math.isfinite(margin) else all_candidate_pairs
-    rows: NDArray[np.int64] = search(
+    rows: NDArray[np.int64] = all_candidate_pairs(
         lower, upper, is_half_space, X_WG, proximity.frame, bits, margin
     )
     return rows
+
+
+def _pair_memory(snapshot: Snapshot) -> PairMemory:
+    """Return what the context of a snapshot remembers, begun anew after a change of its model."""
+    proximity = snapshot.proximity
+    known, memory = snapshot.memory.pairs
+    if known is not proximity:
+        bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
+        memory = PairMemory(proximity.table, proximity.frame, bits)
+        snapshot.memory.pairs = (proximity, memory)
+    return memory
 
 
 def _solve(

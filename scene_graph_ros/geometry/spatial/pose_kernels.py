@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
     QUATERNION_NORM_DEFECT,
@@ -39,7 +39,7 @@ NOT_UNIT = 6
 _POLISH_STEPS = 3  # The error is squared by each step: 1e-6 becomes rounding after two.
 
 
-@kernel
+@lean_kernel
 def _rotation_defect(X, i):
     """Return the largest entry of ``abs(R.T @ R - I)`` of row i."""
     worst = 0.0
@@ -52,7 +52,7 @@ def _rotation_defect(X, i):
     return worst
 
 
-@kernel
+@lean_kernel
 def _determinant(X, i):
     """Return the determinant of the rotation of row i."""
     return (
@@ -62,7 +62,7 @@ def _determinant(X, i):
     )
 
 
-@kernel
+@lean_kernel
 def _pose_status(X, i):
     """Tell what is wrong with row i: one of the status constants of this module."""
     for row in range(4):
@@ -93,7 +93,7 @@ def check_poses(X):
     return -1, VALID
 
 
-@kernel
+@lean_kernel
 def _polish_rotation(out, k):
     """Make the rotation of row k orthonormal to rounding: R <- R (3 I - R^T R) / 2.
 
@@ -118,7 +118,7 @@ def _polish_rotation(out, k):
             out[k, row, 2] = x * s02 + y * s12 + z * s22
 
 
-@kernel
+@lean_kernel
 def store_poses(X, rows, out):
     """Check all poses of X, then write row i to ``out[rows[i]]``, made rigid to rounding.
 
@@ -141,7 +141,7 @@ def store_poses(X, rows, out):
     return -1, VALID
 
 
-@kernel
+@lean_kernel
 def compose_pose(X_AB, i, X_BC, j, X_AC, k):
     """Write ``X_AB[i] X_BC[j]`` to ``X_AC[k]``."""
     for row in range(3):
@@ -159,7 +159,7 @@ def compose_pose(X_AB, i, X_BC, j, X_AC, k):
     X_AC[k, 3, 3] = 1.0
 
 
-@kernel
+@lean_kernel
 def world_poses(parent, X_PF, X_WF):
     """Sweep a tree of frames from its root: ``X_WF[i] = X_WF[parent[i]] X_PF[i]``.
 
@@ -169,13 +169,18 @@ def world_poses(parent, X_PF, X_WF):
         for column in range(4):
             X_WF[0, row, column] = 1.0 if row == column else 0.0
     for i in range(1, X_PF.shape[0]):
-        compose_pose(X_WF, parent[i], X_PF, i, X_WF, i)
+        if parent[i] == 0:
+            for row in range(4):
+                for column in range(4):
+                    X_WF[i, row, column] = X_PF[i, row, column]
+        else:
+            compose_pose(X_WF, parent[i], X_PF, i, X_WF, i)
 
 
-@kernel
-def world_poses_of_children(frame, X_WF, X_FG, X_WG):
-    """Place geometries on their frames: ``X_WG[i] = X_WF[frame[i]] X_FG[i]``."""
-    for i in range(X_FG.shape[0]):
+@lean_kernel
+def world_poses_of_children(rows, frame, X_WF, X_FG, X_WG):
+    """Place geometries on their frames: ``X_WG[i] = X_WF[frame[i]] X_FG[i]`` for i in rows."""
+    for i in rows:
         compose_pose(X_WF, frame[i], X_FG, i, X_WG, i)
 
 

@@ -1,0 +1,227 @@
+"""Candidate pairs of things that move a little from one call to the next.
+
+Every box that moves has a larger one around it, its fence, and the pairs whose fences meet are
+kept in a list. While all boxes stay inside of their fences, the candidates are found by a look at
+the pairs of the list. A box that leaves gets a new fence, and its pairs are looked up again; when
+many leave, all pairs are searched anew. Boxes that don't move have no fence but themselves.
+
+The candidates are those that a search of all pairs finds, whatever happened before.
+"""
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.broadphase.aabb import bound_row
+from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs, sorted_pairs
+from scene_graph_ros.geometry.broadphase.pair_tests import (
+    box_reaches_half_space,
+    boxes_are_near,
+    is_pair_wanted,
+)
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
+
+__all__ = ["BOUNDED", "COUNTERS", "LOOKED_AT", "REFENCED", "SEARCHED", "track"]
+
+COUNTERS = 4
+"""What was done is counted, so that tests can tell work from no work."""
+BOUNDED = 0
+"""Boxes computed, since their pose changed."""
+LOOKED_AT = 1
+"""Pairs of boxes compared."""
+REFENCED = 2
+"""Boxes that left their fence and were compared with every other."""
+SEARCHED = 3
+"""Searches of all pairs."""
+
+MAX_REFENCED = 64
+"""When more boxes leave at once, all pairs are searched, which then takes less time."""
+STEPS = 4.0
+"""A fence leaves room for so many steps like the last one in each direction, ..."""
+MAX_ROOM = 0.3
+"""... but for no more than this part of the box's width: wider fences meet too many others."""
+
+
+@inlined_kernel
+def _are_near(lower, upper, is_half_space, X_WG, i, j, margin):
+    """Tell whether two boxes, or a box and a half space, come within ``margin``."""
+    if is_half_space[i]:
+        return is_half_space[j] or box_reaches_half_space(lower, upper, j, X_WG, i, margin)
+    if is_half_space[j]:
+        return box_reaches_half_space(lower, upper, i, X_WG, j, margin)
+    return boxes_are_near(lower, upper, i, j, margin)
+
+
+@inlined_kernel
+def _has_moved(X_WG, X_last, i):
+    """Tell whether the pose of row i is another one than before, and remember it."""
+    moved = False
+    for row in range(3):
+        for column in range(4):
+            if X_WG[i, row, column] != X_last[i, row, column]:
+                moved = True
+    if moved:
+        for row in range(3):
+            for column in range(4):
+                X_last[i, row, column] = X_WG[i, row, column]
+    return moved
+
+
+@inlined_kernel
+def _fence(lower, upper, fence, step, i):
+    """Put a new fence around the box of row i, with room for steps like its last."""
+    width = 0.0
+    for axis in range(3):
+        width = max(width, upper[i, axis] - lower[i, axis])
+    room = 0.0
+    if width < math.inf and STEPS * step[i] < STEPS * width:  # what jumps has no use for a fence
+        room = min(STEPS * step[i], MAX_ROOM * width)
+    for axis in range(3):
+        fence[axis, i] = lower[i, axis] - room
+        fence[3 + axis, i] = upper[i, axis] + room
+
+
+@inlined_kernel
+def _is_inside(lower, upper, fence, i):
+    return (
+        (fence[0, i] <= lower[i, 0])
+        & (fence[1, i] <= lower[i, 1])
+        & (fence[2, i] <= lower[i, 2])
+        & (fence[3, i] >= upper[i, 0])
+        & (fence[4, i] >= upper[i, 1])
+        & (fence[5, i] >= upper[i, 2])
+    )
+
+
+@lean_kernel
+def _move(
+    geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, counters
+):
+    """Bring the boxes of ``rows`` up to date; mark those out of their fence and count them."""
+    out = 0
+    for i in rows:
+        if not _has_moved(X_WG, X_last, i):
+            continue
+        counters[BOUNDED] += 1
+        x, y, z = lower[i, 0], lower[i, 1], lower[i, 2]
+        bound_row(geometry, X_WG, i, lower, upper)
+        step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
+        if is_half_space[i] or not _is_inside(lower, upper, fence, i):
+            is_out[i] = True
+            out += 1
+    return out
+
+
+@inlined_kernel
+def _grown(low, high, margin):
+    """Grow an interval by a margin, and by what rounding may take from a gap."""
+    extra = margin + BOX_ROUNDING * (abs(low) + abs(high) + margin)
+    return low - extra, high + extra
+
+
+@lean_kernel
+def _meet(fence, i, margin, first, meets):
+    """Write into ``meets`` which fences from row ``first`` on come within margin of row i's."""
+    x, X = _grown(fence[0, i], fence[3, i], margin)
+    y, Y = _grown(fence[1, i], fence[4, i], margin)
+    z, Z = _grown(fence[2, i], fence[5, i], margin)
+    for j in range(first, fence.shape[1]):
+        meets[j] = (
+            (x <= fence[3, j])
+            & (y <= fence[4, j])
+            & (z <= fence[5, j])
+            & (fence[0, j] <= X)
+            & (fence[1, j] <= Y)
+            & (fence[2, j] <= Z)
+        )
+
+
+@kernel
+def _look_up(fence, frame, filter_bits, margin, is_out, pairs, counters):
+    """Return the list with the pairs of rows that are out replaced, sorted."""
+    n = fence.shape[1]
+    found = np.empty((len(pairs) + 16 * MAX_REFENCED, 2), np.int64)
+    count = 0
+    for k in range(len(pairs)):
+        if not (is_out[pairs[k, 0]] or is_out[pairs[k, 1]]):
+            found[count, 0], found[count, 1] = pairs[k, 0], pairs[k, 1]
+            count += 1
+    meets = np.empty(n, np.bool_)
+    for i in range(n):
+        if not is_out[i]:
+            continue
+        counters[REFENCED] += 1
+        counters[LOOKED_AT] += n
+        _meet(fence, i, margin, 0, meets)
+        for j in range(n):
+            # A half space meets all: what is infinite has no fence.
+            if not meets[j] or i == j or (is_out[j] and j < i):
+                continue
+            if is_pair_wanted(frame, filter_bits, i, j):
+                if count == len(found):
+                    longer = np.empty((2 * count, 2), np.int64)
+                    longer[:count] = found
+                    found = longer
+                found[count, 0] = min(i, j)
+                found[count, 1] = max(i, j)
+                count += 1
+    return sorted_pairs(found, count, n)
+
+
+@kernel
+def _search(fence, is_half_space, X_WG, frame, filter_bits, margin):
+    """Return all pairs whose fences come within ``margin``, sorted."""
+    lower, upper = np.ascontiguousarray(fence[:3].T), np.ascontiguousarray(fence[3:].T)
+    return candidate_pairs(lower, upper, is_half_space, X_WG, frame, filter_bits, margin)
+
+
+@lean_kernel
+def _select(lower, upper, is_half_space, X_WG, margin, pairs, result):
+    count = 0
+    for k in range(len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        result[count, 0], result[count, 1] = i, j
+        count += _are_near(lower, upper, is_half_space, X_WG, i, j, margin)
+    return count
+
+
+@kernel
+def track(geometry, X_WG, rows, is_half_space, frame, filter_bits, margin, memory, pairs, is_new):
+    """Return the list of pairs whose fences meet, and the candidates.
+
+    Args:
+        geometry: from ``aabb.box_geometry``.
+        X_WG: (n, 4, 4) poses; those of rows that are not in ``rows`` are as they always were.
+        rows: (m,) the rows that may have moved.
+        is_half_space: (n,) bool.
+        frame: (n,) int32, as in ``candidate_pairs``.
+        filter_bits: as there.
+        margin: finite, >= 0, in metres; always the same for the same memory.
+        memory: X_last (n, 3, 4), lower, upper (n, 3), fence (6, n), step (n,), is_out (n,) bool,
+            counters (COUNTERS,); written to.
+        pairs: (k, 2), the list that the last call returned.
+        is_new: whether there was no last call: everything is computed.
+
+    """
+    X_last, lower, upper, fence, step, is_out, counters = memory
+    n = len(lower)
+    out = _move(
+        geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, counters
+    )
+    if is_new or out > 0:
+        for i in range(n):
+            if is_new:
+                step[i] = 0.0
+            if is_new or is_out[i] or out > MAX_REFENCED:
+                _fence(lower, upper, fence, step, i)
+        if is_new or out > MAX_REFENCED:
+            counters[SEARCHED] += 1
+            pairs = _search(fence, is_half_space, X_WG, frame, filter_bits, margin)
+        else:
+            pairs = _look_up(fence, frame, filter_bits, margin, is_out, pairs, counters)
+        is_out[:] = False
+    counters[LOOKED_AT] += len(pairs)
+    result = np.empty((len(pairs) + 1, 2), np.int64)  # one place to write what is not kept
+    count = _select(lower, upper, is_half_space, X_WG, margin, pairs, result)
+    return pairs, result[:count]
