@@ -170,6 +170,8 @@ def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
         return "scene", document
     if path.suffix in (".urdf", ".srdf"):
         return path.suffix[1:].upper(), None
+    if not data.lstrip().startswith(b"<"):
+        raise SceneFileError(f"{label}: is neither YAML (named .yaml or .yml) nor a URDF or SRDF")
     return "SRDF" if parse_xml(data, label).child("link") is None else "URDF", None
 
 

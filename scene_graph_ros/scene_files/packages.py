@@ -144,6 +144,8 @@ def resolve_resource(
     relative to the folder of ``base``, the file that contains it, or to the working folder.
     Raises SceneFileError with the resource and the path tried.
     """
+    if not resource.strip():
+        raise SceneFileError(f"expected a path, package:// or file://, got {resource!r}")
     scheme, separator, rest = resource.partition("://")
     if not separator:
         path = Path(resource).expanduser()
@@ -165,5 +167,6 @@ def resolve_resource(
         )
     if not path.is_file():
         kind = "a folder" if path.is_dir() else "no such file"
-        raise SceneFileError(f"{resource!r} means {path}: {kind}")
+        meaning = "" if str(path) == resource else f" means {path}"
+        raise SceneFileError(f"{resource!r}{meaning}: {kind}")
     return path

@@ -93,6 +93,7 @@ def test_mistakes_go_to_stderr_and_the_status(capsys, tmp_path):
         ("r.urdf", URDF.format(""), ":1: expected one root link, got 'a', 'b'"),
         ("r.srdf", "<robot/>", ": name the robot's URDF before its SRDF"),
         ("r.urdf", "<robot>", ":1: not well-formed XML: no element found"),
+        ("r.obj", "v 0 0 0", ": is neither YAML (named .yaml or .yml) nor a URDF or SRDF"),
         ("r.yaml", "a: [", ":1: not YAML: "),
         (
             "r.yaml",
@@ -113,7 +114,7 @@ def test_missing_file(capsys):
     """A file that is not there is an error, not a crash."""
     status, _, err = check(capsys, "/no/such/scene.yaml")
     assert status == 1
-    assert err == ["error: '/no/such/scene.yaml' means /no/such/scene.yaml: no such file"]
+    assert err == ["error: '/no/such/scene.yaml': no such file"]
 
 
 PARAMETERS = """\

@@ -132,8 +132,9 @@ def test_file_addresses_and_relative_paths(tmp_path):
         ("file://part", "expected file:///<absolute path>, got 'file://part'"),
         ("http://host/part", "got the scheme 'http' in 'http://host/part'"),
         ("model://robot/part", "got the scheme 'model'"),
-        ("/no/such/part", "'/no/such/part' means /no/such/part: no such file"),
-        ("/tmp", "'/tmp' means /tmp: a folder"),
+        ("/no/such/part", "'/no/such/part': no such file"),
+        ("/tmp", "'/tmp': a folder"),
+        ("", "expected a path, package:// or file://, got ''"),
     ],
 )
 def test_wrong_addresses_are_quoted(resource, message):

@@ -219,5 +219,5 @@ def test_files_are_named_as_they_were_given(tmp_path):
     with pytest.raises(SceneFileError) as caught:
         load_scene(file)
     assert str(caught.value) == f"{file}:2: nonsense: unknown key"
-    with pytest.raises(SceneFileError, match=r"gone\.yaml: no such file"):
+    with pytest.raises(SceneFileError, match=r"gone\.yaml': no such file"):
         load_scene(tmp_path / "gone.yaml")

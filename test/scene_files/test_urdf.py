@@ -262,7 +262,7 @@ def test_meaningless_mimic_and_unknown_material_are_warnings():
 
 def test_missing_file_is_named():
     """A path that leads nowhere is quoted as given."""
-    with pytest.raises(SceneFileError, match=r"'nowhere/robot\.urdf' means .*: no such file"):
+    with pytest.raises(SceneFileError, match=r"'nowhere/robot\.urdf': no such file"):
         load_urdf("nowhere/robot.urdf")
 
 
