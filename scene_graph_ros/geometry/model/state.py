@@ -171,25 +171,25 @@ class GeometryState:
         """Return a frame of a source. Raises OwnershipError if another source registered it."""
         self.require_source(source_id)
         record = self.frame(frame_id)
-        if record.source_id != source_id:
-            raise OwnershipError(
-                f"frame {record.name!r} ({frame_id!r}) belongs to source"
-                f" {self.source_names[record.source_id]!r}, not to"
-                f" {self.source_names[source_id]!r}"
-            )
+        self._require_owner(source_id, record, "frame")
         return record
 
     def own_geometry(self, source_id: SourceId, geometry_id: GeometryId) -> GeometryRecord:
         """Return a geometry of a source. Raises OwnershipError if another registered it."""
         self.require_source(source_id)
         record = self.geometry(geometry_id)
+        self._require_owner(source_id, record, "geometry")
+        return record
+
+    def _require_owner(
+        self, source_id: SourceId, record: FrameRecord | GeometryRecord, what: str
+    ) -> None:
         if record.source_id != source_id:
             raise OwnershipError(
-                f"geometry {record.name!r} ({geometry_id!r}) belongs to source"
+                f"{what} {record.name!r} ({record.id!r}) belongs to source"
                 f" {self.source_names[record.source_id]!r}, not to"
                 f" {self.source_names[source_id]!r}"
             )
-        return record
 
     # Sets and pairs.
 

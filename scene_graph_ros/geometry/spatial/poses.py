@@ -52,6 +52,10 @@ def _quote(value: Any) -> str:
     return np.array2string(np.asarray(value), precision=9, separator=", ").replace("\n", "")
 
 
+def _row_name(name: str, row: int, rows: int) -> str:
+    return name if rows == 1 else f"{name}[{row}]"
+
+
 def refuse_pose(name: str, status: int, value: Any) -> InvalidPoseError:
     """Return the error that names a pose, what is wrong with it, and its value."""
     return InvalidPoseError(f"pose {name} {_REASONS[status]}: {_quote(value)}")
@@ -107,8 +111,7 @@ def as_poses(X: Any, name: str) -> Poses:
     result = np.empty_like(array)
     row, status = kernels.store_poses(array, np.arange(len(array)), result)
     if status != kernels.VALID:
-        label = name if len(array) == 1 else f"{name}[{row}]"
-        raise refuse_pose(label, status, array[row])
+        raise refuse_pose(_row_name(name, row, len(array)), status, array[row])
     return result
 
 
@@ -154,7 +157,7 @@ def poses_from_quaternions(
     row, status = kernels.poses_from_quaternions_kernel(positions, quaternions, X)
     if status != kernels.VALID:
         value = np.concatenate([positions[row], quaternions[row]])
-        raise refuse_pose(f"{name}[{row}]", status, value)
+        raise refuse_pose(_row_name(name, row, len(positions)), status, value)
     return X
 
 
