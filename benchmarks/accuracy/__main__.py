@@ -16,7 +16,14 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 from tqdm import tqdm  # noqa: E402
 
 from benchmarks.accuracy import report  # noqa: E402
-from benchmarks.accuracy.measure import installed_engines, measure, our_engines, tasks  # noqa: E402
+from benchmarks.accuracy.measure import (  # noqa: E402
+    installed_engines,
+    measure,
+    our_engines,
+    OUR_TIERS,
+    Row,
+    tasks,
+)
 from benchmarks.accuracy.scene import measure_scene  # noqa: E402
 
 __all__ = ["main"]
@@ -30,7 +37,9 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--count", type=int, default=report.COUNT, help="configurations of a task")
     parser.add_argument("--seed", type=int, default=report.SEED)
     parser.add_argument("--out", type=Path, default=_DOCS, help="folder to write to")
-    parser.add_argument("--ours", action="store_true", help="leave the peers out")
+    parser.add_argument(
+        "--ours", action="store_true", help="measure our tiers; of the peers keep what is there"
+    )
     parser.add_argument(
         "--plots-only", action="store_true", help="write text and plots from accuracy.csv again"
     )
@@ -40,6 +49,13 @@ def _options() -> argparse.Namespace:
         help="a few configurations of ours at 2 mm; print the table, write nothing",
     )
     return parser.parse_args()
+
+
+def _kept(table: Path) -> list[Row]:
+    """Return the rows of others than our tiers in a table that may exist."""
+    if not table.exists():
+        return []
+    return [row for row in report.read(table) if row.engine not in OUR_TIERS]
 
 
 def main() -> None:
@@ -57,6 +73,8 @@ def main() -> None:
         rows = list(measure(engines, progress, count, options.seed))
         if not options.quick:
             rows += measure_scene(options.seed)
+        if options.ours:
+            rows += _kept(options.out / "accuracy.csv")
     if options.quick:
         print(report.precision_table(rows, "distance", 2e-3))
         print(report.precision_table(rows, "distance", -2e-3))

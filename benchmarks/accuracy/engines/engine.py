@@ -12,7 +12,7 @@ from benchmarks.accuracy.constructions import KnownPair, KnownPoint
 
 __all__ = ["ROUNDS", "Engine", "Refused", "Reply", "one_by_one", "spread", "timed"]
 
-ROUNDS = 3
+ROUNDS = 5
 """Each measurement of time is repeated so often, and the fastest counts: the others were
 disturbed."""
 
