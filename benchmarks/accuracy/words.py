@@ -26,7 +26,7 @@ default: its answers are true to rounding, so no tolerance downstream has to all
 a scene it costs little more than the others. `quick` and `standard` stop earlier where a distance
 is found by iteration, which saves up to half the time of curved pairs; pairs with a closed form
 are exact at any tier. Choose `quick` for large scenes of cylinders, ellipsoids and hulls where a
-thousandth of a shape's size does not matter; `standard` is at least as exact as any other engine here by default.
+thousandth of a shape's size does not matter; `standard` stays below a micrometre.
 
 ```python
 scene_graph = SceneGraph(accuracy="standard")         # the model's default; "exact" without
