@@ -42,8 +42,10 @@ The node's parameter is `accuracy`; its diagnostics name the tier and what it co
 - Which pairs penetrate does not depend on the tier. Points are measured exactly at every tier.
 - `p_WCa - p_WCb = distance * nhat_BA_W` holds to rounding at every tier. The direction of the
   normal is good to about the square root of what is promised of the distance.
-- `certificate=True` adds the column `gap`: an upper bound of the distance less a lower bound, from
-  the answer itself and the shapes' support functions, without trust in how it was found.
+- `certificate=True` adds the column `gap`, from the answer itself and the shapes' support
+  functions alone, whatever found it. Apart, the distance is off by no more than that. Overlapping,
+  moving by the depth along the normal makes the shapes touch to within it; that no other way out
+  is shorter is what the tests are for.
 - `engine="fcl"` asks FCL (python-fcl) instead, behind the same API, as MoveIt does: `fcl.collide`
   for penetration, `fcl.distance` for distances. It serves to compare with what its users know, to
   tell whether a difference comes from the geometry or from the engine. FCL promises no bound, has

@@ -86,8 +86,8 @@ class SignedDistancePair:
     ddistance_dX_WB: FloatArray | None = None
     """(6,) or None: the same for B."""
     gap: float | None = None
-    """Metres, or None: the certificate, an upper bound less a lower bound of the distance. Moving
-    A by ``distance`` against the normal makes the shapes touch to within this."""
+    """Metres, or None: the certificate. Moving A by ``-distance`` along the normal makes the
+    shapes touch to within this; where they are apart, the distance is off by no more."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
