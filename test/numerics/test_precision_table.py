@@ -86,6 +86,22 @@ def test_distance_of_separated_pairs(kinds: tuple[str, str], distance: float) ->
         check_stated(task, tier.value, errors)
 
 
+@pytest.mark.parametrize("distance", APART)
+@pytest.mark.parametrize("kinds", [pair for pair in PAIRS if "Mesh" in pair], ids="-".join)
+def test_distance_to_triangles(kinds: tuple[str, str], distance: float) -> None:
+    """Meshes that are measured by their triangles keep the promise of each tier, too.
+
+    The sites are no part of the pit, so the hulls' distance is that of the triangles.
+    """
+    pairs = configurations(Task("distance", *kinds, distance))
+    scene, L = Scene.of_pairs(SceneGraph(), pairs, meshes="triangles"), sizes(pairs)
+    for tier in Accuracy:
+        ask = scene.query.compute_signed_distance_pairwise_closest_points
+        found = ask(distance + ENOUGH, accuracy=tier)
+        errors = np.abs(scene.by_pair(found, found.distance) - distance)
+        assert (errors <= tier.bound * L).all()
+
+
 @pytest.mark.parametrize("distance", DEEP)
 @pytest.mark.parametrize("kinds", PAIRS, ids="-".join)
 def test_depth_of_penetrating_pairs(kinds: tuple[str, str], distance: float) -> None:

@@ -31,8 +31,15 @@ class Scene:
     """Its queries, once it is open."""
 
     def __init__(
-        self, graph: SceneGraph, shapes: Sequence[Any], poses: Sequence[np.ndarray]
+        self,
+        graph: SceneGraph,
+        shapes: Sequence[Any],
+        poses: Sequence[np.ndarray],
+        meshes: str = "convex_hull",
     ) -> None:
+        """Register the shapes; ``meshes`` says what meshes stand for, as their property does."""
+        properties = ProximityProperties()
+        properties.add_property("mesh", "representation", meshes)
         self.graph = graph
         self._source = self.graph.register_source("accuracy")
         self._poses = np.array(poses)
@@ -41,15 +48,17 @@ class Scene:
             frame = self.graph.register_frame(self._source, GeometryFrame(f"frame_{k}"))
             instance = GeometryInstance(np.eye(4), shape, f"geometry_{k}")
             geometry = self.graph.register_geometry(self._source, frame, instance)
-            self.graph.assign_role(self._source, geometry, ProximityProperties())
+            self.graph.assign_role(self._source, geometry, properties)
             self.frames.append(frame)
             self.ids.append(geometry)
 
     @classmethod
-    def of_pairs(cls, graph: SceneGraph, pairs: Sequence[KnownPair]) -> Scene:
+    def of_pairs(
+        cls, graph: SceneGraph, pairs: Sequence[KnownPair], meshes: str = "convex_hull"
+    ) -> Scene:
         """Return a scene of pairs, each at a place of its own; all other pairs are filtered."""
         shapes = [shape for pair in pairs for shape in (pair.shape_A, pair.shape_B)]
-        scene = cls(graph, shapes, [X for couple in spread(pairs) for X in couple])
+        scene = cls(graph, shapes, [X for couple in spread(pairs) for X in couple], meshes)
         scene.keep_only([(2 * k, 2 * k + 1) for k in range(len(pairs))])
         scene.open()
         return scene
