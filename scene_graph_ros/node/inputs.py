@@ -33,12 +33,12 @@ from msg_adapters.poses import (
 from msg_adapters.wire_poses import Layout, PoseWire
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits
-from scene_graph_ros.node.loop import PoseGroup
+from scene_graph_ros.node.loop import WorldGroup
 from scene_graph_ros.node.names import default_pose_topic, POSE_TOPICS
 from scene_graph_ros.node.qos import overridable, pose_qos
 from scene_graph_ros.node.world import SourceRecord, World
 
-__all__ = ["PoseInputs", "message_type"]
+__all__ = ["Channel", "PoseInputs", "message_type"]
 
 _QUEUED = 64
 """Messages of unknown layout kept per source; also how many the middleware may hold."""
@@ -74,7 +74,7 @@ class _Kept:
     stamp: int = 0
 
 
-class _Channel:
+class Channel:
     """The pose topic of one source."""
 
     def __init__(self, record: SourceRecord, intake: Intake, kind: Any) -> None:
@@ -243,13 +243,15 @@ def _never(data: bytes) -> None:
 class PoseInputs:
     """All pose subscriptions of the node."""
 
-    def __init__(self, node: Node, world: World, on_change: Callable[[], None]) -> None:
+    def __init__(
+        self, node: Node, world: World, group: WorldGroup, on_change: Callable[[], None]
+    ) -> None:
         """Call ``on_change`` when there are other subscriptions."""
         self._node = node
         self._world = world
-        self._group = PoseGroup()
+        self._group = group
         self._on_change = on_change
-        self._channels: dict[str, _Channel] = {}
+        self._channels: dict[str, Channel] = {}
 
     @property
     def channels(self) -> Mapping[str, Any]:
@@ -298,7 +300,7 @@ class PoseInputs:
                 arrivals.append(arrival)
         return moved, min(arrivals, default=None)
 
-    def _open(self, record: SourceRecord) -> _Channel:
+    def _open(self, record: SourceRecord) -> Channel:
         kind = message_type(record.pose_type)
         logger = self._node.get_logger()
         intake = Intake(
@@ -306,11 +308,11 @@ class PoseInputs:
             logger.warning,
             unknown_is_normal=record.pose_type == TF,
         )
-        channel = _Channel(record, intake, kind)
+        channel = Channel(record, intake, kind)
         self._subscribe(channel, pose_qos(_QUEUED), overridable())
         return channel
 
-    def _subscribe(self, channel: _Channel, qos: QoSProfile, options: Any = None) -> None:
+    def _subscribe(self, channel: Channel, qos: QoSProfile, options: Any = None) -> None:
         record = channel.record
         topic = record.pose_topic or default_pose_topic(record.name, record.pose_type)
 
@@ -328,7 +330,7 @@ class PoseInputs:
         )
         channel.topic = channel.subscription.topic_name
 
-    def _on_incompatible(self, channel: _Channel) -> None:
+    def _on_incompatible(self, channel: Channel) -> None:
         """Take what a best effort publisher offers; say so where that does not help either."""
         logger = self._node.get_logger()
         old = channel.subscription

@@ -1,13 +1,15 @@
 """The thread that takes poses and updates the world, as soon as poses arrive but not too often.
 
-It waits for nothing but the pose topics, in a wait set of its own: the executors of rclpy rebuild
-theirs, with every service and timer of the node, for each single callback. So the pose
-subscriptions are in a callback group that gives executors nothing to do.
+It waits for pose topics, and events of topics, in a wait set of its own: the executors of rclpy
+rebuild theirs, with every service and timer of the node, for each single callback, and wake for
+each message of a topic whose events they wait for. So what the loop waits for is in a callback
+group that gives executors nothing to do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+import contextlib
 from contextlib import ExitStack
 import threading
 import time
@@ -18,9 +20,8 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
-from rclpy.subscription import Subscription
 
-__all__ = ["PoseGroup", "Topic", "UpdateLoop"]
+__all__ = ["Topic", "UpdateLoop", "WorldGroup"]
 
 _TAKEN_AT_ONCE = 64
 """Messages taken from one topic before the others have their turn."""
@@ -29,12 +30,12 @@ _PAUSE_AFTER_ERROR = 0.1
 """Seconds, so that a fault which stays does not keep a core busy."""
 
 
-class PoseGroup(MutuallyExclusiveCallbackGroup):
-    """Keeps executors away from subscriptions, not from their events."""
+class WorldGroup(MutuallyExclusiveCallbackGroup):
+    """Keeps executors away from what the loop waits for."""
 
     def can_execute(self, entity: Any) -> bool:
-        """Tell whether an executor may wait for ``entity``."""
-        return not isinstance(entity, Subscription) and super().can_execute(entity)
+        """Tell whether an executor may wait for ``entity``: never."""
+        return False
 
 
 class Topic(Protocol):
@@ -52,14 +53,18 @@ class UpdateLoop:
     def __init__(
         self,
         node: Node,
+        group: WorldGroup,
         update: Callable[[], None],
         *,
         topics: Callable[[], Iterable[Topic]],
         max_rate: Callable[[], float],
         min_rate: Callable[[], float],
     ) -> None:
-        """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz."""
-        self._node = node
+        """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz.
+
+        Messages are taken from ``topics``; events of whatever is in ``group`` are handled.
+        """
+        self._node, self._group = node, group
         self._update = update
         self._topics = topics
         self._max_rate, self._min_rate = max_rate, min_rate
@@ -77,7 +82,7 @@ class UpdateLoop:
         self._wake()
 
     def topics_changed(self) -> None:
-        """Wait for what ``topics`` gives now; safe from any thread."""
+        """Wait for the topics and events that there are now; safe from any thread."""
         self._have_topics_changed = True
         self._wake()
 
@@ -135,7 +140,12 @@ class UpdateLoop:
                 handle = topic.subscription.handle
                 held.enter_context(handle)
                 by_pointer[handle.pointer] = topic
-            wait_set = rclpy_implementation.WaitSet(len(topics), 1, 0, 0, 0, 0, context.handle)
+            events = [w for w in self._node.waitables if w.callback_group is self._group]
+            for event in events:
+                held.enter_context(event)
+            wait_set = rclpy_implementation.WaitSet(
+                len(topics), 1, 0, 0, 0, len(events), context.handle
+            )
             while self._is_running() and not self._have_topics_changed:
                 wait = self._due() - time.monotonic()
                 if wait <= 0.0:
@@ -145,7 +155,12 @@ class UpdateLoop:
                 wait_set.add_guard_condition(guard.handle)
                 for topic in topics:
                     wait_set.add_subscription(topic.subscription.handle)
+                for event in events:
+                    event.add_to_wait_set(wait_set)
                 wait_set.wait(int(wait * 1e9) + 1)
+                for event in events:
+                    if event.is_ready(wait_set):
+                        _handle(event)
                 for pointer in wait_set.get_ready_entities("subscription"):
                     self._take(by_pointer[pointer])
 
@@ -168,3 +183,11 @@ class UpdateLoop:
         self._is_wanted = False
         self._last = time.monotonic()
         self._update()
+
+
+def _handle(event: Any) -> None:
+    """Call back for an event of a topic; its callbacks await nothing."""
+    handling = event.execute(event.take_data())
+    with contextlib.suppress(StopIteration):
+        handling.send(None)
+        raise AssertionError("an event's callback waits")

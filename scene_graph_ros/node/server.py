@@ -20,7 +20,7 @@ from scene_graph_ros.node.edits import Tools
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
-from scene_graph_ros.node.loop import UpdateLoop
+from scene_graph_ros.node.loop import UpdateLoop, WorldGroup
 from scene_graph_ros.node.names import DIAGNOSTICS
 from scene_graph_ros.node.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.scenes import SceneLoader
@@ -42,11 +42,12 @@ class Server:
         self._parameters = NodeParameters(node)
         self._given_scene_graph = scene_graph
         self.world_frame: str = self.parameter("world_frame")
-        self.group = MutuallyExclusiveCallbackGroup()
+        self.group = WorldGroup()
         self._diagnostics_group = MutuallyExclusiveCallbackGroup()
         self._monitor = Monitor()
         self._loop = UpdateLoop(
             node,
+            self.group,
             self._update,
             topics=lambda: list(self._inputs.channels.values()),
             max_rate=lambda: self.parameter("max_update_rate"),
@@ -79,6 +80,10 @@ class Server:
         """Return the absolute name of each source's pose topic."""
         return {name: channel.topic for name, channel in self._inputs.channels.items()}
 
+    def publishers_changed(self) -> None:
+        """Follow other publishers than before."""
+        self._loop.topics_changed()
+
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
         if self._is_active:
@@ -107,7 +112,7 @@ class Server:
             world.edit(lambda edit: loader.load(edit, scene))
         self._world = world
         self._timed_sequence = -1
-        self._inputs = PoseInputs(self.node, world, self._loop.topics_changed)
+        self._inputs = PoseInputs(self.node, world, self.group, self._loop.topics_changed)
         self._effects = Effects(self)
         self._effects.switch_off(world.effects_off)
         tools = Tools(loader.resolve, message_type, loader.load_request)

@@ -33,6 +33,9 @@ class Host(Protocol):
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
 
+    def publishers_changed(self) -> None:
+        """Tell that there are other publishers than before."""
+
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
 
@@ -91,6 +94,7 @@ class Outlet:
             event_callbacks=PublisherEventCallbacks(matched=self._matched),
             qos_overriding_options=overridable(),
         )
+        host.publishers_changed()
 
     def _matched(self, event: Any) -> None:
         # The current count does not change where one reader leaves as another comes.
@@ -141,3 +145,4 @@ class Outlet:
     def close(self) -> None:
         """Stop advertising."""
         self._host.node.destroy_publisher(self._publisher)
+        self._host.publishers_changed()
