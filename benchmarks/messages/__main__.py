@@ -1,0 +1,104 @@
+"""The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
+
+    python -m benchmarks.messages [--quick] [jobs | rates | latency | panda | services | start]
+
+Node, sender and listener are processes of their own that talk over DDS on this machine. The
+ordinary way is in ``benchmarks/messages/baseline.py``; it asks the same core for the contacts.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+import os
+
+from tqdm import tqdm
+
+from benchmarks.messages import micro
+from benchmarks.messages.demo_cell import panda
+from benchmarks.messages.requests import services
+from benchmarks.messages.start import start
+from benchmarks.messages.sustained import highest_rate, Measured, rig
+
+FRAMES = (10, 100, 1000)
+WAYS = (("ordinary", True), ("ours", False))
+
+
+def jobs(is_quick: bool) -> None:
+    """Print what single jobs cost."""
+    count, repetitions = (100, 30) if is_quick else (1000, 200)
+    print(f"{'median processor time':38} {'ordinary':>10} {'ours':>10} {'ratio':>7}  result")
+    for job in tqdm((micro.markers, micro.received_poses), desc="jobs", leave=False):
+        what, ordinary, ours, size = job(count, repetitions)
+        figures = f"{ordinary * 1e3:7.2f} ms {ours * 1e3:7.3f} ms {ordinary / ours:7.0f}"
+        print(f"{what:38} {figures}  {size}")
+
+
+def _row(frames: int, way: str, measured: Measured, rate: str) -> str:
+    return (
+        f"{frames:6} {way:9} {rate:>12} {measured.latency()} {measured.share:7.2f}"
+        f" {measured.contacts:9} {measured.markers / measured.seconds:9.0f}"
+    )
+
+
+_HEAD = (
+    f"{'frames':>6} {'way':9} {'poses/s':>12} {'median':>7} {'99 %':>8} {'worst':>8}"
+    f" {'core':>7} {'contacts':>9} {'markers/s':>9}"
+)
+
+
+def rates(is_quick: bool) -> None:
+    """Print the highest sustained rates."""
+    seconds = 1.0 if is_quick else 4.0
+    print("highest rate at which 98 % of the poses have contacts of their own; latency in ms then")
+    print(_HEAD)
+    for frames in FRAMES[:1] if is_quick else FRAMES:
+        for way, is_ordinary in tqdm(WAYS, desc=f"{frames} frames", leave=False):
+            with rig(frames, is_ordinary=is_ordinary) as one:
+                best, _ = highest_rate(one, seconds, 200.0 if frames < 1000 else 50.0)
+            print(_row(frames, way, best, f"{best.rate:.0f}"), flush=True)
+
+
+def latency(is_quick: bool) -> None:
+    """Print latencies at fixed rates, the same for both ways."""
+    seconds = 2.0 if is_quick else 15.0
+    print("milliseconds from the sending of poses to the receipt of their contacts")
+    print(_HEAD)
+    for frames in FRAMES[:1] if is_quick else FRAMES:
+        for rate in (100.0, 200.0):
+            for way, is_ordinary in tqdm(WAYS, desc=f"{frames} frames", leave=False):
+                with rig(frames, is_ordinary=is_ordinary) as one:
+                    measured = one.run(rate, seconds)
+                sustained = f"{measured.answered}/{measured.sent}"
+                print(_row(frames, way, measured, sustained), flush=True)
+
+
+PARTS: dict[str, Callable[[bool], None]] = {
+    "jobs": jobs,
+    "rates": rates,
+    "latency": latency,
+    "panda": panda,
+    "services": services,
+    "start": start,
+}
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; without: all")
+    parser.add_argument("--quick", action="store_true", help="small and short, to try it out")
+    options = parser.parse_args()
+    unknown = set(options.parts) - set(PARTS)
+    if unknown:
+        parser.error(f"no such part: {', '.join(sorted(unknown))}")
+    for name in options.parts or PARTS:
+        load = os.getloadavg()[0]
+        print(f"\n== {name} ({os.cpu_count()} cores; {load:.1f} processes wanted them before)")
+        PARTS[name](options.quick)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+"""Publishes poses of all frames of the scene: ready bytes, so that the sender is no bottleneck.
+
+Reads lines ``{"rate": Hz, "seconds": s}`` and answers each with ``{"sent": n}`` when it is done.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+
+from geometry_msgs.msg import Quaternion, Transform, Vector3
+import rclpy
+from rclpy.serialization import serialize_message
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import MultiDOFJointState
+
+from benchmarks.messages.scene import frame_names, poses, SOURCE
+from msg_adapters.wire import (
+    as_bytes,
+    find_once,
+    marked_numbers,
+    marked_stamps,
+    MARKED_TIME,
+    Patchable,
+)
+
+__all__ = ["pose_template"]
+
+_STEPS = 64
+"""Different sets of poses, made before anything is measured and sent in turn."""
+
+
+def pose_template(count: int) -> Patchable:
+    """Return the bytes of a pose message of the scene, with the places of stamp and poses."""
+    numbers = marked_numbers(7 * count)
+    message = MultiDOFJointState(joint_names=frame_names(count))
+    message.header.stamp, message.header.frame_id = MARKED_TIME, "world"
+    for i in range(count):
+        x, y, z, qx, qy, qz, qw = numbers[7 * i : 7 * i + 7]
+        transform = Transform(
+            translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw)
+        )
+        message.transforms.append(transform)
+    data = serialize_message(message)
+    first = find_once(data, as_bytes(numbers, float))
+    return Patchable(data, marked_stamps(data), [first + 56 * i for i in range(count)], 7)
+
+
+def main() -> None:
+    """Publish as standard input says, until it ends."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--frames", type=int, required=True)
+    count = parser.parse_args().frames
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    node = rclpy.create_node("sender")
+    publisher = node.create_publisher(MultiDOFJointState, f"{SOURCE}/poses", 10)
+    template = pose_template(count)
+    sets = [poses(count, step) for step in range(_STEPS)]
+    total = 0
+    for line in sys.stdin:
+        wanted = json.loads(line)
+        period, begin, sent = 1.0 / wanted["rate"], time.monotonic(), 0
+        while sent * period < wanted["seconds"]:
+            time.sleep(max(0.0, begin + sent * period - time.monotonic()))
+            template.put_numbers(sets[total % _STEPS])
+            template.put_stamp(time.time_ns())
+            publisher.publish(template.data())
+            sent, total = sent + 1, total + 1
+        sys.stdout.write(json.dumps({"sent": sent}) + "\n")
+        sys.stdout.flush()
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except KeyboardInterrupt:
+        sys.exit(0)
