@@ -36,6 +36,7 @@ from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 __all__ = [
     "HALF_SPACE_EXTENT",
     "HALF_SPACE_THICKNESS",
+    "SMALLEST_SIZE",
     "MarkerItem",
     "SceneMarkers",
     "marker_from_shape",
@@ -47,6 +48,9 @@ HALF_SPACE_EXTENT = 20.0
 
 HALF_SPACE_THICKNESS = 1e-3
 """Metres. Thickness of that plate, whose upper side is the boundary: thin beside all else."""
+
+SMALLEST_SIZE = 1e-6
+"""Metres. Of a point, a sphere of radius 0: viewers warn about markers without any size."""
 
 DEFAULT_COLOR = Rgba(0.7, 0.7, 0.7, 1.0)
 """Of what has no colour and no file with materials of its own."""
@@ -116,7 +120,9 @@ def _set_mesh(marker: Marker, item: MarkerItem, package_shares: Mapping[str, Pat
 
 _Setter = Callable[[Marker, Any], None]
 _SETTERS: dict[ShapeKind, _Setter] = {
-    ShapeKind.SPHERE: lambda m, s: _set_primitive(m, Marker.SPHERE, (2.0 * s.radius,) * 3),
+    ShapeKind.SPHERE: lambda m, s: _set_primitive(
+        m, Marker.SPHERE, (max(2.0 * s.radius, SMALLEST_SIZE),) * 3
+    ),
     ShapeKind.CAPSULE: lambda m, s: _set_triangles(m, capsule_triangles(s)),
     ShapeKind.BOX: lambda m, s: _set_primitive(m, Marker.CUBE, (s.width, s.depth, s.height)),
     ShapeKind.CYLINDER: lambda m, s: _set_primitive(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Sequence
 import signal
 import sys
@@ -13,8 +14,10 @@ import rclpy
 from rclpy.exceptions import InvalidHandle, ParameterException
 from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 from scene_graph_ros.node.node import SceneGraphNode
+from scene_graph_ros.node.parameters import PARAMETERS
 
 __all__ = ["main", "make_executor"]
 
@@ -32,6 +35,7 @@ def make_executor(node: SceneGraphNode) -> Executor:
 
 def main(args: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM; return the exit code of the process."""
+    _usage().parse_args(remove_ros_args(sys.argv if args is None else args)[1:])
     stop = threading.Event()
     _stop_on_signals(stop)
     sys.setswitchinterval(_SWITCH_INTERVAL)
@@ -49,6 +53,21 @@ def main(args: Sequence[str] | None = None) -> int:
     if failures:
         raise failures[0]
     return 0
+
+
+def _usage() -> argparse.ArgumentParser:
+    """Return what explains the command: all its arguments are ROS's."""
+    lines = [
+        f"  {p.name:32} {p.description} Default: {p.default!r}{', read-only' * p.read_only}."
+        for p in PARAMETERS
+    ]
+    return argparse.ArgumentParser(
+        prog="scene_graph_node",
+        usage="%(prog)s [-h] [--ros-args -p scene:=FILE -p PARAMETER:=VALUE -r FROM:=TO ...]",
+        description="The scene graph node: poses in, contacts and markers out, queries answered.",
+        epilog="\n".join(["parameters:", *lines]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
 
 
 def _stop_on_signals(stop: threading.Event) -> None:

@@ -17,6 +17,7 @@ from msg_adapters.markers import (
     marker_id,
     MarkerItem,
     SceneMarkers,
+    SMALLEST_SIZE,
 )
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.model.rgba import Rgba
@@ -65,6 +66,7 @@ def obj_file(tmp_path: Path) -> Path:
     ("shape", "kind", "scale"),
     [
         (Sphere(0.5), Marker.SPHERE, (1.0, 1.0, 1.0)),
+        (Sphere(0.0), Marker.SPHERE, (SMALLEST_SIZE,) * 3),
         (Box(0.1, 0.2, 0.3), Marker.CUBE, (0.1, 0.2, 0.3)),
         (Cylinder(0.25, 0.75), Marker.CYLINDER, (0.5, 0.5, 0.75)),
         (Ellipsoid(0.5, 1.0, 1.5), Marker.SPHERE, (1.0, 2.0, 3.0)),

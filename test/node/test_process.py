@@ -276,3 +276,31 @@ def test_an_effect_is_not_imported_before_it_is_asked_for(domain):
         check=False,
     )
     assert done.returncode == 0, done.stderr
+
+
+def run_node(domain, *arguments):
+    """Run the command with arguments that end it at once."""
+    return subprocess.run(
+        [sys.executable, "-m", "scene_graph_ros.node", *arguments],
+        env=environment(domain),
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+
+
+def test_help_names_the_parameters(domain):
+    """Asked for help the command explains itself and ends, also beside ROS's arguments."""
+    done = run_node(domain, "--help", "--ros-args", "-p", "scene:=x.yaml")
+    assert done.returncode == 0, done.stderr
+    for name in ("scene", "max_update_rate", "accuracy"):
+        assert f"  {name} " in done.stdout
+
+
+def test_an_argument_that_means_nothing_is_refused(domain):
+    """A typing error does not start a node that ignores it."""
+    done = run_node(domain, "--secne", "x.yaml")
+    assert done.returncode == 2
+    assert "--secne" in done.stderr
