@@ -105,30 +105,34 @@ def outside(shape, x):
 
 
 def _plane_of(shape):
-    """Return (middle, (3, 3) axes, rank) of points without volume; None, if they have one."""
+    """Return points without volume as (middle, (3, 3) axes, rank, outline); None with volume.
+
+    The outline holds rows (n, offset) with n @ y <= offset in the first ``rank`` axes.
+    """
     if shape not in _planes:
         points = corners(shape)
         middle = points.mean(axis=0)
         _, spread, axes = np.linalg.svd(points - middle)
         rank = int(np.sum(spread > 1e-14 * max(spread[0], np.abs(points).max())))
-        _planes[shape] = None if rank == 3 else (middle, axes, rank)
+        local = (points - middle) @ axes.T
+        outline = np.zeros((0, rank + 1))
+        if rank == 1:
+            outline = np.array([[1.0, local[:, 0].max()], [-1.0, -local[:, 0].min()]])
+        if rank == 2:
+            outline = ConvexHull(local[:, :2]).equations * [1.0, 1.0, -1.0]
+        _planes[shape] = None if rank == 3 else (middle, axes, rank, outline)
     return _planes[shape]
 
 
 def _off_flat(shape, x):
     """Return how far x is from a polygon, segment or point, at least to first order; 0 on it."""
-    middle, axes, rank = _plane_of(shape)
-    local = (corners(shape) - middle) @ axes.T
+    middle, axes, rank, outline = _plane_of(shape)
     y = axes @ (x - middle)
-    beyond = np.linalg.norm(y[rank:])
-    if rank == 2:
-        equations = ConvexHull(local[:, :2]).equations
-        beyond = max(beyond, np.max(equations[:, :2] @ y[:2] + equations[:, 2]))
-    if rank == 1:
-        beyond = max(beyond, y[0] - local[:, 0].max(), local[:, 0].min() - y[0])
-    return beyond
+    beyond = outline[:, :rank] @ y[:rank] - outline[:, rank]
+    return max(np.linalg.norm(y[rank:]), *beyond, 0.0)
 
 
+@functools.lru_cache(maxsize=100_000)
 def extent(shape):
     """Return the size L of a shape: its largest extent along its axes, 0 if it is infinite."""
     if isinstance(shape, HalfSpace):

@@ -84,11 +84,20 @@ def constructed(
             normal nearby is better; thin bodies have such normals also far away.
 
     """
+    others = bodies if others is None else others
+    key = (distance, tuple(bodies.items()), tuple(others.items()), rolls, seed, reach, margin)
+    if key not in _remembered:
+        _remembered[key] = _contacts(*key)
+    return list(_remembered[key])
+
+
+_remembered = {}
+
+
+def _contacts(distance, bodies, others, rolls, seed, reach, margin):
     rng = np.random.default_rng(seed)
     found = []
-    for (name_A, (A, exact_A)), (name_B, (B, exact_B)) in itertools.product(
-        bodies.items(), (bodies if others is None else others).items()
-    ):
+    for (name_A, (A, exact_A)), (name_B, (B, exact_B)) in itertools.product(bodies, others):
         if isinstance(A, HalfSpace) and isinstance(B, HalfSpace):
             continue
         for site_A, site_B, roll in itertools.product(
