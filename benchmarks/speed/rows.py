@@ -55,7 +55,14 @@ ROWS = (
         max_distance=MAX_DISTANCE,
     ),
     Row("collides", "is anything colliding? nothing is", "collides", _nothing, 3.0, is_apart=True),
-    Row("point", "distance of 1 point to all", "points", lambda s: (s.p_WQs[:1],), 20.0),
+    Row(
+        "point",
+        "distance of 1 point to all",
+        "points",
+        lambda s: (s.p_WQs[:1],),
+        20.0,
+        only_mixed=True,
+    ),
     Row(
         "points",
         "distance of 1000 points to all",

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peer_shapes import drake_shape
+from benchmarks.peer_shapes import drake_shape, hull_triangles
 from benchmarks.speed.scenes import Scene, WORLD
+from scene_graph_ros.geometry import Mesh
 
 __all__ = ["Drake"]
 
@@ -30,7 +31,8 @@ class Drake:
         ]
         for k, body in enumerate(scene.bodies):
             X_FG = self._math.RigidTransform(body.X_FG)
-            instance = drake.GeometryInstance(X_FG, drake_shape(body.shape), f"geometry_{k}")
+            shape = self._shape(body.shape)
+            instance = drake.GeometryInstance(X_FG, shape, f"geometry_{k}")
             instance.set_proximity_properties(drake.ProximityProperties())
             if body.frame == WORLD:
                 self._graph.RegisterAnchoredGeometry(source, instance)
@@ -47,6 +49,12 @@ class Drake:
         self.move(0)
         # The query object stays bound to the context and sees its later poses.
         self._query = self._graph.get_query_output_port().Eval(self._context)
+
+    def _shape(self, shape: Any) -> Any:
+        """Return Drake's shape; between bodies a mesh stands for its hull, as it does here."""
+        if isinstance(shape, Mesh):
+            return self._drake.Convex(points=hull_triangles(shape)[0].T, label="mesh")
+        return drake_shape(shape)
 
     def choose(self, X_WFs: np.ndarray, max_distance: float) -> None:
         """See Engine."""

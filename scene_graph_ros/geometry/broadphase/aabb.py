@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
-__all__ = ["bound_row", "box_geometry", "world_boxes"]
+__all__ = ["bound_row", "box_geometry", "extent_along", "world_boxes"]
 
 FloatArray = NDArray[np.float64]
 
@@ -70,24 +70,32 @@ def _bound_turned_box(lower, upper, x, y, z):
 
 
 @inlined_kernel
+def extent_along(geometry, i, x, y, z):
+    """Return the least and the largest coordinate of row i along a unit vector x, y, z in G.
+
+    ``geometry`` is from ``box_geometry``; the row is no half space.
+    """
+    kinds, sizes, hull_rows, lower_G, upper_G, vertex_start, vertices = geometry
+    hull = hull_rows[i]
+    if hull < 0:
+        high = _half_extent(kinds[i], sizes[i], x, y, z)
+        return -high, high
+    first, last = vertex_start[hull], vertex_start[hull + 1]
+    if last - first <= MAX_HULL_VERTICES:
+        return _bound_hull(vertices, first, last, x, y, z)
+    return _bound_turned_box(lower_G[i], upper_G[i], x, y, z)
+
+
+@inlined_kernel
 def bound_row(geometry, X_WG, i, lower, upper):
     """Write the box of row i, rounded outwards; ``geometry`` is from ``box_geometry``."""
-    kinds, sizes, hull_rows, lower_G, upper_G, vertex_start, vertices = geometry
-    kind, hull = kinds[i], hull_rows[i]
+    is_half_space = geometry[0][i] == HALF_SPACE
     for axis in range(3):
-        x, y, z, p = X_WG[i, axis, 0], X_WG[i, axis, 1], X_WG[i, axis, 2], X_WG[i, axis, 3]
-        if kind == HALF_SPACE:
+        if is_half_space:
             lower[i, axis], upper[i, axis] = -math.inf, math.inf
             continue
-        if hull < 0:
-            high = _half_extent(kind, sizes[i], x, y, z)
-            low = -high
-        else:
-            first, last = vertex_start[hull], vertex_start[hull + 1]
-            if last - first <= MAX_HULL_VERTICES:
-                low, high = _bound_hull(vertices, first, last, x, y, z)
-            else:
-                low, high = _bound_turned_box(lower_G[i], upper_G[i], x, y, z)
+        x, y, z, p = X_WG[i, axis, 0], X_WG[i, axis, 1], X_WG[i, axis, 2], X_WG[i, axis, 3]
+        low, high = extent_along(geometry, i, x, y, z)
         slack = BOX_ROUNDING * (abs(p) + max(abs(low), abs(high)))
         lower[i, axis] = p + low - slack
         upper[i, axis] = p + high + slack

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.broadphase.aabb import box_geometry, world_boxes
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
+from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.broadphase.tracking import COUNTERS, track
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -65,6 +66,13 @@ class PairMemory:
             return self._track(X_WG, margin)
         finally:
             self._lock.release()
+
+    def close_pairs(self, X_WG: NDArray[np.float64], margin: float) -> Pairs:
+        """Return the candidate pairs, less those that are soon seen to be further apart."""
+        pairs: Pairs = self.candidate_pairs(X_WG, margin)
+        if len(pairs):
+            pairs = drop_separated(self._geometry, X_WG, pairs, margin)
+        return pairs
 
     def counters(self, margin: float) -> NDArray[np.int64]:
         """Return what was done so far for a margin: see ``tracking.COUNTERS``."""

@@ -245,19 +245,21 @@ class QueryObject:
         p_WQs: ArrayLike,
         threshold: float = math.inf,
         *,
+        threads: int = 1,
         accuracy: Accuracy | str | None = None,
         engine: Engine | str | None = None,
     ) -> PointDistances:
         """Return the signed distances of points ``(m, 3)`` to every geometry, up to ``threshold``.
 
-        The field ``point`` of a record is the index of its point. Raises QueryArgumentError as
-        ``compute_signed_distance_to_point`` does.
+        The field ``point`` of a record is the index of its point. ``threads`` share the points;
+        the answers are the same for any number of them. Raises QueryArgumentError as
+        ``compute_signed_distance_to_point`` does, and for ``threads`` that is no integer >= 1.
         """
         snapshot = self._answers().snapshot
         _check_point_settings(snapshot, accuracy, engine)
         points = _checked_points("p_WQs", p_WQs, 2)
         limit = _checked_limit("threshold", threshold)
-        return scene.point_distances(snapshot, points, limit)
+        return scene.point_distances(snapshot, points, limit, _checked_threads(threads))
 
 
 def _settings(
@@ -301,6 +303,12 @@ def _checked_limit(name: str, value: Any) -> float:
     if isinstance(value, bool) or not isinstance(value, numbers.Real) or math.isnan(value):
         raise QueryArgumentError(f"{name} must be a number of metres: {value!r}")
     return float(value)
+
+
+def _checked_threads(value: Any) -> int:
+    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 1:
+        raise QueryArgumentError(f"threads must be an integer >= 1: {value!r}")
+    return int(value)
 
 
 def _checked_points(name: str, value: ArrayLike, dimensions: int) -> NDArray[np.float64]:

@@ -21,6 +21,7 @@ from scene_graph_ros.geometry.query.distance.driver import (
     solve_pairs,
     WITHIN,
 )
+from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
 from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.query.results import (
     CandidatePairs,
@@ -54,10 +55,10 @@ _NO_FILTERS = np.zeros((0, 0), dtype=np.uint8)
 
 
 def _candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
-    """Return the (k, 2) rows of pairs whose boxes come within ``margin`` >= 0, may be infinite."""
+    """Return the (k, 2) rows of pairs that may come within ``margin`` >= 0, may be infinite."""
     X_WG = snapshot.X_WG
     if math.isfinite(margin):
-        return _pair_memory(snapshot).candidate_pairs(X_WG, margin)
+        return _pair_memory(snapshot).close_pairs(X_WG, margin)
     proximity = snapshot.proximity
     lower, upper = world_boxes(proximity.table, X_WG)
     bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
@@ -127,6 +128,7 @@ def _extras(
     result: dict[str, NDArray[np.float64]] = {}
     if settings.derivatives:
         result |= _derivatives(snapshot, columns[0], columns)
+        result |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, columns)
     if settings.certificate:
         result["gap"] = columns[8]
     return result
@@ -152,13 +154,15 @@ def _derivatives(
 
 def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     """Return the pairs whose bounding boxes meet."""
-    ids = snapshot.proximity.ids[_candidate_rows(snapshot, 0.0)]
+    ids = snapshot.proximity.ids[_pair_memory(snapshot).candidate_pairs(snapshot.X_WG, 0.0)]
     return CandidatePairs({"id_A": ids[:, 0], "id_B": ids[:, 1]})
 
 
 def collides(snapshot: Snapshot, settings: Settings) -> bool:
     """Tell whether any pair penetrates; stops at the first."""
     pairs = _candidate_rows(snapshot, 0.0)
+    if not len(pairs):
+        return False
     rows, *_ = _solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions")
     return len(rows) > 0
 
@@ -222,12 +226,12 @@ def _distance_table(
 
 
 def point_distances(
-    snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float
+    snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int = 1
 ) -> PointDistances:
     """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
     proximity = snapshot.proximity
     point, row, phi, p_GN, grad_W, unique = distance_points(
-        proximity.table, snapshot.X_WG, p_WQs, threshold
+        proximity.table, snapshot.X_WG, p_WQs, threshold, threads
     )
     return PointDistances(
         {

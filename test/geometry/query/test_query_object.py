@@ -224,6 +224,13 @@ def test_bad_points_are_refused(pair, bad):
         pair.query.compute_signed_distance_to_point(bad)
 
 
+@pytest.mark.parametrize("bad", [0, -1, 1.5, True, "two", None])
+def test_bad_numbers_of_threads_are_refused(pair, bad):
+    """A number of threads is an integer of at least 1."""
+    with pytest.raises(QueryArgumentError, match="threads"):
+        pair.query.compute_signed_distance_to_points(np.zeros((2, 3)), threads=bad)
+
+
 @pytest.mark.parametrize("bad", [np.nan, "far", None, True])
 def test_bad_limits_are_refused(pair, bad):
     """A limit is a number, possibly infinite."""

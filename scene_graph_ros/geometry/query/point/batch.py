@@ -1,8 +1,13 @@
 """Signed distance from many points to all rows of a shape table, in one call."""
 
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
 import math
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel
 from scene_graph_ros.geometry.query.point.dispatch import distance_point_within
@@ -64,14 +69,6 @@ def _largest_coordinate(boxes):
     return largest
 
 
-@kernel
-def _grow(rows, capacity):
-    """Return a longer copy of a one- or two-dimensional array."""
-    longer = np.empty((capacity, *rows.shape[1:]), rows.dtype)
-    longer[: rows.shape[0]] = rows
-    return longer
-
-
 @inlined_kernel
 def _answer_rows(table, X_WG, p_WQ, q, first, bounds, reach, threshold, count, columns):
     """Write the answers of rows from ``first`` on; return (next row, count) when full or done."""
@@ -94,37 +91,89 @@ def _answer_rows(table, X_WG, p_WQ, q, first, bounds, reach, threshold, count, c
 
 
 @kernel
-def distance_points(table, X_WG, p_WQs, threshold):
+def _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, columns):
+    """Answer points until ``last`` or until the columns are full.
+
+    ``at`` is (point, row, count): where to go on. Returns it for the next call.
+    """
+    q, i, count = at
+    n = bounds.shape[0]
+    largest = _largest_coordinate(boxes)
+    while q < last:
+        p_WQ = load_vector(p_WQs, q)
+        magnitude = max(largest, abs(p_WQ[0]), abs(p_WQ[1]), abs(p_WQ[2]))
+        reach = max(threshold, 0.0) + COINCIDENCE * magnitude
+        _square_bounds(boxes, p_WQ, bounds)
+        i, count = _answer_rows(table, X_WG, p_WQ, q, i, bounds, reach, threshold, count, columns)
+        if i < n:
+            break
+        q, i = q + 1, 0
+    return q, i, count
+
+
+Columns = tuple[NDArray[Any], ...]
+
+
+def _new_columns(capacity: int) -> Columns:
+    """Return the columns (point, row, phi, p_GN, grad_W, unique), unset."""
+    return (
+        np.empty(capacity, np.int64),
+        np.empty(capacity, np.int64),
+        np.empty(capacity),
+        np.empty((capacity, 3)),
+        np.empty((capacity, 3)),
+        np.empty(capacity, np.bool_),
+    )
+
+
+def _answer_some(
+    table: Any, X_WG: Any, p_WQs: Any, boxes: Any, threshold: float, points: range, room: Columns
+) -> Columns:
+    """Answer a range of points, in ``room`` while it lasts; return the columns that are filled."""
+    bounds = np.empty(len(X_WG))
+    at, last = (points.start, 0, 0), points.stop
+    while True:
+        at = _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, room)
+        if at[0] >= last:
+            return tuple(column[: at[2]] for column in room)
+        full, room = room, _new_columns(2 * len(room[0]) + _FIRST_CAPACITY)
+        for column, longer in zip(full, room, strict=True):
+            longer[: len(column)] = column
+
+
+def distance_points(
+    table: Any,
+    X_WG: NDArray[np.float64],
+    p_WQs: NDArray[np.float64],
+    threshold: float,
+    threads: int = 1,
+) -> Columns:
     """Return the signed distances phi <= threshold of (m, 3) points to all n rows of a table.
 
     ``X_WG`` is (n, 4, 4). Returned are the columns (point, row, phi, p_GN, grad_W, unique), of
     shapes (k,), (k,), (k,), (k, 3), (k, 3), (k,), sorted by point, then row: the fields of
     ``distance_point``, the nearest point in the row's frame G, the gradient in W. A row whose
-    bounding box is further away than the threshold is skipped.
+    bounding box is further away than the threshold is skipped. The points are shared out among
+    ``threads`` >= 1; each answer is computed the same way whoever computes it.
     """
-    m, n = p_WQs.shape[0], table.kind.shape[0]
-    capacity = m * n if threshold == math.inf else min(m * n, _FIRST_CAPACITY + m)
-    point, row = np.empty(capacity, np.int64), np.empty(capacity, np.int64)
-    phi, unique = np.empty(capacity), np.empty(capacity, np.bool_)
-    p_GN, grad_W = np.empty((capacity, 3)), np.empty((capacity, 3))
+    m, n = len(p_WQs), len(X_WG)
     boxes = _world_boxes(table, X_WG)
-    bounds = np.empty(n)
-    largest = _largest_coordinate(boxes)
-    count = 0
-    for q in range(m):
-        p_WQ = load_vector(p_WQs, q)
-        magnitude = max(largest, abs(p_WQ[0]), abs(p_WQ[1]), abs(p_WQ[2]))
-        reach = max(threshold, 0.0) + COINCIDENCE * magnitude
-        _square_bounds(boxes, p_WQ, bounds)
-        i = 0
-        while i < n:
-            columns = (point, row, phi, p_GN, grad_W, unique)
-            i, count = _answer_rows(
-                table, X_WG, p_WQ, q, i, bounds, reach, threshold, count, columns
-            )
-            if i < n:
-                capacity = min(m * n, 2 * capacity)
-                point, row = _grow(point, capacity), _grow(row, capacity)
-                phi, unique = _grow(phi, capacity), _grow(unique, capacity)
-                p_GN, grad_W = _grow(p_GN, capacity), _grow(grad_W, capacity)
-    return point[:count], row[:count], phi[:count], p_GN[:count], grad_W[:count], unique[:count]
+    parts = max(min(threads, m), 1)
+    shares = [range(k * m // parts, (k + 1) * m // parts) for k in range(parts)]
+    if threshold == math.inf:
+        # Every point has an answer from every row, so each share knows its place.
+        columns = _new_columns(m * n)
+        rooms = [tuple(c[r.start * n : r.stop * n] for c in columns) for r in shares]
+    else:
+        rooms = [_new_columns(min(len(r) * n, _FIRST_CAPACITY + len(r))) for r in shares]
+
+    def answer(share: range, room: Columns) -> Columns:
+        return _answer_some(table, X_WG, p_WQs, boxes, threshold, share, room)
+
+    if parts == 1:
+        return answer(shares[0], rooms[0])
+    with ThreadPoolExecutor(parts) as pool:
+        filled = list(pool.map(answer, shares, rooms))
+    if threshold == math.inf:
+        return columns
+    return tuple(np.concatenate(same) for same in zip(*filled, strict=True))

@@ -65,3 +65,24 @@ def test_nothing_to_ask():
         distance_points(empty, X_WG[:0], points, np.inf),
     ):
         assert [column.shape for column in answer] == [(0,), (0,), (0,), (0, 3), (0, 3), (0,)]
+
+
+def test_threads_give_the_same():
+    """Any number of threads, more than points too, gives bit for bit what one gives."""
+    table, X_WG, points = scene(35, 8)
+    for asked in (points, points[:1], points[:0]):
+        for threshold in (0.2, 0.5, np.inf):
+            alone = distance_points(table, X_WG, asked, threshold)
+            for threads in (2, 3, 7, 64):
+                shared = distance_points(table, X_WG, asked, threshold, threads)
+                for column, expected in zip(shared, alone, strict=True):
+                    np.testing.assert_array_equal(column, expected)
+                    assert column.shape == expected.shape
+
+
+def test_room_grows_for_many_answers():
+    """More answers within the threshold than there was room for at first are all there."""
+    table, X_WG, points = scene(200, 9)
+    points = np.tile(points, (10, 1))
+    assert len(distance_points(table, X_WG, points, 100.0)[0]) == 200 * 300
+    assert len(distance_points(table, X_WG, points, 100.0, 2)[0]) == 200 * 300

@@ -1,0 +1,86 @@
+"""Pairs thrown out by a few directions are apart; those that touch are never thrown out."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Sphere
+from scene_graph_ros.geometry.broadphase.aabb import box_geometry
+from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
+from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+
+OCTAHEDRON = 0.3 * np.concatenate([np.eye(3), -np.eye(3)])
+MANY = np.random.default_rng(1).normal(size=(60, 3))
+MANY *= 0.3 / np.linalg.norm(MANY, axis=1, keepdims=True)
+SHAPES = [
+    Sphere(0.3),
+    Capsule(0.2, 0.4),
+    Box(0.2, 0.4, 0.6),
+    Cylinder(0.3, 0.5),
+    Ellipsoid(0.1, 0.2, 0.4),
+    Convex(vertices=np.add(OCTAHEDRON, [0.5, 0.2, 0.1])),  # its origin is not inside
+    Convex(vertices=MANY),  # bounded by its box
+]
+
+
+def are_kept(A, X_WA, B, X_WB, margin: float = 0.0) -> bool:
+    """Tell whether the pair is kept."""
+    table = build_shape_table([A, B], [False, False])
+    X_WG = np.array([X_WA, X_WB])
+    pairs = np.array([[0, 1]])
+    return len(drop_separated(box_geometry(table), X_WG, pairs, margin)) == 1
+
+
+def pose(p, R=None) -> np.ndarray:
+    """Return a pose."""
+    X = np.eye(4)
+    X[:3, 3] = p
+    if R is not None:
+        X[:3, :3] = R.as_matrix()
+    return X
+
+
+def inner_point(shape, rng) -> np.ndarray:
+    """Return a point inside of a shape, in its frame: all shapes but hulls are star-shaped."""
+    if isinstance(shape, Convex):
+        weights = rng.dirichlet(np.ones(len(shape.vertices)))
+        return weights @ np.asarray(shape.vertices)
+    return np.zeros(3)
+
+
+@pytest.mark.parametrize("A", SHAPES, ids=lambda s: type(s).__name__)
+@pytest.mark.parametrize("B", SHAPES, ids=lambda s: type(s).__name__)
+@pytest.mark.parametrize("far", [0.0, 1e6])
+def test_pairs_with_a_common_point_are_kept(A, B, far: float) -> None:
+    """Two shapes that share an inner point, turned any way and anywhere, stay a pair."""
+    rng = np.random.default_rng(7)
+    for turns in Rotation.random(40, random_state=8).as_matrix().reshape(20, 2, 3, 3):
+        R_A, R_B = map(Rotation.from_matrix, turns)
+        common = far + rng.normal(size=3)
+        X_WA = pose(common - R_A.apply(inner_point(A, rng)), R_A)
+        X_WB = pose(common - R_B.apply(inner_point(B, rng)), R_B)
+        assert are_kept(A, X_WA, B, X_WB)
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-16, 1e-9])
+def test_touching_is_kept_and_the_margin_counts(gap: float) -> None:
+    """Balls are dropped exactly when the gap between them is more than the margin."""
+    X_WB = pose([0.6 + 0.1 + gap, 0.0, 0.0])
+    assert are_kept(Sphere(0.3), pose([0.0, 0.0, 0.0]), Sphere(0.3), X_WB, 0.1 + gap)
+    assert not are_kept(Sphere(0.3), pose([0.0, 0.0, 0.0]), Sphere(0.3), X_WB, 0.1 + gap - 1e-9)
+
+
+def test_boxes_whose_bounds_meet_are_dropped() -> None:
+    """A cube turned by 45 degrees leaves its bound's corners empty: a ball there is no pair.
+
+    The face x + y = 0.5 sqrt(2) is 0.5 from the origin; the ball's centre is 0.71 from it, so
+    they are 0.11 apart, though the ball reaches into the bound, which ends at 0.71.
+    """
+    turned = pose([0, 0, 0], Rotation.from_euler("z", 45, degrees=True))
+    assert not are_kept(Box(1, 1, 1), turned, Sphere(0.1), pose([0.5, 0.5, 0.45]))
+    assert are_kept(Box(1, 1, 1), turned, Sphere(0.1), pose([0.5, 0.5, 0.45]), 0.12)
+
+
+def test_half_spaces_are_never_dropped() -> None:
+    """A half space has no extent to compare: its pairs are left to the exact distance."""
+    assert are_kept(Sphere(0.1), pose([0, 0, 9]), HalfSpace(), pose([0, 0, 0]))
