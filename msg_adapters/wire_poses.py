@@ -220,11 +220,10 @@ class PoseWire:
         low, high = (
             self._serialize(kind.probe(message, MARKED_TIME, number)) for number in (_LOW, _HIGH)
         )
-        if not len(low) == len(high) == len(data):
-            return None
-        stamps = marked_stamps(low)
-        is_number = (_bytes(low) == _LOW_BYTE) & (_bytes(high) == _HIGH_BYTE)
-        numbers = runs(is_number)
+        # The serializer may give more bytes than the message needs, publishers don't send them.
+        size = min(len(low), len(high), len(data))
+        is_number = (_bytes(low)[:size] == _LOW_BYTE) & (_bytes(high)[:size] == _HIGH_BYTE)
+        stamps, numbers = marked_stamps(low), runs(is_number)
         if not numbers:
             return None
         is_constant = ~is_number

@@ -290,6 +290,21 @@ def test_joint_positions(rng, extras):
         assert batch.refused == expected.refused
 
 
+def test_a_message_without_the_serializers_surplus_is_read(rng):
+    """Publishers send just what a message needs, where the serializer gives some bytes more."""
+    message = JointState(name=["hip", "knee", "ankle"], position=[1.0, 2.0, 3.0])
+    data = serialize_message(message)
+    # Two empty sequences come after the positions.
+    end = data.index(np.array(message.position).tobytes()) + 3 * 8 + 2 * 4
+    assert deserialize_message(data[:end], JointState) == message
+    assert end < len(data)
+    wire = wire_of("sensor_msgs/msg/JointState")
+    for _ in range(20):
+        wire.learn(data[:end], message)
+    layout = wire.find(data[:end])
+    assert layout.joints(data[:end]).positions.tolist() == [1.0, 2.0, 3.0]
+
+
 def test_stamps_before_and_far_after_the_epoch(rng):
     """Seconds are signed, nanoseconds are not."""
     wire = taught(MULTI, multi(rng, ["a"]))
