@@ -46,6 +46,7 @@ from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pair
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.point.batch import distance_points
 
 __all__ = ["ask_everything", "main", "warm_up"]
@@ -71,6 +72,8 @@ def _compile_points() -> None:
     certify_pairs(
         table, X_WG, np.array([[0, 1]]), np.zeros(1), vectors, vectors, vectors, np.zeros(1)
     )
+    rows, normals, smooth = np.array([0]), np.array([[0.0, 0.0, 1.0]]), np.zeros(1, np.bool_)
+    local_surfaces(table, X_WG, rows, vectors, normals, smooth, vectors, np.zeros((1, 4)))
 
 
 def _compile_candidates() -> None:

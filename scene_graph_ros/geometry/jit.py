@@ -44,6 +44,8 @@ _FLAGS: dict[str, Any] = {
     "fastmath": False,
     "forceinline": False,
     "_nrt": True,
+    # Nobody passes kernels to C, so nobody needs their entry points for it.
+    "no_cfunc_wrapper": True,
 }
 _PACKAGE = "scene_graph_ros.geometry"
 _PACKAGE_FOLDER = Path(__file__).parent

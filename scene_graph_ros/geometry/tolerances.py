@@ -102,3 +102,16 @@ that is missed moves the surface by less than the promised accuracy, unless it i
 NEAR_CONTACT = 1e-6
 """Relative to the pair's size: closer than this, GJK's direction v / |v| loses the digits that EPA
 and the polish keep; and shares of a depth are not taken of less than this."""
+
+POINTS_BESIDE = 1e-3
+"""Weight of a length that nearest points are beside each other, against one by which a direction
+fails to separate the boxes. It breaks ties: less than a size over any likely distance."""
+
+KINK = 1e-9
+"""Relative to a shape's size, and in radians: a witness this near the border of its face or edge,
+or a normal this near the border of its cone, is at a kink, where nothing is differentiable. It is
+a thousand times the error of either."""
+
+SINGULAR_CONTACT = 1e-9
+"""Smallest singular value, of a matrix with unit columns, at which the witnesses of a pair count
+as fixed by their optimality: below it their derivatives keep less than half of all digits."""

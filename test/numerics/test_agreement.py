@@ -84,9 +84,7 @@ def test_limits_keep_exactly_the_pairs_within():
         assert max(error) <= 1e-12 * SIZE
 
 
-ON_SURFACES = [
-    KnownFault((2e-3,), ".*(cylinder rim|vertex of face).*", "witness", 2e-9, "not polished")
-]
+ON_SURFACES: list[KnownFault] = []
 
 
 @functools.cache

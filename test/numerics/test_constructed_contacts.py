@@ -11,16 +11,7 @@ import pytest
 APART = [1e-6, 2e-3, 0.1]
 DEEP = [-1e-6, -2e-3, -2e-2]
 
-BESIDE = "a witness in the plane of a face, beside it"
-RIM = r".*cylinder rim.*"
-BORDER = r"cylinder side / .* edge of face / roll 0.0|.* edge of face / cylinder side / roll 0.0"
-KNOWN = [
-    KnownFault((0.0,), ".*mesh triangles.*", "off [AB]", 1.0, BESIDE),
-    KnownFault(tuple(DEEP), ".*mesh triangles face.*", "off [AB]", 0.7, BESIDE),
-    KnownFault((1e-6, 0.0, *DEEP), RIM, "off [AB]", 1e-9, "witnesses along a rim, not polished"),
-    KnownFault((2e-3, 0.1), RIM, "off [AB]|tight", 5e-8, "contacts of a rim, not polished"),
-    KnownFault((2e-3, 0.1), BORDER, "tight|distance|off [AB]", 5e-12, "a face's border, parallel"),
-]
+KNOWN: list[KnownFault] = []
 
 
 @functools.cache
@@ -48,9 +39,7 @@ def test_distance_witnesses_and_normal_are_those_constructed(distance, fault):
     assert judged(_complaints(distance), distance, fault, KNOWN) == []
 
 
-TURNED = [
-    KnownFault((2e-3,), RIM, "normal", 1e-7, "normals of rims, not polished"),
-]
+TURNED: list[KnownFault] = []
 
 
 def _turns(distance):

@@ -117,10 +117,7 @@ def _curved_cases(count, seed):
     return found
 
 
-UNPOLISHED = [
-    KnownFault((7,), "case 334", "off [AB]", 1e-6, "deep ellipsoid and hull, not polished"),
-    KnownFault((8,), "case 119", "off [AB]|depth", 3e-4, "deep ellipsoid and hull, not least"),
-]
+UNPOLISHED: list[KnownFault] = []
 
 
 @functools.cache

@@ -119,9 +119,7 @@ def is_one_point(case):
     return one in POINTED or other in POINTED or (one in CROSSING and other in CROSSING)
 
 
-RIMS = [
-    KnownFault((2e-3, 1e-5), ".*cylinder rim.*", "derivative", 5e-8, "rims, not polished"),
-]
+RIMS: list[KnownFault] = []
 
 
 @functools.cache

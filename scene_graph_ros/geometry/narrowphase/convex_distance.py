@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.narrowphase.all_features import polish_all
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import COARSE_GAP, epa, FINE_GAP, LARGE, SMALL
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
@@ -25,6 +26,9 @@ FIRST_GAP = 1e-3
 """Relative gap at which GJK's contact of curved cores is first polished; squared each time."""
 
 ATTEMPTS = 4
+
+LIFT = 0.25
+"""Of the pair's largest coordinate: how far apart cores are moved to find their witnesses."""
 
 
 @lean_kernel
@@ -70,6 +74,112 @@ def _overlap(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam):
     return -depth, a, b, n, unique, max(depth - lower, 0.0)
 
 
+@lean_kernel
+def _apart(core_A, core_B, R, p, hulls, v, limit, tolerance, S, ids, lam):
+    """Run GJK from v and polish its contact.
+
+    Returns (is done, is overlapping, count, distance, lower, size, a, b, n, gap), with ``count``
+    rows in the last simplex. Not done: the cores overlap, or the contact could not be proven, and
+    what is known are the bounds ``lower``, the separation along n, and ``distance``. An infinite
+    distance: nothing is known but that ``lower`` exceeds the ``limit``.
+    """
+    radius = core_A[2] + core_B[2]
+    curved = is_curved(core_A) or is_curved(core_B)
+    relative_gap = FIRST_GAP if curved else 0.0
+    count = 0
+    a = b = n = (0.0, 0.0, 0.0)
+    distance, lower, size, gap = math.inf, -math.inf, 0.0, math.inf
+    for _ in range(ATTEMPTS):
+        status, count, v, lower, size = gjk(
+            core_A, core_B, R, p, hulls, v, count, limit, relative_gap, tolerance, S, ids, lam
+        )
+        if status == OVERLAP:
+            return False, True, count, distance, lower, size, a, b, n, gap
+        n = _simplex_normal(S, count, v)
+        if status == FAR:
+            return True, False, count, math.inf, lower, size, a, b, n, gap
+        a, b = weighted_points(S, lam, count)
+        distance = math.sqrt(dot(v, v))
+        gap = distance - lower
+        if 0.0 < tolerance >= gap and (lower > radius or distance <= radius):
+            return True, False, count, distance, lower, size, a, b, n, gap
+        if not curved and gap <= GJK_ROUNDING * EPSILON * size:
+            break
+        proven, n, a, b, lower, error, _ = refine(
+            core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 1
+        )
+        # Where lines of contact cross behind each other, a contact can be proven that overlaps.
+        if proven and lower >= -POLISH_RESIDUAL * EPSILON * size:
+            return True, False, count, lower, lower, size, a, b, n, error
+        gap = max(error, distance - lower)
+        if status == STALLED:
+            break
+        relative_gap *= relative_gap
+    is_done = gap <= POLISH_RESIDUAL * EPSILON * size
+    return is_done, False, count, distance, lower, size, a, b, n, gap
+
+
+@lean_kernel
+def _lifted(core_A, core_B, R, p, hulls, n, depth, size, S, ids, lam):
+    """Return (rest, a, b): the witnesses of a depth whose direction n is known, and their misfit.
+
+    Moved along n until they are well apart, the cores have the same witnesses and normal, but
+    their distance fixes them: what touches has many nearly equal ones.
+    """
+    shift = depth + LIFT * size
+    _, is_overlapping, _, _, _, _, a, b, _, _ = _apart(
+        core_A,
+        core_B,
+        R,
+        axpy(-shift, n, p),
+        hulls,
+        scale(LIFT * size, n),
+        math.inf,
+        0.0,
+        S,
+        ids,
+        lam,
+    )
+    b = axpy(shift, n, b)
+    rest = norm(axpy(depth, n, subtract(a, b)))
+    return math.inf if is_overlapping else rest, a, b
+
+
+@lean_kernel
+def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, size, known):
+    """Return (distance, a, b, n, unique, gap) of cores that overlap or nearly touch.
+
+    Rounding may stop GJK early there; EPA works on both sides of contact. ``known`` is what GJK
+    found: (is overlapping, distance, separation along n, a, b, n, gap).
+    """
+    is_overlapping, distance, lower, a, b, n, gap = known
+    depth, q_A, q_B, m, unique, error = _overlap(
+        core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam
+    )
+    rest = norm(axpy(-depth, m, subtract(q_A, q_B)))
+    if tolerance == 0.0 and max(rest, error) > POLISH_RESIDUAL * EPSILON * size:
+        proven, other, x, y, least = polish_all(
+            core_A, core_B, R, p, hulls, m, q_A, q_B, size, S, ids, lam, min(count, 3)
+        )
+        if proven:
+            error = max(error + depth - least, 0.0)
+            depth, q_A, q_B, m, rest = least, x, y, other, 0.0
+    allowed = max(POLISH_RESIDUAL * EPSILON * size, tolerance)
+    if rest > allowed:
+        if not (is_overlapping or depth > lower):
+            return distance, a, b, n, True, gap
+        if not is_overlapping:
+            # EPA's normal separates more, but GJK's witnesses may fit it better.
+            misfit = norm(axpy(-depth, m, subtract(a, b)))
+            error = max(error, misfit)
+            if misfit < rest:
+                rest, q_A, q_B = misfit, a, b
+        misfit, a, b = _lifted(core_A, core_B, R, p, hulls, m, -depth, size, S, ids, lam)
+        if misfit < rest:
+            q_A, q_B = a, b
+    return depth, q_A, q_B, m, unique, error
+
+
 @kernel
 def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of two cores (see ``cores``).
@@ -85,57 +195,17 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     v = scale(-1.0, p_AB)
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
-    radius = core_A[2] + core_B[2]
-    limit = max_distance + radius
-    curved = is_curved(core_A) or is_curved(core_B)
-    relative_gap = FIRST_GAP if curved else 0.0
-    count = 0
-    distance, gap = 0.0, 0.0
-    for _ in range(ATTEMPTS):
-        status, count, v, lower, size = gjk(
-            core_A,
-            core_B,
-            R_AB,
-            p_AB,
-            hulls,
-            v,
-            count,
-            limit,
-            relative_gap,
-            tolerance,
-            S,
-            ids,
-            lam,
-        )
-        if status in (FAR, OVERLAP):
-            break
-        a, b = weighted_points(S, lam, count)
-        n = _simplex_normal(S, count, v)
-        distance = math.sqrt(dot(v, v))
-        gap = distance - lower
-        if 0.0 < tolerance >= gap and (lower > radius or distance <= radius):
-            return _finish(core_A, core_B, distance, a, b, n, True, gap)
-        if not curved and gap <= GJK_ROUNDING * EPSILON * size:
-            break
-        proven, n, a, b, lower, gap, _ = refine(
-            core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, count, 1
-        )
-        if proven:
-            return _finish(core_A, core_B, lower, a, b, n, True, gap)
-        if status == STALLED:
-            break
-        relative_gap *= relative_gap
-    if status == FAR:
-        n = unit(v, (0.0, 0.0, 1.0))
+    limit = max_distance + core_A[2] + core_B[2]
+    done, is_overlapping, count, distance, lower, size, a, b, n, gap = _apart(
+        core_A, core_B, R_AB, p_AB, hulls, v, limit, tolerance, S, ids, lam
+    )
+    if done and distance == math.inf:
         phi = lower - core_A[2] - core_B[2]
         return phi, (0.0, 0.0, 0.0), scale(-phi, n), n, False, math.inf
-    allowed = POLISH_RESIDUAL * EPSILON * size
-    if status == OVERLAP or (gap > allowed and distance <= NEAR_CONTACT * size):
-        # Nearly touching, where rounding may stop GJK early: EPA works on both sides of contact.
-        depth, q_A, q_B, m, unique, error = _overlap(
-            core_A, core_B, R_AB, p_AB, hulls, tolerance, count, S, ids, lam
+    unique = True
+    if not done and (is_overlapping or min(lower, distance) <= NEAR_CONTACT * size):
+        known = (is_overlapping, distance, lower, a, b, n, gap)
+        distance, a, b, n, unique, gap = _near_contact(
+            core_A, core_B, R_AB, p_AB, hulls, tolerance, count, S, ids, lam, size, known
         )
-        rest = norm(axpy(-depth, m, subtract(q_A, q_B)))
-        if status == OVERLAP or rest <= allowed:
-            return _finish(core_A, core_B, depth, q_A, q_B, m, unique, error)
-    return _finish(core_A, core_B, distance, a, b, n, True, gap)
+    return _finish(core_A, core_B, distance, a, b, n, unique, gap)

@@ -206,7 +206,7 @@ def _settle(
     supplies a candidate, and one that leads far away is believed when it ``is_fine``.
     """
     near = _nearby_minimum(minima, found, n, BASIN_COSINE)
-    if near >= 0:
+    if near >= 0 and minima[near, DEPTH] <= extent:
         return near if is_final else -1, found
     a, b = weighted_points(S, lam, count)
     proven, m, a, b, distance, _, stiffness = refine(

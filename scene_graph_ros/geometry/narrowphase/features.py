@@ -6,7 +6,7 @@ A feature is the tuple ``(kind, c, e, r, low, high)`` in A's frame (m):
 VERTEX   the point c
 LINE     c + s e for low <= s <= high, inflated by r (the side of a cylinder)
 RIM      the circle around c of radius r, orthogonal to e, which points outward
-FACE     a plane through c with the outward unit normal e
+FACE     a plane through c with the outward unit normal e; a disc of radius r, or a polygon (0)
 SMOOTH   an ellipsoid's surface; only its core and pose tell more
 ======== ======================================================================
 

@@ -195,22 +195,58 @@ def _line_parameters(feature_A, feature_B, a, b):
 
 
 @lean_kernel
+def _on_face(face, line, b, near):
+    """Return the point of a line along a face, b at s = 0, that is beside ``near``.
+
+    Over a disc it is the middle of what the line shares with it: at a tangent no other is right,
+    as the line leaves the disc quadratically.
+    """
+    e = line[2]
+    if face[3] == 0.0:
+        return axpy(dot(e, subtract(near, b)), e, b)
+    q = subtract(b, face[1])
+    q = axpy(-dot(q, face[2]), face[2], q)
+    foot = -dot(q, e)
+    nearest = norm(axpy(foot, e, q))
+    half = math.sqrt(max((face[3] - nearest) * (face[3] + nearest), 0.0))
+    return axpy(0.5 * (max(line[4], foot - half) + min(line[5], foot + half)), e, b)
+
+
+@lean_kernel
+def _middle_of_discs(face_A, face_B):
+    """Return the middle of what two parallel discs share, on the line of their centres, in A's."""
+    q = subtract(face_B[1], face_A[1])
+    q = axpy(-dot(q, face_A[2]), face_A[2], q)
+    length = norm(q)
+    if not length > 0.0:
+        return face_A[1]
+    low, high = max(-face_A[3], length - face_B[3]), min(face_A[3], length + face_B[3])
+    return axpy(0.5 * (low + high) / length, q, face_A[1])
+
+
+@lean_kernel
 def contact_points(feature_A, feature_B, core_A, core_B, R, n, a, b):
     """Return the witness points (a, b) of two features for their normal n.
 
     The a and b given are near: they are used where the features leave the points a choice (a line
-    or a face on a face). Nothing is clamped: the caller checks that the points lie on the bodies.
+    or a face on a polygon); on a disc, the middle of what is shared is taken. Nothing is clamped:
+    the caller checks that the points lie on the bodies.
     """
     flat_A, flat_B = feature_A[0] == FACE, feature_B[0] == FACE
-    if not (flat_A and (flat_B or feature_B[0] == LINE)):
+    if flat_A and flat_B:
+        if feature_A[3] > 0.0 and feature_B[3] > 0.0:
+            b = _middle_of_discs(feature_B, feature_A)
+    else:
         if not flat_A:
-            a = (
-                a
-                if flat_B and feature_A[0] == LINE
-                else feature_support(feature_A, core_A, IDENTITY, scale(-1.0, n))
-            )
+            near = a
+            a = feature_support(feature_A, core_A, IDENTITY, scale(-1.0, n))
+            if flat_B and feature_A[0] == LINE:
+                a = _on_face(feature_B, feature_A, a, near)
         if not flat_B:
+            near = b
             b = feature_support(feature_B, core_B, R, n)
+            if flat_A and feature_B[0] == LINE:
+                b = _on_face(feature_A, feature_B, b, near)
     if flat_A:
         return axpy(dot(n, subtract(feature_A[1], b)), n, b), b
     if flat_B:

@@ -45,10 +45,19 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
 
-__all__ = ["refine", "separation"]
+__all__ = ["AMPLIFIED", "clamp", "refine", "separation"]
 
 MAX_SWITCHES = 8
 """A cylinder has three kinds of features and a box three; a path through them is this short."""
+
+
+AMPLIFIED = 16.0
+"""How much more than usual may be left of a contact when nothing better is found: a rim that is
+seen foreshortened, or lines at a small angle, amplify rounding."""
+
+INSIDE_CONE = 1e-3
+"""Radians. A normal further than this from both ends of a rim's quarter turn is a rim's: another
+feature must be what is wrong with a contact."""
 
 
 @lean_kernel
@@ -89,7 +98,7 @@ def _clamp_to_triangle(S, ids, count, side, a):
 
 
 @lean_kernel
-def _clamp(core, R, p, feature, S, ids, count, side, a):
+def clamp(core, R, p, feature, S, ids, count, side, a):
     """Return the point a moved onto the feature's extent on the core."""
     kind = core[0]
     if feature[0] == VERTEX or kind == ELLIPSOID or feature[0] == RIM:
@@ -129,9 +138,12 @@ def _switch_cylinder(core, R, p, feature, a, d, allowed):
         if norm(subtract(a, feature[1])) > radius or norm(tilt) * radius > allowed:
             return cylinder_feature(core, R, p, RIM, upper)
         return feature
-    if dot(d, feature[2]) < 0.0:
+    # At the border of a rim's quarter turn, the contact is one of what lies beyond.
+    if dot(d, feature[2]) < INSIDE_CONE:
         return cylinder_feature(core, R, p, LINE, upper)
-    return cylinder_feature(core, R, p, FACE, upper)
+    if norm(cross(axis, d)) < INSIDE_CONE:
+        return cylinder_feature(core, R, p, FACE, upper)
+    return feature
 
 
 @lean_kernel
@@ -224,6 +236,7 @@ def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guess
     allowed = POLISH_RESIDUAL * EPSILON * size
     best = n
     highest = separation(core_A, core_B, R, p, hulls, n)
+    nearly = (n, a, b, highest, math.inf, 0.0)
     for guess in range(guesses):
         feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, d)
         feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
@@ -235,12 +248,14 @@ def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guess
                 break
             m, stiffness = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
             a_free, b_free = contact_points(feature_A, feature_B, core_A, core_B, R, m, a, b)
-            q_A = _clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
-            q_B = _clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
+            q_A = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
+            q_B = clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
             distance = separation(core_A, core_B, R, p, hulls, m)
             error = norm(axpy(-distance, m, subtract(q_A, q_B)))
             if error <= allowed:
                 return True, m, q_A, q_B, distance, error, stiffness
+            if error < nearly[4]:
+                nearly = (m, q_A, q_B, distance, error, stiffness)
             if distance > highest:
                 best, highest = m, distance
             next_A = _switch(
@@ -250,5 +265,7 @@ def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guess
             if next_A == feature_A and next_B == feature_B:
                 break
             feature_A, feature_B = next_A, next_B
+    if nearly[4] <= AMPLIFIED * allowed:
+        return True, nearly[0], nearly[1], nearly[2], nearly[3], nearly[4], nearly[5]
     error = norm(axpy(-highest, best, subtract(a, b)))
     return False, best, a, b, highest, error, 0.0

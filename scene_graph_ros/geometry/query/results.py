@@ -60,6 +60,16 @@ class PenetrationAsPointPair:
     """(6,) or None; see ``SignedDistancePair``. The distance is ``-depth``."""
     ddistance_dX_WB: FloatArray | None = None
     """(6,) or None."""
+    dp_WCa_dX_WA: FloatArray | None = None
+    """(3, 6) or None; see ``SignedDistancePair``, also for the next four."""
+    dp_WCa_dX_WB: FloatArray | None = None
+    """(3, 6) or None."""
+    dp_WCb_dX_WA: FloatArray | None = None
+    """(3, 6) or None."""
+    dp_WCb_dX_WB: FloatArray | None = None
+    """(3, 6) or None."""
+    is_witness_differentiable: bool | None = None
+    """Or None."""
     gap: float | None = None
     """Metres, or None: the certificate; see ``SignedDistancePair``."""
 
@@ -85,6 +95,17 @@ class SignedDistancePair:
     spatial velocity V_WA = (angular; of A's origin), rad/s and m/s, both expressed in W."""
     ddistance_dX_WB: FloatArray | None = None
     """(6,) or None: the same for B."""
+    dp_WCa_dX_WA: FloatArray | None = None
+    """(3, 6) or None: A's witness moves at ``dp_WCa_dX_WA @ V_WA`` in W when A moves."""
+    dp_WCa_dX_WB: FloatArray | None = None
+    """(3, 6) or None: the same when B moves."""
+    dp_WCb_dX_WA: FloatArray | None = None
+    """(3, 6) or None: B's witness, when A moves."""
+    dp_WCb_dX_WB: FloatArray | None = None
+    """(3, 6) or None: B's witness, when B moves."""
+    is_witness_differentiable: bool | None = None
+    """Or None. False where the witnesses are a choice among several, or at a kink of a surface:
+    each then counts as fixed to its own shape."""
     gap: float | None = None
     """Metres, or None: the certificate. Moving A by ``-distance`` along the normal makes the
     shapes touch to within this; where they are apart, the distance is off by no more."""

@@ -21,6 +21,7 @@ from scene_graph_ros.geometry.query.distance.driver import (
     solve_pairs,
     WITHIN,
 )
+from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
 from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.query.results import (
     CandidatePairs,
@@ -127,6 +128,7 @@ def _extras(
     result: dict[str, NDArray[np.float64]] = {}
     if settings.derivatives:
         result |= _derivatives(snapshot, columns[0], columns)
+        result |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, columns)
     if settings.certificate:
         result["gap"] = columns[8]
     return result

@@ -30,6 +30,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     dot,
     load_vector,
+    norm,
     rotate,
     rotate_inverse,
     scale,
@@ -40,6 +41,10 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE
 __all__ = ["box_gap", "core_bounds", "distance_convex_mesh", "is_in_box", "triangle_core"]
 
 _FIRST_CAPACITY = 64
+
+TOUCHING = 4.0
+"""In units of the tolerance at which triangles count as cut: a core no deeper in any of them only
+touches the mesh, and its way out is no plane's but that of the contact."""
 
 
 @inlined_kernel
@@ -108,13 +113,14 @@ def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance, allowed):
     """Return (distance, p_MN, n, unique, cuts, count) of surface k and a core of radius 0.
 
     The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
-    of it into the core; or the ``count`` triangles that the core touches, in ``cuts``.
+    of it into the core; or the ``count`` triangles that the core touches, in ``cuts``, and what it
+    is to the one it reaches deepest into.
     """
     cuts = np.empty(_FIRST_CAPACITY, np.int64)
     stack = np.empty(MAX_DEPTH + 1, np.int64)
     lower, upper = core_bounds(core, hulls, R_MK, p_MK)
     best, p_MN, n, is_unique = bound, p_MK, (0.0, 0.0, 1.0), True
-    found, count, depth = False, 0, 1
+    found, count, depth, deepest = False, 0, 1, math.inf
     stack[0] = surfaces.node_start[k]
     while depth > 0:
         depth -= 1
@@ -144,9 +150,12 @@ def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance, allowed):
                     cuts = longer
                 cuts[count] = t
                 count += 1
+                if not best <= tolerance or distance < deepest:
+                    deepest, p_MN, n, is_unique = distance, a, scale(-1.0, m), unique
                 best, found = tolerance, True
             elif distance < best or (distance == best and not found):
                 best, p_MN, n, is_unique, found = distance, a, scale(-1.0, m), unique, True
+    best = deepest if count > 0 else best
     return best if found else math.inf, p_MN, n, is_unique, cuts, count
 
 
@@ -198,6 +207,47 @@ def _leave_cuts(surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance):
     return depth, n, x, unique
 
 
+@lean_kernel
+def _is_within(surfaces, k, size, core, hulls, R_MK, p_MK):
+    """Return whether a core that only touches a surface is inside of it."""
+    if not surfaces.is_closed[k]:
+        return False
+    middle = (0.0, 0.0, 0.0)
+    for trial in range(6):
+        sign = 1.0 if trial < 3 else -1.0
+        axis = trial % 3
+        d = (
+            sign if axis == 0 else 0.0,
+            sign if axis == 1 else 0.0,
+            sign if axis == 2 else 0.0,
+        )
+        x, _ = placed_support(core, hulls, R_MK, p_MK, d, -1)
+        middle = axpy(1.0 / 6.0, x, middle)
+    return point_mesh(surfaces, k, size, middle, math.inf)[0] < 0.0
+
+
+@lean_kernel
+def _over_triangles(vertices, triangles, normals, core, hulls, R, p, cuts, count, n, depth, x):
+    """Return a point of a core that is as deep as x behind a plane, and behind a cut triangle.
+
+    The core, moved out by ``depth`` along n, touches the plane: where it touches one of the
+    triangles in it is what was asked for. Where it touches none, x is all there is.
+    """
+    height = dot(n, x) + depth
+    slack = 4.0 * COINCIDENCE * (norm(x) + depth)
+    lifted = axpy(depth, n, p)
+    for c in range(count):
+        m = load_vector(normals, cuts[c])
+        v = load_vector(vertices, triangles[cuts[c], 0])
+        if abs(dot(m, n)) < 1.0 - COINCIDENCE or abs(dot(n, v) - height) > slack:
+            continue
+        triangle = triangle_core(vertices, triangles, cuts[c])
+        distance, a, _, _, _, _ = convex_distance(triangle, core, R, lifted, hulls, math.inf, 0.0)
+        if abs(distance) <= slack:
+            return axpy(-depth, n, a)
+    return x
+
+
 @kernel
 def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound, allowed):
     """Return (phi, p_MCk, p_MCm, nhat_MK_M, unique): nhat points out of the mesh into K."""
@@ -222,8 +272,33 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
         n = scale(-1.0, n)
         depth, x = _depth_behind(core, hulls, R_MK, p_MK, n, dot(n, p_MN))
     else:
+        if (
+            core[2] == 0.0
+            and distance >= -TOUCHING * tolerance
+            and not _is_within(surfaces, k, size, core, hulls, R_MK, p_MK)
+        ):
+            phi, _, _, n_hull, is_unique, _ = convex_distance(
+                mesh_core, core, R_MK, p_MK, hulls, math.inf, 0.0
+            )
+            if phi >= -TOUCHING * tolerance:
+                n, unique = scale(-1.0, n_hull), is_unique
+            return distance, axpy(distance, n, p_MN), p_MN, n, unique
         depth, n, x, unique = _leave_cuts(
             surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance
+        )
+        x = _over_triangles(
+            surfaces.vertices,
+            surfaces.triangles,
+            surfaces.normals,
+            core,
+            hulls,
+            R_MK,
+            p_MK,
+            cuts,
+            count,
+            n,
+            depth,
+            x,
         )
     phi, p_MCm, p_MCk, n_hull, is_unique, _ = convex_distance(
         mesh_core, core, R_MK, p_MK, hulls, math.inf, 0.0

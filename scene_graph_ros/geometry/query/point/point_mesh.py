@@ -23,7 +23,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, WITNESS_SPLIT
 
-__all__ = ["nearest_triangle", "point_mesh"]
+__all__ = ["border_feature", "nearest_triangle", "point_mesh"]
 
 
 @lean_kernel
@@ -98,7 +98,7 @@ def _pseudonormal(surfaces, triangle, feature):
 
 
 @kernel
-def _border_feature(p, a, b, c, tolerance):
+def border_feature(p, a, b, c, tolerance):
     """Return the corner or edge of a triangle that p is on, numbered as features, or 0."""
     for k in range(3):
         corner = a if k == 0 else (b if k == 1 else c)
@@ -129,7 +129,7 @@ def point_mesh(surfaces, k, size, p_GQ, bound):
     a = _corner(surfaces, triangle, 0)
     if feature == 0 and norm(subtract(p_GQ, p_GN)) <= tolerance:
         b, c = _corner(surfaces, triangle, 1), _corner(surfaces, triangle, 2)
-        feature = _border_feature(p_GQ, a, b, c, tolerance)
+        feature = border_feature(p_GQ, a, b, c, tolerance)
     normal = _pseudonormal(surfaces, triangle, feature)
     offset = subtract(p_GQ, p_GN)
     is_closed = surfaces.is_closed[k]

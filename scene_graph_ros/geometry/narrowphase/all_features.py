@@ -1,0 +1,103 @@
+"""The last resort for a depth: try every pair of features that two cores could touch by.
+
+Where many features nearly tie, as in nearly coaxial cylinders, neither a simplex nor a rejected
+contact tells which pair it is. There are few: each is polished, and of those that prove
+themselves the one that separates the cores most is taken.
+"""
+
+from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.narrowphase.cores import (
+    BOX,
+    CYLINDER,
+    ELLIPSOID,
+    IDENTITY,
+    ORIGIN,
+    placed_support,
+    SEGMENT,
+)
+from scene_graph_ros.geometry.narrowphase.features import (
+    box_feature,
+    cylinder_feature,
+    FACE,
+    feature_at,
+    LINE,
+    NONE,
+    RIM,
+    VERTEX,
+)
+from scene_graph_ros.geometry.narrowphase.polish import contact_normal, contact_points
+from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, clamp, separation
+from scene_graph_ros.geometry.spatial.vectors import (
+    axpy,
+    column,
+    norm,
+    rotate_inverse,
+    scale,
+    subtract,
+)
+from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
+
+__all__ = ["polish_all"]
+
+CANDIDATES = 8
+"""A box has a corner, three edges and three faces along a direction; the simplex gives one."""
+
+
+@lean_kernel
+def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+    """Return a feature of a core that may face along d, or one of kind NONE."""
+    none = (NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0)
+    if core[0] == CYLINDER:
+        if index == 0:
+            return cylinder_feature(core, R, p, LINE, True)
+        if index <= 2:
+            return cylinder_feature(core, R, p, RIM, index == 1)
+        return cylinder_feature(core, R, p, FACE, index == 3) if index <= 4 else none
+    if index == 0:
+        return feature_at(core, R, p, S, ids, lam, count, side, d)
+    if core[0] == ELLIPSOID:
+        return none
+    if index == 1:
+        corner, _ = placed_support(core, hulls, R, p, d, -1)
+        return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0
+    if core[0] == SEGMENT and index == 2:
+        half = core[3][0]
+        return LINE, p, column(R, 2), 0.0, -half, half
+    if core[0] == BOX:
+        k = (index - 2) % 3
+        is_face = index >= 5
+        corner = rotate_inverse(R, d)
+        return box_feature(
+            core, R, p, (k == 0) != is_face, (k == 1) != is_face, (k == 2) != is_face, corner
+        )
+    return none
+
+
+@lean_kernel
+def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
+    """Return (is proven, n, a, b, distance) of the contact that separates two cores most.
+
+    Starts from the normal n and the witnesses a, b; see ``refine`` for the other arguments.
+    """
+    allowed = AMPLIFIED * POLISH_RESIDUAL * EPSILON * size
+    proven = False
+    best, x, y, highest = n, a, b, separation(core_A, core_B, R, p, hulls, n) - allowed
+    d = scale(-1.0, n)
+    for i in range(CANDIDATES):
+        feature_A = _candidate(core_A, hulls, IDENTITY, ORIGIN, S, ids, lam, count, 3, d, i)
+        if feature_A[0] == NONE:
+            continue
+        for j in range(CANDIDATES):
+            feature_B = _candidate(core_B, hulls, R, p, S, ids, lam, count, 6, n, j)
+            if feature_B[0] == NONE:
+                continue
+            m, _ = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
+            distance = separation(core_A, core_B, R, p, hulls, m)
+            if distance < highest:
+                continue
+            q_A, q_B = contact_points(feature_A, feature_B, core_A, core_B, R, m, a, b)
+            q_A = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, q_A)
+            q_B = clamp(core_B, R, p, feature_B, S, ids, count, 6, q_B)
+            if norm(axpy(-distance, m, subtract(q_A, q_B))) <= allowed:
+                proven, best, x, y, highest = True, m, q_A, q_B, distance
+    return proven, best, x, y, highest
