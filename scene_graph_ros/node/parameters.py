@@ -110,7 +110,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     ),
     Parameter(
         "max_update_rate",
-        250.0,
+        1000.0,
         "Hz. The world is updated when poses arrive, but no more often than this.",
         minimum=0.1,
         maximum=10000.0,

@@ -134,7 +134,10 @@ def test_every_parameter_is_described():
         ({"executor_threads": True}, "an integer"),
         ({"executor": "magic"}, "multi_threaded, single_threaded"),
         ({"colour": "red"}, "unknown parameter colour"),
-        ({"min_update_rate": 500.0}, "must not be greater than max_update_rate"),
+        (
+            {"min_update_rate": 1000.0, "max_update_rate": 999.0},
+            "must not be greater than max_update_rate",
+        ),
     ],
 )
 def test_wrong_values_are_named(values, problem):
