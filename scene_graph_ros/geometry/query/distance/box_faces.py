@@ -4,7 +4,7 @@ from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import polygon_buffer
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["middle_of_segment", "quad_over_rectangle"]
+__all__ = ["middle_of_quad", "middle_of_segment"]
 
 
 @kernel
@@ -38,12 +38,12 @@ def _cut(buffer, source, count, axis, sign, bound):
         here = sign * buffer[source, k, axis] - bound
         if (here > 0.0) != (previous > 0.0):
             s = previous / (previous - here)
-            for i in range(3):
+            for i in range(2):
                 start = buffer[source, last, i]
                 buffer[1 - source, kept, i] = start + s * (buffer[source, k, i] - start)
             kept += 1
         if here <= 0.0:
-            for i in range(3):
+            for i in range(2):
                 buffer[1 - source, kept, i] = buffer[source, k, i]
             kept += 1
         previous, last = here, k
@@ -71,18 +71,17 @@ def _centroid(buffer, source, count, least_area):
 
 
 @inlined_kernel
-def quad_over_rectangle(c, u, v, width, height):
-    """Return (middle, lowest, is_over): what of c + [-1, 1] u + [-1, 1] v is over a rectangle.
+def middle_of_quad(c, u, v, width, height):
+    """Return (x, y, is_over): the centroid of what a rectangle leaves of a quadrilateral.
 
-    Coordinates are two along the centred rectangle of half extents (width, height), then the
-    height above it. ``middle`` is the centroid, at c's height, ``lowest`` the lowest corner of
-    what is left; ``is_over`` is False, and both are c, where nothing is.
+    The quadrilateral is c + [-1, 1] u + [-1, 1] v, the rectangle is centred, of half extents
+    (width, height). ``is_over`` is False, and the point is c, where nothing is left.
     """
     buffer = polygon_buffer()
     for k in range(4):
         a = 1.0 if k == 0 or k == 3 else -1.0
         b = 1.0 if k < 2 else -1.0
-        for i in range(3):
+        for i in range(2):
             buffer[0, k, i] = c[i] + a * u[i] + b * v[i]
     source, count = 0, 4
     for side in range(4):
@@ -91,12 +90,7 @@ def quad_over_rectangle(c, u, v, width, height):
         count = _cut(buffer, source, count, axis, 1.0 if side & 1 else -1.0, bound)
         source = 1 - source
         if count == 0:
-            return c, c, False
-    lowest = 0
-    for k in range(1, count):
-        if buffer[source, k, 2] < buffer[source, lowest, 2]:
-            lowest = k
+            return c[0], c[1], False
     size = max(abs(u[0]) + abs(v[0]), abs(u[1]) + abs(v[1]))
     x, y = _centroid(buffer, source, count, EPSILON * size * size)
-    corner = (buffer[source, lowest, 0], buffer[source, lowest, 1], buffer[source, lowest, 2])
-    return (x, y, c[2]), corner, True
+    return x, y, True

@@ -1,5 +1,7 @@
 """Nearest points of a segment and a box."""
 
+import math
+
 from scene_graph_ros.geometry.jit import kernel
 
 __all__ = ["excess", "nearest_on_segment_to_box"]
@@ -12,13 +14,17 @@ def excess(value, bound):
 
 
 @kernel
-def _slope(size, c, u, t):
-    """Return half the derivative of the squared distance of c + t u to the box."""
-    return (
-        u[0] * excess(c[0] + t * u[0], size[0])
-        + u[1] * excess(c[1] + t * u[1], size[1])
-        + u[2] * excess(c[2] + t * u[2], size[2])
-    )
+def _crossings(size, c, u):
+    """Return (first, last): the t between which c + t u is between two faces; all, if it stays."""
+    if u == 0.0:
+        return -math.inf, math.inf
+    a, b = (-size - c) / u, (size - c) / u
+    return min(a, b), max(a, b)
+
+
+@kernel
+def _past(t, crossings):
+    return t - min(max(t, crossings[0]), crossings[1])
 
 
 @kernel
@@ -28,22 +34,21 @@ def nearest_on_segment_to_box(size, c, u):
     The squared distance is convex in t and quadratic between the places where a coordinate passes
     a face, so its derivative grows, linearly between these breaks. Where several t are nearest,
     the middle one is returned. A component of u that is rounding must have been made zero.
+
+    The derivative is made of differences of t, not of places, whose rounding would hide it close
+    to the box: so it grows also when computed, and t is right for a box that is rounded a little.
     """
+    x = _crossings(size[0], c[0], u[0])
+    y = _crossings(size[1], c[1], u[1])
+    z = _crossings(size[2], c[2], u[2])
+    xx, yy, zz = u[0] * u[0], u[1] * u[1], u[2] * u[2]
     # Derivative negative at low, positive at high; zero from first to last, if anywhere.
     low, high, low_slope, high_slope = -1.0, 1.0, 0.0, 0.0
     first, last = 2.0, -2.0
-    for index in range(8):
-        if index < 6:
-            axis = index >> 1
-            if u[axis] == 0.0:
-                continue
-            face = size[axis] if index & 1 else -size[axis]
-            t = (face - c[axis]) / u[axis]
-            if not -1.0 < t < 1.0:
-                continue
-        else:
-            t = -1.0 if index == 6 else 1.0
-        slope = _slope(size, c, u, t)
+    for t in (x[0], x[1], y[0], y[1], z[0], z[1], -1.0, 1.0):
+        if not -1.0 <= t <= 1.0:
+            continue
+        slope = xx * _past(t, x) + yy * _past(t, y) + zz * _past(t, z)
         if slope < 0.0:
             if low_slope == 0.0 or t > low:
                 low, low_slope = t, slope
