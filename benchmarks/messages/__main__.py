@@ -50,7 +50,7 @@ _HEAD = (
 def rates(is_quick: bool) -> None:
     """Print the highest sustained rates."""
     seconds = 1.0 if is_quick else 4.0
-    print("highest rate at which 98 % of the poses have contacts of their own; latency in ms then")
+    print("highest rate at which 95 % of the poses have contacts of their own; latency in ms then")
     print(_HEAD)
     for frames in FRAMES[:1] if is_quick else FRAMES:
         for way, is_ordinary in tqdm(WAYS, desc=f"{frames} frames", leave=False):

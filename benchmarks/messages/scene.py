@@ -33,7 +33,9 @@ def _edge(count: int) -> float:
 def scene_text(count: int) -> str:
     """Return the scene file: ``count`` frames with a geometry each, that collides and is shown."""
     lines = ["version: 1", f"sources: [{{name: {SOURCE}}}]", "frames:"]
-    lines += [f"  - {{name: {name}, source: {SOURCE}}}" for name in frame_names(count)]
+    # Apart from the start: frames without a pose would all be at the origin, in contact.
+    for name, (x, y, z) in zip(frame_names(count), poses(count, 0)[:, :3].tolist(), strict=True):
+        lines.append(f"  - {{name: {name}, source: {SOURCE}, pose: {{xyz: [{x}, {y}, {z}]}}}}")
     lines.append("geometries:")
     for i, name in enumerate(frame_names(count)):
         shape = _SHAPES[i % len(_SHAPES)][0]

@@ -24,7 +24,7 @@ _WARM_UP = 60
 _SETTLE = 0.5
 """Seconds that late contacts are waited for."""
 
-_KEPT_UP = 0.98
+_KEPT_UP = 0.95
 """Part of the poses whose own contacts must come for a rate to count as sustained."""
 
 _LARGEST_RATE = 8000.0
