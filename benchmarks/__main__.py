@@ -98,7 +98,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             bar.update()
             for row in rows:
                 bar.set_description(f"{scene.size} bodies: {row.key}")
-                measured += measure(engines, row, scene, options.seconds)
+                measured += measure(engines, row, scene, options.seconds, bar.write)
                 bar.update()
     machine = _machine(load)
     print(f"{machine}Times in ms: median (first to ninth decile) · pairs or answers found.\n")

@@ -110,17 +110,26 @@ class _Turns:
 
 
 def measure(
-    engines: Sequence[Engine], row: Row, scene: Scene, seconds: float
+    engines: Sequence[Engine],
+    row: Row,
+    scene: Scene,
+    seconds: float,
+    say: Callable[[str], None],
 ) -> list[Measurement]:
     """Ask all engines that have the row, in turns, for about so many seconds together."""
     X_WFs = row.poses(scene)
     if X_WFs is None:
         return []
-    turns = [
-        _Turns(engine, row, scene, X_WFs) for engine in engines if hasattr(engine, row.method)
-    ]
-    for turn in turns:
-        turn.ready()
+    turns = []
+    for engine in engines:
+        if hasattr(engine, row.method):
+            turn = _Turns(engine, row, scene, X_WFs)
+            try:
+                turn.ready()
+            except RuntimeError as error:  # Drake refuses some pairs
+                say(f"{scene.key}, {row.key}: {engine.name} is left out: {error}")
+            else:
+                turns.append(turn)
     quick = [turn for turn in turns if not turn.is_slow]
     each = max(sum(turn.times[0] for turn in quick), 1e-6)
     rounds = int(np.clip(seconds / each, MIN_ROUNDS, MAX_ROUNDS))

@@ -71,8 +71,8 @@ def _against_size(rows: Sequence[Measurement]) -> Any:
 def _other_scenes(rows: Sequence[Measurement]) -> Any:
     pyplot = importlib.import_module("matplotlib.pyplot")
     scenes = list(dict.fromkeys(m.scene for m in rows))
-    asked = [row for row in ROWS if any(m.row == row.key for m in rows)]
-    figure, axes = pyplot.subplots(1, len(asked), figsize=(3.2 * len(asked), 5.2), sharey=True)
+    asked = [row for row in ROWS if len({m.scene for m in rows if m.row == row.key}) > 1]
+    figure, axes = pyplot.subplots(1, len(asked), figsize=(4.0 * len(asked), 5.2), sharey=True)
     height = 0.8 / len(ENGINES)
     for row, axis in zip(asked, np.atleast_1d(axes), strict=True):
         for k, (name, (colour, _)) in enumerate(_LOOKS.items()):
@@ -90,7 +90,8 @@ def _other_scenes(rows: Sequence[Measurement]) -> Any:
     first = np.atleast_1d(axes)[0]
     first.set_yticks(range(len(scenes)), scenes)
     first.invert_yaxis()
-    handles, labels = first.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="lower center", ncols=5, frameon=False)
+    patch = importlib.import_module("matplotlib.patches").Patch
+    handles = [patch(color=colour, label=name) for name, (colour, _) in _LOOKS.items()]
+    figure.legend(handles=handles, loc="lower center", ncols=5, frameon=False)
     figure.tight_layout(rect=(0.0, 0.06, 1.0, 1.0))
     return figure

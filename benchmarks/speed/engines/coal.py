@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import importlib
 from typing import Any
 
@@ -73,24 +74,33 @@ class Coal:
                 o.computeAABB()
         self._trees[0].update()
 
-    def _collide(self, callback: Any) -> None:
+    def _count(self, make_callback: Callable[[], Any], count: Callable[[Any], int]) -> int:
+        """Return what a callback counts among what moves, and between that and what doesn't."""
+        callback = make_callback()  # each search clears its results
         self._trees[0].collide(callback)
+        found = count(callback)
         if self._fixed:
+            callback = make_callback()
             self._trees[0].collide(self._trees[1], callback)
+            found += count(callback)
+        return found
 
     def candidates(self) -> Any:
         """Return the number of pairs whose boxes meet."""
-        collect = self._coal.CollisionCallBackCollect(self._room)
-        self._collide(collect)
-        return collect.numCollisionPairs()
+        return self._count(
+            lambda: self._coal.CollisionCallBackCollect(self._room),
+            lambda callback: callback.numCollisionPairs(),
+        )
 
     def _contacts(self, margin: float, limit: int, with_points: bool) -> Any:
-        callback = self._coal.CollisionCallBackDefault()
-        request = callback.data.request
-        request.num_max_contacts, request.enable_contact = limit, with_points
-        request.security_margin = margin
-        self._collide(callback)
-        return callback.data.result.numContacts()
+        def make_callback() -> Any:
+            callback = self._coal.CollisionCallBackDefault()
+            request = callback.data.request
+            request.num_max_contacts, request.enable_contact = limit, with_points
+            request.security_margin = margin
+            return callback
+
+        return self._count(make_callback, lambda callback: callback.data.result.numContacts())
 
     def penetrations(self) -> Any:
         """Return the number of contacts, one for each penetrating pair."""

@@ -1,0 +1,179 @@
+"""No query ever compiles: whatever is asked, the kernels that the set-up compiled answer."""
+
+import os
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import (
+    Box,
+    CollisionFilterDeclaration,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    GeometryFrame,
+    GeometryInstance,
+    GeometrySet,
+    HalfSpace,
+    jit,
+    Mesh,
+    ProximityProperties,
+    QueryObject,
+    SceneGraph,
+    Sphere,
+)
+from scene_graph_ros.geometry.accuracy import Accuracy
+from scene_graph_ros.warmup import ask_everything
+
+pytestmark = [
+    pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="there are no kernels"),
+    pytest.mark.timeout(900),  # alone, on a machine that was not warmed up, it compiles first
+]
+
+CORNERS = np.array([[0, 0, 0], [0.3, 0, 0], [0, 0.3, 0], [0, 0, 0.3]], dtype=float)
+FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+SHAPES = {
+    "nothing": [],
+    "one ball": [Sphere(0.1)],
+    "balls": [Sphere(0.1)] * 3,
+    "solids": [Box(1, 2, 3), Cylinder(0.5, 1), Ellipsoid(1, 2, 3), Convex(vertices=CORNERS)],
+    "floor": [HalfSpace(), Sphere(1.0)],
+    "meshes": [Mesh(vertices=CORNERS, faces=FACES)] * 2,
+    "flat and open": [
+        Convex(vertices=CORNERS[:3]),
+        Convex(vertices=CORNERS[:2]),
+        Mesh(vertices=CORNERS, faces=FACES[:2]),
+    ],
+}
+
+
+def frames_of(query):
+    """Return all frames."""
+    return query.inspector().get_all_frame_ids()
+
+
+def every_pair(query, **options):
+    """Ask for each pair of geometries by its ids."""
+    ids = query.snapshot.proximity.geometry_ids
+    for k in range(1, len(ids)):
+        query.compute_signed_distance_pair_closest_points(ids[k - 1], ids[k], **options)
+
+
+POINTS = np.zeros((4, 3))
+ASK = {
+    "bake": [lambda q: q.bake().has_collisions()],
+    "compute_point_pair_penetration": [
+        lambda q: q.compute_point_pair_penetration(),
+        lambda q: q.compute_point_pair_penetration(derivatives=True, certificate=True),
+        *(
+            lambda q, tier=tier: q.compute_point_pair_penetration(accuracy=tier, certificate=True)
+            for tier in Accuracy
+        ),
+    ],
+    "compute_signed_distance_pair_closest_points": [
+        every_pair,
+        lambda q: every_pair(q, derivatives=True, certificate=True),
+    ],
+    "compute_signed_distance_pairwise_closest_points": [
+        lambda q: q.compute_signed_distance_pairwise_closest_points(),
+        lambda q: q.compute_signed_distance_pairwise_closest_points(0),
+        lambda q: q.compute_signed_distance_pairwise_closest_points(-0.1),
+        lambda q: q.compute_signed_distance_pairwise_closest_points(np.float32(0.5)),
+        lambda q: q.compute_signed_distance_pairwise_closest_points(1, derivatives=True),
+        *(
+            lambda q, tier=tier: q.compute_signed_distance_pairwise_closest_points(
+                accuracy=tier, certificate=True
+            )
+            for tier in Accuracy
+        ),
+    ],
+    "compute_signed_distance_to_point": [
+        lambda q: q.compute_signed_distance_to_point([0, 0, 1]),
+        lambda q: q.compute_signed_distance_to_point(POINTS[0].astype(np.float32), 0),
+    ],
+    "compute_signed_distance_to_points": [
+        lambda q: q.compute_signed_distance_to_points(POINTS),
+        lambda q: q.compute_signed_distance_to_points(POINTS[:0]),
+        lambda q: q.compute_signed_distance_to_points(np.zeros((3, 4)).T, 0.2),
+        lambda q: q.compute_signed_distance_to_points(POINTS, threads=2),
+        lambda q: q.compute_signed_distance_to_points(POINTS, 1, threads=3),
+    ],
+    "find_collision_candidates": [lambda q: q.find_collision_candidates()],
+    "get_pose_in_parent": [lambda q: [q.get_pose_in_parent(f) for f in frames_of(q)]],
+    "get_pose_in_world": [lambda q: [q.get_pose_in_world(f) for f in frames_of(q)]],
+    "has_collisions": [
+        lambda q: q.has_collisions(),
+        *(lambda q, tier=tier: q.has_collisions(accuracy=tier) for tier in Accuracy),
+    ],
+    "inspector": [lambda q: q.inspector().get_collision_candidates()],
+}
+
+
+class Scene:
+    """Shapes on frames, or the first half of them anchored, perhaps with triangles in contact."""
+
+    def __init__(self, shapes, anchored: bool, triangles: bool, filters: bool) -> None:
+        graph = SceneGraph()
+        self.source = graph.register_source("scene")
+        self.frames, ids = [], []
+        properties = ProximityProperties()
+        if triangles:
+            properties.add_property("mesh", "representation", "triangles")
+        for k, shape in enumerate(shapes):
+            instance = GeometryInstance(np.eye(4), shape, f"geometry_{k}")
+            if anchored and k < (len(shapes) + 1) // 2:
+                ids.append(graph.register_anchored_geometry(self.source, instance))
+            else:
+                frame = graph.register_frame(self.source, GeometryFrame(f"frame_{k}"))
+                self.frames.append(frame)
+                ids.append(graph.register_geometry(self.source, frame, instance))
+        for geometry in ids:
+            graph.assign_role(self.source, geometry, properties)
+        if filters:
+            few = GeometrySet(ids[:2])
+            graph.collision_filter_manager().apply(
+                CollisionFilterDeclaration().exclude_within(few)
+            )
+        self.context = graph.create_default_context()
+        self.query = graph.query_object(self.context)
+
+    def moves(self):
+        """Move all frames in every way there is, and yield after each."""
+        X = np.tile(np.eye(4), (len(self.frames), 1, 1))
+        for k, given in enumerate((X, list(X), X.astype(np.float32), X[::-1])):
+            X[:, 0, 3] = 0.05 * k
+            self.context.set_frame_poses(self.source, given)
+            yield self.query
+        for frame in self.frames[:1]:
+            self.context.set_frame_pose(self.source, frame, X[0])
+            yield self.query
+            yield QueryObject(self.query.snapshot.with_frame_poses({frame: X[0]}))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _warm():
+    """Load what the set-up compiled."""
+    ask_everything()
+
+
+@pytest.mark.parametrize("triangles", [False, True])
+@pytest.mark.parametrize("anchored", [False, True])
+@pytest.mark.parametrize("shapes", SHAPES)
+def test_no_query_compiles(shapes: str, anchored: bool, triangles: bool) -> None:
+    """Every query, tier and option, of few or many kinds of shapes, moved in any way."""
+    before = jit.compilation_count()
+    for filters in (False, True):
+        scene = Scene(SHAPES[shapes], anchored, triangles, filters and len(SHAPES[shapes]) > 1)
+        for query in scene.moves():
+            for calls in ASK.values():
+                for ask in calls:
+                    ask(query)
+    assert jit.compilation_count() == before
+
+
+def test_every_public_query_is_asked() -> None:
+    """A query that is added without a line here is one that may compile."""
+    names = {
+        n for n in vars(QueryObject) if not n.startswith("_") and callable(vars(QueryObject)[n])
+    }
+    assert names <= ASK.keys()
