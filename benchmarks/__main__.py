@@ -20,7 +20,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from tqdm import tqdm  # noqa: E402
 
-from benchmarks.speed import report  # noqa: E402
+from benchmarks.speed import plots, report  # noqa: E402
 from benchmarks.speed.make_scenes import mixed, OTHER_SCENES  # noqa: E402
 from benchmarks.speed.measure import make_engines, measure, Measurement  # noqa: E402
 from benchmarks.speed.rows import Row, ROWS  # noqa: E402
@@ -47,6 +47,9 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--out", type=Path, default=_DOCS, help="folder to write to")
     parser.add_argument(
         "--quick", action="store_true", help="up to 1000 mixed shapes, shortly; write nothing"
+    )
+    parser.add_argument(
+        "--plots-only", action="store_true", help="draw the plots from performance.csv again"
     )
     options = parser.parse_args(arguments)
     if options.sizes is None:
@@ -85,6 +88,9 @@ def _jobs(options: argparse.Namespace) -> list[tuple[Callable[[], Scene], list[R
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line."""
     options = _options(arguments)
+    if options.plots_only:
+        plots.write(report.read(options.out / "performance.csv"), options.out)
+        return
     load, started = os.getloadavg()[0], time.perf_counter()
     jobs = _jobs(options)
     measured: list[Measurement] = []
@@ -108,8 +114,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(f"{time.perf_counter() - started:.0f} s in all")
     if options.quick:
         return
-    from benchmarks.speed import plots
-
     options.out.mkdir(parents=True, exist_ok=True)
     report.write(measured, titles, machine, options.out)
     plots.write(measured, options.out)

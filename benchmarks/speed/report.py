@@ -22,12 +22,12 @@ _GOALS = {row.key: row.goal for row in ROWS}
 
 def read(path: Path) -> list[Measurement]:
     """Return the measurements of a file that ``write`` wrote."""
-    types = Measurement.__annotations__
-    convert = {"int": int, "float": float, "str": str}
+    numbers = {"size": int, "rounds": int}
+    words = ("scene", "row", "engine")
     with path.open(newline="") as file:
         return [
-            Measurement(**{k: convert[str(types[k])](v) for k, v in line.items()})
-            for line in csv.DictReader(file)
+            Measurement(**{k: v if k in words else numbers.get(k, float)(v) for k, v in r.items()})
+            for r in csv.DictReader(file)
         ]
 
 
