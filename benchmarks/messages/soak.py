@@ -52,16 +52,18 @@ class _Client:
         self._clients: dict[str, Any] = {}
         self.answers = 0
 
-    def call(self, kind: Any, name: str, **fields: Any) -> Any:
+    def call(self, kind: Any, service: str, /, **fields: Any) -> Any:
         """Return the response; raise RuntimeError for one that is not good."""
-        client = self._clients.get(name)
+        client = self._clients.get(service)
         if client is None:
-            client = self._clients[name] = self.node.create_client(kind, f"/scene_graph/{name}")
+            client = self._clients[service] = self.node.create_client(
+                kind, f"/scene_graph/{service}"
+            )
             client.wait_for_service(_ANSWER_SECONDS)
         future = client.call_async(kind.Request(**fields))
         self.executor.spin_until_future_complete(future, _ANSWER_SECONDS)
         if not future.done() or future.result().status.code:
-            raise RuntimeError(f"{name}: {future.result() if future.done() else 'no answer'}")
+            raise RuntimeError(f"{service}: {future.result() if future.done() else 'no answer'}")
         self.answers += 1
         return future.result()
 
