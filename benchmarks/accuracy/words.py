@@ -29,10 +29,10 @@ are exact at any tier. Choose `quick` for large scenes of cylinders, ellipsoids 
 thousandth of a shape's size does not matter; `standard` stays below a micrometre.
 
 ```python
-scene_graph = SceneGraph(accuracy="standard")         # the model's default; "exact" without
+scene_graph = SceneGraph(accuracy="standard")  # the model's tier; "exact" if nothing is said
 query.compute_point_pair_penetration(accuracy="quick")  # one query's
 table = query.compute_signed_distance_pairwise_closest_points(0.1, certificate=True)
-table.gap                                              # what each answer proves of its error (m)
+table.gap  # metres: what each answer proves of its own error
 ```
 
 The node's parameter is `accuracy`; its diagnostics name the tier and what it costs per update.
