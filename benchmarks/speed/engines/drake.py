@@ -13,6 +13,9 @@ from scene_graph_ros.geometry import Mesh
 
 __all__ = ["Drake"]
 
+MAX_SIZE = 5000
+"""Bodies. Larger scenes take minutes to set up."""
+
 
 class Drake:
     """``pydrake.geometry.QueryObject``; poses go in as one FramePoseVector."""
@@ -20,6 +23,11 @@ class Drake:
     name = "Drake"
 
     def __init__(self, scene: Scene) -> None:
+        if scene.size > MAX_SIZE:
+            raise NotImplementedError(
+                f"registering {scene.size} bodies takes minutes: the time per body grows with"
+                " their number"
+            )
         self._drake: Any = importlib.import_module("pydrake.geometry")
         self._math: Any = importlib.import_module("pydrake.math")
         drake = self._drake
