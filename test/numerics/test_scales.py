@@ -14,15 +14,6 @@ SCALED: list[KnownFault] = []
 TINY = [
     KnownFault((0.0,), ".*mesh triangles.*", "tight", 1e-6, "the normal between two points"),
 ]
-SLENDER = [
-    KnownFault(
-        (0.0,),
-        "(plate vertex|needle edge) of face / needle .*",
-        "off [AB]",
-        1.0,
-        "boxes that touch where edges continue each other",
-    ),
-]
 
 
 @functools.cache
@@ -84,7 +75,7 @@ def _slender(distance):
     return complaints(cases, bound=1e-9)
 
 
-@pytest.mark.parametrize(("distance", "fault"), outcomes([1e-2, 1e-6, 0.0, -1e-5], SLENDER))
-def test_needles_plates_and_blades(distance, fault):
+@pytest.mark.parametrize("distance", [1e-2, 1e-6, 0.0, -1e-5])
+def test_needles_plates_and_blades(distance):
     """Aspects of 1 : 10000, ellipsoids of 1 : 1000, at every combination of features."""
-    assert judged(_slender(distance), distance, fault, SLENDER) == []
+    assert _slender(distance) == []
