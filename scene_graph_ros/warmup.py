@@ -43,6 +43,7 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
+from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
@@ -82,6 +83,9 @@ def _compile_candidates() -> None:
     frame, bits = np.arange(2, dtype=np.int32), np.zeros((0, 0), dtype=np.uint8)
     for search in (candidate_pairs, all_candidate_pairs):
         search(lower, upper, np.zeros(2, dtype=np.bool_), X_WG, frame, bits, 0.0)
+    pairs = PairMemory(table, frame, bits)
+    for _ in range(2):  # the first search, and one that remembers it
+        pairs.close_pairs(X_WG, 0.0)
 
 
 def _compile_model() -> None:
