@@ -111,12 +111,22 @@ def test_derivatives_predict_the_change_of_distance(make_scene, seed):
 
 
 def test_derivatives_ride_on_the_same_numbers(make_scene):
-    """Asking for derivatives adds two columns, for penetrations too, and changes no other."""
+    """Asking for derivatives adds their columns, for penetrations too, and changes no other."""
     scene = make_scene()
     scene.scatter(3)
     plain = scene.query.compute_point_pair_penetration()
     rich = scene.query.compute_point_pair_penetration(derivatives=True)
-    assert set(rich.columns) - set(plain.columns) == {"ddistance_dX_WA", "ddistance_dX_WB"}
+    assert set(rich.columns) - set(plain.columns) == {
+        "ddistance_dX_WA",
+        "ddistance_dX_WB",
+        "dp_WCa_dX_WA",
+        "dp_WCa_dX_WB",
+        "dp_WCb_dX_WA",
+        "dp_WCb_dX_WB",
+        "is_witness_differentiable",
+    }
+    assert rich[0].dp_WCa_dX_WA.shape == (3, 6)
+    assert isinstance(rich[0].is_witness_differentiable, bool)
     assert np.array_equal(plain.depth, rich.depth)
     # Moving both bodies alike changes nothing: the linear parts cancel.
     assert np.allclose(rich.ddistance_dX_WA[:, 3:], -rich.ddistance_dX_WB[:, 3:])
