@@ -2,33 +2,63 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 import subprocess
 import time
 from typing import Any
 
 import numpy as np
+import yaml
 
 from benchmarks.messages.listener import Listener
 from benchmarks.messages.processes import cpu_seconds, isolated, Isolation, ROOT
 
-__all__ = ["demo_processes", "panda"]
+__all__ = ["panda"]
 
 SCENE = ROOT / "config" / "scenes" / "panda_cell.yaml"
+CROWD = 50
+"""Objects in the cell with a crowd."""
 
 
-def demo_processes(isolation: Isolation, rate: float) -> subprocess.Popen[Any]:
-    """Start the node with the demo's scene, a Panda and moving objects; return the node."""
-    node = isolation.start_node(SCENE)
+def _crowded_scene() -> str:
+    """Return the text of the demo's scene with so many more objects that they are a crowd."""
+    scene = yaml.safe_load(SCENE.read_text())
+    for geometry in scene["geometries"]:
+        if "file" in geometry["shape"]:
+            geometry["shape"]["file"] = str(SCENE.parent / geometry["shape"]["file"])
+    shapes = [
+        {"type": "sphere", "radius": 0.03},
+        {"type": "box", "size": [0.05, 0.06, 0.07]},
+        {"type": "cylinder", "radius": 0.02, "length": 0.08},
+        {"type": "ellipsoid", "semi_axes": [0.04, 0.03, 0.02]},
+    ]
+    for k in range(CROWD - len(scene["frames"])):
+        name, place = f"more_{k}", [0.3 + 0.08 * (k % 7), -0.4 + 0.16 * (k // 7), 0.55]
+        scene["frames"].append({"name": name, "source": "objects", "pose": {"xyz": place}})
+        body = {"name": name, "source": "objects", "frame": name, "shape": shapes[k % len(shapes)]}
+        scene["geometries"].append(body)
+    return yaml.safe_dump(scene)
+
+
+def _demo_processes(isolation: Isolation, rate: float, scene: str | Path) -> subprocess.Popen[Any]:
+    """Start the node with a scene, a Panda and moving objects; return the node."""
+    node = isolation.start_node(scene)
     for name in ("panda_robot", "moving_objects"):
         isolation.start_script(ROOT / "examples" / f"{name}.py", "--rate", str(rate))
     return node
 
 
 def panda(is_quick: bool) -> None:
-    """Print the latency of the demo."""
-    seconds, rate = (3.0, 100.0) if is_quick else (20.0, 100.0)
+    """Print the latency of the demo, and of the same with fifty objects."""
+    seconds = 3.0 if is_quick else 20.0
+    _measure("Panda and the demo's objects", SCENE, seconds)
+    _measure(f"Panda and {CROWD} objects", _crowded_scene(), seconds)
+
+
+def _measure(title: str, scene: str | Path, seconds: float, rate: float = 100.0) -> None:
+    """Print the latency of a cell whose sources publish ``rate`` times a second."""
     with isolated() as isolation:
-        node = demo_processes(isolation, rate)
+        node = _demo_processes(isolation, rate, scene)
         listener = Listener(isolation.domain, with_markers=True)
         try:
             listener.wait_for_contacts(isolation.check)
@@ -48,7 +78,7 @@ def panda(is_quick: bool) -> None:
         finally:
             listener.close()
     median, high = np.percentile(latencies, (50, 99))
-    print(f"Panda and objects at {rate:g} Hz each, {len(latencies) / elapsed:.0f} updates/s")
+    print(f"{title} at {rate:g} Hz each, {len(latencies) / elapsed:.0f} updates/s")
     print(
         f"pose sent to contacts received: {median:.2f} ms median, {high:.2f} ms 99th percentile,"
     )
