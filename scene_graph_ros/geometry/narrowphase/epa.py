@@ -126,11 +126,13 @@ def _store_minimum(minima, row, n, a, b, depth, stiffness):
 
 @lean_kernel
 def _nearby_minimum(minima, found, n, cosine):
-    """Return the row of a known minimum within an angle of n, or -1."""
+    """Return the row of the least known minimum within an angle of n, or -1."""
+    nearby, depth = -1, math.inf
     for i in range(found):
-        if minima[i, 0] * n[0] + minima[i, 1] * n[1] + minima[i, 2] * n[2] > cosine:
-            return i
-    return -1
+        along = minima[i, 0] * n[0] + minima[i, 1] * n[1] + minima[i, 2] * n[2]
+        if along > cosine and minima[i, DEPTH] < depth:
+            nearby, depth = i, minima[i, DEPTH]
+    return nearby
 
 
 @lean_kernel
