@@ -4,14 +4,12 @@ Hulls and surfaces are kept by (identity of the source, scale), so that a hundre
 one file share one hull; the least recently used are forgotten.
 """
 
-from collections import OrderedDict
-from collections.abc import Callable, Hashable
-import threading
-from typing import Any
+from collections.abc import Hashable
 
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh, read_mesh_contents
 from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
@@ -24,30 +22,10 @@ __all__ = ["hull_of", "is_convex", "load_surface", "source_identity", "surface_o
 _CAPACITY = 4096
 
 
-class _Cache:
-    """A thread-safe memory of what was built, bounded in its number of entries."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._entries: OrderedDict[Hashable, Any] = OrderedDict()
-
-    def get(self, key: Hashable, build: Callable[[], Any]) -> Any:
-        with self._lock:
-            if key in self._entries:
-                self._entries.move_to_end(key)
-                return self._entries[key]
-        value = build()  # not under the lock: a large mesh must not hold up the others
-        with self._lock:
-            value = self._entries.setdefault(key, value)
-            if len(self._entries) > _CAPACITY:
-                self._entries.popitem(last=False)
-        return value
-
-
-_raw = _Cache()
-_hulls = _Cache()
-_surfaces = _Cache()
-_convex = _Cache()
+_raw: BuildCache[tuple[np.ndarray, np.ndarray]] = BuildCache(_CAPACITY)
+_hulls: BuildCache[Hull] = BuildCache(_CAPACITY)
+_surfaces: BuildCache[Surface] = BuildCache(_CAPACITY)
+_convex: BuildCache[bool] = BuildCache(_CAPACITY)
 
 
 def source_identity(shape: MeshShape) -> Hashable:

@@ -1,0 +1,1 @@
+"""Contact surfaces: how hard do bodies press on each other, and where."""
