@@ -5,8 +5,10 @@ built-in exception that a Python user would expect (``ValueError``, ``KeyError``
 """
 
 __all__ = [
+    "DeformableError",
     "EngineError",
     "FilterHistoryError",
+    "InvalidConfigurationError",
     "InvalidPoseError",
     "InvalidShapeError",
     "MeshError",
@@ -50,6 +52,14 @@ class OwnershipError(SceneGraphError, ValueError):
 
 class InvalidPoseError(SceneGraphError, ValueError):
     """A pose that is not a finite rigid transform, or of the wrong shape."""
+
+
+class InvalidConfigurationError(SceneGraphError, ValueError):
+    """Vertex positions of a deformable geometry that are not finite, or not one per vertex."""
+
+
+class DeformableError(SceneGraphError, ValueError):
+    """A deformable geometry where only a rigid one will do, or the other way round."""
 
 
 class InvalidShapeError(SceneGraphError, ValueError):

@@ -6,6 +6,7 @@ import dataclasses
 from typing import Any
 
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, RoleError
+from scene_graph_ros.geometry.model.deformable import refuse_deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import checked_properties, checked_shape
 from scene_graph_ros.geometry.model.names import canonical_name
@@ -59,6 +60,7 @@ def change_shape(
 ) -> None:
     """Replace the shape, and the pose in its frame if one is given; hanging geometry follows."""
     record = state.own_geometry(source_id, geometry_id)
+    refuse_deformable(record, "its reference mesh stays; register another geometry instead")
     changed = dataclasses.replace(record, shape=checked_shape(shape, record.name))
     proximity = changed.properties.get(Role.PROXIMITY)
     if proximity is not None:

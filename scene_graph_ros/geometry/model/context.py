@@ -1,4 +1,4 @@
-"""A copy of the model with a pose for every frame."""
+"""A copy of the model with a pose for every frame, and where what deforms is."""
 
 from __future__ import annotations
 
@@ -7,15 +7,17 @@ import itertools
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
-from scene_graph_ros.geometry.model.ids import FrameId, SourceId
+from scene_graph_ros.geometry.model.deformable import checked_configurations, Configuration
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout
 from scene_graph_ros.geometry.model.owner import ModelOwner
 from scene_graph_ros.geometry.model.snapshot import (
     Memory,
+    NO_CONFIGURATIONS,
     refuse_frame_pose,
     Snapshot,
     stacked_poses,
@@ -32,6 +34,8 @@ _pose_versions = itertools.count(1)
 class Context(ModelOwner):
     """A model of its own, and ``X_PF`` of every frame; frames start at the identity.
 
+    Deformable geometries start in their reference configuration, where they were registered.
+
     One thread writes; any thread may ask for the snapshot, which never changes again.
     """
 
@@ -40,6 +44,7 @@ class Context(ModelOwner):
         self._layout = state.layout()
         self._X_PF = np.tile(np.eye(4), (len(self._layout.ids), 1, 1))
         self._poses_are_shared = False
+        self._configurations: Mapping[GeometryId, Configuration] = NO_CONFIGURATIONS
         self._pose_version = next(_pose_versions)
         self._snapshot: Snapshot | None = None
         self._memory = Memory()
@@ -51,7 +56,7 @@ class Context(ModelOwner):
 
     @property
     def pose_version(self) -> int:
-        """A number that grows with every change of a pose."""
+        """A number that grows with every change of a pose or a configuration."""
         return self._pose_version
 
     @property
@@ -67,7 +72,11 @@ class Context(ModelOwner):
                 self._fit_layout()
                 self._poses_are_shared = True
                 last = self._snapshot = Snapshot(
-                    self.share(), self._X_PF, self._pose_version, self._memory
+                    self.share(),
+                    self._X_PF,
+                    self._pose_version,
+                    self._memory,
+                    self._configurations,
                 )
             return last
 
@@ -118,6 +127,39 @@ class Context(ModelOwner):
             layout = self._fit_layout()
             return self._X_PF[layout.row[self._state.frame(frame_id).id]].copy()
 
+    def set_configurations(
+        self, source_id: SourceId, configurations: Mapping[GeometryId, ArrayLike]
+    ) -> None:
+        """Move the vertices of deformable geometries of a source.
+
+        ``configurations`` maps geometry ids to positions ``(v, 3)`` or ``(3 v,)`` in the world,
+        in m, in the order of the reference mesh's vertices; geometries that are not in it stay.
+        Either all are taken (and copied) or, if an error is raised, none:
+        InvalidConfigurationError naming source and geometry for positions that are not finite or
+        not as many as there are vertices; DeformableError for a rigid geometry; UnknownIdError
+        for an unknown source or geometry; OwnershipError for a geometry of another source.
+        """
+        with self._lock:
+            state = self._state
+            accepted = checked_configurations(state, source_id, configurations)
+            if accepted:
+                # Those of geometries that were removed meanwhile are let go.
+                known = {
+                    geometry_id: configuration
+                    for geometry_id, configuration in self._configurations.items()
+                    if (record := state.geometries.get(geometry_id)) is not None
+                    and record.deformable is configuration.deformable
+                }
+                self._configurations = known | accepted
+                self._pose_version = next(_pose_versions)
+
+    def configuration(self, geometry_id: GeometryId) -> NDArray[np.float64]:
+        """Return the positions ``(v, 3)`` of a deformable geometry's vertices in W, read-only.
+
+        Raises UnknownIdError for an unknown geometry, DeformableError for a rigid one.
+        """
+        return self.snapshot.configuration(geometry_id).q_WG
+
     def clone(self) -> Context:
         """Return an independent context with the same model and poses."""
         with self._lock:
@@ -125,6 +167,7 @@ class Context(ModelOwner):
             result = Context(self.share())
             result._layout = layout
             result._X_PF = self._X_PF.copy()
+            result._configurations = self._configurations
             return result
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Context:

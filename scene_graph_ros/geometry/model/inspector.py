@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Protocol
+from typing import Protocol, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.sources import hull_of
+from scene_graph_ros.geometry.model.deformable import deformable_of
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
@@ -27,6 +28,10 @@ from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.meshes.surface_mesh import SurfaceMesh
+    from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
 __all__ = ["SceneGraphInspector"]
 
@@ -69,11 +74,11 @@ class SceneGraphInspector:
         return len(self._state.geometries)
 
     def num_anchored_geometries(self) -> int:
-        """Count the geometries on the world frame."""
-        return self.num_geometries_for_frame(WORLD_FRAME_ID)
+        """Count the geometries that never move: the rigid ones on the world frame."""
+        return sum(record.is_anchored for record in self._state.geometries.values())
 
     def num_dynamic_geometries(self) -> int:
-        """Count the geometries on frames that move."""
+        """Count the geometries on frames that move, and the deformable ones."""
         return self.num_geometries() - self.num_anchored_geometries()
 
     def num_deformable_geometries(self) -> int:
@@ -120,7 +125,8 @@ class SceneGraphInspector:
         """Return all pairs that collision queries check, each sorted, and sorted.
 
         That is every two geometries with the proximity role but those on one frame, two anchored
-        ones, and those excluded by declarations.
+        ones, and those excluded by declarations. Pairs with a deformable geometry are a matter of
+        deformable contact alone.
         """
         filtered = self._state.collision_filtered
         ids = sorted(self._state.with_role[Role.PROXIMITY])
@@ -259,12 +265,24 @@ class SceneGraphInspector:
         return self._state.geometry(geometry_id).parent_id
 
     def is_anchored(self, geometry_id: GeometryId) -> bool:
-        """Tell whether a geometry is on the world frame."""
+        """Tell whether a geometry is on the world frame, and rigid."""
         return self._state.geometry(geometry_id).is_anchored
 
     def is_deformable(self, geometry_id: GeometryId) -> bool:
         """Tell whether a geometry is deformable."""
         return self._state.is_deformable(geometry_id)
+
+    def get_reference_mesh(self, geometry_id: GeometryId) -> VolumeMesh:
+        """Return the mesh in G of a deformable geometry. Raises DeformableError if it is rigid."""
+        return deformable_of(self._state.geometry(geometry_id)).mesh
+
+    def get_driven_meshes(self, geometry_id: GeometryId, role: Role) -> list[SurfaceMesh]:
+        """Return the surfaces in G that a deformable geometry carries along for a role.
+
+        Where their vertices are now, tells get_driven_mesh_configurations_in_world of a query
+        object. Raises DeformableError for a rigid geometry, RoleError if it lacks the role.
+        """
+        return [self._state.driven_mesh(geometry_id, role).surface]
 
     def get_shape(self, geometry_id: GeometryId) -> Shape:
         """Return the shape of a geometry."""
@@ -320,7 +338,11 @@ class SceneGraphInspector:
         return self._state.collision_filtered(id_A, id_B)
 
     def clone_geometry_instance(self, geometry_id: GeometryId) -> GeometryInstance:
-        """Return a new instance with the same shape, name, ``X_PG`` and roles, and an id anew."""
+        """Return a new instance with the same shape, name, ``X_PG`` and roles, and an id anew.
+
+        An instance is neither rigid nor deformable: to copy a deformable geometry, register it as
+        one with ``reference_mesh=get_reference_mesh(geometry_id)``.
+        """
         record = self._state.geometry(geometry_id)
         instance = GeometryInstance(record.X_PG, record.shape, record.name)
         for properties in record.properties.values():

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.meshes.sources import validate
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
+from scene_graph_ros.geometry.model.hydroelastic_properties import (
+    read_hydroelastic_properties,
+)
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
 from scene_graph_ros.geometry.model.records import GeometryRecord
@@ -52,7 +55,9 @@ def check_proximity(record: GeometryRecord, properties: GeometryProperties) -> N
     """
     assert isinstance(properties, ProximityProperties)
     uses_triangles(properties)
-    read_mesh_data(record.shape)
+    if record.deformable is None:
+        read_hydroelastic_properties(record.shape, properties, record.name)
+        read_mesh_data(record.shape)
 
 
 def read_mesh_data(shape: Any) -> None:

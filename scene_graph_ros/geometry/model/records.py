@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.model.deformable import Deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.roles import Role
@@ -43,8 +44,9 @@ class GeometryRecord:
     X_PG: NDArray[np.float64]
     X_FG: NDArray[np.float64]
     properties: Mapping[Role, GeometryProperties]
+    deformable: Deformable | None = None
 
     @property
     def is_anchored(self) -> bool:
-        """Whether the geometry hangs on the world."""
-        return self.frame_id == WORLD_FRAME_ID
+        """Whether the geometry hangs on the world, and is rigid."""
+        return self.frame_id == WORLD_FRAME_ID and self.deformable is None

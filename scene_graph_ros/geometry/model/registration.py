@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
+from scene_graph_ros.geometry.errors import DeformableError, NameConflictError, UnknownIdError
+from scene_graph_ros.geometry.model.deformable import Deformable, refuse_deformable
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
@@ -15,7 +16,14 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.spatial.poses import compose
 
-__all__ = ["add_frame", "add_geometry", "add_source", "check_instance", "check_name_is_free"]
+__all__ = [
+    "add_frame",
+    "add_geometry",
+    "add_source",
+    "check_deformable_frame",
+    "check_instance",
+    "check_name_is_free",
+]
 
 
 def add_source(state: GeometryState, name: str) -> SourceId:
@@ -76,15 +84,30 @@ def check_instance(instance: Any) -> None:
         raise TypeError(f"registering a geometry needs a GeometryInstance, not {instance!r}")
 
 
+def check_deformable_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId) -> None:
+    """Raise DeformableError unless the frame is the world; UnknownIdError for unknown ids."""
+    state.require_source(source_id)
+    record = state.frame(frame_id)
+    if record.id != WORLD_FRAME_ID:
+        raise DeformableError(
+            f"a deformable geometry cannot hang on frame {record.name!r} ({frame_id!r}): its"
+            " vertices move on their own, so its frame is the world"
+        )
+
+
 def add_geometry(
     state: GeometryState,
     source_id: SourceId,
     parent: FrameId | GeometryId,
     instance: GeometryInstance,
+    deformable: Deformable | None = None,
 ) -> GeometryId:
-    """Add a geometry on a frame, the world or another geometry, with the roles it has."""
+    """Add a geometry on a frame, the world or another geometry, with the roles it has.
+
+    With ``deformable`` it is one, and its parent must be the world.
+    """
     state.require_source(source_id)
-    record = _record(state, source_id, parent, instance)
+    record = _record(state, source_id, parent, instance, deformable)
     if record.id in state.geometries:
         raise NameConflictError(
             f"geometry {record.name!r} ({record.id!r}) is registered already:"
@@ -106,7 +129,11 @@ def add_geometry(
 
 
 def _record(
-    state: GeometryState, source_id: SourceId, parent: Any, instance: GeometryInstance
+    state: GeometryState,
+    source_id: SourceId,
+    parent: Any,
+    instance: GeometryInstance,
+    deformable: Deformable | None,
 ) -> GeometryRecord:
     """Return the record of an instance on its parent, which the source must be allowed to use."""
     X_PG = instance.pose()
@@ -116,6 +143,7 @@ def _record(
         frame_id, parent_id, X_FG = parent, None, X_PG
     elif isinstance(parent, GeometryId):
         parent_record = state.own_geometry(source_id, parent)
+        refuse_deformable(parent_record, "nothing can hang on it")
         frame_id, parent_id = parent_record.frame_id, parent
         X_FG = compose(parent_record.X_FG, X_PG)
         X_FG.setflags(write=False)
@@ -135,4 +163,5 @@ def _record(
             for role in Role
             if (properties := instance.properties(role)) is not None
         },
+        deformable=deformable,
     )

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterManager,
 )
 from scene_graph_ros.geometry.model.context import Context
+from scene_graph_ros.geometry.model.deformable import make_deformable, read_embedded_meshes
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
@@ -20,12 +21,13 @@ from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.owner import ModelOwner
 from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
 from scene_graph_ros.geometry.model.proximity import read_mesh_data
-from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
-from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 if TYPE_CHECKING:
+    from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
     from scene_graph_ros.geometry.query.query_object import QueryObject
 
 __all__ = ["SceneGraph"]
@@ -214,6 +216,38 @@ class SceneGraph:
         """Add a geometry on the world, where it never moves: ``X_PG`` is ``X_WG``."""
         return self.register_geometry(source_id, WORLD_FRAME_ID, geometry, context=context)
 
+    def register_deformable_geometry(
+        self,
+        source_id: SourceId,
+        frame_id: FrameId,
+        geometry: GeometryInstance,
+        resolution_hint: float | None = None,
+        *,
+        reference_mesh: VolumeMesh | None = None,
+        context: Context | None = None,
+    ) -> GeometryId:
+        """Add a geometry whose vertices move one by one; ``frame_id`` must be the world.
+
+        Its reference mesh is the shape cut into tetrahedra with edges of about
+        ``resolution_hint`` (m), a ``Mesh`` of a volume file (``.vtk``, ``.vtu``) as it is in the
+        file, or ``reference_mesh``; the shape is then only a description. The instance's pose is
+        that of the mesh in the world until a context sets a configuration. Roles come with the
+        instance or later. Each role has a driven mesh: the boundary, or the mesh that its
+        property ``("deformable", "embedded_mesh")`` gives, a path or a ``Mesh``.
+
+        Returns the geometry's id. Raises DeformableError for another frame than the world, a half
+        space, or a bad hint or reference mesh; PropertyError for a curved shape without a hint;
+        MeshError if there is no volume mesh of the shape or a mesh to embed cannot be read; else
+        as register_geometry does.
+        """
+        owner = self._owner(context)
+        registration.check_instance(geometry)
+        registration.check_deformable_frame(owner.state, source_id, frame_id)
+        made = make_deformable(geometry, resolution_hint, reference_mesh)
+        read_embedded_meshes(geometry.properties(role) for role in ROLES)
+        with owner.changing() as state:
+            return registration.add_geometry(state, source_id, frame_id, geometry, made)
+
     # Roles.
 
     def assign_role(
@@ -233,8 +267,8 @@ class SceneGraph:
         """
         owner = self._owner(context)
         record = owner.state.geometries.get(geometry_id)
-        if record is not None and isinstance(properties, ProximityProperties):
-            read_mesh_data(record.shape)
+        if record is not None:
+            _read_files(record, properties)
         with owner.changing() as state:
             alteration.assign_role(state, source_id, geometry_id, properties, assign)
 
@@ -292,7 +326,8 @@ class SceneGraph:
         """
         owner = self._owner(context)
         record = owner.state.geometries.get(geometry_id)
-        if record is not None and Role.PROXIMITY in record.properties:
+        roles = () if record is None or record.deformable is not None else record.properties
+        if Role.PROXIMITY in roles:
             read_mesh_data(shape)
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
@@ -315,3 +350,11 @@ class SceneGraph:
         """Rename a geometry. Raises NameConflictError if one of its roles has that name."""
         with self._owner(context).changing() as state:
             alteration.rename_geometry(state, source_id, geometry_id, name)
+
+
+def _read_files(record: GeometryRecord, properties: GeometryProperties) -> None:
+    """Read what a geometry needs for a role, before its model is locked for the change."""
+    if record.deformable is not None:
+        read_embedded_meshes([properties])
+    elif isinstance(properties, ProximityProperties):
+        read_mesh_data(record.shape)

@@ -5,12 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 import sys
 import threading
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
+from scene_graph_ros.geometry.model.deformable import (
+    Configuration,
+    deformable_of,
+    refuse_deformable,
+)
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import RoleArrays
@@ -26,9 +32,12 @@ from scene_graph_ros.geometry.spatial.pose_kernels import (
 )
 from scene_graph_ros.geometry.spatial.poses import refuse_pose, to_pose_array
 
-__all__ = ["Memory", "Snapshot", "refuse_frame_pose", "stacked_poses"]
+__all__ = ["NO_CONFIGURATIONS", "Memory", "Snapshot", "refuse_frame_pose", "stacked_poses"]
 
 Poses = NDArray[np.float64]
+
+NO_CONFIGURATIONS: Mapping[GeometryId, Configuration] = MappingProxyType({})
+"""Every deformable geometry is in its reference configuration."""
 
 
 def refuse_frame_pose(name: str, status: int, value: Any) -> Exception:
@@ -97,6 +106,7 @@ class Snapshot:
         "_X_PF",
         "_X_WF",
         "_X_WG",
+        "_configurations",
         "_lock",
         "_state",
         "memory",
@@ -104,10 +114,20 @@ class Snapshot:
     )
 
     def __init__(
-        self, state: GeometryState, X_PF: Poses, pose_version: int, memory: Memory | None = None
+        self,
+        state: GeometryState,
+        X_PF: Poses,
+        pose_version: int,
+        memory: Memory | None = None,
+        configurations: Mapping[GeometryId, Configuration] = NO_CONFIGURATIONS,
     ) -> None:
-        """Take a shared state, and poses ``(f, 4, 4)`` in its layout that nobody writes to."""
+        """Take a shared state, and poses ``(f, 4, 4)`` in its layout that nobody writes to.
+
+        Deformable geometries that ``configurations`` does not name are in their reference
+        configuration.
+        """
         assert state.shared
+        self._configurations = configurations
         self._state = state
         self._X_PF = X_PF
         self._X_WF: Poses | None = None
@@ -138,11 +158,11 @@ class Snapshot:
 
     @property
     def proximity(self) -> ProximityArrays:
-        """The geometries with the proximity role."""
+        """The rigid geometries with the proximity role."""
         return proximity_arrays(self._state)
 
     def role_arrays(self, role: Role) -> RoleArrays:
-        """Return ids, frames and fixed poses of the geometries with a role, rows by id."""
+        """Return ids, frames and fixed poses of the rigid geometries with a role, rows by id."""
         return self._state.role_arrays(role)
 
     @property
@@ -165,11 +185,11 @@ class Snapshot:
 
     @property
     def X_WG(self) -> Poses:
-        """(n, 4, 4) geometries with the proximity role in the world, not to be written to."""
+        """(n, 4, 4) rigid geometries with the proximity role in W, not to be written to."""
         return self.X_WG_of(Role.PROXIMITY)
 
     def X_WG_of(self, role: Role) -> Poses:
-        """Return ``(n, 4, 4)`` geometries with a role in the world, rows as in role_arrays."""
+        """Return ``(n, 4, 4)`` rigid geometries with a role in W, rows as in role_arrays."""
         result = self._X_WG.get(role)
         if result is None:
             rows, X_WF = self._state.role_arrays(role), self.X_WF
@@ -190,10 +210,12 @@ class Snapshot:
     def pose_in_world(self, target: FrameId | GeometryId) -> Poses:
         """Return ``X_WF`` of a frame or ``X_WG`` of a geometry, a new ``(4, 4)`` array.
 
-        Raises UnknownIdError if there is no such frame or geometry.
+        Raises UnknownIdError if there is no such frame or geometry, DeformableError for a
+        deformable geometry, which has no pose.
         """
         if isinstance(target, GeometryId):
             record = self._state.geometry(target)
+            refuse_deformable(record, "it has a configuration in the world, and no pose")
             return self._world_pose_of_frame(record.frame_id) @ record.X_FG
         return self._world_pose_of_frame(self._state.frame(target).id)
 
@@ -203,6 +225,29 @@ class Snapshot:
 
     def _world_pose_of_frame(self, frame_id: FrameId) -> Poses:
         return self.X_WF[self._state.layout().row[frame_id]].copy()
+
+    def configuration(self, geometry_id: GeometryId) -> Configuration:
+        """Return where the vertices of a deformable geometry are.
+
+        Raises UnknownIdError for an unknown geometry, DeformableError for a rigid one.
+        """
+        deformable = deformable_of(self._state.geometry(geometry_id))
+        known = self._configurations.get(geometry_id)
+        # The same id may have been registered anew, after a removal, with another mesh.
+        if known is None or known.deformable is not deformable:
+            return deformable.reference
+        return known
+
+    def driven_mesh_configurations(self, geometry_id: GeometryId, role: Role) -> list[Poses]:
+        """Return the positions ``(n, 3)`` in W, in m, of each driven mesh of a role.
+
+        Raises UnknownIdError, DeformableError for a rigid geometry, and RoleError if it lacks the
+        role.
+        """
+        from scene_graph_ros.geometry.model.driven_mesh import driven_positions
+
+        mesh = self._state.driven_mesh(geometry_id, role)
+        return [driven_positions(mesh, self.configuration(geometry_id))]
 
     def with_frame_poses(self, poses: Mapping[FrameId, Any]) -> Snapshot:
         """Return a snapshot with other poses for some frames, of any source: "what if".
@@ -214,4 +259,4 @@ class Snapshot:
         bad, status = store_poses(given, rows, X_PF)
         if status != VALID:
             raise refuse_frame_pose(self._state.layout().names[rows[bad]], status, given[bad])
-        return Snapshot(self._state, X_PF, self.pose_version, self.memory)
+        return Snapshot(self._state, X_PF, self.pose_version, self.memory, self._configurations)

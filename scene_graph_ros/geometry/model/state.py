@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 import itertools
 import threading
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.errors import OwnershipError, RoleError, UnknownIdError
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
+from scene_graph_ros.geometry.model.deformable import deformable_of
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.layout import (
@@ -26,6 +27,9 @@ from scene_graph_ros.geometry.model.layout import (
 from scene_graph_ros.geometry.model.pair_filter import PairFilter
 from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import checked_role, Role
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.model.driven_mesh import DrivenMesh
 
 __all__ = ["ROLES", "GeometryState"]
 
@@ -138,12 +142,19 @@ class GeometryState:
         return result
 
     def role_arrays(self, role: Role) -> RoleArrays:
-        """Return the rows of the geometries with a role."""
-        result: RoleArrays = self.cached(
-            f"arrays {role.name}",
-            lambda: role_arrays([self.geometries[i] for i in self.with_role[role]], self.layout()),
-        )
+        """Return the rows of the rigid geometries with a role."""
+
+        def lay_out() -> RoleArrays:
+            records = (self.geometries[i] for i in self.with_role[role])
+            return role_arrays([r for r in records if r.deformable is None], self.layout())
+
+        result: RoleArrays = self.cached(f"arrays {role.name}", lay_out)
         return result
+
+    def deformable_ids(self, role: Role) -> tuple[GeometryId, ...]:
+        """Return the deformable geometries with a role, sorted."""
+        of_role = self.with_role[role]
+        return tuple(sorted(i for i in of_role if self.geometries[i].deformable is not None))
 
     # Look-ups that refuse what is not there.
 
@@ -223,9 +234,26 @@ class GeometryState:
         return role in record.properties
 
     def is_deformable(self, geometry_id: GeometryId) -> bool:
-        """Tell whether a geometry deforms; every shape of this model is rigid."""
-        self.geometry(geometry_id)
-        return False
+        """Tell whether a geometry deforms. Raises UnknownIdError."""
+        return self.geometry(geometry_id).deformable is not None
+
+    def driven_mesh(self, geometry_id: GeometryId, role: Role) -> DrivenMesh:
+        """Return what a deformable geometry carries along for a role.
+
+        Raises UnknownIdError, DeformableError for a rigid geometry, and RoleError if it lacks the
+        role.
+        """
+        record = self.geometry(geometry_id)
+        deformable = deformable_of(record)
+        properties = record.properties.get(checked_role(role))
+        if properties is None:
+            raise RoleError(
+                f"deformable geometry {record.name!r} ({record.id!r}) has no role {role.name}, so"
+                " no driven mesh for it"
+            )
+        from scene_graph_ros.geometry.model.driven_mesh import driven_mesh
+
+        return driven_mesh(deformable, properties)
 
     def collision_filtered(self, id_A: GeometryId, id_B: GeometryId) -> bool:
         """Tell whether a pair is never checked: by its frames, or by declarations.
@@ -239,7 +267,9 @@ class GeometryState:
                     f"geometry {record.name!r} ({record.id!r}) has no proximity role, so it is in"
                     " no pair that could be filtered"
                 )
-        # Two anchored geometries are on one frame, the world.
-        if records[0].frame_id == records[1].frame_id:
+        # Two anchored geometries are on one frame, the world. Deformable ones are on it only in
+        # name, so that it says nothing of what they can touch.
+        are_rigid = records[0].deformable is None and records[1].deformable is None
+        if are_rigid and records[0].frame_id == records[1].frame_id:
             return True
         return self.filters.is_excluded(id_A, id_B)

@@ -17,8 +17,10 @@ from scene_graph_ros.geometry.errors import (
     RoleError,
     UnsupportedPairError,
 )
+from scene_graph_ros.geometry.model.deformable import refuse_deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query import scene
@@ -71,8 +73,9 @@ class QueryObject:
     computation does not hold the interpreter's lock.
 
     Pairs on the same frame, pairs of anchored geometries and pairs excluded by a collision filter
-    are not reported. A ``Mesh`` stands for its convex hull between pairs unless its proximity
-    properties ask for triangles, and always for its triangles against points.
+    are not reported. Deformable geometries are left out of all but the queries about them. A
+    ``Mesh`` stands for its convex hull between pairs unless its proximity properties ask for
+    triangles, and always for its triangles against points.
 
     How exact the answers about pairs are is the model's ``accuracy``, unless a query says
     otherwise: "quick", "standard" or "exact" promise that a distance is off by no more than 1e-3,
@@ -122,12 +125,32 @@ class QueryObject:
         return self._provider.snapshot.inspector
 
     def get_pose_in_world(self, target: FrameId | GeometryId) -> NDArray[np.float64]:
-        """Return ``X_WF`` or ``X_WG`` ``(4, 4)``. Raises UnknownIdError."""
+        """Return ``X_WF`` or ``X_WG`` ``(4, 4)``.
+
+        Raises UnknownIdError, and DeformableError for a deformable geometry.
+        """
         return self._provider.snapshot.pose_in_world(target)
 
     def get_pose_in_parent(self, frame_id: FrameId) -> NDArray[np.float64]:
         """Return ``X_PF`` ``(4, 4)`` in the parent frame. Raises UnknownIdError."""
         return self._provider.snapshot.pose_in_parent(frame_id)
+
+    def get_configurations_in_world(self, geometry_id: GeometryId) -> NDArray[np.float64]:
+        """Return where the vertices of a deformable geometry are in W, ``(v, 3)``, in m.
+
+        The array is read-only. Raises UnknownIdError, and DeformableError for a rigid geometry.
+        """
+        return self._provider.snapshot.configuration(geometry_id).q_WG
+
+    def get_driven_mesh_configurations_in_world(
+        self, geometry_id: GeometryId, role: Role
+    ) -> list[NDArray[np.float64]]:
+        """Return where the vertices of a role's driven meshes are in W: ``(n, 3)`` each, in m.
+
+        The inspector's get_driven_meshes returns the same meshes with their triangles. Raises
+        UnknownIdError, DeformableError for a rigid geometry, and RoleError if it lacks the role.
+        """
+        return self._provider.snapshot.driven_mesh_configurations(geometry_id, role)
 
     def find_collision_candidates(self) -> CandidatePairs:
         """Return the pairs whose bounding boxes meet; any pair not in it is apart."""
@@ -206,6 +229,7 @@ class QueryObject:
         Raises:
             UnknownIdError: an id is not registered.
             RoleError: a geometry has no proximity role.
+            DeformableError: a geometry is deformable.
             UnsupportedPairError: the ids are the same, or both are half spaces.
 
         """
@@ -291,7 +315,9 @@ def _check_point_settings(
 
 
 def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
-    name = snapshot.inspector.get_name(geometry_id)  # raises UnknownIdError
+    record = snapshot.state.geometry(geometry_id)
+    refuse_deformable(record, "its contact is a matter of compute_deformable_contact")
+    name = record.name
     ids = snapshot.proximity.ids
     row = int(np.searchsorted(ids, int(geometry_id)))
     if row == len(ids) or ids[row] != int(geometry_id):
