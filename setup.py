@@ -36,6 +36,7 @@ setup(
     python_requires=">=3.11",
     install_requires=[
         "setuptools",
+        "meshio",
         "numba",
         "numpy",
         "pycollada",
@@ -45,7 +46,12 @@ setup(
         "tqdm",
         "trimesh",
     ],
-    extras_require={"fcl": ["python-fcl"], "joints": ["pin"], "test": ["hypothesis", "pytest"]},
+    extras_require={
+        "fcl": ["python-fcl"],
+        "joints": ["pin"],
+        "test": ["hypothesis", "pytest"],
+        "tetrahedra": ["pytetwild"],
+    },
     entry_points={"console_scripts": ["scene_graph_node = scene_graph_ros.node.main:main"]},
     zip_safe=True,
 )

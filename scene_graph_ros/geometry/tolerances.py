@@ -115,3 +115,43 @@ a thousand times the error of either."""
 SINGULAR_CONTACT = 1e-9
 """Smallest singular value, of a matrix with unit columns, at which the witnesses of a pair count
 as fixed by their optimality: below it their derivatives keep less than half of all digits."""
+
+CONTACT_TIE = 64.0 * EPSILON
+"""Relative to the coordinates of a pair of bodies: a corner this close to a plane lies in it, so
+that elements flat on each other are told from elements that cut each other. Two poses and a plane
+through three corners round about this much."""
+
+CONTACT_RESOLUTION = 1e-12
+"""Relative to the coordinates of a pair of bodies: a face of a contact surface that is narrower,
+or a side that is shorter, is dropped. What is lost is as small beside what is kept."""
+
+PLACED_RESOLUTION = 16.0 * EPSILON
+"""Relative to the distance from the world's origin: the same for what world coordinates, rounded
+to half an EPSILON each, can tell apart."""
+
+EQUAL_FIELDS = 1e-10
+"""Relative to the pressure gradients' lengths: fields whose difference is shorter are equal, and
+their surface of equal pressure has no direction (identical bodies on top of each other)."""
+
+PRESSURE_DIRECTION = -0.3826834323650898
+"""Cosine (of 112.5 degrees): a face counts where each compliant side's pressure gradient is within
+this angle of the way into that side. Up to a right angle the pressure grows into the body; a
+coarse mesh's gradients turn by up to tens of degrees from one element to the next, and a sharp
+limit would tear holes. Faces on a body's far side, seen through it, are nearer to 180 degrees."""
+
+FLAT_TETRAHEDRON = 1e-9
+"""Six times a deformed tetrahedron's volume, with its sign, relative to the product of the three
+edges at its first corner: up to this it counts as flat or turned inside out and has no part in
+contact. Barycentric coordinates in what is left keep half of all digits."""
+
+MEDIAL_AXIS = 1e-7
+"""Relative to a shape's size: a medial axis shorter than this along some direction counts as a
+point there. Its tetrahedra would be that thin, and the field that they would give exactly is then
+off by as much."""
+
+DEEPEST_POINT = 1e-3
+"""Relative: the centre found for the largest ball inside a hull is at most this much less deep
+than the deepest. It lies in the middle of all that are as deep; its own depth is exact."""
+
+MARGIN_DEFECT = 1e-3
+"""Relative: by how much the layer around a mesh may be thinner than its margin at a vertex."""

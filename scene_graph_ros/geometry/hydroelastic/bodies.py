@@ -12,9 +12,10 @@ from scene_graph_ros.geometry.hydroelastic.elements import (
     linear_fields,
     triangle_normals,
 )
+from scene_graph_ros.geometry.hydroelastic.fields import compliant_solid
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.cache import BuildCache
-from scene_graph_ros.geometry.meshes.tessellate import solid_of, tessellate_surface
+from scene_graph_ros.geometry.meshes.tessellate import tessellate_surface
 from scene_graph_ros.geometry.model.hydroelastic_properties import HydroelasticProperties
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -65,7 +66,7 @@ def _build(shape: Shape, properties: HydroelasticProperties) -> Body:
 
 
 def _volume(shape: Shape, properties: HydroelasticProperties) -> Body:
-    solid = solid_of(shape, properties.resolution_hint, properties.margin)
+    solid = compliant_solid(shape, properties.resolution_hint, properties.margin)
     vertices, elements = np.array(solid.vertices), np.array(solid.tetrahedra)
     pressure = properties.modulus * solid.extent
     gradient, constant = linear_fields(vertices, elements, pressure)

@@ -3,12 +3,12 @@
 Each body is built once: geometries with equal shapes and equal properties share it, in one scene
 and between scenes. Positions, normals and gradients are in the geometry's frame G, SI units.
 
-**Fields.** The pressure of a compliant body is ``E * extent(x)``, linear in every tetrahedron, with
-the hydroelastic modulus E. The extent is 0 on the surface and 1 at the deepest place: for sphere
-and ellipsoid the centre, and linear along rays from it; for capsule, box and cylinder the medial
-axis, and linear in the distance to the surface; for a convex hull the centre of the largest ball
-inside, and linear along rays; for a mesh the deepest vertex, and linear in the distance at the
-vertices. A compliant half space has ``E * depth / slab_thickness``, without an end.
+**Fields.** The pressure of a compliant body is ``E * extent(x)``, linear in every tetrahedron,
+with the hydroelastic modulus E. The extent is 0 on the surface and 1 at the deepest place: for
+sphere and ellipsoid the centre, and linear along rays from it; for capsule, box and cylinder the
+medial axis, and linear in the distance to the surface; for a convex hull the centre of the largest
+ball inside, and linear along rays; for a mesh the deepest vertex, and linear in the distance at
+the vertices. A compliant half space has ``E * depth / slab_thickness``, without an end.
 
 **Margin.** A compliant body with a margin is grown by it. The field is that of the body without
 one, continued: zero on the original surface and negative in the layer around it. Where a contact

@@ -13,11 +13,25 @@ from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh, read_mesh_contents
 from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
+from scene_graph_ros.geometry.meshes.volume_io import (
+    load_volume_mesh,
+    parse_volume_mesh,
+    VOLUME_FILE_TYPES,
+)
+from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE
 
-__all__ = ["hull_of", "is_convex", "load_surface", "source_identity", "surface_of", "validate"]
+__all__ = [
+    "hull_of",
+    "is_convex",
+    "load_surface",
+    "source_identity",
+    "surface_of",
+    "validate",
+    "volume_of",
+]
 
 _CAPACITY = 4096
 
@@ -26,6 +40,7 @@ _raw: BuildCache[tuple[np.ndarray, np.ndarray]] = BuildCache(_CAPACITY)
 _hulls: BuildCache[Hull] = BuildCache(_CAPACITY)
 _surfaces: BuildCache[Surface] = BuildCache(_CAPACITY)
 _convex: BuildCache[bool] = BuildCache(_CAPACITY)
+_raw_volumes: BuildCache[VolumeMesh] = BuildCache(_CAPACITY)
 
 
 def source_identity(shape: MeshShape) -> Hashable:
@@ -90,6 +105,31 @@ def is_convex(shape: MeshShape) -> bool:
     )
 
 
+def volume_of(shape: MeshShape) -> VolumeMesh:
+    """Return the tetrahedra of a .vtk or .vtu source in G, scaled.
+
+    Raises:
+        MeshError: as ``load_volume_mesh``.
+
+    """
+    assert shape.file_type in VOLUME_FILE_TYPES  # callers ask for others elsewhere
+    raw = _raw_volume(shape)
+    tetrahedra = raw.tetrahedra
+    if np.prod(shape.scale) < 0.0:
+        tetrahedra = np.ascontiguousarray(tetrahedra[:, [1, 0, 2, 3]])
+    return VolumeMesh.trusted(raw.vertices * shape.scale, tetrahedra)
+
+
+def _raw_volume(shape: MeshShape) -> VolumeMesh:
+    def read() -> VolumeMesh:
+        if shape.path is not None:
+            return load_volume_mesh(shape.path)
+        assert shape.contents is not None  # a file type comes with a file or its contents
+        return parse_volume_mesh(shape.contents, shape.file_type, name=_name(shape))
+
+    return _raw_volumes.get(shape.source_key, read)
+
+
 def validate(shape: MeshShape) -> None:
     """Read the shape and build what queries need of it, so that errors come now.
 
@@ -109,6 +149,9 @@ def _name(shape: MeshShape) -> str:
 
 
 def _read(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
+    if shape.file_type in VOLUME_FILE_TYPES:
+        volume = _raw_volume(shape)
+        return volume.vertices, volume.boundary_triangles()
     if shape.path is not None:
         return read_mesh(shape.path)
     if shape.contents is not None:

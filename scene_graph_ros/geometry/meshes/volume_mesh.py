@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+import itertools
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,9 @@ IntArray = NDArray[np.int64]
 
 # The faces of a positively oriented tetrahedron (0, 1, 2, 3), counter-clockwise seen from outside.
 _FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
+# Half of all orders of the corners, the others being these backwards, and whether each is even.
+_PATHS = np.array([p for p in itertools.permutations(range(4)) if p[0] < p[3]])
+_PARITY = np.array([np.linalg.det(np.eye(4)[path]) for path in _PATHS]).round()
 _EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 
 
@@ -80,9 +84,18 @@ class VolumeMesh:
         return len(self._tetrahedra)
 
     def volumes(self) -> FloatArray:
-        """Return (t,) cubic metres."""
-        a, b, c, d = (self._vertices[self._tetrahedra[:, k]] for k in range(4))
-        return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
+        """Return (t,) cubic metres.
+
+        Each is the product of three edges that form a path through the corners; the path of the
+        shortest edges is taken, so that a thin tetrahedron keeps its digits and its sign.
+        """
+        corners = self._vertices[self._tetrahedra]
+        steps = corners[:, _PATHS[:, 1:]] - corners[:, _PATHS[:, :-1]]
+        lengths = np.linalg.norm(steps, axis=3)
+        scale = lengths.max(axis=(1, 2), keepdims=True)
+        best = np.prod(lengths / np.where(scale > 0.0, scale, 1.0), axis=2).argmin(axis=1)
+        e1, e2, e3 = (steps[np.arange(len(best)), best, k] for k in range(3))
+        return _PARITY[best] * np.einsum("ij,ij->i", e1, np.cross(e2, e3)) / 6.0
 
     @property
     def volume(self) -> float:

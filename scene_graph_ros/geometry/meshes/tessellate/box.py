@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.meshes.tessellate.solid import Solid
 from scene_graph_ros.geometry.shapes.box import Box
-from scene_graph_ros.geometry.tolerances import COINCIDENCE
+from scene_graph_ros.geometry.tolerances import MEDIAL_AXIS
 
 __all__ = ["surface_box", "volume_box"]
 
@@ -40,7 +40,7 @@ def volume_box(shape: Box, resolution_hint: float | None = None, margin: float =
     half = 0.5 * np.array([shape.width, shape.depth, shape.height])
     deepest = half.min()
     medial = half - deepest
-    medial[medial <= COINCIDENCE * half] = 0.0
+    medial[medial <= MEDIAL_AXIS * half] = 0.0
     signs, tetrahedra, triangles = _topology(
         (bool(medial[0] > 0.0), bool(medial[1] > 0.0), bool(medial[2] > 0.0))
     )

@@ -18,7 +18,7 @@ from scene_graph_ros.geometry.meshes.tessellate.counts import (
 )
 from scene_graph_ros.geometry.meshes.tessellate.geodesic import (
     geodesic_sphere,
-    LONGEST_EDGE,
+    LONGEST_SPHERE_EDGE,
     star,
 )
 from scene_graph_ros.geometry.meshes.tessellate.solid import Solid
@@ -39,7 +39,7 @@ def _semi_axes(shape: Sphere | Ellipsoid) -> tuple[float, float, float]:
 def _frequency(shape: Sphere | Ellipsoid, hint: float, axes: tuple[float, float, float]) -> int:
     """Return the frequency at which no edge is longer than the hint."""
     largest = max(axes)
-    f = divisions(LONGEST_EDGE * largest, hint, at_least=1)
+    f = divisions(LONGEST_SPHERE_EDGE * largest, hint, at_least=1)
     checked_count(shape, hint, largest, 20 * f * f)
     return f
 

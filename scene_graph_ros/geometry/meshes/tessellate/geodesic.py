@@ -1,4 +1,4 @@
-"""The unit sphere as a geodesic polyhedron, and stars of tetrahedra over closed surfaces."""
+"""The unit sphere and half of it as geodesic polyhedra, and stars of tetrahedra."""
 
 from __future__ import annotations
 
@@ -9,16 +9,26 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LONGEST_EDGE", "geodesic_sphere", "star"]
+__all__ = [
+    "LONGEST_DOME_EDGE",
+    "LONGEST_SPHERE_EDGE",
+    "geodesic_dome",
+    "geodesic_sphere",
+    "star",
+]
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 _GOLDEN = 0.5 * (1.0 + math.sqrt(5.0))
-_EDGE_ANGLE = math.acos(1.0 / math.sqrt(5.0))
+_ICOSAHEDRON_ANGLE = math.acos(1.0 / math.sqrt(5.0))
+_OCTAHEDRON_ANGLE = 0.5 * math.pi
 
-LONGEST_EDGE = 1.304
-"""Times 1 / f: no edge of the polyhedron of frequency f is longer, on the unit sphere."""
+LONGEST_SPHERE_EDGE = 1.304
+"""Times 1 / f: no edge of ``geodesic_sphere(f)`` is longer."""
+
+LONGEST_DOME_EDGE = 2.32
+"""Times 1 / f: no edge of ``geodesic_dome(f)`` is longer."""
 
 
 @lru_cache(maxsize=1)
@@ -39,7 +49,7 @@ def _icosahedron() -> tuple[FloatArray, IntArray]:
 
 
 def _numbering(triangles: IntArray, f: int) -> tuple[list[IntArray], int]:
-    """Number the lattice points of all faces, shared ones once.
+    """Give numbers to the lattice points of all faces, to shared ones once; corners keep theirs.
 
     Returns:
         Per face (f+1, f+1) with entry (j, k) the number of the point with weights (f-j-k, j, k),
@@ -47,7 +57,7 @@ def _numbering(triangles: IntArray, f: int) -> tuple[list[IntArray], int]:
 
     """
     edges: dict[tuple[int, int], int] = {}
-    count = 12
+    count = int(triangles.max()) + 1
     inside = np.arange(1, f)
     tables = []
     for a, b, c in triangles.tolist():
@@ -72,26 +82,22 @@ def _numbering(triangles: IntArray, f: int) -> tuple[list[IntArray], int]:
     return tables, count
 
 
-@lru_cache(maxsize=32)
-def geodesic_sphere(f: int) -> tuple[FloatArray, IntArray]:
-    """Cut each side of an icosahedron into f parts and push the points out to the unit sphere.
+def _divided(
+    corners: FloatArray, triangles: IntArray, angle: float, f: int
+) -> tuple[FloatArray, IntArray]:
+    """Cut each side of spherical triangles into f parts; ``angle`` is that of all their sides.
 
-    The weights of a point are sines of equal angles, which on a side of the icosahedron are equal
-    parts of the great circle, and inside come near to it.
-
-    Returns:
-        (10 f^2 + 2, 3) vertices and (20 f^2, 3) triangles, counter-clockwise from outside; both
-        read-only, and the same for the same f.
-
+    The weights of a point are sines of equal angles, which on a side are equal parts of the great
+    circle, and inside come near to it.
     """
-    corners, triangles = _icosahedron()
     tables, count = _numbering(triangles, f)
     vertices = np.empty((count, 3))
-    j, k = np.nonzero(np.add.outer(np.arange(f + 1), np.arange(f + 1)) <= f)
-    weights = np.sin(np.stack([f - j - k, j, k], axis=1) * (_EDGE_ANGLE / f))
-    up_j, up_k = np.nonzero(np.add.outer(np.arange(f), np.arange(f)) < f)
-    down_j, down_k = np.nonzero(np.add.outer(np.arange(f), np.arange(f)) < f - 1)
-    result = []
+    lattice = np.add.outer(np.arange(f + 1), np.arange(f + 1))
+    j, k = np.nonzero(lattice <= f)
+    weights = np.sin(np.stack([f - j - k, j, k], axis=1) * (angle / f))
+    up_j, up_k = np.nonzero(lattice < f)
+    down_j, down_k = np.nonzero(lattice < f - 1)
+    faces = []
     for corner_rows, table in zip(triangles, tables, strict=True):
         points = weights @ corners[corner_rows]
         vertices[table[j, k]] = points / np.linalg.norm(points, axis=1)[:, None]
@@ -101,10 +107,44 @@ def geodesic_sphere(f: int) -> tuple[FloatArray, IntArray]:
             table[down_j + 1, down_k + 1],
             table[down_j, down_k + 1],
         )
-        result += [np.stack(up, axis=1), np.stack(down, axis=1)]
-    faces = np.concatenate(result)
+        faces += [np.stack(up, axis=1), np.stack(down, axis=1)]
+    return vertices, np.concatenate(faces)
+
+
+@lru_cache(maxsize=32)
+def geodesic_sphere(f: int) -> tuple[FloatArray, IntArray]:
+    """Return the unit sphere as an icosahedron with each side cut into f parts.
+
+    Returns:
+        (10 f^2 + 2, 3) vertices and (20 f^2, 3) triangles, counter-clockwise from outside; both
+        read-only, and the same for the same f.
+
+    """
+    vertices, faces = _divided(*_icosahedron(), _ICOSAHEDRON_ANGLE, f)
     vertices.flags.writeable = faces.flags.writeable = False
     return vertices, faces
+
+
+@lru_cache(maxsize=32)
+def geodesic_dome(f: int) -> tuple[FloatArray, IntArray, IntArray]:
+    """Return the half z >= 0 of the unit sphere as half an octahedron, sides cut into f parts.
+
+    Returns:
+        (2 f^2 + 2 f + 1, 3) vertices, (4 f^2, 3) triangles, counter-clockwise from outside, and
+        the (4 f,) vertices of the rim, where z is 0, in equal steps counter-clockwise about z
+        from (1, 0, 0); all read-only.
+
+    """
+    turn = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    corners = np.concatenate([turn, [[0.0, 0.0, 1.0]]])
+    triangles = np.array([[k, (k + 1) % 4, 4] for k in range(4)])
+    vertices, faces = _divided(corners, triangles, _OCTAHEDRON_ANGLE, f)
+    on_rim = np.flatnonzero(vertices[:, 2] == 0.0)
+    angles = np.arctan2(vertices[on_rim, 1], vertices[on_rim, 0])
+    rim = on_rim[np.argsort(np.where(angles < 0.0, angles + 2.0 * math.pi, angles))]
+    for array in (vertices, faces, rim):
+        array.flags.writeable = False
+    return vertices, faces, rim
 
 
 def star(triangles: IntArray, apex: int) -> IntArray:

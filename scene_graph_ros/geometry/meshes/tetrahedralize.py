@@ -1,0 +1,110 @@
+"""Fill a closed surface that is not convex with tetrahedra: fTetWild, by way of pytetwild.
+
+The library is optional. It runs in a process of its own, since it writes a file where it runs and
+ends the process where it fails. Its surface comes within ENVELOPE of the given one, and its result
+differs from run to run; within a process a mesh is filled once, so all bodies of it are the same.
+For one that never changes, save it with ``save_volume_mesh`` and give the file as the mesh.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+import subprocess
+import sys
+import tempfile
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.surfaces import Surface
+from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
+
+__all__ = ["DEFAULT_EDGE", "ENVELOPE", "tetrahedralize"]
+
+DEFAULT_EDGE = 0.1
+"""Relative to the diagonal of the bounding box: the wanted length of edges without a hint."""
+
+ENVELOPE = 1e-3
+"""Relative to the diagonal of the bounding box: how far the surface may move."""
+
+_REMEDY = (
+    "give it as a .vtk or .vtu file with tetrahedra, or as its convex hull by Convex, or install"
+    " pytetwild"
+)
+
+_PROGRAM = """
+import numpy, pytetwild
+mesh = numpy.load("surface.npz")
+vertices, tetrahedra = pytetwild.tetrahedralize(
+    mesh["vertices"], mesh["triangles"], edge_length_fac=float(mesh["edge"]),
+    epsilon=float(mesh["envelope"]), num_threads=1, quiet=True)
+numpy.savez("volume.npz", vertices=vertices, tetrahedra=tetrahedra)
+"""
+
+
+def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMesh:
+    """Return the inside of a surface as tetrahedra.
+
+    Args:
+        surface: of any form.
+        edge: metres, about how long edges shall be; by default DEFAULT_EDGE of the diagonal.
+        name: what messages call the mesh.
+
+    Raises:
+        MeshError: the surface is not closed, the library is not installed, or it found no
+            tetrahedra; says what to do.
+
+    """
+    if not surface.is_closed:
+        raise MeshError(
+            f"{name} is not closed, so it has no inside to fill with tetrahedra: {_REMEDY}"
+        )
+    if importlib.util.find_spec("pytetwild") is None:
+        raise MeshError(f"{name} is not convex: {_REMEDY}")
+    lower, upper = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    diagonal = float(np.linalg.norm(upper - lower))
+    # The library's tolerances are made for meshes of about this size, around the origin.
+    points = (surface.vertices - 0.5 * (lower + upper)) / diagonal
+    relative = DEFAULT_EDGE if edge is None else min(edge / diagonal, 1.0)
+    vertices, tetrahedra = _run(points, surface.triangles, relative, name)
+    vertices = vertices * diagonal + 0.5 * (lower + upper)
+    used, tetrahedra = np.unique(tetrahedra, return_inverse=True)
+    vertices, tetrahedra = vertices[used], tetrahedra.reshape(-1, 4).astype(np.int64)
+    negative = VolumeMesh.trusted(vertices, tetrahedra).volumes() < 0.0
+    tetrahedra[negative, :2] = tetrahedra[negative, 1::-1]
+    try:
+        return VolumeMesh(vertices, tetrahedra)
+    except MeshError as error:
+        raise MeshError(f"{name} was filled with tetrahedra that overlap: {error}") from error
+
+
+def _run(
+    vertices: NDArray[np.float64], triangles: NDArray[np.int64], edge: float, name: str
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Run the library in a folder of its own; return vertices and tetrahedra."""
+    with tempfile.TemporaryDirectory() as folder:
+        np.savez(
+            Path(folder, "surface.npz"),
+            vertices=vertices,
+            triangles=triangles.astype(np.int32),
+            edge=edge,
+            envelope=ENVELOPE,
+        )
+        done = subprocess.run(  # noqa: S603
+            [sys.executable, "-c", _PROGRAM],
+            check=False,
+            cwd=folder,
+            capture_output=True,
+            text=True,
+        )
+        result = Path(folder, "volume.npz")
+        if done.returncode != 0 or not result.exists():
+            last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]
+            raise MeshError(f"{name} could not be filled with tetrahedra ({last[0]}): {_REMEDY}")
+        with np.load(result) as arrays:
+            vertices, tetrahedra = arrays["vertices"], arrays["tetrahedra"]
+    if not len(tetrahedra):
+        raise MeshError(f"{name} could not be filled with tetrahedra: {_REMEDY}")
+    return vertices, tetrahedra

@@ -1,0 +1,102 @@
+"""Read and write tetrahedral meshes: VTK files, old (.vtk) and XML (.vtu), by meshio."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+import tempfile
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
+
+__all__ = ["VOLUME_FILE_TYPES", "load_volume_mesh", "parse_volume_mesh", "save_volume_mesh"]
+
+VOLUME_FILE_TYPES = ("vtk", "vtu")
+"""Suffixes, without the dot, of files that may hold tetrahedra."""
+
+
+def load_volume_mesh(path: str | os.PathLike[str]) -> VolumeMesh:
+    """Read the tetrahedra of a .vtk or .vtu file; other cells in it are left out.
+
+    Vertices that no tetrahedron uses are dropped, and tetrahedra numbered the other way round are
+    turned, as writers disagree about it.
+
+    Raises:
+        MeshError: the file is missing or unreadable, holds no tetrahedra, or they are no mesh;
+            names the file and the reason.
+
+    """
+    path = Path(path)
+    try:
+        contents = path.read_bytes()
+    except FileNotFoundError as error:
+        raise MeshError(f"mesh file {str(path)!r} does not exist") from error
+    except OSError as error:
+        raise MeshError(f"mesh file {str(path)!r}: {error.strerror}") from error
+    return parse_volume_mesh(contents, path.suffix, name=f"mesh file {str(path)!r}")
+
+
+def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMesh:
+    """Read a tetrahedral mesh from the contents of a file; see ``load_volume_mesh``.
+
+    Args:
+        contents: what the file would hold.
+        file_type: "vtk" or "vtu", with or without a dot, in any case.
+        name: what messages call the mesh.
+
+    """
+    file_type = file_type.lower().lstrip(".")
+    if file_type not in VOLUME_FILE_TYPES:
+        known = ", ".join(VOLUME_FILE_TYPES)
+        raise MeshError(f"{name}: no reader of tetrahedra for {file_type!r}; known are {known}")
+    loaded = _read(contents, file_type, name)
+    blocks = [block.data for block in loaded.cells if block.type == "tetra"]
+    if not blocks:
+        kinds = sorted({block.type for block in loaded.cells})
+        raise MeshError(f"{name}: there are no tetrahedra, but {', '.join(kinds) or 'no cells'}")
+    points = np.asarray(loaded.points, dtype=np.float64)
+    corners = np.concatenate(blocks).astype(np.int64)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise MeshError(f"{name}: points must be (n, 3), not {points.shape}")
+    if corners.min() < 0 or corners.max() >= len(points):
+        raise MeshError(f"{name}: a tetrahedron refers to a vertex that is not there")
+    used, corners = np.unique(corners, return_inverse=True)
+    points, corners = points[used], corners.reshape(-1, 4)
+    negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
+    corners[negative, :2] = corners[negative, 1::-1]
+    try:
+        return VolumeMesh(points, corners)
+    except MeshError as error:
+        raise MeshError(f"{name}: {error}") from error
+
+
+def _read(contents: bytes, file_type: str, name: str) -> Any:
+    import meshio
+
+    try:
+        # Some of meshio's readers want a file with a name, not a stream.
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, f"mesh.{file_type}")
+            file.write_bytes(contents)
+            return meshio.read(file, file_format=file_type)
+    except SystemExit as error:  # that is how meshio ends when a file is not what it says
+        raise MeshError(f"{name}: unreadable {file_type}") from error
+    except Exception as error:  # third-party parsers raise whatever they meet
+        raise MeshError(f"{name}: unreadable {file_type}: {error!r}") from error
+
+
+def save_volume_mesh(path: str | os.PathLike[str], mesh: VolumeMesh) -> None:
+    """Write a mesh as .vtk or .vtu, without loss; ``load_volume_mesh`` gives it back.
+
+    Raises MeshError for another suffix, OSError where the file cannot be written.
+    """
+    import meshio
+
+    path = Path(path)
+    if path.suffix.lower().lstrip(".") not in VOLUME_FILE_TYPES:
+        known = " or ".join(f".{kind}" for kind in VOLUME_FILE_TYPES)
+        raise MeshError(f"mesh file {str(path)!r}: a volume mesh is written as {known}")
+    meshio.Mesh(mesh.vertices, [("tetra", mesh.tetrahedra)]).write(path)
