@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+import contextlib
 from pathlib import Path
 import subprocess
 import time
@@ -13,11 +15,14 @@ import yaml
 from benchmarks.messages.listener import Listener
 from benchmarks.messages.processes import cpu_seconds, isolated, Isolation, ROOT
 
-__all__ = ["panda"]
+__all__ = ["SCENE", "demo_cell", "panda"]
 
 SCENE = ROOT / "config" / "scenes" / "panda_cell.yaml"
 CROWD = 50
 """Objects in the cell with a crowd."""
+
+_SETTLE = 3.0
+"""Seconds in which everything is used once."""
 
 
 def _crowded_scene() -> str:
@@ -40,12 +45,25 @@ def _crowded_scene() -> str:
     return yaml.safe_dump(scene)
 
 
-def _demo_processes(isolation: Isolation, rate: float, scene: str | Path) -> subprocess.Popen[Any]:
-    """Start the node with a scene, a Panda and moving objects; return the node."""
-    node = isolation.start_node(scene)
-    for name in ("panda_robot", "moving_objects"):
-        isolation.start_script(ROOT / "examples" / f"{name}.py", "--rate", str(rate))
-    return node
+@contextlib.contextmanager
+def demo_cell(
+    scene: str | Path = SCENE, *, rate: float
+) -> Iterator[tuple[Isolation, subprocess.Popen[Any], Listener]]:
+    """Start the node with a scene, a Panda, moving objects and a listener; wait for all."""
+    with isolated() as isolation:
+        node = isolation.start_node(scene)
+        for name in ("panda_robot", "moving_objects"):
+            isolation.start_script(ROOT / "examples" / f"{name}.py", "--rate", str(rate))
+        listener = Listener(isolation.domain, with_markers=True)
+        try:
+            listener.wait_for_contacts(isolation.check)
+            while listener.arrivals[-1][0] == 0:
+                time.sleep(0.01)
+            time.sleep(_SETTLE)
+            isolation.check()
+            yield isolation, node, listener
+        finally:
+            listener.close()
 
 
 def panda(is_quick: bool) -> None:
@@ -57,26 +75,16 @@ def panda(is_quick: bool) -> None:
 
 def _measure(title: str, scene: str | Path, seconds: float, rate: float = 100.0) -> None:
     """Print the latency of a cell whose sources publish ``rate`` times a second."""
-    with isolated() as isolation:
-        node = _demo_processes(isolation, rate, scene)
-        listener = Listener(isolation.domain, with_markers=True)
-        try:
-            listener.wait_for_contacts(isolation.check)
-            while listener.arrivals[-1][0] == 0:
-                time.sleep(0.01)
-            time.sleep(3.0)
-            isolation.check()
-            listener.arrivals.clear()
-            used, begin = cpu_seconds(node.pid), time.monotonic()
-            time.sleep(seconds)
-            elapsed = time.monotonic() - begin
-            share = (cpu_seconds(node.pid) - used) / elapsed
-            first: dict[int, int] = {}
-            for stamp, arrival in list(listener.arrivals):
-                first.setdefault(stamp, arrival)
-            latencies = np.array([arrival - stamp for stamp, arrival in first.items()]) * 1e-6
-        finally:
-            listener.close()
+    with demo_cell(scene, rate=rate) as (_, node, listener):
+        listener.arrivals.clear()
+        used, begin = cpu_seconds(node.pid), time.monotonic()
+        time.sleep(seconds)
+        elapsed = time.monotonic() - begin
+        share = (cpu_seconds(node.pid) - used) / elapsed
+        first: dict[int, int] = {}
+        for stamp, arrival in list(listener.arrivals):
+            first.setdefault(stamp, arrival)
+        latencies = np.array([arrival - stamp for stamp, arrival in first.items()]) * 1e-6
     median, high = np.percentile(latencies, (50, 99))
     print(f"{title} at {rate:g} Hz each, {len(latencies) / elapsed:.0f} updates/s")
     print(

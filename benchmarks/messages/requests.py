@@ -2,66 +2,87 @@
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator
+import contextlib
+import json
+import subprocess
 import time
+from typing import Any
 
 import numpy as np
-import rclpy
 from tqdm import tqdm
 
+from benchmarks.messages.demo_cell import demo_cell
+from benchmarks.messages.processes import Isolation
 from benchmarks.messages.sustained import rig
-from scene_graph_msgs.srv import ComputeSignedDistancePair, GetPoseInWorld, HasCollisions
 
-__all__ = ["services"]
+__all__ = ["Asker", "services"]
 
 _RATE = 200.0
-_WAIT_SECONDS = 30.0
-_REQUESTS = (
-    ("has_collisions", HasCollisions, HasCollisions.Request()),
-    ("get_pose_in_world", GetPoseInWorld, GetPoseInWorld.Request(frames=["object_3"])),
-    (
-        "compute_signed_distance_pair",
-        ComputeSignedDistancePair,
-        ComputeSignedDistancePair.Request(geometries_a=["g1"], geometries_b=["g4"]),
-    ),
-)
+_WARM_UP = 0.5
+_STOP = 600.0
+"""Seconds that a sender is told to send: longer than any run, it is ended before."""
+
+
+class Asker:
+    """A process that asks services; see ``benchmarks.messages.asker``."""
+
+    def __init__(self, isolation: Isolation, pair: tuple[str, str], frame: str) -> None:
+        self._isolation = isolation
+        self.process = isolation.start(
+            "benchmarks.messages.asker",
+            *("--pair", *pair, "--frame", frame),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def ask(self, seconds: float) -> dict[str, list[float]]:
+        """Return the milliseconds of each answer, by service."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(json.dumps({"seconds": seconds}) + "\n")
+        self.process.stdin.flush()
+        line = self.process.stdout.readline()
+        if not line:
+            self.process.wait()
+            self._isolation.check()
+        times: dict[str, list[float]] = json.loads(line)
+        return times
+
+
+@contextlib.contextmanager
+def _frames(count: int) -> Iterator[tuple[Asker, Any]]:
+    """Run so many frames at full rate, contacts and markers listened to."""
+    with rig(count, is_ordinary=False) as one:
+        one.sender.begin(_RATE, _STOP)
+        yield Asker(one.isolation, ("g1", "g2"), "object_3"), one.listener
+
+
+@contextlib.contextmanager
+def _panda() -> Iterator[tuple[Asker, Any]]:
+    """Run the demo's cell, contacts and markers listened to."""
+    with demo_cell(rate=_RATE) as (isolation, _, listener):
+        yield Asker(isolation, ("ball", "can"), "can"), listener
 
 
 def services(is_quick: bool) -> None:
     """Print the times from a request to its answer, at the client."""
-    seconds = 2.0 if is_quick else 10.0
+    seconds = 2.0 if is_quick else 20.0
     print(f"milliseconds from request to answer while poses come at {_RATE:g} Hz")
-    print(f"{'frames':>6} {'service':30} {'answers':>8} {'median':>7} {'99 %':>8} {'worst':>8}")
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    for frames in (100,) if is_quick else (100, 1000):
-        with rig(frames, is_ordinary=False) as one:
-            context = rclpy.Context()
-            rclpy.init(context=context, domain_id=one.isolation.domain)
-            node = rclpy.create_node("asks", context=context)
-            executor = rclpy.executors.SingleThreadedExecutor(context=context)
-            executor.add_node(node)
-            for name, kind, request in tqdm(_REQUESTS, desc="services", leave=False):
-                client = node.create_client(kind, f"/scene_graph/{name}")
-                if not client.wait_for_service(_WAIT_SECONDS):
-                    raise RuntimeError(f"no service {name}")
-                one.sender.begin(_RATE, seconds)
-                times, end = [], time.monotonic() + seconds
-                while time.monotonic() < end:
-                    begin = time.perf_counter()
-                    future = client.call_async(request)
-                    executor.spin_until_future_complete(future, _WAIT_SECONDS)
-                    if not future.done() or future.result().status.code:
-                        raise RuntimeError(f"{name} was not answered")
-                    times.append((time.perf_counter() - begin) * 1e3)
-                    # Requests at the pace of a planner, not a flood.
-                    time.sleep(0.005)
-                one.sender.end()
-                median, high = np.percentile(times, (50, 99))
-                print(
-                    f"{frames:6} {name:30} {len(times):8} {median:7.2f} {high:8.2f}"
-                    f" {max(times):8.2f}",
-                    flush=True,
-                )
-            executor.shutdown()
-            node.destroy_node()
-            rclpy.shutdown(context=context)
+    head = f"{'load':12} {'service':33} {'answers':>7} {'median':>7} {'99 %':>7} {'worst':>7}"
+    print(head + " updates/s")
+    loads = {"the demo": _panda, "100 frames": lambda: _frames(100)}
+    if not is_quick:
+        loads["1000 frames"] = lambda: _frames(1000)
+    for name, load in tqdm(loads.items(), desc="services", leave=False):
+        with load() as (asker, listener):
+            asker.ask(_WARM_UP)
+            before, begin = len(listener.arrivals), time.monotonic()
+            times = asker.ask(seconds)
+            rate = (len(listener.arrivals) - before) / (time.monotonic() - begin)
+        times["all"] = [value for each in times.values() for value in each]
+        for service, values in times.items():
+            median, high = np.percentile(values, (50, 99))
+            figures = f"{len(values):7} {median:7.2f} {high:7.2f} {max(values):7.2f}"
+            print(f"{name:12} {service:33} {figures} {rate:9.0f}", flush=True)

@@ -33,7 +33,7 @@ from msg_adapters.poses import (
 from msg_adapters.wire_poses import Layout, PoseWire
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits
-from scene_graph_ros.node.loop import WorldGroup
+from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.names import default_pose_topic, POSE_TOPICS
 from scene_graph_ros.node.qos import overridable, pose_qos
 from scene_graph_ros.node.world import SourceRecord, World
@@ -244,7 +244,7 @@ class PoseInputs:
     """All pose subscriptions of the node."""
 
     def __init__(
-        self, node: Node, world: World, group: WorldGroup, on_change: Callable[[], None]
+        self, node: Node, world: World, group: OwnThreadGroup, on_change: Callable[[], None]
     ) -> None:
         """Call ``on_change`` when there are other subscriptions."""
         self._node = node

@@ -21,7 +21,7 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
-__all__ = ["Topic", "UpdateLoop", "WorldGroup"]
+__all__ = ["OwnThreadGroup", "Topic", "UpdateLoop"]
 
 _TAKEN_AT_ONCE = 64
 """Messages taken from one topic before the others have their turn."""
@@ -30,8 +30,8 @@ _PAUSE_AFTER_ERROR = 0.1
 """Seconds, so that a fault which stays does not keep a core busy."""
 
 
-class WorldGroup(MutuallyExclusiveCallbackGroup):
-    """Keeps executors away from what the loop waits for."""
+class OwnThreadGroup(MutuallyExclusiveCallbackGroup):
+    """Keeps executors away from what other threads wait for."""
 
     def can_execute(self, entity: Any) -> bool:
         """Tell whether an executor may wait for ``entity``: never."""
@@ -53,7 +53,7 @@ class UpdateLoop:
     def __init__(
         self,
         node: Node,
-        group: WorldGroup,
+        group: OwnThreadGroup,
         update: Callable[[], None],
         *,
         topics: Callable[[], Iterable[Topic]],

@@ -97,6 +97,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "service_threads",
+        3,
+        "Requests that are answered at the same time, beside the executor.",
+        minimum=1,
+        maximum=64,
+        read_only=True,
+    ),
+    Parameter(
         "allow_editing",
         True,
         "Whether services may change the scene: register, remove, filter, load.",

@@ -20,7 +20,7 @@ from scene_graph_ros.node.edits import Tools
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
-from scene_graph_ros.node.loop import UpdateLoop, WorldGroup
+from scene_graph_ros.node.loop import OwnThreadGroup, UpdateLoop
 from scene_graph_ros.node.names import DIAGNOSTICS
 from scene_graph_ros.node.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.scenes import SceneLoader
@@ -42,7 +42,7 @@ class Server:
         self._parameters = NodeParameters(node)
         self._given_scene_graph = scene_graph
         self.world_frame: str = self.parameter("world_frame")
-        self.group = WorldGroup()
+        self.group = OwnThreadGroup()
         self._diagnostics_group = MutuallyExclusiveCallbackGroup()
         self._monitor = Monitor()
         self._loop = UpdateLoop(

@@ -1,8 +1,8 @@
 """The services: statuses, waiting for a stamp, limits, ownership. What they answer is elsewhere.
 
 Queries read a snapshot and run side by side; changes of the scene run one after another. A query
-that waits for poses gives its thread back meanwhile, so waiting can't stop the world, not even
-under a single-threaded executor, and costs nothing.
+that waits for poses gives its thread back meanwhile, so waiting can't stop the world and costs
+nothing. All of them run in threads of their own, whatever the executor of the node does.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import time
 import traceback
 from typing import Any, Protocol
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup, ReentrantCallbackGroup
 from rclpy.node import Node
 
 from msg_adapters.diagnostics import effect_to_msg
@@ -29,6 +28,7 @@ from scene_graph_ros.node.edits import EDITS, Tools
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.names import default_pose_topic, service_name
 from scene_graph_ros.node.queries import Asked, QUERIES
+from scene_graph_ros.node.requests import Answer, RequestLoop, Respond
 from scene_graph_ros.node.waiting import Awaited, Later, Waiting
 from scene_graph_ros.node.world import World, WorldSnapshot
 
@@ -63,15 +63,19 @@ class Services:
         self._tools = tools
         self.requests: Counter[str] = Counter()
         self.refused: Counter[str] = Counter()
-        self._waiting = Waiting(host.node, lambda: world.snapshot, host.is_running)
-        queries, changes = ReentrantCallbackGroup(), MutuallyExclusiveCallbackGroup()
-        self._services = [
-            self._create(name, self._query_callback(name), queries) for name in QUERIES
-        ]
-        self._services += [
-            self._create(name, self._edit_callback(name), changes) for name in EDITS
-        ]
-        self._services.append(self._create("ListEffects", self._list_effects, queries))
+        self._loop = RequestLoop(host.node, threads=host.parameter("service_threads"))
+        self._waiting = Waiting(
+            lambda: world.snapshot,
+            host.is_running,
+            post=self._loop.post,
+            set_alarm=self._loop.set_alarm,
+        )
+        for name in QUERIES:
+            self._offer(name, self._query_callback(name))
+        for name in EDITS:
+            self._offer(name, self._at_once(name, self._edit_callback(name)), is_exclusive=True)
+        self._offer("ListEffects", self._at_once("ListEffects", self._list_effects))
+        self._loop.start()
 
     def world_changed(self) -> None:
         """Answer the requests that waited for what the world is now."""
@@ -79,30 +83,35 @@ class Services:
 
     def close(self) -> None:
         """Stop offering the services."""
+        self._loop.close()
         self._waiting.close()
-        for service in self._services:
-            self._host.node.destroy_service(service)
-        self._services.clear()
 
-    def _create(self, name: str, callback: Callable[..., Any], group: Any) -> Any:
+    def _offer(self, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
         kind = getattr(scene_graph_msgs.srv, name)
-        service = self._host.node.create_service(
-            kind, service_name(name), callback, callback_group=group
-        )
-        self._waiting.serve(service)
-        return service
+        self._loop.offer(kind, service_name(name), answer, is_exclusive=is_exclusive)
 
-    def _query_callback(self, name: str) -> Callable[..., Any]:
-        def answer(request: Any, response: Any) -> Any:
+    @staticmethod
+    def _at_once(name: str, callback: Callable[[Any, Any], Any]) -> Answer:
+        """Turn what fills a response into what answers a request."""
+        kind = getattr(scene_graph_msgs.srv, name)
+        return lambda request, respond: respond(callback(request, kind.Response()))
+
+    def _query_callback(self, name: str) -> Answer:
+        kind = getattr(scene_graph_msgs.srv, name)
+
+        def answer(request: Any, respond: Respond) -> None:
+            response = kind.Response()
             try:
                 awaited = self._awaited(request)
             except Exception as error:  # noqa: BLE001 - every request is answered
-                return self._refuse(name, response, error)
+                respond(self._refuse(name, response, error))
+                return
             finish = partial(self._answer, name, request, response, awaited)
             has_to_wait = not awaited.is_met(self._world.snapshot)
             if has_to_wait and awaited.seconds > 0.0 and self._host.is_running():
-                return Later(awaited, finish)
-            return finish()
+                self._waiting.add(Later(awaited, finish, respond))
+            else:
+                respond(finish())
 
         return answer
 

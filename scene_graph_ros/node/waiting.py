@@ -1,8 +1,7 @@
 """Requests that wait for poses: kept aside, and answered when the poses or the deadline come.
 
-An executor of rclpy polls every coroutine that awaits something, with a full core, so nothing is
-awaited here: a service's callback returns a ``Later`` in place of a response, its thread goes
-back to other work, and the response is sent when an update or a timer says so.
+Nobody waits inside a thread: what answers a request keeps a ``Later`` here in place of a response
+and goes back to other work; the response is sent when an update or the alarm says so.
 """
 
 from __future__ import annotations
@@ -13,17 +12,9 @@ import threading
 import time
 from typing import Any
 
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import InvalidHandle
-from rclpy.node import Node
-
 from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["Awaited", "Later", "Waiting"]
-
-_LEAST_PERIOD = 1_000
-"""Nanoseconds. A deadline that has passed meanwhile is a timer that is due at once."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +41,7 @@ class Later:
 
     awaited: Awaited
     answer: Callable[[], Any]
-    send: Callable[[Any], None] | None = None
+    send: Callable[[Any], None]
     deadline: float = field(init=False)
 
     def __post_init__(self) -> None:
@@ -58,50 +49,48 @@ class Later:
 
     def finish(self) -> None:
         """Make the response and send it."""
-        assert self.send is not None
-        try:
-            self.send(self.answer())
-        except InvalidHandle:
-            # The service is gone, and with it whoever could be answered.
-            return
+        self.send(self.answer())
 
 
 class Waiting:
     """All requests that wait."""
 
     def __init__(
-        self, node: Node, snapshot: Callable[[], WorldSnapshot], is_running: Callable[[], bool]
+        self,
+        snapshot: Callable[[], WorldSnapshot],
+        is_running: Callable[[], bool],
+        *,
+        post: Callable[[Callable[[], None]], None],
+        set_alarm: Callable[[float, Callable[[], None]], None],
     ) -> None:
-        """Answer from ``snapshot``; where ``is_running`` is false nobody has to wait any more."""
-        self._node = node
+        """Answer from ``snapshot``; where ``is_running`` is false nobody has to wait any more.
+
+        Answers are made by whoever ``post`` gives them to. ``set_alarm`` is told a steady time in
+        seconds, and what to do then.
+        """
         self._snapshot, self._is_running = snapshot, is_running
+        self._post, self._set_alarm = post, set_alarm
         self._lock = threading.Lock()
         self._waiting: list[Later] = []
-        self._timer = node.create_timer(
-            1.0,
-            self._on_deadline,
-            callback_group=MutuallyExclusiveCallbackGroup(),
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-            autostart=False,
-        )
 
-    def serve(self, service: Any) -> None:
-        """Let the callback of ``service`` return a ``Later``."""
-        send_response = service.send_response
-
-        def send(response: Any, header: Any) -> None:
-            if isinstance(response, Later):
-                response.send = lambda answer: send_response(answer, header)
-                self._add(response)
-            else:
-                send_response(response, header)
-
-        service.send_response = send
+    def add(self, later: Later) -> None:
+        """Answer a request when its time has come."""
+        with self._lock:
+            self._waiting.append(later)
+            self._arm()
+        # What came between the look at the world and this is answered now.
+        self.check()
 
     def check(self) -> None:
         """Answer whom the newest snapshot is new enough for; call it after each update."""
         if self._waiting:
-            self._release(self._ready())
+            self._release()
+
+    def _on_alarm(self) -> None:
+        """Answer those whose time is over."""
+        self._release()
+        with self._lock:
+            self._arm()
 
     def close(self) -> None:
         """Answer all that wait, now."""
@@ -109,16 +98,8 @@ class Waiting:
             waiting, self._waiting = self._waiting, []
         for later in waiting:
             later.finish()
-        self._node.destroy_timer(self._timer)
 
-    def _add(self, later: Later) -> None:
-        with self._lock:
-            self._waiting.append(later)
-            self._arm()
-        # What came between the look at the world and this is answered now.
-        self.check()
-
-    def _ready(self) -> list[Later]:
+    def _release(self) -> None:
         snapshot, now, runs = self._snapshot(), time.monotonic(), self._is_running()
         with self._lock:
             ready = [
@@ -127,26 +108,9 @@ class Waiting:
                 if not runs or now >= later.deadline or later.awaited.is_met(snapshot)
             ]
             self._waiting = [later for later in self._waiting if later not in ready]
-        return ready
-
-    def _release(self, ready: list[Later]) -> None:
-        executor = self._node.executor
         for later in ready:
-            if executor is None:
-                later.finish()
-            else:
-                executor.create_task(later.finish)
-
-    def _on_deadline(self) -> None:
-        self._release(self._ready())
-        with self._lock:
-            if self._waiting:
-                self._arm()
-            else:
-                self._timer.cancel()
+            self._post(later.finish)
 
     def _arm(self) -> None:
-        earliest = min(later.deadline for later in self._waiting)
-        remaining = int((earliest - time.monotonic()) * 1e9)
-        self._timer.timer_period_ns = max(remaining, _LEAST_PERIOD)
-        self._timer.reset()
+        if self._waiting:
+            self._set_alarm(min(later.deadline for later in self._waiting), self._on_alarm)

@@ -1,0 +1,215 @@
+"""Threads that take the requests of services and answer them, one after another and side by side.
+
+The executors of rclpy rebuild what they wait for, with every service, timer and topic of the
+node, in Python for each single callback; under load that is the longest part of an answer's time.
+Here one thread waits, for the services alone. When a request comes it takes it, lets the next
+thread wait, and answers the request itself: nothing is handed over.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from functools import partial
+import math
+import threading
+import time
+import traceback
+from typing import Any
+
+from rclpy.exceptions import InvalidHandle
+from rclpy.guard_condition import GuardCondition
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+
+from scene_graph_ros.node.loop import OwnThreadGroup
+
+__all__ = ["Answer", "RequestLoop", "Respond"]
+
+Respond = Callable[[Any], None]
+"""Sends the response of one request; from any thread, now or later."""
+
+Answer = Callable[[Any, Respond], None]
+"""Answers a request."""
+
+_PAUSE_AFTER_ERROR = 0.1
+"""Seconds, so that a fault which stays does not keep a core busy."""
+
+_FOREVER = -1
+"""Nanoseconds that mean to wait without end."""
+
+_NO_ALARM: tuple[float, Callable[[], None]] = (math.inf, lambda: None)
+
+
+@dataclass(frozen=True)
+class _Offer:
+    """A service and who answers it; of the exclusive ones one request at a time is answered."""
+
+    service: Any
+    answer: Answer
+    is_exclusive: bool
+
+
+def _never(request: Any, response: Any) -> Any:
+    raise AssertionError("threads of their own take these requests")
+
+
+class RequestLoop:
+    """Answers requests of services in ``threads`` threads."""
+
+    def __init__(self, node: Node, *, threads: int) -> None:
+        """Answer as many requests side by side as there are ``threads``."""
+        self._node, self._count = node, threads
+        self._group = OwnThreadGroup()
+        self._offers: list[_Offer] = []
+        self._turn = threading.Lock()
+        self._lock = threading.Lock()
+        self._tasks: deque[Callable[[], None]] = deque()
+        self._alarm = _NO_ALARM
+        self._is_exclusive_one_busy = False
+        self._guard: GuardCondition | None = None
+        self._held = ExitStack()
+        self._threads: list[threading.Thread] = []
+        self._is_stopped = True
+
+    def offer(self, kind: Any, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
+        """Offer a service, before the start; only one exclusive request is answered at a time."""
+        service = self._node.create_service(kind, name, _never, callback_group=self._group)
+        self._offers.append(_Offer(service, answer, is_exclusive))
+
+    def start(self) -> None:
+        """Begin to take requests."""
+        self._is_stopped = False
+        context = self._node.context
+        self._guard = GuardCondition(None, None, context=context)
+        # What is held is not destroyed meanwhile, whoever asks for that.
+        self._held.enter_context(context.handle)
+        self._held.enter_context(self._guard.handle)
+        for offer in self._offers:
+            self._held.enter_context(offer.service.handle)
+        count = len(self._offers)
+        self._wait_set = rclpy_implementation.WaitSet(0, 1, 0, 0, count, 0, context.handle)
+        context.on_shutdown(self._wake)
+        # Daemons, so that a program which forgets to destroy its node can end.
+        self._threads = [
+            threading.Thread(target=self._run, name=f"requests {i}", daemon=True)
+            for i in range(self._count)
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def post(self, task: Callable[[], None]) -> None:
+        """Have something done in one of the threads; safe from any thread."""
+        self._tasks.append(task)
+        self._wake()
+
+    def set_alarm(self, at: float, task: Callable[[], None]) -> None:
+        """Have something done once at a steady time (s), in place of what was set before."""
+        with self._lock:
+            self._alarm = (at, task)
+        self._wake()
+
+    def close(self) -> None:
+        """Stop offering the services, after the requests that are being answered."""
+        self._is_stopped = True
+        self._wake()
+        for thread in self._threads:
+            if thread is not threading.current_thread():
+                thread.join()
+        with self._lock:
+            self._held.close()
+            if self._guard is not None:
+                self._guard.destroy()
+                self._guard = None
+        for offer in self._offers:
+            self._node.destroy_service(offer.service)
+        self._offers.clear()
+
+    def _wake(self) -> None:
+        with self._lock:
+            if self._guard is not None:
+                self._guard.trigger()
+
+    def _is_running(self) -> bool:
+        return not self._is_stopped and bool(self._node.context.ok())
+
+    def _run(self) -> None:
+        while self._is_running():
+            try:
+                with self._turn:
+                    task = self._next()
+                if task is not None:
+                    task()
+            except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
+                if self._is_running():
+                    self._node.get_logger().error(
+                        f"answering a request failed:\n{traceback.format_exc()}",
+                        throttle_duration_sec=1.0,
+                    )
+                    time.sleep(_PAUSE_AFTER_ERROR)
+
+    def _next(self) -> Callable[[], None] | None:
+        """Wait for something to do; None at the end. To be called by one thread at a time."""
+        while self._is_running():
+            if self._tasks:
+                return self._tasks.popleft()
+            alarm = self._alarm
+            if time.monotonic() >= alarm[0]:
+                with self._lock:
+                    # Unless another was set meanwhile.
+                    if self._alarm is alarm:
+                        self._alarm = _NO_ALARM
+                return alarm[1]
+            self._wait()
+        # The others are to see the end, too.
+        self._wake()
+        return None
+
+    def _wait(self) -> None:
+        """Wait for requests, the alarm or a call of ``_wake``; take what has come."""
+        wait_set, guard = self._wait_set, self._guard
+        assert guard is not None
+        wait_set.clear_entities()
+        wait_set.add_guard_condition(guard.handle)
+        offers = {}
+        for offer in self._offers:
+            if not (offer.is_exclusive and self._is_exclusive_one_busy):
+                handle = offer.service.handle
+                wait_set.add_service(handle)
+                offers[handle.pointer] = offer
+        wait_set.wait(_nanoseconds_until(self._alarm[0]))
+        for pointer in wait_set.get_ready_entities("service"):
+            self._take(offers[pointer])
+
+    def _take(self, offer: _Offer) -> None:
+        if offer.is_exclusive and self._is_exclusive_one_busy:
+            return
+        service = offer.service
+        request, header = service.handle.service_take_request(service.srv_type.Request)
+        if header is not None:
+            self._is_exclusive_one_busy |= offer.is_exclusive
+            self._tasks.append(partial(self._serve, offer, request, header))
+
+    def _serve(self, offer: _Offer, request: Any, header: Any) -> None:
+        try:
+            offer.answer(request, partial(self._respond, offer.service, header))
+        finally:
+            if offer.is_exclusive:
+                self._is_exclusive_one_busy = False
+                self._wake()
+
+    @staticmethod
+    def _respond(service: Any, header: Any, response: Any) -> None:
+        try:
+            service.send_response(response, header)
+        except InvalidHandle:
+            # The service is gone, and with it whoever could be answered.
+            return
+
+
+def _nanoseconds_until(at: float) -> int:
+    if at == math.inf:
+        return _FOREVER
+    return max(int((at - time.monotonic()) * 1e9) + 1, 0)
