@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from msg_adapters.contact_rows import ContactKind, KINDS, NO_ROWS, PairRows, point_rows
 from msg_adapters.names import SceneNames
 from msg_adapters.poses import header_to_msg
 from scene_graph_msgs.msg import ContactArray, PointContact
@@ -24,6 +25,8 @@ __all__ = [
 
 CONTACT_MARKER_NAMESPACE = "contacts"
 
+_POINTS, _SURFACES, _DEFORMABLES = KINDS
+
 _POINTS_ID = 0
 _NORMALS_ID = 1
 
@@ -36,37 +39,40 @@ def point_contacts_to_msg(table: Any, names: SceneNames) -> list[PointContact]:
 
     Geometry names are shared between contacts, so don't change them.
     """
-    rows = zip(
-        np.asarray(table.id_A).tolist(),
-        np.asarray(table.id_B).tolist(),
-        np.asarray(table.p_WCa).tolist(),
-        np.asarray(table.p_WCb).tolist(),
-        np.asarray(table.nhat_BA_W).tolist(),
-        np.asarray(table.depth).tolist(),
-        strict=True,
-    )
+    return _contacts(_POINTS, point_rows(table), names)
+
+
+def _contacts(kind: ContactKind, rows: PairRows, names: SceneNames) -> list[Any]:
     name = names.geometry_name
     return [
-        PointContact(
-            geometry_a=name(id_A),
-            geometry_b=name(id_B),
-            point_a=Point(x=a[0], y=a[1], z=a[2]),
-            point_b=Point(x=b[0], y=b[1], z=b[2]),
-            normal=Vector3(x=n[0], y=n[1], z=n[2]),
-            depth=depth,
+        kind.make(name(id_A), name(id_B), numbers)
+        for id_A, id_B, numbers in zip(
+            rows.id_A.tolist(), rows.id_B.tolist(), rows.numbers.tolist(), strict=True
         )
-        for id_A, id_B, a, b, n, depth in rows
     ]
 
 
 def contacts_to_msg(
-    table: Any, names: SceneNames, *, stamp_ns: int, frame_id: str, scene_version: int
+    table: Any,
+    names: SceneNames,
+    *,
+    stamp_ns: int,
+    frame_id: str,
+    scene_version: int,
+    surfaces: PairRows = NO_ROWS,
+    deformables: PairRows = NO_ROWS,
 ) -> ContactArray:
-    """Return all contacts of a scene, stamped as its poses; ``frame_id`` is the world's."""
+    """Return all contacts of a scene, stamped as its poses; ``frame_id`` is the world's.
+
+    ``table`` holds the penetrations; ``surfaces`` and ``deformables`` come from
+    ``contact_rows``.
+    """
     return ContactArray(
         header=header_to_msg(stamp_ns, frame_id),
         scene_version=int(scene_version),
         points=point_contacts_to_msg(table, names),
+        surfaces=_contacts(_SURFACES, surfaces, names),
+        deformables=_contacts(_DEFORMABLES, deformables, names),
     )
 
 

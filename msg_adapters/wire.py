@@ -94,7 +94,11 @@ class Patchable:
     """
 
     def __init__(
-        self, data: bytes, stamps: Sequence[int], places: Sequence[int], width: int
+        self,
+        data: bytes,
+        stamps: Sequence[int],
+        places: Sequence[int] | NDArray[np.int64],
+        width: int,
     ) -> None:
         # With the four bytes before the first field, fields of 8 bytes are at multiples of 8.
         self._size = len(data)

@@ -7,13 +7,14 @@ is joined either. Where each thing is, is found by marks (see ``wire``).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from geometry_msgs.msg import Point, Vector3
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import Header
 
+from msg_adapters.contact_rows import KINDS, NO_ROWS, PairRows, point_rows
 from msg_adapters.contacts import contact_markers_to_msg, contact_points
 from msg_adapters.names import SceneNames
 from msg_adapters.wire import (
@@ -26,12 +27,9 @@ from msg_adapters.wire import (
     Patchable,
     Serializer,
 )
-from scene_graph_msgs.msg import ContactArray, GeometryName, PointContact
+from scene_graph_msgs.msg import ContactArray, GeometryName
 
 __all__ = ["ContactMarkerWire", "ContactWire"]
-
-_NUMBERS = 10
-"""Of a contact: two points, the normal, the depth."""
 
 _MARKED_IDS = (0x1B2C3D4E5F607182, 0x2B3C4D5E6F708192)
 _MARKED_VERSION = 0x3C4D5E6F708192A3
@@ -39,26 +37,15 @@ _NAMES_KEPT = 100_000
 """Names of geometries remembered in bytes; a scene has far fewer."""
 
 
-def _contact(numbers: list[float], a: GeometryName, b: GeometryName) -> PointContact:
-    n = numbers
-    return PointContact(
-        geometry_a=a,
-        geometry_b=b,
-        point_a=Point(x=n[0], y=n[1], z=n[2]),
-        point_b=Point(x=n[3], y=n[4], z=n[5]),
-        normal=Vector3(x=n[6], y=n[7], z=n[8]),
-        depth=n[9],
-    )
-
-
 class _Frame(NamedTuple):
-    """What is around the contacts in an array of them."""
+    """What is around the contacts in an array of them, of kinds that are all there."""
 
-    head: bytes
-    tail: bytes
+    parts: tuple[bytes, ...]
+    """What is before the contacts of the first kind, between kinds, and behind the last."""
+    counts: tuple[int, ...]
+    """Where the number of contacts of a kind is, in the part before them."""
     stamp: int
     version: int
-    length: int
 
 
 class ContactWire:
@@ -67,46 +54,59 @@ class ContactWire:
     def __init__(self, frame_id: str, serialize: Serializer) -> None:
         self._frame_id = frame_id
         self._serialize = serialize
-        self._frame = self._probe_frame()
+        self._frames: dict[tuple[int, ...], _Frame] = {}
+        self._version = find_once(self._array({}), as_bytes(_MARKED_VERSION, np.uint64))
         self._names_of: SceneNames | None = None
         self._names: dict[int, bytes] = {}
-        self._pairs: tuple[bytes, bytes] = (b"", b"")
+        self._pairs: tuple[bytes, ...] = ()
         self._template: Patchable | None = None
 
     def message(
-        self, table: Any, names: SceneNames, *, stamp_ns: int, scene_version: int
+        self,
+        table: Any,
+        names: SceneNames,
+        *,
+        stamp_ns: int,
+        scene_version: int,
+        surfaces: PairRows = NO_ROWS,
+        deformables: PairRows = NO_ROWS,
     ) -> bytes:
-        """Return the bytes of the contacts in a penetration table."""
-        ids = np.asarray(table.id_A, np.int64), np.asarray(table.id_B, np.int64)
-        pairs = ids[0].tobytes(), ids[1].tobytes()
+        """Return the bytes of the contacts in a penetration table, and of others beside them."""
+        kinds = (point_rows(table), surfaces, deformables)
+        pairs = tuple(ids.tobytes() for rows in kinds for ids in (rows.id_A, rows.id_B))
         if names is not self._names_of or len(self._names) > _NAMES_KEPT:
             self._names_of, self._names, self._template = names, {}, None
         if self._template is None or pairs != self._pairs:
-            self._template, self._pairs = self._join(ids, names), pairs
+            self._template, self._pairs = self._join(kinds, names), pairs
         template = self._template
-        numbers = np.empty((len(ids[0]), _NUMBERS))
-        numbers[:, 0:3], numbers[:, 3:6] = table.p_WCa, table.p_WCb
-        numbers[:, 6:9], numbers[:, 9] = table.nhat_BA_W, table.depth
-        template.put_numbers(numbers)
+        numbers = [rows.numbers.ravel() for rows in kinds]
+        template.put_numbers(np.concatenate(numbers)[:, np.newaxis])
         template.put_stamp(stamp_ns)
-        template.put_bytes(self._frame.version, as_bytes(scene_version, np.uint64))
+        template.put_bytes(self._version, as_bytes(scene_version, np.uint64))
         return template.data()
 
-    def _join(self, ids: tuple[NDArray[np.int64], ...], names: SceneNames) -> Patchable:
+    def _join(self, kinds: Sequence[PairRows], names: SceneNames) -> Patchable:
         """Join the names of all pairs, with room for the numbers."""
-        frame, room = self._frame, bytes(8 * _NUMBERS)
-        if len(ids[0]) == 0:
-            return Patchable(self._array([]), [frame.stamp], [], _NUMBERS)
-        parts, places = [frame.head], []
-        position = len(frame.head)
-        for id_A, id_B in zip(ids[0].tolist(), ids[1].tolist(), strict=True):
-            a, b = self._name(id_A, names), self._name(id_B, names)
-            position += len(a) + len(b)
-            places.append(position)
-            position += len(room)
-            parts += (a, b, room)
-        template = Patchable(b"".join([*parts, frame.tail]), [frame.stamp], places, _NUMBERS)
-        template.put_bytes(frame.length, as_bytes(len(places), np.uint32))
+        used = tuple(index for index, rows in enumerate(kinds) if rows)
+        frame = self._frames.get(used)
+        if frame is None:
+            frame = self._frames[used] = self._probe(used)
+        pieces, places, counts, position = [frame.parts[0]], [], [], len(frame.parts[0])
+        for place, index, behind in zip(frame.counts, used, frame.parts[1:], strict=True):
+            rows, room = kinds[index], bytes(8 * KINDS[index].width)
+            counts.append((position - len(pieces[-1]) + place, len(rows)))
+            for id_A, id_B in zip(rows.id_A.tolist(), rows.id_B.tolist(), strict=True):
+                a, b = self._name(id_A, names), self._name(id_B, names)
+                position += len(a) + len(b)
+                places.append(np.arange(position, position + len(room), 8))
+                position += len(room)
+                pieces += (a, b, room)
+            pieces.append(behind)
+            position += len(behind)
+        everywhere = np.concatenate(places) if places else np.empty(0, dtype=np.int64)
+        template = Patchable(b"".join(pieces), [frame.stamp], everywhere, 1)
+        for place, count in counts:
+            template.put_bytes(place, as_bytes(count, np.uint32))
         return template
 
     def _name(self, value: int, names: SceneNames) -> bytes:
@@ -121,32 +121,39 @@ class ContactWire:
                 frame=name.frame,
                 name=name.name,
             )
-            contact = _contact([0.0] * _NUMBERS, marked, GeometryName(id=_MARKED_IDS[1]))
+            kind = KINDS[0]
+            contact = kind.make(marked, GeometryName(id=_MARKED_IDS[1]), [0.0] * kind.width)
             data = self._serialize(ContactArray(points=[contact]))
             first, second = (find_once(data, as_bytes(i, np.uint64)) for i in _MARKED_IDS)
             known = as_bytes(name.id, np.uint64) + data[first + 8 : second]
             self._names[value] = known
         return known
 
-    def _probe_frame(self) -> _Frame:
-        numbers = marked_numbers(_NUMBERS)
-        names = [GeometryName(id=value) for value in _MARKED_IDS]
-        contact = _contact(numbers, *names)
-        one, two = (self._array([contact] * count) for count in (1, 2))
-        first = find_once(one, as_bytes(_MARKED_IDS[0], np.uint64))
+    def _probe(self, used: tuple[int, ...]) -> _Frame:
+        """Find what is around contacts of some kinds, by one and by two of each."""
+        marks = marked_numbers(sum(KINDS[index].width for index in used))
+        contacts, ends, start = {}, [], 0
+        for index in used:
+            kind = KINDS[index]
+            numbers = marks[start : start + kind.width]
+            start += kind.width
+            name = GeometryName(id=_MARKED_IDS[0] + index)
+            contacts[kind.field] = kind.make(name, GeometryName(), numbers)
+            ends.append((as_bytes(name.id, np.uint64), as_bytes(numbers, np.float64)))
+        one, two = (self._array({f: [c] * n for f, c in contacts.items()}) for n in (1, 2))
+        parts, counts, position, shift = [], [], 0, 0
+        for first, last in ends:
+            begin, end = find_once(one, first), find_once(one, last) + len(last)
+            parts.append(one[position:begin])
+            counts.append(find_count(parts[-1], two[position + shift : begin + shift]))
+            position, shift = end, shift + end - begin
         (stamp,) = marked_stamps(one)
-        return _Frame(
-            one[:first],
-            one[find_once(one, as_bytes(numbers, np.float64)) + 8 * _NUMBERS :],
-            stamp,
-            find_once(one, as_bytes(_MARKED_VERSION, np.uint64)),
-            find_count(one[:first], two[:first]),
-        )
+        return _Frame((*parts, one[position:]), tuple(counts), stamp, self._version)
 
-    def _array(self, contacts: list[PointContact]) -> bytes:
+    def _array(self, contacts: dict[str, Any]) -> bytes:
         header = Header(stamp=MARKED_TIME, frame_id=self._frame_id)
         return self._serialize(
-            ContactArray(header=header, scene_version=_MARKED_VERSION, points=contacts)
+            ContactArray(header=header, scene_version=_MARKED_VERSION, **contacts)
         )
 
 
