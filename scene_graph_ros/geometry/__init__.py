@@ -4,6 +4,9 @@ Shapes and properties describe what there is, ``SceneGraph`` where it is, and a 
 answers how near, how deep and in contact with what. Conventions are in ``docs/conventions.md``.
 """
 
+import importlib
+from typing import Any, TYPE_CHECKING
+
 from scene_graph_ros.geometry.meshes.surface_mesh import read_obj_to_surface_mesh, SurfaceMesh
 from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterDeclaration,
@@ -31,6 +34,7 @@ from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.geometry.query.results import (
     PenetrationAsPointPair,
     SignedDistancePair,
@@ -46,11 +50,25 @@ from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.deformable.results import (
+        ContactParticipation as ContactParticipation,
+        DeformableContact as DeformableContact,
+        DeformableContactSurface as DeformableContactSurface,
+    )
+    from scene_graph_ros.geometry.hydroelastic.contact_surface import (
+        ContactSurface as ContactSurface,
+        ContactSurfaces as ContactSurfaces,
+    )
+    from scene_graph_ros.geometry.meshes.volume_io import load_volume_mesh as load_volume_mesh
+    from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh as VolumeMesh
+
 __all__ = [
     "Box",
     "Capsule",
     "CollisionFilterDeclaration",
     "CollisionFilterScope",
+    "ContactRepresentation",
     "Context",
     "Convex",
     "Cylinder",
@@ -86,3 +104,22 @@ __all__ = [
     "make_phong_illustration_properties",
     "read_obj_to_surface_mesh",
 ]
+
+_ON_DEMAND = {
+    "ContactParticipation": "deformable.results",
+    "ContactSurface": "hydroelastic.contact_surface",
+    "ContactSurfaces": "hydroelastic.contact_surface",
+    "DeformableContact": "deformable.results",
+    "DeformableContactSurface": "deformable.results",
+    "VolumeMesh": "meshes.volume_mesh",
+    "load_volume_mesh": "meshes.volume_io",
+}
+"""More public names: results of queries whose code is imported when they are first asked, and
+what they are about. ``import *`` leaves them out, since it would import all of that."""
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name of _ON_DEMAND."""
+    if name not in _ON_DEMAND:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(importlib.import_module(f"{__name__}.{_ON_DEMAND[name]}"), name)

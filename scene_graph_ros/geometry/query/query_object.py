@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 import math
 import numbers
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +24,8 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query import scene
+from scene_graph_ros.geometry.query.on_demand import on_demand
+from scene_graph_ros.geometry.query.representation import as_representation, ContactRepresentation
 from scene_graph_ros.geometry.query.results import (
     CandidatePairs,
     Penetrations,
@@ -31,6 +33,10 @@ from scene_graph_ros.geometry.query.results import (
     SignedDistancePair,
     SignedDistancePairs,
 )
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.deformable.results import DeformableContact
+    from scene_graph_ros.geometry.hydroelastic.contact_surface import ContactSurfaces
 
 __all__ = ["QueryObject"]
 
@@ -187,6 +193,44 @@ class QueryObject:
         answers = self._answers()
         settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
         return answers.get(("penetrations", settings), lambda s: scene.penetrations(s, settings))
+
+    def compute_contact_surfaces(
+        self, representation: ContactRepresentation | str = ContactRepresentation.TRIANGLE
+    ) -> ContactSurfaces:
+        """Return the contact surfaces of all pairs in contact, with their pressure.
+
+        Pairs need hydroelastic properties: one side compliant, the other compliant or rigid.
+
+        Raises:
+            QueryArgumentError: ``representation`` is neither "triangle" nor "polygon".
+            UnsupportedPairError: a pair penetrates that has no contact surface.
+
+        """
+        query, word = "compute_contact_surfaces", as_representation(representation)
+        return self._answers().get((query, word), lambda s: on_demand(query)(s, word))
+
+    def compute_contact_surfaces_with_fallback(
+        self, representation: ContactRepresentation | str = ContactRepresentation.TRIANGLE
+    ) -> tuple[ContactSurfaces, Penetrations]:
+        """Return contact surfaces where pairs have one, and penetrations where they have none.
+
+        Raises:
+            QueryArgumentError: ``representation`` is neither "triangle" nor "polygon".
+            UnsupportedPairError: two half spaces, not both anchored and not filtered.
+
+        """
+        query = "compute_contact_surfaces_with_fallback"
+        word = as_representation(representation)
+        return self._answers().get((query, word), lambda s: on_demand(query)(s, word))
+
+    def compute_deformable_contact(self) -> DeformableContact:
+        """Return where deformable geometries meet rigid and other deformable ones.
+
+        Pairs with a deformable geometry need the proximity role and not to be filtered; they are
+        checked also where the rigid one is anchored. Filters by frames do not apply.
+        """
+        query = "compute_deformable_contact"
+        return self._answers().get(query, lambda s: on_demand(query)(s))
 
     def compute_signed_distance_pairwise_closest_points(
         self,

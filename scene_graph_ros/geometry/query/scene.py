@@ -33,11 +33,14 @@ from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
 __all__ = [
     "Settings",
+    "candidate_rows",
     "collides",
+    "describe",
     "pair_distance",
     "pair_distances",
     "pairs_of_candidates",
     "penetrations",
+    "penetrations_of",
     "point_distances",
 ]
 
@@ -54,7 +57,7 @@ class Settings(NamedTuple):
 _NO_FILTERS = np.zeros((0, 0), dtype=np.uint8)
 
 
-def _candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
+def candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
     """Return the (k, 2) rows of pairs that may come within ``margin`` >= 0, may be infinite."""
     X_WG = snapshot.X_WG
     if math.isfinite(margin):
@@ -94,7 +97,7 @@ def _solve(
         from scene_graph_ros.geometry.query.fcl_engine import solve_pairs_with_fcl
 
         *columns, failed = solve_pairs_with_fcl(
-            snapshot, pairs, max_distance, keep, lambda row: _describe(snapshot, row), query
+            snapshot, pairs, max_distance, keep, lambda row: describe(snapshot, row), query
         )
     else:
         *columns, failed = solve_pairs(
@@ -107,7 +110,7 @@ def _solve(
             settings.certificate,
         )
     if failed != NO_FAILURE:
-        names = [_describe(snapshot, row) for row in pairs[failed]]
+        names = [describe(snapshot, row) for row in pairs[failed]]
         raise UnsupportedPairError(
             f"{query}: {names[0]} against {names[1]} has no answer: two half spaces overlap"
             " without bound unless they are parallel. Filter the pair, or anchor both."
@@ -115,7 +118,8 @@ def _solve(
     return tuple(columns)
 
 
-def _describe(snapshot: Snapshot, row: int) -> str:
+def describe(snapshot: Snapshot, row: int) -> str:
+    """Name a row of the proximity arrays in a message."""
     geometry_id = snapshot.proximity.geometry_ids[row]
     kind = ShapeKind(snapshot.proximity.table.kind[row])
     return f"{kind.name} {snapshot.inspector.get_name(geometry_id)!r} ({geometry_id!r})"
@@ -160,7 +164,7 @@ def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
 
 def collides(snapshot: Snapshot, settings: Settings) -> bool:
     """Tell whether any pair penetrates; stops at the first."""
-    pairs = _candidate_rows(snapshot, 0.0)
+    pairs = candidate_rows(snapshot, 0.0)
     if not len(pairs):
         return False
     rows, *_ = _solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions")
@@ -169,8 +173,14 @@ def collides(snapshot: Snapshot, settings: Settings) -> bool:
 
 def penetrations(snapshot: Snapshot, settings: Settings) -> Penetrations:
     """Return all penetrating pairs."""
-    pairs = _candidate_rows(snapshot, 0.0)
-    query = "compute_point_pair_penetration"
+    pairs = candidate_rows(snapshot, 0.0)
+    return penetrations_of(snapshot, pairs, settings, "compute_point_pair_penetration")
+
+
+def penetrations_of(
+    snapshot: Snapshot, pairs: NDArray[np.int64], settings: Settings, query: str
+) -> Penetrations:
+    """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages."""
     columns = _solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query)
     rows, phi, _, _, p_WCa, p_WCb, nhat_BA_W, _, _ = columns
     ids = snapshot.proximity.ids[rows]
@@ -189,7 +199,7 @@ def pair_distances(
     snapshot: Snapshot, max_distance: float, settings: Settings
 ) -> SignedDistancePairs:
     """Return the pairs with a signed distance of at most ``max_distance``."""
-    pairs = _candidate_rows(snapshot, max(max_distance, 0.0))
+    pairs = candidate_rows(snapshot, max(max_distance, 0.0))
     query = "compute_signed_distance_pairwise_closest_points"
     return _distance_table(snapshot, pairs, max_distance, settings, query)
 

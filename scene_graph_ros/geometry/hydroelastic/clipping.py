@@ -1,0 +1,330 @@
+"""Contact polygons of pairs of elements: where they are, before anything is placed in the world.
+
+A polygon is a row of ``shapes`` (P, 35): up to eight corners, the unit normal into the pair's
+first body, the pressure as gradient and constant, the area, the centroid; and a row of ``labels``
+(P, 3): its number of corners, the elements of the first and the second body (-1: rigid). ``state``
+counts them, and tells in [1] whether there was no room for one.
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.narrowphase.clip import (
+    clip_by_half_space,
+    clip_by_tetrahedron,
+    drop_short_edges,
+    measure,
+    planes_that_cut,
+    side_mask,
+    slice_tetrahedron,
+    snapped,
+)
+from scene_graph_ros.geometry.spatial.vectors import (
+    dot,
+    load_vector,
+    scale,
+    subtract,
+)
+from scene_graph_ros.geometry.tolerances import EQUAL_FIELDS, PRESSURE_DIRECTION
+
+__all__ = [
+    "AREA",
+    "CENTROID",
+    "COUNT",
+    "FIELD",
+    "FULL",
+    "NORMAL",
+    "SURFACES",
+    "WIDTH",
+    "cut_by_level",
+    "cut_by_plane",
+    "cut_by_slab",
+    "cut_triangle",
+    "cut_triangle_by_slab",
+    "levels_may_meet",
+    "pressure_grows_along",
+    "triangle_may_meet",
+]
+
+NORMAL, FIELD, AREA, CENTROID, WIDTH = 24, 27, 31, 32, 35
+"""Where a row of ``shapes`` has what, and how long it is."""
+COUNT, FULL, SURFACES = 0, 1, 2
+"""Where ``state`` has what: polygons so far, whether there was no room, surfaces."""
+
+
+@lean_kernel
+def _keep(polygon, count, normal, field, first, second, narrow, shapes, labels, state):
+    """Add a polygon, unless it is narrower than ``narrow`` (m)."""
+    count = drop_short_edges(polygon, count, narrow)
+    if count == 0:
+        return
+    area, centroid = measure(polygon, count, normal)
+    around = 0.0
+    x = load_vector(polygon, count - 1)
+    for k in range(count):
+        y = load_vector(polygon, k)
+        d = subtract(y, x)
+        around += math.sqrt(dot(d, d))
+        x = y
+    if not area > 0.5 * narrow * around:
+        return
+    row = state[COUNT]
+    if row == len(labels):
+        state[FULL] = 1
+        return
+    state[COUNT] = row + 1
+    for k in range(count):
+        for axis in range(3):
+            shapes[row, 3 * k + axis] = polygon[k, axis]
+    for axis in range(3):
+        shapes[row, NORMAL + axis] = normal[axis]
+        shapes[row, CENTROID + axis] = centroid[axis]
+    for k in range(4):
+        shapes[row, FIELD + k] = field[k]
+    shapes[row, AREA] = area
+    labels[row, 0], labels[row, 1], labels[row, 2] = count, first, second
+
+
+@lean_kernel
+def pressure_grows_along(n, n_squared, g):
+    """Tell whether g is within the accepted angle of n, whose square is ``n_squared``."""
+    along = dot(n, g)
+    if along >= 0.0:
+        return True
+    limit = PRESSURE_DIRECTION * PRESSURE_DIRECTION
+    return along * along <= limit * n_squared * dot(g, g)
+
+
+@lean_kernel
+def _lay_triangle(corners, polygon):
+    """Write three corners, given as x, y and z of four, as rows of a polygon."""
+    for k in range(3):
+        for axis in range(3):
+            polygon[k, axis] = corners[4 * axis + k]
+
+
+@lean_kernel
+def _values(corners, g, c):
+    """Return g . x + c at four corners, given as their x, y and z."""
+    return (
+        g[0] * corners[0] + g[1] * corners[4] + g[2] * corners[8] + c,
+        g[0] * corners[1] + g[1] * corners[5] + g[2] * corners[9] + c,
+        g[0] * corners[2] + g[1] * corners[6] + g[2] * corners[10] + c,
+        g[0] * corners[3] + g[1] * corners[7] + g[2] * corners[11] + c,
+    )
+
+
+@lean_kernel
+def _excess(element, g, c):
+    """Return the pressures at the corners of a tetrahedron, less the field g . x + c."""
+    q = _values(element, g, c)
+    return (element[12] - q[0], element[13] - q[1], element[14] - q[2], element[15] - q[3])
+
+
+@lean_kernel
+def _all_snapped(f, slack):
+    return (
+        snapped(f[0], slack), snapped(f[1], slack), snapped(f[2], slack), snapped(f[3], slack)
+    )  # fmt: skip
+
+
+@lean_kernel
+def _lowest(f):
+    return min(min(f[0], f[1]), min(f[2], f[3]))
+
+
+@lean_kernel
+def _highest(f):
+    return max(max(f[0], f[1]), max(f[2], f[3]))
+
+
+@inlined_kernel
+def levels_may_meet(elements, a, b, moved, slack):
+    """Tell whether p_A = p_B may have points inside both of two tetrahedra.
+
+    Most pairs end here. The arguments are those of ``cut_by_level``, which decides ties.
+    """
+    g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
+    g_B = (moved[12], moved[13], moved[14])
+    f = _excess(elements[a], g_B, moved[15])
+    tie = slack * (abs(g_A[0] - g_B[0]) + abs(g_A[1] - g_B[1]) + abs(g_A[2] - g_B[2]))
+    if _lowest(f) >= 0.0 or _highest(f) < -tie:
+        return False
+    q = _values(moved, g_A, elements[a, 19])
+    h = (
+        q[0] - elements[b, 12],
+        q[1] - elements[b, 13],
+        q[2] - elements[b, 14],
+        q[3] - elements[b, 15],
+    )
+    return _lowest(h) < 0.0 and _highest(h) >= -tie
+
+
+@inlined_kernel
+def triangle_may_meet(elements, a, moved, slack):
+    """Tell whether the plane of a triangle may have points inside tetrahedron a.
+
+    The arguments are those of ``cut_triangle``.
+    """
+    f = _values(elements[a], (moved[12], moved[13], moved[14]), moved[15])
+    return _lowest(f) < -slack and _highest(f) >= -slack
+
+
+@lean_kernel
+def cut_by_level(elements, a, b, moved, slack, narrow, buffer, heights, shapes, labels, state):
+    """Add the part of p_A = p_B inside two tetrahedra, in A.
+
+    Args:
+        elements: those of the table.
+        a: the element of A, the first body.
+        b: the element of B.
+        moved: the element of B in A, as in ``pairs``.
+        slack: metres.
+        narrow: metres.
+        buffer: a ``polygon_buffer``.
+        heights: (8,) scratch.
+        shapes: results, with
+        labels: and
+        state: as in this module.
+
+    """
+    g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
+    g_B = (moved[12], moved[13], moved[14])
+    f = _excess(elements[a], g_B, moved[15])
+    low, high = _lowest(f), _highest(f)
+    if low >= 0.0:
+        return
+    n = subtract(g_A, g_B)
+    squared = dot(n, n)
+    length = math.sqrt(squared)
+    tie = slack * length
+    if low >= -tie or high < -tie:
+        return
+    # The same difference at the corners of b.
+    q = _values(moved, g_A, elements[a, 19])
+    h = (
+        q[0] - elements[b, 12],
+        q[1] - elements[b, 13],
+        q[2] - elements[b, 14],
+        q[3] - elements[b, 15],
+    )
+    if _lowest(h) >= -tie or _highest(h) < -tie:
+        return
+    f = _all_snapped(f, tie)
+    count = slice_tetrahedron(elements[a], f, side_mask(f), buffer[0])
+    planes = moved[22:38]
+    cutting = planes_that_cut(buffer[0], count, n, planes, slack)
+    if cutting < 0:
+        return
+    A_squared, B_squared = dot(g_A, g_A), dot(g_B, g_B)
+    if squared <= EQUAL_FIELDS * EQUAL_FIELDS * max(A_squared, B_squared):
+        return
+    if not pressure_grows_along(n, squared, g_A):
+        return
+    if not pressure_grows_along(scale(-1.0, n), squared, g_B):
+        return
+    side, count = clip_by_tetrahedron(buffer, count, n, planes, cutting, slack, heights)
+    if count == 0:
+        return
+    # The flatter field is the one that rounding of positions moves less.
+    field = (g_A[0], g_A[1], g_A[2], elements[a, 19])
+    if B_squared < A_squared:
+        field = (g_B[0], g_B[1], g_B[2], moved[15])
+    normal = scale(1.0 / length, n)
+    _keep(buffer[side], count, normal, field, a, b, narrow, shapes, labels, state)
+
+
+@lean_kernel
+def cut_triangle(
+    elements, planes, a, moved, slack, narrow, buffer, heights, shapes, labels, state
+):
+    """Add the part of a rigid triangle inside a tetrahedron, in the tetrahedron's frame A.
+
+    ``triangle_may_meet`` is true. ``moved`` has the triangle in A and, at 12, its plane: the
+    outward unit normal and an offset. The rest is as for ``cut_by_level``.
+    """
+    n = (moved[12], moved[13], moved[14])
+    _lay_triangle(moved, buffer[0])
+    cutting = planes_that_cut(buffer[0], 3, n, planes[a], slack)
+    if cutting < 0:
+        return
+    g = (elements[a, 16], elements[a, 17], elements[a, 18])
+    if not pressure_grows_along(n, 1.0, g):
+        return
+    side, count = clip_by_tetrahedron(buffer, 3, n, planes[a], cutting, slack, heights)
+    if count > 0:
+        field = (g[0], g[1], g[2], elements[a, 19])
+        _keep(buffer[side], count, n, field, a, -1, narrow, shapes, labels, state)
+
+
+@lean_kernel
+def cut_by_plane(elements, a, n, offset, slack, narrow, buffer, shapes, labels, state):
+    """Add the cut of a tetrahedron with the boundary n . x + offset = 0 of a rigid half space.
+
+    In the tetrahedron's frame A; n is the outward unit normal of the half space.
+    """
+    f = _all_snapped(_values(elements[a], n, offset), slack)
+    mask = side_mask(f)
+    if mask in (0, 15):
+        return
+    count = slice_tetrahedron(elements[a], f, mask, buffer[0])
+    field = (elements[a, 16], elements[a, 17], elements[a, 18], elements[a, 19])
+    _keep(buffer[0], count, n, field, a, -1, narrow, shapes, labels, state)
+
+
+@lean_kernel
+def cut_by_slab(
+    elements, a, slab, g_B, c_B, n, offset, slack, narrow, buffer, heights, shapes, labels, state
+):
+    """Add the part of p_A = p_B in a tetrahedron of A and a compliant half space B, in A.
+
+    ``slab`` is the half space's element, g_B . x + c_B its field, n its outward unit normal and
+    n . x + offset <= 0 what it fills, its margin included. All in A.
+    """
+    g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
+    f = _excess(elements[a], g_B, c_B)
+    d = subtract(g_A, g_B)
+    squared = dot(d, d)
+    length = math.sqrt(squared)
+    f = _all_snapped(f, slack * length)
+    mask = side_mask(f)
+    if mask in (0, 15):
+        return
+    A_squared, B_squared = dot(g_A, g_A), dot(g_B, g_B)
+    if squared <= EQUAL_FIELDS * EQUAL_FIELDS * max(A_squared, B_squared):
+        return
+    if not pressure_grows_along(d, squared, g_A):
+        return
+    if not pressure_grows_along(scale(-1.0, d), squared, g_B):
+        return
+    normal = scale(1.0 / length, d)
+    count = slice_tetrahedron(elements[a], f, mask, buffer[0])
+    side, count = clip_by_half_space(
+        buffer, 0, count, normal, scale(-1.0, n), -offset, slack, heights
+    )
+    if count == 0:
+        return
+    if A_squared < B_squared:
+        field = (g_A[0], g_A[1], g_A[2], elements[a, 19])
+    else:
+        field = (g_B[0], g_B[1], g_B[2], c_B)
+    _keep(buffer[side], count, normal, field, a, slab, narrow, shapes, labels, state)
+
+
+@lean_kernel
+def cut_triangle_by_slab(
+    elements, t, slab, field, n, offset, slack, narrow, buffer, heights, shapes, labels, state
+):
+    """Add the part of a rigid triangle in a compliant half space, in the triangle's frame B.
+
+    ``slab`` is the half space's element, ``field`` its pressure, n its outward unit normal and
+    n . x + offset <= 0 what it fills, its margin included. The law of its pressure goes on below
+    the slab. All in B; the half space is the first body.
+    """
+    normal = (elements[t, 16], elements[t, 17], elements[t, 18])
+    if not pressure_grows_along(normal, 1.0, (field[0], field[1], field[2])):
+        return
+    _lay_triangle(elements[t], buffer[0])
+    side, count = clip_by_half_space(buffer, 0, 3, normal, scale(-1.0, n), -offset, slack, heights)
+    if count > 0:
+        _keep(buffer[side], count, normal, field, slab, -1, narrow, shapes, labels, state)

@@ -1,0 +1,206 @@
+"""Contact surfaces of a list of pairs: the loop over pairs, and the loop over their polygons.
+
+The first finds all polygons, each in the frame of one of its bodies, in scratch memory that is
+kept. Then the sizes of all results are known, and the second loop places the polygons in the
+world, divides them into triangles if asked to, and integrates pressure.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.hydroelastic.body_table import BodyKind
+from scene_graph_ros.geometry.hydroelastic.clipping import COUNT, FULL, SURFACES, WIDTH
+from scene_graph_ros.geometry.hydroelastic.element_table import ElementTable
+from scene_graph_ros.geometry.hydroelastic.pairs import (
+    half_space_and_surface,
+    half_space_and_volume,
+    MOVED_WIDTH,
+    volume_and_other,
+)
+from scene_graph_ros.geometry.hydroelastic.patches import Patches
+from scene_graph_ros.geometry.hydroelastic.placing import (
+    BEGIN,
+    END,
+    FLIPPED,
+    FRAME,
+    place_polygons,
+    ROW_M,
+    ROW_N,
+    SURFACE_WIDTH,
+)
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
+from scene_graph_ros.geometry.spatial.vectors import (
+    load_rotation,
+    load_translation,
+    norm,
+    relative_pose,
+)
+from scene_graph_ros.geometry.tolerances import (
+    CONTACT_RESOLUTION,
+    CONTACT_TIE,
+    PLACED_RESOLUTION,
+)
+
+__all__ = ["solve_surfaces"]
+
+RIGID_SURFACE = int(BodyKind.RIGID_SURFACE)
+COMPLIANT_VOLUME = int(BodyKind.COMPLIANT_VOLUME)
+COMPLIANT_HALF_SPACE = int(BodyKind.COMPLIANT_HALF_SPACE)
+
+_FIRST_CAPACITY = 4096
+
+
+@inlined_kernel
+def _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, shapes, labels, state):
+    """Add the polygons of rows a and b; a is a volume or else a compliant half space.
+
+    Returns:
+        whether they are in the frame of b, instead of a.
+
+    """
+    kind_A, kind_B = table.kind[a], table.kind[b]
+    body_A, body_B = table.body[a], table.body[b]
+    R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
+    size = table.reach[body_A] + table.reach[body_B] + norm(p_AB)
+    slack = CONTACT_TIE * size
+    narrow = CONTACT_RESOLUTION * size + PLACED_RESOLUTION * max(norm(p_WA), norm(p_WB))
+    if kind_A == COMPLIANT_HALF_SPACE:
+        R_BA, p_BA = relative_pose(R_WB, p_WB, R_WA, p_WA)
+        half_space_and_surface(
+            table, table.element_start[body_A], table.margin[a], body_B, R_BA, p_BA,
+            slack, narrow, scratch, shapes, labels, state,
+        )  # fmt: skip
+        return True
+    if kind_B in (COMPLIANT_VOLUME, RIGID_SURFACE):
+        is_rigid = kind_B == RIGID_SURFACE
+        volume_and_other(
+            table, body_A, body_B, is_rigid, R_AB, p_AB,
+            slack, narrow, scratch, shapes, labels, state,
+        )  # fmt: skip
+        return False
+    slab, margin = -1, 0.0
+    if kind_B == COMPLIANT_HALF_SPACE:
+        slab, margin = table.element_start[body_B], table.margin[b]
+    half_space_and_volume(
+        table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, shapes, labels, state
+    )
+    return False
+
+
+@lean_kernel
+def _find_polygons(table, X_WG, pairs, begin, scratch, shapes, labels, surfaces, state):
+    """Add the polygons of pairs from ``begin`` on.
+
+    Returns:
+        how many pairs are done: fewer than all where there was no more room for polygons;
+        nothing is kept of the pair that failed.
+
+    """
+    for k in range(begin, len(pairs)):
+        i, j = pairs[k, 0], pairs[k, 1]
+        kind_j = table.kind[j]
+        flipped = table.kind[i] != COMPLIANT_VOLUME and (
+            kind_j in (COMPLIANT_VOLUME, COMPLIANT_HALF_SPACE)
+        )
+        a, b = (j, i) if flipped else (i, j)
+        R_WA, p_WA = load_rotation(X_WG, a), load_translation(X_WG, a)
+        R_WB, p_WB = load_rotation(X_WG, b), load_translation(X_WG, b)
+        before = state[COUNT]
+        in_B = _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, shapes, labels, state)
+        if state[FULL]:
+            state[COUNT] = before
+            return k
+        if state[COUNT] > before:
+            s = state[SURFACES]
+            surfaces[s, ROW_M], surfaces[s, ROW_N] = i, j
+            surfaces[s, FRAME], surfaces[s, FLIPPED] = b if in_B else a, flipped
+            surfaces[s, BEGIN], surfaces[s, END] = before, state[COUNT]
+            state[SURFACES] = s + 1
+    return len(pairs)
+
+
+class _Scratch:
+    """Memory of the first loop, kept from query to query by one thread at a time."""
+
+    def __init__(self) -> None:
+        self.state = np.zeros(3, np.int64)
+        self.moved = np.empty(MOVED_WIDTH)
+        self.buffer = np.empty((2, POLYGON_CORNERS, 3))
+        self.heights = np.empty(POLYGON_CORNERS)
+        self.shapes = np.empty((_FIRST_CAPACITY, WIDTH))
+        self.labels = np.empty((_FIRST_CAPACITY, 3), np.int64)
+
+    def begin(self) -> None:
+        """Forget what was found."""
+        self.state[:] = 0
+
+    def grow(self) -> None:
+        """Double the room for polygons."""
+        kept, self.state[FULL] = self.state[COUNT], 0
+        for name in ("shapes", "labels"):
+            old = getattr(self, name)
+            new = np.empty((2 * len(old), old.shape[1]), old.dtype)
+            new[:kept] = old[:kept]
+            setattr(self, name, new)
+
+    def arrays(self) -> tuple[NDArray[Any], ...]:
+        """Return what the pairs' loops need beside the results."""
+        return self.moved, self.buffer, self.heights
+
+
+_kept = _Scratch()
+_lock = threading.Lock()
+
+
+def solve_surfaces(
+    table: ElementTable, X_WG: NDArray[np.float64], pairs: NDArray[np.int64], triangles: bool
+) -> Patches:
+    """Compute the contact surfaces of pairs of kinds that have one.
+
+    Args:
+        table: of n rows.
+        X_WG: (n, 4, 4).
+        pairs: (m, 2) rows (M, N).
+        triangles: whether polygons are to be divided.
+
+    Returns:
+        the surfaces that are not empty, in the order of the pairs.
+
+    """
+    own = _lock.acquire(blocking=False)
+    try:
+        scratch = _kept if own else _Scratch()
+        return _solve(table, X_WG, pairs, triangles, scratch)
+    finally:
+        if own:
+            _lock.release()
+
+
+def _solve(
+    table: ElementTable,
+    X_WG: NDArray[np.float64],
+    pairs: NDArray[np.int64],
+    triangles: bool,
+    scratch: _Scratch,
+) -> Patches:
+    scratch.begin()
+    surfaces = np.empty((len(pairs), SURFACE_WIDTH), np.int64)
+    done = 0
+    while done < len(pairs):
+        done = _find_polygons(
+            table, X_WG, pairs, done, scratch.arrays(), scratch.shapes, scratch.labels,
+            surfaces, scratch.state,
+        )  # fmt: skip
+        if scratch.state[FULL]:
+            scratch.grow()
+    found = scratch.state[SURFACES]
+    arrays = place_polygons(
+        table.margin, X_WG, surfaces[:found], scratch.shapes, scratch.labels, triangles
+    )
+    return Patches(arrays, table.gradients, X_WG[surfaces[:found, :2]])

@@ -1,0 +1,202 @@
+"""Contact polygons of pairs of bodies: walks through their trees to the elements that may meet."""
+
+import math
+
+from scene_graph_ros.geometry.hydroelastic.clipping import (
+    cut_by_level,
+    cut_by_plane,
+    cut_by_slab,
+    cut_triangle,
+    cut_triangle_by_slab,
+    FULL,
+    levels_may_meet,
+    triangle_may_meet,
+)
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.scratch import traversal_stack
+from scene_graph_ros.geometry.narrowphase.bvh_pairs import (
+    absolute_rotation,
+    boxes_meet,
+    is_apart,
+    next_leaf_above_plane,
+    next_leaf_at_box,
+    next_leaf_near_box,
+)
+from scene_graph_ros.geometry.spatial.vectors import (
+    add,
+    dot,
+    rotate,
+    rotate_inverse,
+    scale,
+    transpose,
+)
+
+__all__ = ["MOVED_WIDTH", "half_space_and_surface", "half_space_and_volume", "volume_and_other"]
+
+MOVED_WIDTH = 38
+"""What is kept of an element that was moved into another frame: x, y and z of its corners (12);
+gradient and constant of its pressure, or plane of a triangle (4); centre and half extents of its
+box (6); planes of a tetrahedron as in the table (16)."""
+_BOX, _PLANES = 16, 22
+
+
+@lean_kernel
+def _move(elements, planes, e, is_triangle, R_AB, p_AB, moved):
+    """Write element e of B, in A, into ``moved``."""
+    low, high = (math.inf, math.inf, math.inf), (-math.inf, -math.inf, -math.inf)
+    x = (0.0, 0.0, 0.0)
+    for k in range(4):
+        x = add(rotate(R_AB, (elements[e, k], elements[e, 4 + k], elements[e, 8 + k])), p_AB)
+        moved[k], moved[4 + k], moved[8 + k] = x
+        low = (min(low[0], x[0]), min(low[1], x[1]), min(low[2], x[2]))
+        high = (max(high[0], x[0]), max(high[1], x[1]), max(high[2], x[2]))
+    for axis in range(3):
+        moved[_BOX + axis] = 0.5 * (low[axis] + high[axis])
+        moved[_BOX + 3 + axis] = 0.5 * (high[axis] - low[axis])
+    g = rotate(R_AB, (elements[e, 16], elements[e, 17], elements[e, 18]))
+    moved[12], moved[13], moved[14] = g
+    if is_triangle:
+        moved[15] = -dot(g, x)
+        return
+    moved[15] = elements[e, 19] - dot(g, p_AB)
+    for k in range(4):
+        n = rotate(R_AB, (planes[e, k], planes[e, 4 + k], planes[e, 8 + k]))
+        moved[_PLANES + k], moved[_PLANES + 4 + k], moved[_PLANES + 8 + k] = n
+        moved[_PLANES + 12 + k] = planes[e, 12 + k] - dot(n, p_AB)
+
+
+@inlined_kernel
+def volume_and_other(
+    table, body_A, body_B, is_rigid, R_AB, p_AB, slack, narrow, scratch, shapes, labels, state
+):
+    """Add the polygons of volume A and another body, a volume or a rigid surface, in A.
+
+    Args:
+        table: an ElementTable.
+        body_A: a compliant volume.
+        body_B: a compliant volume or, if
+        is_rigid: a rigid surface.
+        R_AB: rotation.
+        p_AB: translation.
+        slack: metres, what counts as zero.
+        narrow: metres, what is too narrow to keep.
+        scratch: (moved, buffer, heights).
+        shapes: results, with
+        labels: and
+        state: as in ``clipping``.
+
+    """
+    moved, buffer, heights = scratch
+    elements, planes, boxes = table.elements, table.planes, table.boxes
+    node_boxes, left, right = table.node_boxes, table.node_left, table.node_right
+    R_BA, p_BA = transpose(R_AB), scale(-1.0, rotate_inverse(R_AB, p_AB))
+    absolute = absolute_rotation(R_BA)
+    stack_A, stack_B = traversal_stack(), traversal_stack()
+    root_A = table.node_start[body_A]
+    stack_B[0] = table.node_start[body_B]
+    depth_B = 1
+    while depth_B > 0:
+        depth_B, node_B = next_leaf_near_box(
+            node_boxes, left, right, stack_B, depth_B, node_boxes, root_A, R_BA, absolute, p_BA,
+            slack,
+        )  # fmt: skip
+        if node_B < 0 or state[FULL]:
+            return
+        first_B = -1 - left[node_B]
+        for b in range(first_B, first_B + right[node_B]):
+            if not boxes_meet(boxes, b, node_boxes, root_A, R_BA, absolute, p_BA, slack):
+                continue
+            _move(elements, planes, b, is_rigid, R_AB, p_AB, moved)
+            stack_A[0], depth = root_A, 1
+            while depth > 0:
+                depth, node = next_leaf_at_box(
+                    node_boxes, left, right, stack_A, depth, moved, _BOX, slack
+                )
+                if node < 0:
+                    break
+                first = -1 - left[node]
+                for a in range(first, first + right[node]):
+                    if is_apart(boxes, a, moved, _BOX, slack):
+                        continue
+                    if is_rigid:
+                        if triangle_may_meet(elements, a, moved, slack):
+                            cut_triangle(
+                                elements, planes, a, moved, slack, narrow, buffer, heights,
+                                shapes, labels, state,
+                            )  # fmt: skip
+                    elif levels_may_meet(elements, a, b, moved, slack):
+                        cut_by_level(
+                            elements, a, b, moved, slack, narrow, buffer, heights,
+                            shapes, labels, state,
+                        )  # fmt: skip
+
+
+@inlined_kernel
+def half_space_and_volume(
+    table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, shapes, labels, state
+):
+    """Add the polygons, in A, of volume A and half space B.
+
+    ``slab`` is the element of a compliant half space, -1 of a rigid one; ``margin`` the former's.
+    The rest is as for ``volume_and_other``.
+    """
+    _, buffer, heights = scratch
+    elements = table.elements
+    n = (R_AB[2], R_AB[5], R_AB[8])
+    offset = -dot(n, p_AB)
+    g, c = (0.0, 0.0, 0.0), 0.0
+    if slab >= 0:
+        g = rotate(R_AB, (elements[slab, 16], elements[slab, 17], elements[slab, 18]))
+        c = elements[slab, 19] - dot(g, p_AB)
+    stack = traversal_stack()
+    stack[0] = table.node_start[body_A]
+    depth = 1
+    while depth > 0:
+        # A rigid plane only cuts what reaches to both of its sides.
+        depth, node = next_leaf_above_plane(
+            table.node_boxes, table.node_left, table.node_right, stack, depth,
+            scale(-1.0, n), margin - offset, slab < 0, slack,
+        )  # fmt: skip
+        if node < 0 or state[FULL]:
+            return
+        first = -1 - table.node_left[node]
+        for a in range(first, first + table.node_right[node]):
+            if slab < 0:
+                cut_by_plane(elements, a, n, offset, slack, narrow, buffer, shapes, labels, state)
+            else:
+                cut_by_slab(
+                    elements, a, slab, g, c, n, offset - margin, slack, narrow, buffer, heights,
+                    shapes, labels, state,
+                )  # fmt: skip
+
+
+@inlined_kernel
+def half_space_and_surface(
+    table, slab, margin, body_B, R_BA, p_BA, slack, narrow, scratch, shapes, labels, state
+):
+    """Add the polygons, in B, of compliant half space A with element ``slab`` and rigid surface B.
+
+    The rest is as for ``half_space_and_volume``.
+    """
+    _, buffer, heights = scratch
+    elements = table.elements
+    n = (R_BA[2], R_BA[5], R_BA[8])
+    offset = -dot(n, p_BA) - margin
+    g = rotate(R_BA, (elements[slab, 16], elements[slab, 17], elements[slab, 18]))
+    field = (g[0], g[1], g[2], elements[slab, 19] - dot(g, p_BA))
+    stack = traversal_stack()
+    stack[0] = table.node_start[body_B]
+    depth = 1
+    while depth > 0:
+        depth, node = next_leaf_above_plane(
+            table.node_boxes, table.node_left, table.node_right, stack, depth,
+            scale(-1.0, n), -offset, False, slack,
+        )  # fmt: skip
+        if node < 0 or state[FULL]:
+            return
+        first = -1 - table.node_left[node]
+        for t in range(first, first + table.node_right[node]):
+            cut_triangle_by_slab(
+                elements, t, slab, field, n, offset, slack, narrow, buffer, heights,
+                shapes, labels, state,
+            )  # fmt: skip

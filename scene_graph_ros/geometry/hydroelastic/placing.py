@@ -1,0 +1,282 @@
+"""From polygons in the frames of bodies to contact surfaces in the world, with their integrals.
+
+Pressure is linear on a face. So with corners x_i, pressures p_i and area A of a triangle
+
+    integral of p   = A / 3 (p_0 + p_1 + p_2)
+    integral of x p = A / 12 (sum_i x_i p_i + (sum_i x_i) (sum_i p_i)),
+
+and force and moment of a surface are exact, as is dividing a polygon about its centroid. Where
+the pressure is negative, in a margin, the face is cut at zero pressure before it is integrated.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.hydroelastic.clipping import AREA, CENTROID, FIELD, NORMAL
+from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
+from scene_graph_ros.geometry.narrowphase.clip import clip_by_values
+from scene_graph_ros.geometry.spatial.vectors import (
+    add,
+    axpy,
+    cross,
+    dot,
+    load_rotation,
+    load_translation,
+    load_vector,
+    rotate,
+    scale,
+    store_vector,
+    subtract,
+)
+
+__all__ = [
+    "BEGIN",
+    "END",
+    "FLIPPED",
+    "FRAME",
+    "ROW_M",
+    "ROW_N",
+    "SURFACE_WIDTH",
+    "integrate_pressure",
+    "place_polygons",
+    "pressed",
+    "world_gradients",
+]
+
+ROW_M, ROW_N, FRAME, FLIPPED, BEGIN, END = 0, 1, 2, 3, 4, 5
+"""Columns of a surface: its rows, the row in whose frame the polygons are, whether the first body
+is N instead of M, and which polygons it has."""
+SURFACE_WIDTH = 6
+
+
+@lean_kernel
+def integrate_pressure(polygon, pressures, count, normal):
+    """Return the integrals of p and of x p over a polygon; p is linear on it, x counts from 0.
+
+    Args:
+        polygon: (8, 3) corners, counter-clockwise about the unit vector ``normal``.
+        pressures: (8,) at the corners.
+        count: corners.
+        normal: unit vector.
+
+    """
+    a = load_vector(polygon, 0)
+    u = subtract(load_vector(polygon, 1), a)
+    total, moment = 0.0, (0.0, 0.0, 0.0)
+    for k in range(2, count):
+        v = subtract(load_vector(polygon, k), a)
+        part = 0.5 * dot(normal, cross(u, v)) / 12.0
+        p, q, r = pressures[0], pressures[k - 1], pressures[k]
+        together = p + q + r
+        total += 4.0 * part * together
+        # x = a + u s + v t: the corners count from a, which is put back below.
+        moment = axpy(part * (q + together), u, moment)
+        moment = axpy(part * (r + together), v, moment)
+        u = v
+    return total, axpy(total, a, moment)
+
+
+@lean_kernel
+def pressed(polygon, pressures, count, normal, part, part_pressures):
+    """Return the integrals of max(p, 0) and of x max(p, 0) over a polygon.
+
+    ``part`` (8, 3) and ``part_pressures`` (8,) are scratch; the rest as ``integrate_pressure``.
+    """
+    low, high = pressures[0], pressures[0]
+    for k in range(1, count):
+        low, high = min(low, pressures[k]), max(high, pressures[k])
+    if high <= 0.0:
+        return 0.0, (0.0, 0.0, 0.0)
+    if low >= 0.0:
+        return integrate_pressure(polygon, pressures, count, normal)
+    kept = clip_by_values(polygon, count, pressures, part)
+    # The same rule gives the pressures at the new corners: what is cut off ends at zero.
+    k, previous = 0, count - 1
+    for i in range(count):
+        if pressures[i] * pressures[previous] < 0.0:
+            part_pressures[k] = 0.0
+            k += 1
+        if pressures[i] >= 0.0:
+            part_pressures[k] = pressures[i]
+            k += 1
+        previous = i
+    return integrate_pressure(part, part_pressures, kept, normal)
+
+
+@lean_kernel
+def _place_vertex(x, p, R_WF, p_WF, v, vertices_W, pressure):
+    store_vector(vertices_W, v, add(p_WF, rotate(R_WF, x)))
+    pressure[v] = p
+
+
+@lean_kernel
+def _place_face(f, n_W, area, centroid_W, pressure, first, second, columns):
+    normals_W, areas, centroids_W, pressures, elements = columns
+    store_vector(normals_W, f, n_W)
+    areas[f], pressures[f] = area, pressure
+    store_vector(centroids_W, f, centroid_W)
+    elements[f, 0], elements[f, 1] = first, second
+
+
+@lean_kernel
+def _place(
+    margin, X_WG, surfaces, shapes, labels, triangles, surface_columns, vertex_columns, corners,
+    face_columns, scratch,
+):  # fmt: skip
+    """Fill the columns of ``Patches``."""
+    totals, vertex_start, face_start = surface_columns
+    vertices_W, pressure = vertex_columns
+    polygon, part, pressures, part_pressures = scratch
+    v, f = 0, 0
+    for s in range(len(surfaces)):
+        vertex_start[s], face_start[s] = v, f
+        row = surfaces[s, FRAME]
+        flipped = surfaces[s, FLIPPED] != 0
+        has_margin = margin[surfaces[s, ROW_M]] > 0.0 or margin[surfaces[s, ROW_N]] > 0.0
+        R_WF, p_WF = load_rotation(X_WG, row), load_translation(X_WG, row)
+        total_area, area_moment = 0.0, (0.0, 0.0, 0.0)
+        force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        for row in range(surfaces[s, BEGIN], surfaces[s, END]):
+            count, first, second = labels[row, 0], labels[row, 1], labels[row, 2]
+            n = (shapes[row, NORMAL], shapes[row, NORMAL + 1], shapes[row, NORMAL + 2])
+            g = (shapes[row, FIELD], shapes[row, FIELD + 1], shapes[row, FIELD + 2])
+            c = (shapes[row, CENTROID], shapes[row, CENTROID + 1], shapes[row, CENTROID + 2])
+            area = shapes[row, AREA]
+            if flipped:
+                n = scale(-1.0, n)
+                first, second = second, first
+            for k in range(count):
+                i = 3 * (count - 1 - k) if flipped else 3 * k
+                x = (shapes[row, i], shapes[row, i + 1], shapes[row, i + 2])
+                p = dot(g, x) + shapes[row, FIELD + 3]
+                # Without a margin no body has a negative pressure: that is rounding.
+                pressures[k] = p if has_margin else max(p, 0.0)
+                store_vector(polygon, k, x)
+                _place_vertex(x, pressures[k], R_WF, p_WF, v + k, vertices_W, pressure)
+            total, x_total = pressed(polygon, pressures, count, n, part, part_pressures)
+            force = axpy(total, n, force)
+            moment = add(moment, cross(x_total, n))
+            total_area += area
+            area_moment = axpy(area, c, area_moment)
+            n_W, c_W = rotate(R_WF, n), add(p_WF, rotate(R_WF, c))
+            p = dot(g, c) + shapes[row, FIELD + 3]
+            p = p if has_margin else max(p, 0.0)
+            local = v - vertex_start[s]
+            if not triangles:
+                corners[f, 0] = local
+                _place_face(f, n_W, area, c_W, p, first, second, face_columns)
+                v, f = v + count, f + 1
+            elif count == 3:
+                corners[f, 0], corners[f, 1], corners[f, 2] = local, local + 1, local + 2
+                _place_face(f, n_W, area, c_W, p, first, second, face_columns)
+                v, f = v + 3, f + 1
+            else:
+                _place_vertex(c, p, R_WF, p_WF, v + count, vertices_W, pressure)
+                for k in range(count):
+                    following = k + 1 if k + 1 < count else 0
+                    d = subtract(load_vector(polygon, k), c)
+                    e = subtract(load_vector(polygon, following), c)
+                    middle = axpy(1.0 / 3.0, add(d, e), c)
+                    corners[f, 0], corners[f, 1] = local + count, local + k
+                    corners[f, 2] = local + following
+                    _place_face(
+                        f, n_W, 0.5 * dot(n, cross(d, e)), add(p_WF, rotate(R_WF, middle)),
+                        (p + pressures[k] + pressures[following]) / 3.0, first, second,
+                        face_columns,
+                    )  # fmt: skip
+                    f += 1
+                v += count + 1
+        centre = scale(1.0 / total_area, area_moment)
+        moment = subtract(moment, cross(centre, force))
+        totals[s, 0] = total_area
+        for axis in range(3):
+            totals[s, 1 + axis] = add(p_WF, rotate(R_WF, centre))[axis]
+            totals[s, 4 + axis] = rotate(R_WF, force)[axis]
+            totals[s, 7 + axis] = rotate(R_WF, moment)[axis]
+    vertex_start[len(surfaces)], face_start[len(surfaces)] = v, f
+
+
+@lean_kernel
+def _sizes(surfaces, labels, triangles):
+    """Return how many vertices and faces the surfaces have."""
+    v, f = 0, 0
+    for s in range(len(surfaces)):
+        for row in range(surfaces[s, BEGIN], surfaces[s, END]):
+            count = labels[row, 0]
+            is_fan = triangles and count > 3
+            v += count + 1 if is_fan else count
+            f += count if is_fan else 1
+    return v, f
+
+
+def place_polygons(
+    margin: NDArray[np.float64],
+    X_WG: NDArray[np.float64],
+    surfaces: NDArray[np.int64],
+    shapes: NDArray[np.float64],
+    labels: NDArray[np.int64],
+    triangles: bool,
+) -> tuple[NDArray[Any], ...]:
+    """Return the columns of ``Patches``.
+
+    Args:
+        margin: (n,) metres.
+        X_WG: (n, 4, 4).
+        surfaces: (s, 6) as in this module.
+        shapes: polygons, with
+        labels: as in ``clipping``.
+        triangles: whether to divide them.
+
+    """
+    s = len(surfaces)
+    v, f = _sizes(surfaces, labels, triangles)
+    columns = (
+        np.empty((s, 10)),
+        np.empty(s + 1, np.int64),
+        np.empty(s + 1, np.int64),
+        np.empty((v, 3)),
+        np.empty(v),
+        np.empty((f, 3 if triangles else 1), np.int64),
+        np.empty((f, 3)),
+        np.empty(f),
+        np.empty((f, 3)),
+        np.empty(f),
+        np.empty((f, 2), np.int64),
+    )
+    scratch = (
+        np.empty((POLYGON_CORNERS, 3)),
+        np.empty((POLYGON_CORNERS, 3)),
+        np.empty(POLYGON_CORNERS),
+        np.empty(POLYGON_CORNERS),
+    )
+    _place(
+        margin, X_WG, surfaces, shapes, labels, triangles, columns[:3], columns[3:5], columns[5],
+        columns[6:], scratch,
+    )  # fmt: skip
+    return (surfaces[:, :2].copy(), *columns)
+
+
+@lean_kernel
+def world_gradients(gradients, elements, side, face_start, R_W, result):
+    """Write the pressure gradients of one side of all faces, zero where it is rigid.
+
+    Args:
+        gradients: (E, 3) of the elements, in their frames.
+        elements: (f, 2).
+        side: 0 for M, 1 for N.
+        face_start: (s + 1,).
+        R_W: (s, 4, 4) poses of that side's bodies.
+        result: (f, 3).
+
+    """
+    for s in range(len(face_start) - 1):
+        R = load_rotation(R_W, s)
+        for f in range(face_start[s], face_start[s + 1]):
+            e = elements[f, side]
+            g = (0.0, 0.0, 0.0)
+            if e >= 0:
+                g = rotate(R, load_vector(gradients, e))
+            store_vector(result, f, g)

@@ -1,0 +1,35 @@
+"""Queries whose code is imported when they are first asked.
+
+What they need - bodies with pressure fields, tetrahedra, kernels - costs a scene nothing as long
+as nobody asks. They are in packages above this one, so they are known here by name only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import functools
+import importlib
+from typing import Any
+
+__all__ = ["ON_DEMAND", "on_demand"]
+
+ON_DEMAND = {
+    "compute_contact_surfaces": (
+        "scene_graph_ros.geometry.hydroelastic.query:compute_contact_surfaces"
+    ),
+    "compute_contact_surfaces_with_fallback": (
+        "scene_graph_ros.geometry.hydroelastic.query:compute_contact_surfaces_with_fallback"
+    ),
+    "compute_deformable_contact": (
+        "scene_graph_ros.geometry.deformable.query:compute_deformable_contact"
+    ),
+}
+"""The function, as ``module:name``, that answers each query about a Snapshot."""
+
+
+@functools.cache
+def on_demand(query: str) -> Callable[..., Any]:
+    """Import and return the function that answers ``query``, one of ON_DEMAND."""
+    module, name = ON_DEMAND[query].split(":")
+    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    return function
