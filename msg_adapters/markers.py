@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from geometry_msgs.msg import Vector3
 import numpy as np
@@ -17,6 +17,13 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
+from msg_adapters.marker_rows import (
+    HALF_SPACE_EXTENT,
+    HALF_SPACE_THICKNESS,
+    marker_id,
+    MarkerItem,
+    MarkerRows,
+)
 from msg_adapters.meshes import (
     capsule_triangles,
     hull_triangles,
@@ -27,10 +34,10 @@ from msg_adapters.meshes import (
 )
 from msg_adapters.poses import header_to_msg
 from msg_adapters.stamps import stamp_to_msg
+from msg_adapters.wire_plain_markers import PlainLook
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
-from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 
 __all__ = [
@@ -41,13 +48,8 @@ __all__ = [
     "SceneMarkers",
     "marker_from_shape",
     "marker_id",
+    "plain_look",
 ]
-
-HALF_SPACE_EXTENT = 20.0
-"""Metres. Edge length of the plate that stands for a half space."""
-
-HALF_SPACE_THICKNESS = 1e-3
-"""Metres. Thickness of that plate, whose upper side is the boundary: thin beside all else."""
 
 SMALLEST_SIZE = 1e-6
 """Metres. Of a point, a sphere of radius 0: viewers warn about markers without any size."""
@@ -60,25 +62,6 @@ _VIEWER_FILE_TYPES = frozenset({"dae", "glb", "obj", "stl"})
 
 _FILE_TYPES_WITH_MATERIALS = frozenset({"dae", "glb", "obj"})
 """Those of them that can say what they are made of."""
-
-_MAX_INT32 = 2**31 - 1
-
-
-class MarkerItem(NamedTuple):
-    """A geometry to draw."""
-
-    geometry_id: int
-    ns: str
-    shape: Shape
-    rgba: Rgba | None
-    """None: the materials in its mesh file where it has one, else DEFAULT_COLOR."""
-    as_hull: bool = False
-    """Draw the convex hull of a mesh instead of the mesh."""
-
-
-def marker_id(geometry_id: int) -> int:
-    """Return the marker id of a geometry: its own id, folded into 31 bits."""
-    return int(geometry_id) & _MAX_INT32
 
 
 def _vector(x: float, y: float, z: float) -> Vector3:
@@ -118,24 +101,41 @@ def _set_mesh(marker: Marker, item: MarkerItem, package_shares: Mapping[str, Pat
         marker.color = ColorRGBA(r=0.0, g=0.0, b=0.0, a=0.0)
 
 
-_Setter = Callable[[Marker, Any], None]
-_SETTERS: dict[ShapeKind, _Setter] = {
-    ShapeKind.SPHERE: lambda m, s: _set_primitive(
-        m, Marker.SPHERE, (max(2.0 * s.radius, SMALLEST_SIZE),) * 3
+Size = tuple[float, float, float]
+_PRIMITIVES: dict[ShapeKind, Callable[[Any], tuple[int, Size]]] = {
+    ShapeKind.SPHERE: lambda s: (Marker.SPHERE, (max(2.0 * s.radius, SMALLEST_SIZE),) * 3),
+    ShapeKind.BOX: lambda s: (Marker.CUBE, (s.width, s.depth, s.height)),
+    ShapeKind.CYLINDER: lambda s: (
+        Marker.CYLINDER,
+        (2.0 * s.radius, 2.0 * s.radius, s.length),
     ),
-    ShapeKind.CAPSULE: lambda m, s: _set_triangles(m, capsule_triangles(s)),
-    ShapeKind.BOX: lambda m, s: _set_primitive(m, Marker.CUBE, (s.width, s.depth, s.height)),
-    ShapeKind.CYLINDER: lambda m, s: _set_primitive(
-        m, Marker.CYLINDER, (2.0 * s.radius, 2.0 * s.radius, s.length)
+    ShapeKind.ELLIPSOID: lambda s: (Marker.SPHERE, (2.0 * s.a, 2.0 * s.b, 2.0 * s.c)),
+    ShapeKind.HALF_SPACE: lambda s: (
+        Marker.CUBE,
+        (HALF_SPACE_EXTENT, HALF_SPACE_EXTENT, HALF_SPACE_THICKNESS),
     ),
-    ShapeKind.ELLIPSOID: lambda m, s: _set_primitive(
-        m, Marker.SPHERE, (2.0 * s.a, 2.0 * s.b, 2.0 * s.c)
-    ),
-    ShapeKind.HALF_SPACE: lambda m, s: _set_primitive(
-        m, Marker.CUBE, (HALF_SPACE_EXTENT, HALF_SPACE_EXTENT, HALF_SPACE_THICKNESS)
-    ),
-    ShapeKind.CONVEX: lambda m, s: _set_triangles(m, hull_triangles(s)),
 }
+_TRIANGLES: dict[ShapeKind, Callable[[Any], Triangles]] = {
+    ShapeKind.CAPSULE: capsule_triangles,
+    ShapeKind.CONVEX: hull_triangles,
+}
+
+
+def plain_look(item: MarkerItem) -> PlainLook | None:
+    """Return the marker of a geometry as a few numbers; None where it takes triangles."""
+    primitive = _PRIMITIVES.get(item.shape.kind)
+    if primitive is None:
+        return None
+    kind, size = primitive(item.shape)
+    color = item.rgba or DEFAULT_COLOR
+    return PlainLook(
+        item.ns,
+        marker_id(item.geometry_id),
+        kind,
+        Marker.ADD,
+        size,
+        (color.r, color.g, color.b, color.a),
+    )
 
 
 def marker_from_shape(
@@ -145,13 +145,16 @@ def marker_from_shape(
 
     Raises MeshError or InvalidShapeError where the mesh can't be read.
     """
+    look = plain_look(item)
+    if look is not None:
+        return look.marker(frame_id)
     marker = Marker(ns=item.ns, id=marker_id(item.geometry_id), action=Marker.ADD)
     marker.header.frame_id = frame_id
     marker.color = _color(item.rgba or DEFAULT_COLOR)
     if item.shape.kind == ShapeKind.MESH:
         _set_mesh(marker, item, package_shares)
     else:
-        _SETTERS[item.shape.kind](marker, item.shape)
+        _set_triangles(marker, _TRIANGLES[item.shape.kind](item.shape))
     return marker
 
 
@@ -166,11 +169,8 @@ class SceneMarkers:
         """Place markers in ``frame_id``, the world; see ``resource_uri`` for package_shares."""
         self._frame_id = frame_id
         self._package_shares = package_shares
-        self._markers: dict[MarkerItem, Marker] = {}
+        self._rows = MarkerRows()
         self._order: list[Marker] = []
-        self._plates = np.empty(0, dtype=np.int64)
-        self._sent = np.empty((0, 4, 4))
-        self._stale: dict[tuple[str, int], None] = {}
 
     def set_items(self, items: Iterable[MarkerItem]) -> None:
         """Take over which geometries there are; what vanished is left for ``deletions``.
@@ -178,33 +178,15 @@ class SceneMarkers:
         Nothing changes where a mesh can't be read, which raises MeshError or InvalidShapeError.
         """
         items = list(items)
-        # Poses that were sent stay known, so that unchanged markers are not sent again.
-        sent = dict(zip(self._markers, self._sent, strict=True))
-        markers = {item: self._markers.get(item) or self._build(item) for item in items}
-        keys = {(marker.ns, marker.id) for marker in markers.values()}
-        if len(keys) != len(items):
-            raise ValueError("two markers have the same namespace and id")
-        for marker in self._order:
-            if (marker.ns, marker.id) not in keys:
-                self._stale[marker.ns, marker.id] = None
-        for key in keys:
-            self._stale.pop(key, None)
-        self._markers = markers
-        self._order = list(markers.values())
-        is_plate = [item.shape.kind == ShapeKind.HALF_SPACE for item in items]
-        self._plates = np.flatnonzero(np.array(is_plate, dtype=bool))
-        never = np.full((4, 4), np.nan)
-        self._sent = np.array([sent.get(item, never) for item in items]).reshape(-1, 4, 4)
+        known = dict(zip(self._rows.items, self._order, strict=True))
+        markers = [known.get(item) or self._build(item) for item in items]
+        self._rows.set_items(items)
+        self._order = markers
 
     def _build(self, item: MarkerItem) -> Marker:
         return marker_from_shape(
             item, frame_id=self._frame_id, package_shares=self._package_shares
         )
-
-    @property
-    def markers(self) -> Sequence[Marker]:
-        """The markers in the order of the items."""
-        return self._order
 
     def full(self, X_WG: NDArray[np.float64], stamp_ns: int) -> MarkerArray:
         """Return all markers at ``X_WG`` ``(n, 4, 4)``."""
@@ -212,42 +194,21 @@ class SceneMarkers:
 
     def moved(self, X_WG: NDArray[np.float64], stamp_ns: int) -> MarkerArray:
         """Return the markers whose pose is another than when they were last returned."""
-        return self._place(self.moved_rows(X_WG), X_WG, stamp_ns)
-
-    def moved_rows(self, X_WG: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the rows whose pose is another than when it was last returned."""
-        self._check(X_WG)
-        # Not a number, which stands for "never", differs from everything.
-        return np.flatnonzero((self._sent != X_WG).any(axis=(1, 2)))
+        return self._place(self._rows.moved(X_WG), X_WG, stamp_ns)
 
     def deletions(self, stamp_ns: int) -> MarkerArray:
         """Return a deletion for each marker that vanished since the last call."""
         header = header_to_msg(stamp_ns, self._frame_id)
         markers = [
             Marker(header=header, ns=ns, id=identity, action=Marker.DELETE)
-            for ns, identity in self._stale
+            for ns, identity in self._rows.take_vanished()
         ]
-        self._stale.clear()
         return MarkerArray(markers=markers)
-
-    def _check(self, X_WG: NDArray[np.float64]) -> None:
-        if X_WG.shape != (len(self._order), 4, 4):
-            raise ValueError(f"{len(self._order)} markers take (n, 4, 4) poses, not {X_WG.shape}")
-
-    def place(self, rows: NDArray[np.int64], X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the poses of the markers of some rows, and take them as sent."""
-        self._check(X_WG)
-        self._sent[rows] = X_WG[rows]
-        X_WM = X_WG[rows]
-        plates = np.isin(rows, self._plates)
-        # The plate of a half space hangs below its boundary.
-        X_WM[plates, :3, 3] -= 0.5 * HALF_SPACE_THICKNESS * X_WM[plates, :3, 2]
-        return X_WM
 
     def _place(
         self, rows: NDArray[np.int64], X_WG: NDArray[np.float64], stamp_ns: int
     ) -> MarkerArray:
-        X_WM, stamp = self.place(rows, X_WG), stamp_to_msg(stamp_ns)
+        X_WM, stamp = self._rows.place(rows, X_WG), stamp_to_msg(stamp_ns)
         markers = [self._order[row] for row in rows.tolist()]
         _write_poses(markers, X_WM)
         for marker in markers:

@@ -1,23 +1,23 @@
 """Markers as bytes: pieces from the serializer, in a row, with poses put in by numpy.
 
-A marker is serialized once, in each position relative to the alignment of its fields in which it
-is needed; a message is such pieces in a row. While the same markers move, nothing is joined: poses
-and stamps are written over those of the last message. Where each thing is, is found by marks (see
-``wire``).
+A marker becomes a piece once, in each position relative to the alignment of its fields in which
+it is needed; a message is such pieces in a row. While the same markers move, nothing is joined:
+poses and stamps are written over those of the last message. Where each thing is, is found by marks
+(see ``wire``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from geometry_msgs.msg import Point, Pose, Quaternion
 import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray, MeshFile
 
-from msg_adapters.markers import MarkerItem, SceneMarkers
+from msg_adapters.marker_rows import MarkerItem, MarkerRows
+from msg_adapters.markers import marker_from_shape, plain_look
 from msg_adapters.wire import (
     as_bytes,
     find_count,
@@ -28,6 +28,7 @@ from msg_adapters.wire import (
     Patchable,
     Serializer,
 )
+from msg_adapters.wire_plain_markers import marked_pose, Piece, PlainLook, PlainPieces
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 
 __all__ = ["MarkerWire"]
@@ -40,14 +41,6 @@ _ALIGNMENT = 8
 
 _TEMPLATES_KEPT = 2
 """Joined messages remembered: usually all markers, and those that move."""
-
-
-class _Piece(NamedTuple):
-    """A marker in bytes; ``stamp`` and ``pose`` are places in it."""
-
-    data: bytes
-    stamp: int
-    pose: int
 
 
 class _Fill(NamedTuple):
@@ -75,17 +68,26 @@ class MarkerWire:
     ) -> None:
         """Place markers in ``frame_id``, the world; see ``resource_uri`` for package_shares."""
         self._serialize = serialize
-        self._scene = SceneMarkers(frame_id=frame_id, package_shares=package_shares)
+        self._frame_id, self._package_shares = frame_id, package_shares
         self._fill = _probe_fill(self._array)
-        self._pieces: dict[tuple[int, int], _Piece] = {}
+        self._plain = PlainPieces(self._array, self._fill.before, frame_id)
+        self._rows = MarkerRows()
+        self._pieces = _Pieces([], self._plain, self._make_piece)
         self._templates: dict[bytes, Patchable] = {}
 
     def set_items(self, items: Iterable[MarkerItem]) -> None:
         """Take over which geometries there are; see ``SceneMarkers.set_items``."""
-        self._scene.set_items(items)
-        kept = {id(marker) for marker in self._scene.markers}
-        self._pieces = {key: p for key, p in self._pieces.items() if key[0] in kept}
+        items = list(items)
+        known = dict(zip(self._rows.items, self._pieces.markers, strict=True))
+        markers = [known.get(item) or self._marker(item) for item in items]
+        before = self._rows.set_items(items)
+        self._pieces = self._pieces.carried_over(markers, before)
         self._templates.clear()
+
+    def _marker(self, item: MarkerItem) -> PlainLook | Marker:
+        return plain_look(item) or marker_from_shape(
+            item, frame_id=self._frame_id, package_shares=self._package_shares
+        )
 
     def message(
         self, X_WG: NDArray[np.float64], stamp_ns: int, *, is_whole: bool
@@ -94,10 +96,12 @@ class MarkerWire:
 
         Markers of all items where ``is_whole``, else of those that moved.
         """
-        scene = self._scene
-        rows = np.arange(len(X_WG)) if is_whole else scene.moved_rows(X_WG)
-        deleted = scene.deletions(stamp_ns).markers
-        X_WM = scene.place(rows, X_WG)
+        rows = np.arange(len(X_WG)) if is_whole else self._rows.moved(X_WG)
+        deleted = [
+            PlainLook(ns, identity, 0, Marker.DELETE, (0.0,) * 3, (0.0,) * 4)
+            for ns, identity in self._rows.take_vanished()
+        ]
+        X_WM = self._rows.place(rows, X_WG)
         template = self._template(rows, deleted)
         template.put_stamp(stamp_ns)
         if len(rows):
@@ -106,7 +110,7 @@ class MarkerWire:
             template.put_numbers(numbers)
         return template.data(), len(deleted) + len(rows)
 
-    def _template(self, rows: NDArray[np.int64], deleted: list[Marker]) -> Patchable:
+    def _template(self, rows: NDArray[np.int64], deleted: list[PlainLook]) -> Patchable:
         if deleted:
             return self._join(rows, deleted)
         key = rows.tobytes()
@@ -117,9 +121,10 @@ class MarkerWire:
         self._templates[key] = template
         return template
 
-    def _join(self, rows: NDArray[np.int64], deleted: list[Marker]) -> Patchable:
+    def _join(self, rows: NDArray[np.int64], deleted: list[PlainLook]) -> Patchable:
         """Put the pieces of deletions and markers in a row."""
-        fill, chosen = self._fill, self._scene.markers
+        fill, chosen = self._fill, self._pieces
+        deletions = _Pieces(deleted, self._plain, self._make_piece)
         count = len(deleted) + len(rows)
         if count == 0:
             return Patchable(self._array([]), [], [], _WIDTH)
@@ -127,13 +132,14 @@ class MarkerWire:
         position = fill.first
         gap = 0
         for index, row in enumerate((*range(-len(deleted), 0), *rows.tolist())):
-            marker = deleted[index] if row < 0 else chosen[row]
             position += gap
-            piece = self._piece(marker, position % _ALIGNMENT, is_kept=row >= 0)
+            if row < 0:
+                piece = deletions.get(index, position % _ALIGNMENT)
+            else:
+                piece = chosen.get(row, position % _ALIGNMENT)
+                poses.append(position + piece.pose)
             parts += (bytes(gap), piece.data)
             stamps.append(position + piece.stamp)
-            if row >= 0:
-                poses.append(position + piece.pose)
             position += len(piece.data)
             gap = fill.gap[position % _ALIGNMENT]
         template = Patchable(b"".join(parts), stamps, poses, _WIDTH)
@@ -143,35 +149,67 @@ class MarkerWire:
     def _head(self) -> bytes:
         return self._array([Marker()])[: self._fill.first]
 
-    def _piece(self, marker: Marker, alignment: int, *, is_kept: bool) -> _Piece:
-        key = id(marker), alignment
-        piece = self._pieces.get(key)
-        if piece is None:
-            piece = self._make_piece(marker, alignment)
-            if is_kept:
-                self._pieces[key] = piece
-        return piece
-
-    def _make_piece(self, marker: Marker, alignment: int) -> _Piece:
+    def _make_piece(self, look: PlainLook | Marker, alignment: int) -> Piece:
         before = self._fill.before[alignment]
+        marker = look.marker(self._frame_id) if isinstance(look, PlainLook) else look
         given = marker.header.stamp, marker.pose
         numbers = marked_numbers(_WIDTH)
-        marker.header.stamp, marker.pose = MARKED_TIME, _pose(numbers)
+        marker.header.stamp, marker.pose = MARKED_TIME, marked_pose(numbers)
         data = self._array([before, marker])
-        marker.header.stamp, marker.pose = given
         (begin,) = marked_stamps(data)
         pose = find_once(data, as_bytes(numbers, np.float64)) - begin
+        marker.header.stamp, marker.pose = given
         if marker.action == Marker.DELETE:
             data = self._array([before, marker])
-        return _Piece(data[begin:], 0, pose)
+        return Piece(data[begin:], 0, pose)
 
     def _array(self, markers: list[Marker]) -> bytes:
         return self._serialize(MarkerArray(markers=markers))
 
 
-def _pose(numbers: list[float]) -> Pose:
-    x, y, z, qx, qy, qz, qw = numbers
-    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+class _Pieces:
+    """The pieces of some markers, those of the plain ones made all at once when one is needed."""
+
+    def __init__(
+        self,
+        markers: Sequence[PlainLook | Marker],
+        plain: PlainPieces,
+        make: Callable[[PlainLook | Marker, int], Piece],
+    ) -> None:
+        self.markers = markers
+        self._plain, self._make = plain, make
+        self._made: dict[int, list[Piece | None]] = {}
+
+    def carried_over(
+        self, markers: Sequence[PlainLook | Marker], before: Sequence[int]
+    ) -> _Pieces:
+        """Return the pieces of other markers, of which some were at these rows before."""
+        result = _Pieces(markers, self._plain, self._make)
+        for alignment, made in self._made.items():
+            result._made[alignment] = [made[row] if row >= 0 else None for row in before]
+        return result
+
+    def get(self, index: int, alignment: int) -> Piece:
+        """Return a piece that begins at a position with this alignment."""
+        made = self._made.get(alignment)
+        if made is None:
+            made = self._made[alignment] = [None] * len(self.markers)
+        piece = made[index]
+        if piece is None:
+            marker = self.markers[index]
+            if isinstance(marker, PlainLook):
+                self._make_plain(made, alignment)
+            piece = made[index] = made[index] or self._make(marker, alignment)
+        return piece
+
+    def _make_plain(self, made: list[Piece | None], alignment: int) -> None:
+        looks = {
+            i: marker
+            for i, marker in enumerate(self.markers)
+            if made[i] is None and isinstance(marker, PlainLook)
+        }
+        for i, piece in zip(looks, self._plain.make(list(looks.values()), alignment), strict=True):
+            made[i] = piece
 
 
 def _probe_fill(array: Callable[[list[Marker]], bytes]) -> _Fill:
