@@ -19,7 +19,9 @@ from scene_graph_ros.geometry.errors import (
 from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 
 if TYPE_CHECKING:
@@ -40,6 +42,7 @@ __all__ = [
 
 
 DEFORMABLE_GROUP = "deformable"
+_INSIDE = 2.0
 
 
 class _Memo:
@@ -128,11 +131,28 @@ def read_embedded_meshes(roles: Iterable[GeometryProperties | None]) -> None:
 
 
 def _tessellated(instance: GeometryInstance, hint: float | None, label: str) -> VolumeMesh:
-    if instance.shape().kind == ShapeKind.HALF_SPACE:
-        raise DeformableError(f"{label}: a half space has no end, and so no volume mesh")
-    from scene_graph_ros.geometry.meshes.tessellate import tessellate_volume
+    """Return the reference mesh of a shape; see SceneGraph.register_deformable_geometry.
 
-    return tessellate_volume(instance.shape(), None if hint is None else float(hint))
+    The tessellators make as few tetrahedra as represent a shape and its depth. To deform, it needs
+    more: a box becomes a grid, and inside other shapes edges longer than twice the hint are cut.
+    """
+    shape = instance.shape()
+    if shape.kind == ShapeKind.HALF_SPACE:
+        raise DeformableError(f"{label}: a half space has no end, and so no volume mesh")
+    from scene_graph_ros.geometry.meshes.box_grid import grid_box
+    from scene_graph_ros.geometry.meshes.tessellate import tessellate_volume
+    from scene_graph_ros.geometry.meshes.volume_io import VOLUME_FILE_TYPES
+    from scene_graph_ros.geometry.meshes.volume_refinement import with_short_edges
+
+    if hint is None:
+        return tessellate_volume(shape, None)
+    length = float(hint)
+    if isinstance(shape, Box):
+        return grid_box(shape, length)
+    mesh = tessellate_volume(shape, length)
+    if isinstance(shape, MeshShape) and shape.file_type in VOLUME_FILE_TYPES:
+        return mesh
+    return with_short_edges(mesh, _INSIDE * length)
 
 
 def refuse_deformable(record: GeometryRecord, what: str) -> None:

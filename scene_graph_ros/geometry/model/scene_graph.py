@@ -229,10 +229,10 @@ class SceneGraph:
         """Add a geometry whose vertices move one by one; ``frame_id`` must be the world.
 
         Its reference mesh is the shape cut into tetrahedra with edges of about
-        ``resolution_hint`` (m), a ``Mesh`` of a volume file (``.vtk``, ``.vtu``) as it is in the
-        file, or ``reference_mesh``; the shape is then only a description. The instance's pose is
-        that of the mesh in the world until a context sets a configuration. Roles come with the
-        instance or later. Each role has a driven mesh: the boundary, or the mesh that its
+        ``resolution_hint`` (m), up to twice as long inside; a ``Mesh`` of a volume file
+        (``.vtk``, ``.vtu``) as it is in the file; or ``reference_mesh``, the shape then being
+        only a description. The instance's pose is that of the mesh in the world until a context
+        sets a configuration. Roles come with the instance or later. Each role has a driven mesh: the boundary, or the mesh that its
         property ``("deformable", "embedded_mesh")`` gives, a path or a ``Mesh``.
 
         Returns the geometry's id. Raises DeformableError for another frame than the world, a half

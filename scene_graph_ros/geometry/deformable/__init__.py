@@ -1,0 +1,1 @@
+"""Contact of deformable geometries; loaded when a query first asks for it."""
