@@ -95,19 +95,26 @@ class ContactWire:
         for place, index, behind in zip(frame.counts, used, frame.parts[1:], strict=True):
             rows, room = kinds[index], bytes(8 * KINDS[index].width)
             counts.append((position - len(pieces[-1]) + place, len(rows)))
-            for id_A, id_B in zip(rows.id_A.tolist(), rows.id_B.tolist(), strict=True):
-                a, b = self._name(id_A, names), self._name(id_B, names)
-                position += len(a) + len(b)
-                places.append(np.arange(position, position + len(room), 8))
-                position += len(room)
-                pieces += (a, b, room)
-            pieces.append(behind)
-            position += len(behind)
+            texts = self._texts(np.stack([rows.id_A, rows.id_B], axis=1).ravel().tolist(), names)
+            lengths = np.fromiter(map(len, texts), np.int64, len(texts)).reshape(-1, 2).sum(axis=1)
+            ends = position + np.cumsum(lengths + len(room))
+            places.append((ends[:, np.newaxis] + np.arange(-len(room), 0, 8)).ravel())
+            contacts = [room] * (3 * len(rows))
+            contacts[0::3], contacts[1::3] = texts[0::2], texts[1::2]
+            pieces += (*contacts, behind)
+            position = int(ends[-1]) + len(behind)
         everywhere = np.concatenate(places) if places else np.empty(0, dtype=np.int64)
         template = Patchable(b"".join(pieces), [frame.stamp], everywhere, 1)
         for place, count in counts:
             template.put_bytes(place, as_bytes(count, np.uint32))
         return template
+
+    def _texts(self, ids: list[int], names: SceneNames) -> list[bytes]:
+        """Return the bytes of the names of geometries."""
+        try:
+            return [self._names[value] for value in ids]
+        except KeyError:
+            return [self._name(value, names) for value in ids]
 
     def _name(self, value: int, names: SceneNames) -> bytes:
         """Return the bytes of a geometry's name, filled up to where the next field begins."""

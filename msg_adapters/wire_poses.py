@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,33 @@ class Layout:
         return joints_from_components(self.names, places.numbers(data), places.stamp(data))
 
 
+class _Recent(NamedTuple):
+    """The bytes before the numbers of the last message of a size, without its stamps.
+
+    A publisher that sends the same names sends the same bytes; then nothing else is compared.
+    """
+
+    layout: Layout
+    spans: tuple[tuple[int, int], ...]
+    texts: tuple[bytes, ...]
+
+    @classmethod
+    def of(cls, layout: Layout, data: bytes) -> _Recent | None:
+        """Return those of a message, None where bytes between numbers tell, too."""
+        places = layout.places
+        if places.gather is not None or max(places.stamps, default=0) > places.first_number:
+            return None
+        inner = [p for stamp in places.stamps for p in (stamp, stamp + _STAMP_SIZE)]
+        edges = [0, *inner, places.first_number]
+        spans = tuple(zip(edges[::2], edges[1::2], strict=True))
+        return cls(layout, spans, tuple(data[begin:end] for begin, end in spans))
+
+    def fits(self, data: bytes) -> bool:
+        """Tell whether a message of the same size has the same bytes."""
+        pairs = zip(self.spans, self.texts, strict=True)
+        return all(data[begin:end] == text for (begin, end), text in pairs)
+
+
 @dataclass
 class _Learnt:
     """A layout, the message it was learnt from, and which of its bytes may be anything."""
@@ -161,13 +188,18 @@ class PoseWire:
         self._layouts: dict[tuple[int, bytes], Layout] = {}
         self._learnt: dict[tuple[Any, ...], _Learnt] = {}
         self._seen: dict[tuple[Any, ...], None] = {}
+        self._recent: dict[int, _Recent | None] = {}
 
     def find(self, data: bytes) -> Layout | None:
         """Return the layout of a message, or None where it is not known."""
         size = len(data)
+        recent = self._recent.get(size)
+        if recent is not None and recent.fits(data):
+            return recent.layout
         for places in self._places.get(size, ()):
             layout = self._layouts.get((size, places.key(data)))
             if layout is not None and layout.places is places:
+                self._recent[size] = _Recent.of(layout, data)
                 return layout
         return None
 
@@ -203,6 +235,9 @@ class PoseWire:
             self._layouts.clear()
             self._places.clear()
             self._learnt.clear()
+        self._recent.pop(len(data), None)
+        if not self._layouts:
+            self._recent.clear()
         constants = layout.places.constants
         constants = constants[~may_be_anything[constants]]
         places = replace(layout.places, constants=constants)

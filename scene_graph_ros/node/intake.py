@@ -278,6 +278,8 @@ class Intake:
     def _in_time(self, plan: _Plan, stamps: np.ndarray, limits: TimeLimits) -> np.ndarray:
         frames, known, (now, max_age, max_lead) = plan.frames, plan.usable, limits
         in_time = np.ones(len(stamps), dtype=bool)
+        if _are_all_in_time(stamps, frames.stamps, limits):
+            return in_time
         checks: list[tuple[np.ndarray, Fault, str]] = []
         if now > 0:
             if max_age > 0:
@@ -296,6 +298,17 @@ class Intake:
                 self.fault(fault, name, f"a pose stamped {lag:.3f} s ago is {detail}")
             in_time &= ~wrong
         return in_time
+
+
+def _are_all_in_time(stamps: np.ndarray, newest: np.ndarray, limits: TimeLimits) -> bool:
+    """Tell whether the oldest and the newest of ``stamps`` show that no other is to be judged."""
+    if not len(stamps) or not len(newest):
+        return True
+    oldest, latest = int(stamps.min()), int(stamps.max())
+    now, max_age, max_lead = limits
+    if now > 0 and ((max_age > 0 and now - oldest > max_age) or latest - now > max_lead):
+        return False
+    return oldest >= int(newest.max())
 
 
 def _stamped(stamps: np.ndarray, now: int) -> np.ndarray:
