@@ -15,9 +15,7 @@ import importlib
 import threading
 from typing import Any
 
-from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message, serialize_message
 
 from msg_adapters.errors import MessageError, UnavailableError
@@ -35,7 +33,7 @@ from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits
 from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.names import default_pose_topic, POSE_TOPICS
-from scene_graph_ros.node.qos import overridable, pose_qos
+from scene_graph_ros.node.raw_topics import RawTopics
 from scene_graph_ros.node.world import SourceRecord, World
 
 __all__ = ["Channel", "PoseInputs", "message_type"]
@@ -93,6 +91,12 @@ class Channel:
         self._only_names_of: SourceFrames | None = None
         self._link_frames: tuple[str, ...] = ()
         self._link_frames_of: SourceFrames | None = None
+
+    @property
+    def wanted_topic(self) -> str:
+        """Name of the topic, before namespaces and remapping."""
+        record = self.record
+        return record.pose_topic or default_pose_topic(record.name, record.pose_type)
 
     def store(self, data: bytes, arrival: int) -> None:
         """Keep a message that arrived at a steady time (ns), in place of what it supersedes."""
@@ -236,10 +240,6 @@ def _frame_names(robot: Any, links: Sequence[str], frames: SourceFrames) -> tupl
     )
 
 
-def _never(data: bytes) -> None:
-    raise AssertionError("the world's own thread takes these messages")
-
-
 class PoseInputs:
     """All pose subscriptions of the node."""
 
@@ -249,7 +249,7 @@ class PoseInputs:
         """Call ``on_change`` when there are other subscriptions."""
         self._node = node
         self._world = world
-        self._group = group
+        self._topics = RawTopics(node, group, on_change)
         self._on_change = on_change
         self._channels: dict[str, Channel] = {}
 
@@ -264,9 +264,7 @@ class PoseInputs:
         for name, channel in list(self._channels.items()):
             record = records.get(name)
             if record is None or record != channel.record:
-                del self._channels[name]
-                if channel.subscription is not None:
-                    self._node.destroy_subscription(channel.subscription)
+                self._topics.unsubscribe(self._channels.pop(name))
         for name, record in records.items():
             if name not in self._channels and record.pose_type:
                 self._channels[name] = self._open(record)
@@ -275,7 +273,7 @@ class PoseInputs:
     def close(self) -> None:
         """Unsubscribe from everything."""
         for channel in self._channels.values():
-            self._node.destroy_subscription(channel.subscription)
+            self._topics.unsubscribe(channel)
         self._channels.clear()
 
     def discard(self) -> None:
@@ -309,36 +307,5 @@ class PoseInputs:
             unknown_is_normal=record.pose_type == TF,
         )
         channel = Channel(record, intake, kind)
-        self._subscribe(channel, pose_qos(_QUEUED), overridable())
+        self._topics.subscribe(channel, _QUEUED)
         return channel
-
-    def _subscribe(self, channel: Channel, qos: QoSProfile, options: Any = None) -> None:
-        record = channel.record
-        topic = record.pose_topic or default_pose_topic(record.name, record.pose_type)
-
-        channel.subscription = self._node.create_subscription(
-            channel.kind,
-            topic,
-            _never,
-            qos,
-            callback_group=self._group,
-            event_callbacks=SubscriptionEventCallbacks(
-                incompatible_qos=lambda event: self._on_incompatible(channel)
-            ),
-            raw=True,
-            qos_overriding_options=options,
-        )
-        channel.topic = channel.subscription.topic_name
-
-    def _on_incompatible(self, channel: Channel) -> None:
-        """Take what a best effort publisher offers; say so where that does not help either."""
-        logger = self._node.get_logger()
-        old = channel.subscription
-        if old.qos_profile.reliability == ReliabilityPolicy.BEST_EFFORT:
-            logger.warning(f"{channel.topic}: a publisher's quality of service does not fit")
-            return
-        logger.info(f"{channel.topic}: a publisher offers best effort only, so that is taken")
-        qos = pose_qos(old.qos_profile.depth, is_reliable=False)
-        self._subscribe(channel, qos)
-        self._on_change()
-        self._node.destroy_subscription(old)
