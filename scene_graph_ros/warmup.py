@@ -33,10 +33,12 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     GeometrySet,
     HalfSpace,
+    IllustrationProperties,
     jit,
     Mesh,
     ProximityProperties,
     QueryObject,
+    Role,
     SceneGraph,
     Sphere,
 )
@@ -92,10 +94,40 @@ def _compile_model() -> None:
     _scene_of_all_shapes().snapshot.X_WG  # noqa: B018
 
 
+def _soft_scene() -> tuple[QueryObject, GeometryId]:
+    """Return queries of a scene with two deformable boxes on a floor and a box, and one's id."""
+    scene_graph = SceneGraph()
+    source = scene_graph.register_source("warm_up")
+    drawn = IllustrationProperties()
+    drawn.add_property("deformable", "embedded_mesh", Mesh(vertices=_TETRAHEDRON, faces=_FACES))
+    soft = []
+    for k in range(2):
+        instance = GeometryInstance(np.eye(4), Box(0.2 + 0.1 * k, 0.2, 0.2), f"soft_{k}")
+        instance.set_proximity_properties(ProximityProperties())
+        instance.set_illustration_properties(drawn)
+        world = scene_graph.world_frame_id()
+        soft.append(scene_graph.register_deformable_geometry(source, world, instance, 0.1))
+    for name, shape in (("floor", HalfSpace()), ("box", Box(0.1, 0.1, 0.1))):
+        rigid = GeometryInstance(np.eye(4), shape, name)
+        rigid.set_proximity_properties(ProximityProperties())
+        scene_graph.register_anchored_geometry(source, rigid)
+    context = scene_graph.create_default_context()
+    query = scene_graph.query_object(context)
+    context.set_configurations(source, {soft[0]: 0.9 * query.get_configurations_in_world(soft[0])})
+    return query, soft[0]
+
+
+def _compile_deformable() -> None:
+    query, soft = _soft_scene()
+    query.compute_deformable_contact()
+    query.get_driven_mesh_configurations_in_world(soft, Role.ILLUSTRATION)
+
+
 _TASKS: dict[str, Callable[[], None]] = {
     "pairs": _compile_pairs,
     "points": _compile_points,
     "candidates": _compile_candidates,
+    "deformable": _compile_deformable,
     "model": _compile_model,
 }
 """The entry points, the slowest to compile first."""
@@ -153,6 +185,7 @@ def ask_everything() -> None:
     query.compute_signed_distance_pair_closest_points(pairs[0].id_A, pairs[0].id_B)
     query.compute_signed_distance_to_point([0.0, 0.0, 1.0])
     query.compute_signed_distance_to_points(np.zeros((3, 3)), 0.5)
+    _compile_deformable()
 
 
 class _Reporter(event.Listener):

@@ -94,6 +94,8 @@ def _against_rigid(
             faces = _half_space_faces(soft, X_WG)
         else:
             surface = rigid_surface(record.shape, record.properties[Role.PROXIMITY])
+            if surface is None:
+                continue
             faces = _surface_faces(soft, surface, X_WG)
         if len(faces.areas):
             result.append(_surface(soft, other, faces))

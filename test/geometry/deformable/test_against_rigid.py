@@ -307,3 +307,23 @@ def test_moved_rigid_geometry(scene, pose):
     (surface,) = scene.contact()
     mean = surface.face_areas @ surface.contact_points_W / surface.total_area
     assert np.allclose(mean, [0.02, 0.0, 0.0], rtol=0, atol=1e-6)
+
+
+def test_flat_and_open_surfaces(scene, check_invariants):
+    """A flat hull has two sides, an open mesh the one it shows; points and lines have none."""
+    soft = scene.soft(CUBE, CELL)
+    sheet = 0.05 * np.array([[1.0, 0, 0], [-0.5, 0.8, 0], [-0.5, -0.8, 0]])
+    area = 0.05**2 * 0.5 * 1.5 * 1.6
+    flat = scene.rigid(Convex(vertices=sheet))
+    shown = scene.rigid(Mesh(vertices=sheet, faces=[[0, 1, 2]]))
+    scene.rigid(Convex(vertices=sheet[:2]))
+    scene.rigid(Sphere(0.0))
+    scene.deform(soft, lambda q: q + np.array([0.0, 0.0, 0.013]))
+    both, one = scene.contact()
+    assert (both.id_B, one.id_B) == (flat, shown)
+    for surface in (both, one):
+        check_invariants(surface, scene.query)
+    assert both.total_area == pytest.approx(2.0 * area, rel=1e-12)
+    assert np.abs(both.face_areas @ both.nhats_BA_W).max() < 1e-15
+    assert one.total_area == pytest.approx(area, rel=1e-12)
+    assert np.allclose(one.nhats_BA_W, [0.0, 0.0, 1.0], rtol=0, atol=0)
