@@ -24,6 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.hydroelastic.bodies import Body, body_of
 from scene_graph_ros.geometry.model.hydroelastic_properties import (
     HydroelasticProperties,
@@ -153,11 +154,19 @@ def build_body_table(
         key = (shape, values)
         if key not in index:
             index[key] = len(bodies)
-            bodies.append(body_of(shape, values))
+            bodies.append(_named_body(shape, values, label))
         rows[row] = index[key]
         margin[row] = values.margin
         kind[row] = _KINDS[shape.kind == ShapeKind.HALF_SPACE, values.is_compliant]
     return _packed(kind, rows, margin, bodies)
+
+
+def _named_body(shape: Shape, values: HydroelasticProperties, name: str) -> Body:
+    """Return the body of a geometry; what is raised names the geometry."""
+    try:
+        return body_of(shape, values)
+    except MeshError as error:
+        raise MeshError(f"geometry {name!r}: {error}") from error
 
 
 def _packed(
