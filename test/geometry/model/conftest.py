@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from soft_bodies import QUARTER, soft_instance, WORLD
 
 from scene_graph_ros.geometry import (
     GeometryFrame,
@@ -61,4 +62,12 @@ def _world():
         crate=crate,
         instance=instance,
         translation=translation,
+    )
+
+
+@pytest.fixture(name="pad")
+def _pad(world):
+    """A soft box of the arm: 9 vertices, and 12 tetrahedra around its centre."""
+    return world.scene_graph.register_deformable_geometry(
+        world.arm, WORLD, soft_instance(X=QUARTER), 0.2
     )
