@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.shapes.box import Box
 __all__ = ["grid_box"]
 
 _PER_CELL = 12
+_ENOUGH = 1e18  # cells along a side: their number would be refused anyway
 # The corners of a cell as bits: 1 along x, 2 along y, 4 along z. Two triangles on each of the six
 # sides, counter-clockwise seen from outside, cut from the corner with the fewest bits to the one
 # with the most.
@@ -37,14 +38,13 @@ def grid_box(shape: Box, resolution_hint: float) -> VolumeMesh:
     MAX_ELEMENTS tetrahedra.
     """
     size = np.array([shape.width, shape.depth, shape.height])
-    wanted = np.maximum(size / resolution_hint, 1.0)
-    if not _PER_CELL * float(np.ceil(wanted).prod()) <= MAX_ELEMENTS:
+    counts = [math.ceil(min(side / resolution_hint, _ENOUGH)) for side in size.tolist()]
+    total = _PER_CELL * math.prod(counts)
+    if total > MAX_ELEMENTS:
         raise MeshError(
-            f"resolution_hint {resolution_hint:g} m of {shape!r} asks for"
-            f" {_PER_CELL * float(wanted.prod()):.3g} tetrahedra; more than {MAX_ELEMENTS} are"
-            " refused: make it larger"
+            f"resolution_hint {resolution_hint:g} m of {shape!r} asks for {total:.3g} tetrahedra;"
+            f" more than {MAX_ELEMENTS} are refused: make it larger"
         )
-    counts = [math.ceil(number) for number in wanted]
     lines = [np.linspace(-0.5 * s, 0.5 * s, n + 1) for s, n in zip(size, counts, strict=True)]
     centres = [0.5 * (line[1:] + line[:-1]) for line in lines]
     vertices = np.concatenate([_product(lines), _product(centres)])
