@@ -1,4 +1,7 @@
-"""Deformable contact of one snapshot; see ``intersection.py`` for what is computed of a pair."""
+"""Deformable contact of one snapshot.
+
+What is computed of a pair is said in ``against_rigid.py`` and ``between_bodies.py``.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
+from scene_graph_ros.geometry.deformable.against_rigid import half_space_faces, surface_faces
+from scene_graph_ros.geometry.deformable.between_bodies import deformable_faces
 from scene_graph_ros.geometry.deformable.body import (
     Body,
     body_of,
@@ -15,11 +20,6 @@ from scene_graph_ros.geometry.deformable.body import (
     DeformedBody,
 )
 from scene_graph_ros.geometry.deformable.faces import Faces, unpack, weights_in
-from scene_graph_ros.geometry.deformable.intersection import (
-    deformable_faces,
-    half_space_faces,
-    surface_faces,
-)
 from scene_graph_ros.geometry.deformable.results import (
     ContactParticipation,
     DeformableContact,

@@ -19,6 +19,7 @@ from scene_graph_ros.geometry import (
     Mesh,
     ProximityProperties,
     QueryObject,
+    Role,
     SceneGraph,
     Sphere,
 )
@@ -52,6 +53,11 @@ def frames_of(query):
     return query.inspector().get_all_frame_ids()
 
 
+def softs_of(query):
+    """Return all deformable geometries."""
+    return query.inspector().get_all_deformable_geometry_ids()
+
+
 def every_pair(query, **options):
     """Ask for each pair of geometries by its ids."""
     ids = query.snapshot.proximity.geometry_ids
@@ -62,6 +68,7 @@ def every_pair(query, **options):
 POINTS = np.zeros((4, 3))
 ASK = {
     "bake": [lambda q: q.bake().has_collisions()],
+    "compute_deformable_contact": [lambda q: q.compute_deformable_contact()],
     "compute_point_pair_penetration": [
         lambda q: q.compute_point_pair_penetration(),
         lambda q: q.compute_point_pair_penetration(derivatives=True, certificate=True),
@@ -99,6 +106,14 @@ ASK = {
         lambda q: q.compute_signed_distance_to_points(POINTS, 1, threads=3),
     ],
     "find_collision_candidates": [lambda q: q.find_collision_candidates()],
+    "get_configurations_in_world": [
+        lambda q: [q.get_configurations_in_world(i) for i in softs_of(q)]
+    ],
+    "get_driven_mesh_configurations_in_world": [
+        lambda q: [
+            q.get_driven_mesh_configurations_in_world(i, Role.PROXIMITY) for i in softs_of(q)
+        ]
+    ],
     "get_pose_in_parent": [lambda q: [q.get_pose_in_parent(f) for f in frames_of(q)]],
     "get_pose_in_world": [lambda q: [q.get_pose_in_world(f) for f in frames_of(q)]],
     "has_collisions": [
@@ -129,6 +144,12 @@ class Scene:
                 ids.append(graph.register_geometry(self.source, frame, instance))
         for geometry in ids:
             graph.assign_role(self.source, geometry, properties)
+        self.softs = []
+        for k in range(2):
+            soft = GeometryInstance(np.eye(4), Box(0.2 + 0.1 * k, 0.2, 0.2), f"soft_{k}")
+            soft.set_proximity_properties(properties)
+            world = graph.world_frame_id()
+            self.softs.append(graph.register_deformable_geometry(self.source, world, soft, 0.1))
         if filters:
             few = GeometrySet(ids[:2])
             graph.collision_filter_manager().apply(
@@ -144,6 +165,10 @@ class Scene:
             X[:, 0, 3] = 0.05 * k
             self.context.set_frame_poses(self.source, given)
             yield self.query
+        q_WG = 1.1 * self.query.get_configurations_in_world(self.softs[0])
+        for given in (q_WG, q_WG.ravel(), q_WG.tolist(), q_WG.astype(np.float32)):
+            self.context.set_configurations(self.source, {self.softs[0]: given})
+        yield self.query
         for frame in self.frames[:1]:
             self.context.set_frame_pose(self.source, frame, X[0])
             yield self.query
