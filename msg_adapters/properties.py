@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from msg_adapters.arrays import float64s_to_msg, int64s_to_msg
 from msg_adapters.errors import MessageError
 from scene_graph_msgs.msg import Property, RoleProperties
+from scene_graph_ros.geometry.model.deformable import DEFORMABLE_GROUP
 from scene_graph_ros.geometry.model.properties import (
     GeometryProperties,
     IllustrationProperties,
@@ -23,6 +25,7 @@ __all__ = [
     "properties_to_msg",
     "property_from_msg",
     "property_to_msg",
+    "resolve_embedded_mesh",
     "role_from_msg",
     "role_to_msg",
 ]
@@ -144,6 +147,19 @@ def properties_from_msg(msg: RoleProperties) -> GeometryProperties:
     for entry in msg.properties:
         properties.add_property(entry.group, entry.name, property_from_msg(entry))
     return properties
+
+
+def resolve_embedded_mesh(
+    properties: GeometryProperties, resolve: Callable[[str], Any]
+) -> None:  # fmt: skip
+    """Replace the address of a mesh to embed in a deformable geometry by that of its file."""
+    if not properties.has_group(DEFORMABLE_GROUP):
+        return
+    from scene_graph_ros.geometry.model.driven_mesh import EMBEDDED_MESH
+
+    address = properties.get_property_or_default(DEFORMABLE_GROUP, EMBEDDED_MESH, None)
+    if isinstance(address, str):
+        properties.update_property(DEFORMABLE_GROUP, EMBEDDED_MESH, str(resolve(address)))
 
 
 def properties_to_msg(properties: GeometryProperties) -> RoleProperties:

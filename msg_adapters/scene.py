@@ -12,7 +12,12 @@ from msg_adapters.errors import MessageError
 from msg_adapters.markers import MarkerItem
 from msg_adapters.names import SceneNames
 from msg_adapters.poses import pose_from_msg, pose_to_msg, poses_to_msg
-from msg_adapters.properties import properties_from_msg, properties_to_msg, role_to_msg
+from msg_adapters.properties import (
+    properties_from_msg,
+    properties_to_msg,
+    resolve_embedded_mesh,
+    role_to_msg,
+)
 from msg_adapters.shapes import resolve_file, Resolver, shape_from_msg, shape_to_msg
 from msg_adapters.stamps import stamp_to_msg
 from scene_graph_msgs.msg import (
@@ -94,7 +99,9 @@ def instance_from_msg(
     if len(set(roles)) != len(roles):
         raise MessageError(f"geometry {msg.name!r} names a role more than once: {roles}")
     for role in msg.roles:
-        instance.set_properties(properties_from_msg(role))
+        properties = properties_from_msg(role)
+        resolve_embedded_mesh(properties, resolve)
+        instance.set_properties(properties)
     return instance
 
 
@@ -149,7 +156,13 @@ def filter_from_msg(
 
 
 def source_to_msg(
-    source_id: SourceId, name: str, *, pose_topic: str = "", pose_type: str = "", stamp_ns: int = 0
+    source_id: SourceId,
+    name: str,
+    *,
+    pose_topic: str = "",
+    pose_type: str = "",
+    configuration_topic: str = "",
+    stamp_ns: int = 0,
 ) -> SourceInfo:
     """Return the description of a source."""
     return SourceInfo(
@@ -157,6 +170,7 @@ def source_to_msg(
         name=name,
         pose_topic=pose_topic,
         pose_type=pose_type,
+        configuration_topic=configuration_topic,
         stamp=stamp_to_msg(stamp_ns),
     )
 
@@ -210,6 +224,7 @@ def geometries_to_msg(
             GeometryInfo(
                 geometry=names.geometry_name(geometry_id),
                 roles=[role_to_msg(properties.role) for properties in roles],
+                is_deformable=inspector.is_deformable(geometry_id),
                 description=description,
             )
         )

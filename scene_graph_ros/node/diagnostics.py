@@ -18,7 +18,12 @@ from msg_adapters.diagnostics import (
     effect_to_msg,
 )
 from scene_graph_ros.node.effects.manager import EffectReport
-from scene_graph_ros.node.intake import Fault, Statistics
+from scene_graph_ros.node.intake import (
+    CONFIGURATION_FAULTS,
+    Fault,
+    POSE_FAULTS,
+    Statistics,
+)
 
 __all__ = ["Diagnostics", "Monitor"]
 
@@ -109,9 +114,21 @@ class Diagnostics:
         return diagnostic_status_to_msg(f"{self._name}: world", level, text, entries)
 
     def source(
-        self, source: str, topic: str, statistics: Statistics, now: int, max_age: float
+        self,
+        source: str,
+        topic: str,
+        statistics: Statistics,
+        now: int,
+        max_age: float,
+        *,
+        noun: str = "poses",
     ) -> DiagnosticStatus:
-        """Return the entry of a source; ``now`` is steady time, ``max_age`` seconds."""
+        """Return the entry of a source's topic; ``now`` is steady time, ``max_age`` seconds.
+
+        ``noun`` is what comes on the topic: "poses" or "configurations".
+        """
+        is_pose = noun == "poses"
+        name = source if is_pose else f"{source} {noun}"
         age = None if statistics.last_arrival is None else (now - statistics.last_arrival) * 1e-9
         faults: Counter[Fault] = statistics.faults.copy()
         values: dict[str, Any] = {
@@ -120,20 +137,21 @@ class Diagnostics:
             "age (s)": "never" if age is None else age,
             "messages received": statistics.received,
             "messages superseded": statistics.superseded,
-            "poses applied": statistics.applied_poses,
+            f"{noun} applied": statistics.applied_poses,
             "dropped": sum(faults.values()),
         }
-        values.update({fault.value: faults[fault] for fault in Fault})
+        listed = POSE_FAULTS if is_pose else CONFIGURATION_FAULTS
+        values.update({fault.value: faults[fault] for fault in listed})
         total = sum(faults.values())
-        new, self._faults[source] = total - self._faults.get(source, 0), total
-        level, text = DiagnosticStatus.OK, "receiving poses"
+        new, self._faults[name] = total - self._faults.get(name, 0), total
+        level, text = DiagnosticStatus.OK, f"receiving {noun}"
         if age is None:
-            text = "no poses yet"
+            text = f"no {noun} yet"
         elif max_age > 0.0 and age > max_age:
-            level, text = DiagnosticStatus.STALE, f"no poses for {age:.1f} s"
+            level, text = DiagnosticStatus.STALE, f"no {noun} for {age:.1f} s"
         if new > 0:
             level, text = DiagnosticStatus.WARN, f"{new} new faults: {_listed(faults)}"
-        return diagnostic_status_to_msg(f"{self._name}: source {source}", level, text, values)
+        return diagnostic_status_to_msg(f"{self._name}: source {name}", level, text, values)
 
     def _effect(self, report: EffectReport) -> DiagnosticStatus:
         message = effect_to_msg(

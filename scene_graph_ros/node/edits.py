@@ -12,7 +12,11 @@ from typing import Any
 
 from msg_adapters.errors import MessageError
 from msg_adapters.names import SceneNames
-from msg_adapters.properties import properties_from_msg, role_from_msg
+from msg_adapters.properties import (
+    properties_from_msg,
+    resolve_embedded_mesh,
+    role_from_msg,
+)
 from msg_adapters.scene import filter_from_msg, frame_from_msg, instance_from_msg
 from scene_graph_msgs.msg import SourceHandle
 from scene_graph_ros.geometry.errors import (
@@ -133,6 +137,24 @@ def register_anchored_geometry(request: Any, response: Any, edit: Edit, tools: T
         response.geometry_ids.append(int(geometry_id))
 
 
+def register_deformable_geometry(
+    request: Any, response: Any, edit: Edit, tools: Tools
+) -> None:  # fmt: skip
+    """Answer RegisterDeformableGeometry."""
+    from msg_adapters.deformables import deformable_from_msg, volume_mesh_to_msg
+
+    record = _owner(request, edit)
+    world = edit.scene_graph.model_inspector().world_frame_id()
+    for description in request.geometries:
+        instance, resolution_hint, reference_mesh = deformable_from_msg(description, tools.resolve)
+        geometry_id = edit.scene_graph.register_deformable_geometry(
+            record.id, world, instance, resolution_hint, reference_mesh=reference_mesh
+        )
+        mesh = edit.scene_graph.model_inspector().get_reference_mesh(geometry_id)
+        response.geometry_ids.append(int(geometry_id))
+        response.reference_meshes.append(volume_mesh_to_msg(mesh))
+
+
 def remove_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer RemoveGeometry; a geometry that went with its parent is no error."""
     record = _owner(request, edit)
@@ -151,6 +173,7 @@ def assign_role(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     except ValueError as error:
         raise RoleError(f"assign must be NEW or REPLACE, not {request.assign}") from error
     properties = properties_from_msg(request.role)
+    resolve_embedded_mesh(properties, tools.resolve)
     for reference in request.geometries:
         geometry_id = names.geometry_id(reference)
         edit.scene_graph.assign_role(record.id, geometry_id, properties, assign)
@@ -229,6 +252,7 @@ EDITS: dict[str, Handler] = {
     "AssignRole": assign_role,
     "LoadScene": load_scene,
     "RegisterAnchoredGeometry": register_anchored_geometry,
+    "RegisterDeformableGeometry": register_deformable_geometry,
     "RegisterFrame": register_frame,
     "RegisterGeometry": register_geometry,
     "RegisterSource": register_source,

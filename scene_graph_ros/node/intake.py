@@ -17,7 +17,16 @@ import numpy as np
 
 from msg_adapters.poses import PoseBatch, PoseFault
 
-__all__ = ["UNSTAMPED", "Fault", "Intake", "SourceFrames", "Statistics", "TimeLimits"]
+__all__ = [
+    "CONFIGURATION_FAULTS",
+    "POSE_FAULTS",
+    "UNSTAMPED",
+    "Fault",
+    "Intake",
+    "SourceFrames",
+    "Statistics",
+    "TimeLimits",
+]
 
 UNSTAMPED = np.iinfo(np.int64).min
 """Stamp of a frame whose pose never came from a message, nanoseconds."""
@@ -41,6 +50,14 @@ class Fault(enum.Enum):
     UNKNOWN_FRAME = "unknown_frame"
     WRONG_SOURCE = "wrong_source"
     WRONG_PARENT = "wrong_parent"
+    UNKNOWN_GEOMETRY = "unknown_geometry"
+    WRONG_LENGTH = "wrong_length"
+
+
+_OF_CONFIGURATIONS_ALONE = {Fault.UNKNOWN_GEOMETRY, Fault.WRONG_LENGTH}
+_OF_POSES_ALONE = {Fault.NOT_UNIT, Fault.UNKNOWN_FRAME}
+POSE_FAULTS = tuple(fault for fault in Fault if fault not in _OF_CONFIGURATIONS_ALONE)
+CONFIGURATION_FAULTS = tuple(fault for fault in Fault if fault not in _OF_POSES_ALONE)
 
 
 _FAULTS = {
@@ -144,8 +161,11 @@ class Intake:
         warn: Callable[[str], None],
         *,
         unknown_is_normal: bool = False,
+        noun: str = "frame",
     ) -> None:
+        """Warn about things that are called ``noun`` where they have a name."""
         self.source = source
+        self._noun = noun
         self.statistics = Statistics()
         self._warn = warn
         self._warned: set[tuple[Fault, str]] = set()
@@ -159,7 +179,7 @@ class Intake:
         if key in self._warned or len(self._warned) >= _WARNINGS_KEPT:
             return
         self._warned.add(key)
-        where = f"source '{self.source}'" + (f", frame '{frame}'" if frame else "")
+        where = f"source '{self.source}'" + (f", {self._noun} '{frame}'" if frame else "")
         self._warn(f"{where}: {detail} ({fault.value}; counted, warned about once)")
 
     def accept(self, batch: PoseBatch, frames: SourceFrames, limits: TimeLimits) -> int:

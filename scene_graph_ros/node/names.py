@@ -5,6 +5,8 @@ from __future__ import annotations
 __all__ = [
     "CONTACTS",
     "CONTACT_MARKERS",
+    "CONTACT_SURFACE_MARKERS",
+    "CONTACT_SURFACE_POINTS",
     "DEFAULT_POSE_TYPE",
     "DIAGNOSTICS",
     "MARKERS_ILLUSTRATION",
@@ -12,6 +14,7 @@ __all__ = [
     "MARKERS_PROXIMITY",
     "NODE_NAME",
     "POSE_TOPICS",
+    "default_configuration_topic",
     "default_pose_topic",
     "service_name",
 ]
@@ -23,6 +26,8 @@ MARKERS_PROXIMITY = "~/markers/proximity"
 MARKERS_PERCEPTION = "~/markers/perception"
 CONTACTS = "~/contacts"
 CONTACT_MARKERS = "~/contact_markers"
+CONTACT_SURFACE_MARKERS = "~/contact_surface_markers"
+CONTACT_SURFACE_POINTS = "~/contact_surface_points"
 DIAGNOSTICS = "/diagnostics"
 
 DEFAULT_POSE_TYPE = "sensor_msgs/msg/MultiDOFJointState"
@@ -43,6 +48,11 @@ def default_pose_topic(source: str, pose_type: str) -> str:
     Raises ``KeyError`` for a type that is no pose input.
     """
     return POSE_TOPICS[pose_type].format(source=source)
+
+
+def default_configuration_topic(source: str) -> str:
+    """Return the topic on which ``source`` sends configurations of its deformable geometry."""
+    return f"{source}/configurations"
 
 
 def service_name(service_type: str) -> str:

@@ -173,6 +173,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=100_000_000,
     ),
     Parameter(
+        "max_faces_per_response",
+        200_000,
+        "Faces of contact surfaces that one answer may have; more is TOO_LARGE.",
+        minimum=1,
+        maximum=100_000_000,
+    ),
+    Parameter(
         "max_pairs_per_request",
         100_000,
         "Named pairs times configurations that one request may ask about; more is TOO_LARGE.",
@@ -206,6 +213,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         "Metres. Length of the arrows that show contact normals.",
         minimum=1e-6,
         maximum=1e3,
+    ),
+    Parameter(
+        "pressure_scale",
+        1e5,
+        "Pascal. Pressure that contact surfaces show in red, as any above it; none is blue.",
+        minimum=1e-6,
+        maximum=1e15,
     ),
 )
 

@@ -7,8 +7,9 @@ it into a status.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+import importlib
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,7 @@ class Asked:
     limit: Callable[[str], Any]
     records: Mapping[str, SourceRecord]
     pose_topics: Mapping[str, str]
+    configuration_topics: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def worlds(self) -> list[QueryObject]:
@@ -208,6 +210,7 @@ def describe(request: Any, response: Any, asked: Asked) -> None:
                 record.name,
                 pose_topic=asked.pose_topics.get(record.name, ""),
                 pose_type=record.pose_type,
+                configuration_topic=asked.configuration_topics.get(record.name, ""),
                 stamp_ns=max(stamp, 0),
             )
         )
@@ -242,6 +245,16 @@ def filtered(request: Any, response: Any, asked: Asked) -> None:
     )
 
 
+def _on_demand(name: str) -> Handler:
+    """Return a handler of ``surface_queries``, which is imported when it is first called."""
+
+    def handler(request: Any, response: Any, asked: Asked) -> None:
+        module = importlib.import_module("scene_graph_ros.node.surface_queries")
+        getattr(module, name)(request, response, asked)
+
+    return handler
+
+
 @dataclass(frozen=True)
 class Query:
     """A query service: who answers it, and which effect its time is booked under."""
@@ -251,12 +264,15 @@ class Query:
 
 
 QUERIES: dict[str, Query] = {
+    "ComputeContactSurfaces": Query(_on_demand("contact_surfaces")),
+    "ComputeDeformableContact": Query(_on_demand("deformable_contact")),
     "ComputePointPairPenetration": Query(penetration),
     "ComputeSignedDistancePair": Query(signed_distance_pairs, "signed_distance"),
     "ComputeSignedDistancePairwise": Query(signed_distances, "signed_distance"),
     "ComputeSignedDistanceToPoint": Query(point_distances, "point_distance"),
     "DescribeScene": Query(describe),
     "FindCollisionCandidates": Query(candidates),
+    "GetDeformableConfigurations": Query(_on_demand("deformable_configurations")),
     "GetPoseInWorld": Query(poses),
     "HasCollisions": Query(collisions),
     "IsCollisionFiltered": Query(filtered),

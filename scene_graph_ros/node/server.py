@@ -14,6 +14,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.node.configuration_inputs import ConfigurationInputs
 from scene_graph_ros.node.declare import NodeParameters
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
 from scene_graph_ros.node.edits import Tools
@@ -49,7 +50,10 @@ class Server:
             node,
             self.group,
             self._update,
-            topics=lambda: list(self._inputs.channels.values()),
+            topics=lambda: [
+                *self._inputs.channels.values(),
+                *self._configurations.channels.values(),
+            ],
             max_rate=lambda: self.parameter("max_update_rate"),
             min_rate=lambda: self.parameter("min_update_rate"),
         )
@@ -80,6 +84,11 @@ class Server:
         """Return the absolute name of each source's pose topic."""
         return {name: channel.topic for name, channel in self._inputs.channels.items()}
 
+    def configuration_topics(self) -> dict[str, str]:
+        """Return the absolute name of the topic of each source with deformable geometry."""
+        channels = self._configurations.channels
+        return {name: channel.topic for name, channel in channels.items()}
+
     def publishers_changed(self) -> None:
         """Follow other publishers than before."""
         self._loop.topics_changed()
@@ -93,8 +102,13 @@ class Server:
         """Follow a change of the scene: subscriptions, effects."""
         if self._is_active:
             self._inputs.refresh()
+            self._configurations.refresh()
         self._effects.switch_off(self._world.effects_off)
         self.request_update()
+
+    def effect(self, name: str) -> Any:
+        """Return an effect that publishes, or None while it is off."""
+        return self._effects.running(name)
 
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Take the time from the arrival of poses to their contacts."""
@@ -112,7 +126,9 @@ class Server:
             world.edit(lambda edit: loader.load(edit, scene))
         self._world = world
         self._timed_sequence = -1
-        self._inputs = PoseInputs(self.node, world, self.group, self._loop.topics_changed)
+        changed = self._loop.topics_changed
+        self._inputs = PoseInputs(self.node, world, self.group, changed)
+        self._configurations = ConfigurationInputs(self.node, world, self.group, changed)
         self._effects = Effects(self)
         self._effects.switch_off(world.effects_off)
         tools = Tools(loader.resolve, message_type, loader.load_request)
@@ -142,6 +158,7 @@ class Server:
         """Take in poses and publish."""
         self._is_active = True
         self._inputs.refresh()
+        self._configurations.refresh()
         self._effects.open()
         snapshot = self._world.snapshot
         self._effects.update(snapshot)
@@ -161,6 +178,7 @@ class Server:
             self._is_active = False
             self._loop.stop()
             self._inputs.close()
+            self._configurations.close()
             self._effects.close()
             self._services.world_changed()
 
@@ -194,7 +212,11 @@ class Server:
             limits = self._limits()
             with self._world.lock:
                 moved, arrival = self._inputs.collect(limits)
-                snapshot = self._world.commit(moved, arrival) if moved else self._world.snapshot
+                deformed, arrived = self._configurations.collect(limits)
+                snapshot = self._world.snapshot
+                if moved or deformed:
+                    arrivals = [each for each in (arrival, arrived) if each is not None]
+                    snapshot = self._world.commit(moved, min(arrivals, default=None), deformed)
             self._services.world_changed()
             self._effects.update(snapshot)
             self._monitor.updated(time.monotonic_ns())
@@ -217,6 +239,7 @@ class Server:
         )
         with self._world.lock:
             self._inputs.discard()
+            self._configurations.discard()
             self._world.forget_stamps()
         self.request_update()
 
@@ -228,6 +251,12 @@ class Server:
         sources = [
             self._diagnostics.source(name, channel.topic, channel.intake.statistics, now, max_age)
             for name, channel in self._inputs.channels.items()
+        ]
+        sources += [
+            self._diagnostics.source(
+                name, channel.topic, channel.intake.statistics, now, max_age, noun="configurations"
+            )
+            for name, channel in self._configurations.channels.items()
         ]
         snapshot = self._world.snapshot
         accuracy = snapshot.query.accuracy

@@ -24,9 +24,14 @@ from msg_adapters.status import ok_status, status_from_exception
 from scene_graph_msgs.msg import Status
 import scene_graph_msgs.srv
 from scene_graph_msgs.srv import ListEffects
+from scene_graph_ros.node.bodies import prepare
 from scene_graph_ros.node.edits import EDITS, Tools
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.names import default_pose_topic, service_name
+from scene_graph_ros.node.names import (
+    default_configuration_topic,
+    default_pose_topic,
+    service_name,
+)
 from scene_graph_ros.node.queries import Asked, QUERIES
 from scene_graph_ros.node.requests import Answer, RequestLoop, Respond
 from scene_graph_ros.node.waiting import Awaited, Later, Waiting
@@ -48,6 +53,9 @@ class ServiceHost(Protocol):
 
     def pose_topics(self) -> dict[str, str]:
         """Return the absolute name of each source's pose topic."""
+
+    def configuration_topics(self) -> dict[str, str]:
+        """Return the absolute name of the topic of each source with deformable geometry."""
 
     def is_running(self) -> bool:
         """Tell whether poses are taken in at all."""
@@ -130,6 +138,7 @@ class Services:
                 self._host.parameter,
                 self._world.records,
                 self._host.pose_topics(),
+                self._host.configuration_topics(),
             )
             count = len(options.configurations)
             asked.require("max_configurations_per_request", count, "configurations")
@@ -148,12 +157,17 @@ class Services:
             try:
                 if not self._host.parameter("allow_editing"):
                     raise UnavailableError("the parameter allow_editing is false")
+                snapshot = self._world.snapshot
+                resolve = self._tools.resolve
+                prepare(name, request, snapshot.names, snapshot.inspector, resolve)
                 _, snapshot = self._world.edit(
                     lambda edit: handler(request, response, edit, self._tools)
                 )
                 self._host.scene_changed()
                 if name == "RegisterSource":
                     response.pose_topic = self._pose_topic(response.source.name)
+                elif name == "RegisterDeformableGeometry":
+                    response.configuration_topic = self._configuration_topic(request.source.name)
                 self._finish(name, response, snapshot)
             except Exception as error:  # noqa: BLE001 - every request is answered
                 return self._refuse(name, type(response)(), error)
@@ -166,6 +180,12 @@ class Services:
         topic = record.pose_topic or default_pose_topic(source, record.pose_type)
         return self._host.pose_topics().get(source) or str(
             self._host.node.resolve_topic_name(topic)
+        )
+
+    def _configuration_topic(self, source: str) -> str:
+        topic = self._world.records[source].configuration_topic
+        return self._host.configuration_topics().get(source) or str(
+            self._host.node.resolve_topic_name(topic or default_configuration_topic(source))
         )
 
     def _list_effects(self, request: Any, response: Any) -> ListEffects.Response:

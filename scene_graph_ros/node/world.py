@@ -20,6 +20,7 @@ from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.node.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
 
@@ -46,6 +47,7 @@ class SourceRecord:
     pose_type: str = DEFAULT_POSE_TYPE
     pose_topic: str = ""
     robot: Any = None
+    configuration_topic: str = ""
 
 
 @dataclass(frozen=True)
@@ -118,6 +120,7 @@ class World:
         self._sequence = 0
         self._records = self._records_of(self._scene_graph)
         self._frames: dict[str, SourceFrames] = {}
+        self._deformables: dict[str, SourceDeformables] = {}
         self._rebuild({})
 
     @property
@@ -133,6 +136,11 @@ class World:
     def frames(self, source: str) -> SourceFrames:
         """Return the frames and newest poses of a source; hold ``lock`` to change them."""
         return self._frames[source]
+
+    @property
+    def deformables(self) -> Mapping[str, SourceDeformables]:
+        """Deformable geometry by source, of those that have some; ``lock`` to change them."""
+        return self._deformables
 
     def edit(self, change: Callable[[Edit], T]) -> tuple[T, WorldSnapshot]:
         """Change the model as a whole or, where ``change`` raises, not at all.
@@ -156,17 +164,28 @@ class World:
             self._rebuild(edit.initial_poses)
             return result, self._snapshot
 
-    def commit(self, moved: Iterable[str], arrival: int | None) -> WorldSnapshot:
+    def commit(
+        self, moved: Iterable[str], arrival: int | None, deformed: Iterable[str] = ()
+    ) -> WorldSnapshot:
         """Take the poses that were written into the frames of ``moved`` sources into a snapshot.
 
-        To be called with ``lock`` held, after `Intake.accept`.
+        Likewise the configurations of ``deformed`` sources. To be called with ``lock`` held,
+        after `Intake.accept`.
         """
         with self.lock:
             for source in moved:
                 frames = self._frames[source]
                 self._context.set_frame_poses(self._records[source].id, frames.X_PF)
+            for source in deformed:
+                self._deform(self._context, source)
             self._publish(arrival)
             return self._snapshot
+
+    def _deform(self, context: Any, source: str) -> None:
+        deformables = self._deformables[source]
+        fresh = {g: deformables.positions[g] for g in deformables.fresh}
+        context.set_configurations(self._records[source].id, fresh)
+        deformables.fresh.clear()
 
     def set_accuracy(self, accuracy: str) -> None:
         """Answer from now on at this tier; snapshots that are out keep theirs."""
@@ -181,6 +200,8 @@ class World:
         with self.lock:
             for frames in self._frames.values():
                 frames.stamps[:] = UNSTAMPED
+            for deformables in self._deformables.values():
+                deformables.stamps.clear()
             self._publish(None)
 
     def _records_of(self, scene_graph: SceneGraph) -> dict[str, SourceRecord]:
@@ -208,6 +229,10 @@ class World:
             frames.foreign = owners
             if frames.names:
                 context.set_frame_poses(self._records[name].id, frames.X_PF)
+        ids = {name: record.id for name, record in self._records.items()}
+        self._deformables = deformables_by_source(inspector, ids, self._deformables)
+        for name in self._deformables:
+            self._deform(context, name)
         self._context = context
         self._names = SceneNames(context.snapshot.inspector)
         self._publish(None)
@@ -243,6 +268,8 @@ class World:
             name: int(frames.stamps.max()) if len(frames.stamps) else UNSTAMPED
             for name, frames in self._frames.items()
         }
+        for name, deformables in self._deformables.items():
+            stamps[name] = max(stamps[name], deformables.stamp())
         self._sequence += 1
         self._snapshot = WorldSnapshot(
             query=QueryObject(self._context.snapshot),

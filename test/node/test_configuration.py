@@ -110,6 +110,8 @@ def test_rviz_shows_the_topics_of_the_node():
         names.MARKERS_PROXIMITY,
         names.MARKERS_PERCEPTION,
         names.CONTACT_MARKERS,
+        names.CONTACT_SURFACE_MARKERS,
+        names.CONTACT_SURFACE_POINTS,
     )
     assert topics == {topic.replace("~", f"/{names.NODE_NAME}") for topic in ours}
 

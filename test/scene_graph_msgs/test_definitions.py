@@ -62,6 +62,7 @@ def test_every_query_says_what_it_is_about(path: Path) -> None:
     [
         "AssignRole",
         "RegisterAnchoredGeometry",
+        "RegisterDeformableGeometry",
         "RegisterFrame",
         "RegisterGeometry",
         "RemoveFrame",

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.node.names import (
     CONTACT_MARKERS,
+    CONTACT_SURFACE_MARKERS,
+    CONTACT_SURFACE_POINTS,
     CONTACTS,
     MARKERS_ILLUSTRATION,
     MARKERS_PERCEPTION,
@@ -23,10 +25,16 @@ __all__ = ["EFFECTS", "EFFECT_NAMES", "Demand", "EffectDeclaration"]
 
 @dataclass(frozen=True)
 class Demand:
-    """What may ask for effects: geometries per role, and requests per query so far."""
+    """What may ask for effects: geometries per role, and requests per query so far.
+
+    ``compliant`` counts the geometries that the proximity role makes compliant, ``deformable``
+    the deformable ones with that role.
+    """
 
     geometries: Mapping[Role, int]
     requests: Mapping[str, int]
+    compliant: int = 0
+    deformable: int = 0
 
 
 @dataclass(frozen=True)
@@ -54,6 +62,18 @@ def _by_role(role: Role) -> Callable[[Demand], str]:
     return asked_by
 
 
+def _by_compliance(demand: Demand) -> str:
+    count = demand.compliant
+    noun = "geometry is" if count == 1 else "geometries are"
+    return f"{count} {noun} compliant by hydroelastic properties" if count else ""
+
+
+def _by_deformable(demand: Demand) -> str:
+    count = demand.deformable
+    noun = "geometry has" if count == 1 else "geometries have"
+    return f"{count} deformable {noun} the proximity role" if count else ""
+
+
 def _by_request(query: str) -> Callable[[Demand], str]:
     def asked_by(demand: Demand) -> str:
         count = demand.requests.get(query, 0)
@@ -64,7 +84,22 @@ def _by_request(query: str) -> Callable[[Demand], str]:
 
 _PACKAGE = "scene_graph_ros.node.effects"
 
+# What adds to the contacts comes before what publishes them.
 EFFECTS: tuple[EffectDeclaration, ...] = (
+    EffectDeclaration(
+        "contact_surfaces",
+        _by_compliance,
+        "a geometry whose proximity role has hydroelastic properties that are compliant",
+        (CONTACTS, CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS),
+        f"{_PACKAGE}.contact_surfaces:ContactSurfacesEffect",
+    ),
+    EffectDeclaration(
+        "deformable_contact",
+        _by_deformable,
+        "a deformable geometry with the proximity role",
+        (CONTACTS,),
+        f"{_PACKAGE}.deformable_contact:DeformableContactEffect",
+    ),
     EffectDeclaration(
         "point_contact",
         _by_role(Role.PROXIMITY),

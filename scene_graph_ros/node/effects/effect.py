@@ -39,6 +39,9 @@ class Host(Protocol):
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
 
+    def effect(self, name: str) -> Any:
+        """Return another effect that publishes, or None while it is off."""
+
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Tell that the contacts of ``snapshot`` are on their way."""
 

@@ -11,11 +11,13 @@ import time
 from typing import Any
 
 from scene_graph_ros.geometry import Role
+from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
+from scene_graph_ros.geometry.model.hydroelastic_properties import Compliance
 from scene_graph_ros.node.effects.declarations import Demand, EffectDeclaration, EFFECTS
 from scene_graph_ros.node.effects.effect import Effect, Host
 from scene_graph_ros.node.world import WorldSnapshot
 
-__all__ = ["EffectReport", "Effects"]
+__all__ = ["EffectReport", "Effects", "count_compliant", "count_deformable"]
 
 LINGER = 2.0
 """Seconds that a publisher outlives its effect, so that reliable readers get the last message."""
@@ -105,6 +107,12 @@ class Effects:
                     state.seconds.append(time.perf_counter() - begin)
                     state.count += 1
 
+    def running(self, name: str) -> Any:
+        """Return an effect that publishes, or None while it is off."""
+        with self._lock:
+            state = self._states[name]
+            return state.effect if state.is_on else None
+
     def close(self) -> None:
         """Stop all effects at once, until they are opened again."""
         with self._lock:
@@ -131,7 +139,9 @@ class Effects:
             for role in Role
             if role is not Role.UNASSIGNED
         }
-        demand = self._demand(counts)
+        demand = Demand(
+            counts, self._requests, count_compliant(inspector), count_deformable(inspector)
+        )
         for state in self._states.values():
             name = state.declaration.name
             reason = "" if name in self._switched_off else state.declaration.asked_by(demand)
@@ -182,3 +192,22 @@ class Effects:
             max_seconds=max(seconds, default=0.0),
             counters=counters,
         )
+
+
+def count_compliant(inspector: Any) -> int:
+    """Count the rigid geometries that their proximity role makes compliant in contact."""
+    property_of_interest = (HYDROELASTIC_GROUP, "compliance_type", None)
+    return sum(
+        inspector.get_properties(geometry_id, Role.PROXIMITY).get_property_or_default(
+            *property_of_interest
+        )
+        == Compliance.COMPLIANT.value
+        for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY)
+        if not inspector.is_deformable(geometry_id)
+    )
+
+
+def count_deformable(inspector: Any) -> int:
+    """Count the deformable geometries with the proximity role."""
+    deformable = inspector.get_all_deformable_geometry_ids()
+    return len({*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)})

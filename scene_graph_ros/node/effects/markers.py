@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TYPE_CHECKING
 
 from ament_index_python.packages import get_packages_with_prefixes
 from rclpy.serialization import serialize_message
@@ -24,6 +24,9 @@ from scene_graph_ros.node.names import (
 )
 from scene_graph_ros.node.qos import marker_qos
 from scene_graph_ros.node.world import WorldSnapshot
+
+if TYPE_CHECKING:
+    from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
 
 __all__ = ["IllustrationMarkers", "PerceptionMarkers", "ProximityMarkers"]
 
@@ -55,6 +58,7 @@ class RoleMarkers:
         self._unshown: set[int] = set()
         self._rows: list[int] | None = None
         self._placed = 0
+        self._deformables: RoleDeformables | None = None
 
     def has_work(self) -> bool:
         """Tell whether somebody listens and the last message is long enough ago."""
@@ -72,6 +76,9 @@ class RoleMarkers:
         if self._rows is not None:
             X_WG = X_WG[self._rows]
         message, count = self._wire.message(X_WG, snapshot.stamp, is_whole=is_whole)
+        if self._deformables is not None:
+            message, more = self._deformables.append(message, snapshot, is_whole=is_whole)
+            count += more
         if count or is_whole:
             self._placed += count
             self._outlet.publish(message)
@@ -95,17 +102,30 @@ class RoleMarkers:
             # A mesh that can't be shown must not hide the others: leave only that one out.
             self._rows = [row for row, item in enumerate(items) if self._can_show(item)]
             self._wire.set_items([items[row] for row in self._rows])
+        self._set_deformables(snapshot)
         self._scene_version = snapshot.scene_version
+
+    def _set_deformables(self, snapshot: WorldSnapshot) -> None:
+        """Show deformable geometry, too; what that takes is imported where there is some."""
+        if self._deformables is None and snapshot.query.snapshot.state.deformable_ids(self.ROLE):
+            from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
+
+            self._deformables = RoleDeformables(self.ROLE, self._frame_id, self._cannot_show)
+        if self._deformables is not None:
+            self._deformables.set_items(snapshot)
 
     def _can_show(self, item: MarkerItem) -> bool:
         try:
             marker_from_shape(item, frame_id="")
         except SceneGraphError as error:
-            if item.geometry_id not in self._unshown:
-                self._unshown.add(item.geometry_id)
-                self._logger.warning(f"geometry {item.geometry_id} can't be shown: {error}")
+            self._cannot_show(item.geometry_id, error)
             return False
         return True
+
+    def _cannot_show(self, geometry_id: int, error: Exception) -> None:
+        if geometry_id not in self._unshown:
+            self._unshown.add(geometry_id)
+            self._logger.warning(f"geometry {geometry_id} can't be shown: {error}")
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Delete all markers that were published."""

@@ -1,4 +1,7 @@
-"""Point contact: all penetrating pairs, as data at every update and as markers for people."""
+"""Point contact: all penetrating pairs, as data at every update and as markers for people.
+
+Where contact surfaces or deformable contact are on, theirs go out with the points.
+"""
 
 from __future__ import annotations
 
@@ -11,6 +14,7 @@ from typing import Any
 from rclpy.serialization import serialize_message
 from visualization_msgs.msg import MarkerArray
 
+from msg_adapters.contact_rows import deformable_rows, surface_rows
 from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
 from scene_graph_msgs.msg import ContactArray
 from scene_graph_ros.node.effects.effect import Host, Outlet
@@ -46,7 +50,11 @@ class PointContact:
 
     def has_work(self) -> bool:
         """Tell whether somebody listens to contacts or their markers."""
-        return self._contacts.is_due() or self._markers.is_due()
+        return self.wants_contacts() or self._markers.is_due()
+
+    def wants_contacts(self) -> bool:
+        """Tell whether somebody listens to contacts."""
+        return self._contacts.is_due()
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Publish the contacts of ``snapshot``, computed once even if published again."""
@@ -66,7 +74,11 @@ class PointContact:
             self._accuracy = snapshot.query.accuracy
             self._seconds.clear()
         begin = time.perf_counter()
-        table = snapshot.query.compute_point_pair_penetration()
+        surfaces = self._host.effect("contact_surfaces")
+        if surfaces is not None:
+            table = surfaces.penetrations(snapshot)
+        else:
+            table = snapshot.query.compute_point_pair_penetration()
         self._seconds.append(time.perf_counter() - begin)
         return table
 
@@ -78,9 +90,21 @@ class PointContact:
                 snapshot.names,
                 stamp_ns=snapshot.stamp,
                 scene_version=snapshot.scene_version,
+                **self._beside_points(snapshot),
             )
         self._contacts.publish(self._message)
         self._host.contacts_published(snapshot)
+
+    def _beside_points(self, snapshot: WorldSnapshot) -> dict[str, Any]:
+        """Return the contacts of other kinds, as far as their effects are on."""
+        kinds = {}
+        surfaces = self._host.effect("contact_surfaces")
+        if surfaces is not None:
+            kinds["surfaces"] = surface_rows(surfaces.surfaces(snapshot))
+        deformables = self._host.effect("deformable_contact")
+        if deformables is not None:
+            kinds["deformables"] = deformable_rows(deformables.contact(snapshot))
+        return kinds
 
     def _publish_markers(self, snapshot: WorldSnapshot) -> None:
         self._markers.take_newcomers()

@@ -1,0 +1,122 @@
+"""Contact surfaces to look at: triangles coloured by pressure, on a scale that does not change.
+
+Colour goes from blue at zero over cyan, green and yellow to red at ``scale`` pascals and above, so
+that pictures of different moments can be compared. The namespace of the markers says the scale:
+viewers show it beside the markers.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from geometry_msgs.msg import Point, Vector3
+import numpy as np
+from numpy.typing import NDArray
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from msg_adapters.contact_surfaces import triangles_of
+from msg_adapters.poses import header_to_msg
+from msg_adapters.stamps import stamp_to_msg
+from msg_adapters.wire import Serializer
+from msg_adapters.wire_triangles import TriangleListWire
+
+__all__ = [
+    "ContactSurfaceMarkerWire",
+    "contact_surface_markers_to_msg",
+    "pressure_colors",
+    "pressure_namespace",
+]
+
+_COLORS = np.array([[0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 0, 0]], dtype=np.float64)
+"""At equal steps of pressure from 0 to the scale; linear between."""
+
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))
+
+
+def pressure_colors(pressure: NDArray[np.float64], scale: float) -> NDArray[np.float32]:
+    """Return colours ``(n, 4)`` of pressures ``(n,)`` in Pa; ``scale`` is that of red."""
+    steps = np.linspace(0.0, scale, len(_COLORS))
+    result = np.ones((len(pressure), 4), dtype=np.float32)
+    for channel in range(3):
+        result[:, channel] = np.interp(pressure, steps, _COLORS[:, channel])
+    return result
+
+
+def pressure_namespace(scale: float) -> str:
+    """Return the namespace of markers with this scale: ``pressure 0 (blue) to 20 kPa (red)``."""
+    factor, prefix = next((p for p in _PREFIXES if scale >= p[0]), _PREFIXES[-1])
+    return f"pressure 0 (blue) to {scale / factor:g} {prefix}Pa (red)"
+
+
+def _triangles(scale: float, frame_id: str) -> Marker:
+    """Return the marker without corners."""
+    marker = Marker(ns=pressure_namespace(scale), type=Marker.TRIANGLE_LIST, action=Marker.ADD)
+    marker.header.frame_id = frame_id
+    marker.pose.orientation.w = 1.0
+    marker.scale = Vector3(x=1.0, y=1.0, z=1.0)
+    # What viewers use where they don't use the colours of corners.
+    marker.color = ColorRGBA(r=0.0, g=1.0, b=0.0, a=1.0)
+    return marker
+
+
+def _deletion(scale: float, frame_id: str, stamp_ns: int) -> Marker:
+    return Marker(
+        header=header_to_msg(stamp_ns, frame_id),
+        ns=pressure_namespace(scale),
+        action=Marker.DELETE,
+    )
+
+
+def _corners(
+    surfaces: Any, scale: float
+) -> tuple[NDArray[np.float64], NDArray[np.float32]]:  # fmt: skip
+    triangles, _ = triangles_of(surfaces)
+    rows = triangles.ravel()
+    return surfaces.vertices_W[rows], pressure_colors(surfaces.pressure, scale)[rows]
+
+
+def contact_surface_markers_to_msg(
+    surfaces: Any, *, scale: float, stamp_ns: int, frame_id: str
+) -> MarkerArray:
+    """Return one marker with the triangles of all surfaces; without any, its deletion."""
+    if not len(surfaces):
+        return MarkerArray(markers=[_deletion(scale, frame_id, stamp_ns)])
+    marker = _triangles(scale, frame_id)
+    marker.header.stamp = stamp_to_msg(stamp_ns)
+    corners, colors = _corners(surfaces, scale)
+    marker.points = [Point(x=x, y=y, z=z) for x, y, z in corners.tolist()]
+    marker.colors = [ColorRGBA(r=r, g=g, b=b, a=a) for r, g, b, a in colors.tolist()]
+    return MarkerArray(markers=[marker])
+
+
+class ContactSurfaceMarkerWire:
+    """Serializes the marker as ``contact_surface_markers_to_msg`` and the serializer do."""
+
+    def __init__(self, frame_id: str, serialize: Serializer) -> None:
+        self._frame_id = frame_id
+        self._serialize = serialize
+        self._scale: float | None = None
+        self._former: float | None = None
+        self._wire: TriangleListWire | None = None
+
+    def message(self, surfaces: Any, *, scale: float, stamp_ns: int) -> bytes:
+        """Return the bytes of the marker; after a change of scale, also the former's deletion."""
+        if scale != self._scale:
+            self._former, self._scale, self._wire = self._scale, scale, None
+        before = []
+        if self._former is not None:
+            before.append(_deletion(self._former, self._frame_id, stamp_ns))
+            self._former = None
+        if not len(surfaces):
+            deletion = _deletion(scale, self._frame_id, stamp_ns)
+            return self._serialize(MarkerArray(markers=[*before, deletion]))
+        if self._wire is None:
+            marker = _triangles(scale, self._frame_id)
+            self._wire = TriangleListWire(
+                self._serialize, marker, has_colors=True, is_whole=True
+            )  # fmt: skip
+        corners, colors = _corners(surfaces, scale)
+        return self._wire.data(
+            corners, stamp_ns, colors=colors, before=before, key=len(before)
+        )  # fmt: skip

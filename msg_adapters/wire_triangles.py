@@ -1,0 +1,142 @@
+"""Triangles as bytes: TRIANGLE_LIST markers whose corners and colours change at each update.
+
+The corners of a marker are objects of a message, tens of thousands of them where a surface is
+shown; here they are one array that goes into the bytes between what is around them. Where each
+thing is, is found by marks (see ``wire``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import NamedTuple
+
+from geometry_msgs.msg import Point
+import numpy as np
+from numpy.typing import NDArray
+from std_msgs.msg import ColorRGBA
+from visualization_msgs.msg import Marker, MarkerArray
+
+from msg_adapters.marker_fill import ALIGNMENT, Fill
+from msg_adapters.wire import (
+    as_bytes,
+    find_count,
+    find_once,
+    marked_numbers,
+    marked_stamps,
+    MARKED_TIME,
+    Serializer,
+)
+
+__all__ = ["Appendix", "TriangleListWire", "append_markers"]
+
+FloatArray = NDArray[np.float64]
+ColorArray = NDArray[np.float32]
+
+_MARKED_COLOR = (-1.5, -2.25, -3.125, -4.0625)
+"""Of no colour; exact as float32."""
+
+
+class _Piece(NamedTuple):
+    """What is before the corners, between them and the colours, and behind; where stamps are."""
+
+    parts: tuple[bytes, ...]
+    counts: tuple[int, ...]
+    """Where the number of corners, and of colours, is in the part before them."""
+    stamps: tuple[int, ...]
+    """Places in the first part."""
+
+
+class TriangleListWire:
+    """The bytes of a marker, from where it begins; or of a whole array with it as the last."""
+
+    def __init__(
+        self, serialize: Serializer, marker: Marker, *, has_colors: bool, is_whole: bool = False
+    ) -> None:
+        """Take all of ``marker`` but its stamp, corners and colours.
+
+        ``has_colors``: each corner has one. ``is_whole``: it is an array by itself.
+        """
+        self._serialize = serialize
+        self._marker = marker
+        self._has_colors, self._is_whole = has_colors, is_whole
+        self._pieces: dict[int, _Piece] = {}
+
+    def data(
+        self,
+        corners: FloatArray,
+        stamp_ns: int,
+        *,
+        colors: ColorArray | None = None,
+        before: Sequence[Marker] = (),
+        key: int = 0,
+    ) -> bytes:
+        """Return the marker with ``corners`` (3 t, 3), t > 0, and ``colors`` (3 t, 4) or None.
+
+        ``before`` are markers that stand before it in the array; they are the same for the same
+        ``key``.
+        """
+        piece = self._pieces.get(key)
+        if piece is None:
+            piece = self._pieces[key] = self._probe(before)
+        values = [np.ascontiguousarray(corners, dtype=np.float64)]
+        if self._has_colors:
+            assert colors is not None
+            values.append(np.ascontiguousarray(colors, dtype=np.float32))
+        parts = [bytearray(part) for part in piece.parts]
+        stamp = as_bytes(divmod(int(stamp_ns), 10**9), np.int32)
+        for place in piece.stamps:
+            parts[0][place : place + len(stamp)] = stamp
+        joined: list[bytes | bytearray] = []
+        for part, place, rows in zip(parts, piece.counts, values, strict=False):
+            part[place : place + 4] = as_bytes(len(rows), np.uint32)
+            joined += (part, rows.tobytes())
+        return b"".join([*joined, parts[-1]])
+
+    def _probe(self, before: Sequence[Marker]) -> _Piece:
+        (one, marks), (two, more) = (self._marked(count, before) for count in (1, 2))
+        begin = 0 if self._is_whole else marked_stamps(one)[-1]
+        parts, counts, position, shift = [], [], begin, 0
+        for mark, longer in zip(marks, more, strict=True):
+            start = find_once(one, mark)
+            parts.append(one[position:start])
+            counts.append(find_count(parts[-1], two[position + shift : start + shift]))
+            position, shift = start + len(mark), shift + len(longer) - len(mark)
+        stamps = tuple(place - begin for place in marked_stamps(one) if place >= begin)
+        return _Piece((*parts, one[position:]), tuple(counts), stamps)
+
+    def _marked(self, count: int, before: Sequence[Marker]) -> tuple[bytes, list[bytes]]:
+        """Return an array with a marker of ``count`` corners, and the bytes that mark things."""
+        numbers = marked_numbers(3 * count)
+        marker, given = self._marker, self._marker.header.stamp
+        marker.points = [Point(x=x, y=y, z=z) for x, y, z in np.reshape(numbers, (-1, 3)).tolist()]
+        marks = [as_bytes(numbers, np.float64)]
+        if self._has_colors:
+            r, g, b, a = _MARKED_COLOR
+            marker.colors = [ColorRGBA(r=r, g=g, b=b, a=a)] * count
+            marks.append(as_bytes(_MARKED_COLOR * count, np.float32))
+        marker.header.stamp = MARKED_TIME
+        data = self._serialize(MarkerArray(markers=[*before, marker]))
+        marker.points, marker.colors, marker.header.stamp = [], [], given
+        return data, marks
+
+
+Appendix = Callable[[Sequence[Marker], int], bytes]
+"""Returns the bytes of a marker behind others; the second argument says which these are."""
+
+
+def append_markers(data: bytes, appendices: Iterable[Appendix], fill: Fill) -> bytes:
+    """Return a serialized MarkerArray with more markers behind those that are in it."""
+    count = int(np.frombuffer(data, np.uint32, 1, fill.length)[0])
+    parts = [data if count else data[: fill.first]]
+    position = len(parts[0])
+    for appendix in appendices:
+        space = fill.gap[position % ALIGNMENT] if count else 0
+        position += space
+        alignment = position % ALIGNMENT
+        piece = appendix([fill.before[alignment]], alignment)
+        parts += (bytes(space), piece)
+        position += len(piece)
+        count += 1
+    result = bytearray(b"".join(parts))
+    result[fill.length : fill.length + 4] = as_bytes(count, np.uint32)
+    return bytes(result)

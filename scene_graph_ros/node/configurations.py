@@ -1,0 +1,166 @@
+"""Configurations of deformable geometry: what arrives, validated, and what of it is applied.
+
+Imported where a source has deformable geometry.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+import threading
+from typing import Any
+
+import numpy as np
+from rclpy.serialization import deserialize_message
+
+from msg_adapters.deformables import ConfigurationBatch, configurations_from_msg
+from scene_graph_msgs.msg import DeformableConfigurations
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.node.deformables import SourceDeformables
+from scene_graph_ros.node.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.names import default_configuration_topic
+from scene_graph_ros.node.world import SourceRecord
+
+__all__ = ["ConfigurationChannel", "accept_configurations"]
+
+_QUEUED = 16
+"""Messages kept per source between two updates; they are large, and the newest counts."""
+
+
+def accept_configurations(
+    batch: ConfigurationBatch,
+    deformables: SourceDeformables,
+    limits: TimeLimits,
+    *,
+    intake: Intake,
+    world_frame: str,
+) -> int:
+    """Take the valid configurations of ``batch`` into ``deformables``; return how many.
+
+    What is wrong is counted and warned about by ``intake``, and changes nothing.
+    """
+    if batch.frame_id not in ("", world_frame):
+        detail = f"positions are given in '{batch.frame_id}', not in '{world_frame}'"
+        intake.fault(Fault.WRONG_PARENT, "", detail, max(len(batch.names), 1))
+        return 0
+    stamp = batch.stamp_ns or limits.now
+    accepted = 0
+    for name, positions in zip(batch.names, batch.positions, strict=True):
+        problem = _problem(name, positions, stamp, deformables, limits)
+        if problem is not None:
+            intake.fault(problem[0], name, problem[1])
+            continue
+        deformables.put(deformables.ids[name], positions, stamp)
+        accepted += 1
+    intake.statistics.applied_poses += accepted
+    intake.statistics.applied_messages += accepted > 0
+    return accepted
+
+
+def _problem(
+    name: str,
+    positions: np.ndarray,
+    stamp: int,
+    deformables: SourceDeformables,
+    limits: TimeLimits,
+) -> tuple[Fault, str] | None:
+    """Say what is wrong with one configuration, or return None."""
+    geometry_id = deformables.ids.get(name)
+    if geometry_id is None:
+        return _stranger(name, deformables)
+    count = deformables.counts[geometry_id]
+    if len(positions) != count:
+        return Fault.WRONG_LENGTH, f"{len(positions)} vertices are given, the mesh has {count}"
+    if not np.all(np.abs(positions) <= MAX_COORDINATE):
+        row = int(np.argmin((np.abs(positions) <= MAX_COORDINATE).all(axis=1)))
+        return (
+            Fault.NOT_FINITE,
+            f"vertex {row} is not finite, or farther than {MAX_COORDINATE:g} m away: "
+            f"{positions[row].tolist()}",
+        )
+    return _time_problem(stamp, deformables.stamps.get(geometry_id, stamp), limits)
+
+
+def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
+    owner = deformables.foreign.get(name)
+    if name in deformables.ambiguous:
+        return Fault.UNKNOWN_GEOMETRY, "several deformable geometries of the source are called so"
+    if owner is not None:
+        return Fault.WRONG_SOURCE, f"the geometry belongs to source '{owner}'"
+    return Fault.UNKNOWN_GEOMETRY, "no such deformable geometry is registered"
+
+
+def _time_problem(stamp: int, newest: int, limits: TimeLimits) -> tuple[Fault, str] | None:
+    now, max_age, max_lead = limits
+    lag = f"a configuration stamped {(now - stamp) * 1e-9:.3f} s ago is "
+    if now > 0 and max_age > 0 and now - stamp > max_age:
+        return Fault.STALE, lag + "older than max_pose_age"
+    if now > 0 and stamp - now > max_lead:
+        return Fault.FUTURE, lag + "stamped beyond max_pose_lead in the future"
+    if stamp < newest:
+        return Fault.OUT_OF_ORDER, lag + "older than the one it would replace"
+    return None
+
+
+class ConfigurationChannel:
+    """The configuration topic of one source; messages stay bytes until the next update."""
+
+    def __init__(self, record: SourceRecord, intake: Intake, world_frame: str) -> None:
+        self.record = record
+        self.intake = intake
+        self.kind = DeformableConfigurations
+        self.subscription: Any = None
+        self.topic = ""
+        self._world_frame = world_frame
+        self._lock = threading.Lock()
+        self._kept: deque[tuple[bytes, int]] = deque()
+
+    @property
+    def wanted_topic(self) -> str:
+        """Name of the topic, before namespaces and remapping."""
+        record = self.record
+        return record.configuration_topic or default_configuration_topic(record.name)
+
+    def store(self, data: bytes, arrival: int) -> None:
+        """Keep a message that arrived at a steady time (ns)."""
+        statistics = self.intake.statistics
+        statistics.arrived(arrival)
+        with self._lock:
+            if len(self._kept) == _QUEUED:
+                self._kept.popleft()
+                statistics.superseded += 1
+            self._kept.append((data, arrival))
+
+    def take(self) -> list[tuple[bytes, int]]:
+        """Take all messages that were kept, oldest first."""
+        with self._lock:
+            taken = list(self._kept)
+            self._kept.clear()
+        return taken
+
+    def apply(
+        self,
+        kept: list[tuple[bytes, int]],
+        deformables: SourceDeformables,
+        limits: TimeLimits,
+    ) -> int | None:
+        """Apply messages; return when the oldest that deformed something arrived, None if none."""
+        arrivals = []
+        for data, arrival in kept:
+            try:
+                batch = configurations_from_msg(self._deserialize(data))
+            except SceneGraphError as error:
+                self.intake.fault(Fault.MALFORMED, "", str(error))
+                continue
+            except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
+                self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
+                continue
+            accepted = accept_configurations(
+                batch, deformables, limits, intake=self.intake, world_frame=self._world_frame
+            )
+            if accepted:
+                arrivals.append(arrival)
+        return min(arrivals, default=None)
+
+    def _deserialize(self, data: bytes) -> Any:
+        return deserialize_message(data, self.kind)

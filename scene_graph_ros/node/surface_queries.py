@@ -1,0 +1,98 @@
+"""Answers about contact surfaces and deformable geometry; imported when one is first asked for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+from msg_adapters.contact_surfaces import contact_surfaces_to_msg
+from msg_adapters.contacts import point_contacts_to_msg
+from msg_adapters.deformables import (
+    configurations_to_msg,
+    deformable_contacts_to_msg,
+    volume_mesh_to_msg,
+)
+from msg_adapters.errors import MessageError
+from msg_adapters.queries import configuration_start_to_msg
+from scene_graph_ros.geometry.query.representation import as_representation
+from scene_graph_ros.node.queries import Asked
+
+__all__ = ["contact_surfaces", "deformable_configurations", "deformable_contact"]
+
+
+def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeContactSurfaces."""
+    if request.with_gradients and not request.with_faces:
+        raise MessageError("with_gradients is about faces, and with_faces is false")
+    representation = as_representation(request.representation)
+    tables, contacts = [], []
+    for world in asked.worlds:
+        if request.with_fallback:
+            table, rest = world.compute_contact_surfaces_with_fallback(representation)
+        else:
+            table, rest = world.compute_contact_surfaces(representation), None
+        tables.append(table)
+        contacts.append([] if rest is None else rest)
+        _require(asked, tables, contacts, with_faces=request.with_faces)
+    response.table = contact_surfaces_to_msg(
+        tables,
+        asked.legend,
+        with_faces=request.with_faces,
+        with_gradients=request.with_gradients,
+    )
+    response.contact_start = configuration_start_to_msg(contacts)
+    if request.with_fallback:
+        for rows in contacts:
+            response.contacts.extend(point_contacts_to_msg(rows, asked.snapshot.names))
+
+
+def _require(asked: Asked, tables: list[Any], contacts: list[Any], *, with_faces: bool) -> None:
+    """Raise TooLargeError as soon as the answer is too large, before more is computed."""
+    rows = sum(len(table) for table in (*tables, *contacts))
+    asked.require("max_rows_per_response", rows, "contacts of the answer")
+    if with_faces:
+        faces = sum(len(table.face_areas) for table in tables)
+        asked.require("max_faces_per_response", faces, "faces of the answer")
+
+
+def deformable_contact(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeDeformableContact."""
+    contacts, faces = [], 0
+    for world in asked.worlds:
+        contact = world.compute_deformable_contact()
+        contacts.append(contact)
+        faces += sum(surface.num_contact_points for surface in contact)
+        asked.require("max_faces_per_response", faces, "faces of the answer")
+    response.table = deformable_contacts_to_msg(contacts, asked.legend)
+
+
+def deformable_configurations(request: Any, response: Any, asked: Asked) -> None:
+    """Answer GetDeformableConfigurations."""
+    snapshot = asked.snapshot
+    names, inspector = snapshot.names, snapshot.inspector
+    if request.geometries:
+        ids = [names.geometry_id(reference) for reference in request.geometries]
+        if len(set(ids)) < len(ids):
+            raise MessageError("geometries names one more than once")
+    else:
+        ids = sorted(inspector.get_all_deformable_geometry_ids())
+    positions = [snapshot.query.get_configurations_in_world(g) for g in ids]
+    vertices = sum(len(each) for each in positions)
+    asked.require("max_rows_per_response", vertices, "vertices of the answer")
+    labels = dict(zip(_labels(ids, snapshot), positions, strict=True))
+    response.geometries = [names.geometry_name(g) for g in ids]
+    response.configurations = configurations_to_msg(
+        labels, stamp_ns=snapshot.stamp, frame_id=asked.limit("world_frame")
+    )
+    if request.with_reference_meshes:
+        meshes = [inspector.get_reference_mesh(g) for g in ids]
+        response.reference_meshes = [volume_mesh_to_msg(mesh) for mesh in meshes]
+
+
+def _labels(ids: list[Any], snapshot: Any) -> Iterator[str]:
+    """Name geometries as their sources do, or by paths where that would name two the same."""
+    names = [snapshot.inspector.get_name(g) for g in ids]
+    count = Counter(names)
+    for geometry_id, name in zip(ids, names, strict=True):
+        yield name if count[name] == 1 else snapshot.names.geometry_path(geometry_id)
