@@ -40,6 +40,7 @@ from scene_graph_ros.geometry.query.results import (
     SignedDistancePair,
     SignedDistanceToPoint,
 )
+from scene_graph_ros.geometry.query.what_if import ask_what_if
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
@@ -53,11 +54,17 @@ from scene_graph_ros.geometry.shapes.sphere import Sphere
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.deformable.results import (
         ContactParticipation as ContactParticipation,
+    )
+    from scene_graph_ros.geometry.deformable.results import (
         DeformableContact as DeformableContact,
+    )
+    from scene_graph_ros.geometry.deformable.results import (
         DeformableContactSurface as DeformableContactSurface,
     )
     from scene_graph_ros.geometry.hydroelastic.contact_surface import (
         ContactSurface as ContactSurface,
+    )
+    from scene_graph_ros.geometry.hydroelastic.contact_surface import (
         ContactSurfaces as ContactSurfaces,
     )
     from scene_graph_ros.geometry.meshes.volume_io import load_volume_mesh as load_volume_mesh
@@ -101,6 +108,7 @@ __all__ = [
     "add_compliant_hydroelastic_properties_for_half_space",
     "add_contact_material",
     "add_rigid_hydroelastic_properties",
+    "ask_what_if",
     "make_phong_illustration_properties",
     "read_obj_to_surface_mesh",
 ]

@@ -20,8 +20,11 @@ from scene_graph_ros.geometry.narrowphase.clip import (
     snapped,
 )
 from scene_graph_ros.geometry.spatial.vectors import (
+    add,
     dot,
     load_vector,
+    norm,
+    rotate,
     scale,
     subtract,
 )
@@ -29,27 +32,60 @@ from scene_graph_ros.geometry.tolerances import EQUAL_FIELDS, PRESSURE_DIRECTION
 
 __all__ = [
     "AREA",
+    "BOX",
     "CENTROID",
     "COUNT",
     "FIELD",
     "FULL",
+    "MOVED_WIDTH",
     "NORMAL",
     "SURFACES",
     "WIDTH",
-    "cut_by_level",
+    "add_cut_by_level",
+    "add_triangle",
     "cut_by_plane",
     "cut_by_slab",
-    "cut_triangle",
     "cut_triangle_by_slab",
-    "levels_may_meet",
+    "meet_triangle",
+    "move_element",
     "pressure_grows_along",
-    "triangle_may_meet",
+    "slice_by_level",
 ]
 
 NORMAL, FIELD, AREA, CENTROID, WIDTH = 24, 27, 31, 32, 35
 """Where a row of ``shapes`` has what, and how long it is."""
 COUNT, FULL, SURFACES = 0, 1, 2
 """Where ``state`` has what: polygons so far, whether there was no room, surfaces."""
+MOVED_WIDTH = 38
+"""What is kept of an element that was moved into another frame: x, y and z of its corners (12);
+gradient and constant of its pressure, or plane of a triangle (4); centre and half extents of its
+box (6); planes of a tetrahedron as in the table (16)."""
+BOX, _PLANES = 16, 22
+
+
+@lean_kernel
+def move_element(elements, planes, e, is_triangle, R_AB, p_AB, moved):
+    """Write element e of B, in A, into ``moved``."""
+    low, high = (math.inf, math.inf, math.inf), (-math.inf, -math.inf, -math.inf)
+    x = (0.0, 0.0, 0.0)
+    for k in range(4):
+        x = add(rotate(R_AB, (elements[e, k], elements[e, 4 + k], elements[e, 8 + k])), p_AB)
+        moved[k], moved[4 + k], moved[8 + k] = x
+        low = (min(low[0], x[0]), min(low[1], x[1]), min(low[2], x[2]))
+        high = (max(high[0], x[0]), max(high[1], x[1]), max(high[2], x[2]))
+    for axis in range(3):
+        moved[BOX + axis] = 0.5 * (low[axis] + high[axis])
+        moved[BOX + 3 + axis] = 0.5 * (high[axis] - low[axis])
+    g = rotate(R_AB, (elements[e, 16], elements[e, 17], elements[e, 18]))
+    moved[12], moved[13], moved[14] = g
+    if is_triangle:
+        moved[15] = -dot(g, x)
+        return
+    moved[15] = elements[e, 19] - dot(g, p_AB)
+    for k in range(4):
+        n = rotate(R_AB, (planes[e, k], planes[e, 4 + k], planes[e, 8 + k]))
+        moved[_PLANES + k], moved[_PLANES + 4 + k], moved[_PLANES + 8 + k] = n
+        moved[_PLANES + 12 + k] = planes[e, 12 + k] - dot(n, p_AB)
 
 
 @lean_kernel
@@ -139,17 +175,31 @@ def _highest(f):
 
 
 @inlined_kernel
-def levels_may_meet(elements, a, b, moved, slack):
-    """Tell whether p_A = p_B may have points inside both of two tetrahedra.
+def slice_by_level(elements, a, b, moved, slack, polygon):
+    """Cut tetrahedron a where p_A = p_B, and see what b's faces do with the cut. In A.
 
-    Most pairs end here. The arguments are those of ``cut_by_level``, which decides ties.
+    Most pairs of elements end here.
+
+    Args:
+        elements: those of the table.
+        a: the element of A, the first body.
+        b: the element of B.
+        moved: the latter in A, as in ``pairs``.
+        slack: metres.
+        polygon: (8, 3) filled with the cut.
+
+    Returns:
+        (count, cutting): its corners and ``planes_that_cut``, -1 if nothing of it counts.
+
     """
     g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
     g_B = (moved[12], moved[13], moved[14])
+    n = subtract(g_A, g_B)
     f = _excess(elements[a], g_B, moved[15])
-    tie = slack * (abs(g_A[0] - g_B[0]) + abs(g_A[1] - g_B[1]) + abs(g_A[2] - g_B[2]))
-    if _lowest(f) >= 0.0 or _highest(f) < -tie:
-        return False
+    # The sum of magnitudes is no shorter than n: nothing is lost before the exact test.
+    loose = slack * (abs(n[0]) + abs(n[1]) + abs(n[2]))
+    if _lowest(f) >= 0.0 or _highest(f) < -loose:
+        return 0, -1
     q = _values(moved, g_A, elements[a, 19])
     h = (
         q[0] - elements[b, 12],
@@ -157,31 +207,33 @@ def levels_may_meet(elements, a, b, moved, slack):
         q[2] - elements[b, 14],
         q[3] - elements[b, 15],
     )
-    return _lowest(h) < 0.0 and _highest(h) >= -tie
-
-
-@inlined_kernel
-def triangle_may_meet(elements, a, moved, slack):
-    """Tell whether the plane of a triangle may have points inside tetrahedron a.
-
-    The arguments are those of ``cut_triangle``.
-    """
-    f = _values(elements[a], (moved[12], moved[13], moved[14]), moved[15])
-    return _lowest(f) < -slack and _highest(f) >= -slack
+    tie = slack * norm(n)
+    if _lowest(h) >= -tie or _highest(h) < -tie:
+        return 0, -1
+    f = _all_snapped(f, tie)
+    mask = side_mask(f)
+    if mask in (0, 15):
+        return 0, -1
+    count = slice_tetrahedron(elements[a], f, mask, polygon)
+    return count, planes_that_cut(polygon, count, n, moved[_PLANES:], slack)
 
 
 @lean_kernel
-def cut_by_level(elements, a, b, moved, slack, narrow, buffer, heights, shapes, labels, state):
+def add_cut_by_level(
+    elements, a, b, moved, count, cutting, slack, narrow, buffer, heights, shapes, labels, state
+):
     """Add the part of p_A = p_B inside two tetrahedra, in A.
 
     Args:
-        elements: those of the table.
-        a: the element of A, the first body.
-        b: the element of B.
-        moved: the element of B in A, as in ``pairs``.
+        elements: as for ``slice_by_level``.
+        a: the same.
+        b: the same.
+        moved: the same.
+        count: what it returned, with
+        cutting: which is not -1.
         slack: metres.
         narrow: metres.
-        buffer: a ``polygon_buffer``.
+        buffer: a ``polygon_buffer`` with the cut in its first half.
         heights: (8,) scratch.
         shapes: results, with
         labels: and
@@ -190,64 +242,59 @@ def cut_by_level(elements, a, b, moved, slack, narrow, buffer, heights, shapes, 
     """
     g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
     g_B = (moved[12], moved[13], moved[14])
-    f = _excess(elements[a], g_B, moved[15])
-    low, high = _lowest(f), _highest(f)
-    if low >= 0.0:
-        return
     n = subtract(g_A, g_B)
-    squared = dot(n, n)
-    length = math.sqrt(squared)
-    tie = slack * length
-    if low >= -tie or high < -tie:
-        return
-    # The same difference at the corners of b.
-    q = _values(moved, g_A, elements[a, 19])
-    h = (
-        q[0] - elements[b, 12],
-        q[1] - elements[b, 13],
-        q[2] - elements[b, 14],
-        q[3] - elements[b, 15],
-    )
-    if _lowest(h) >= -tie or _highest(h) < -tie:
-        return
-    f = _all_snapped(f, tie)
-    count = slice_tetrahedron(elements[a], f, side_mask(f), buffer[0])
-    planes = moved[22:38]
-    cutting = planes_that_cut(buffer[0], count, n, planes, slack)
-    if cutting < 0:
-        return
-    A_squared, B_squared = dot(g_A, g_A), dot(g_B, g_B)
+    squared, A_squared, B_squared = dot(n, n), dot(g_A, g_A), dot(g_B, g_B)
     if squared <= EQUAL_FIELDS * EQUAL_FIELDS * max(A_squared, B_squared):
         return
     if not pressure_grows_along(n, squared, g_A):
         return
     if not pressure_grows_along(scale(-1.0, n), squared, g_B):
         return
-    side, count = clip_by_tetrahedron(buffer, count, n, planes, cutting, slack, heights)
+    side, count = clip_by_tetrahedron(buffer, count, n, moved[_PLANES:], cutting, slack, heights)
     if count == 0:
         return
     # The flatter field is the one that rounding of positions moves less.
     field = (g_A[0], g_A[1], g_A[2], elements[a, 19])
     if B_squared < A_squared:
         field = (g_B[0], g_B[1], g_B[2], moved[15])
-    normal = scale(1.0 / length, n)
+    normal = scale(1.0 / math.sqrt(squared), n)
     _keep(buffer[side], count, normal, field, a, b, narrow, shapes, labels, state)
 
 
-@lean_kernel
-def cut_triangle(
-    elements, planes, a, moved, slack, narrow, buffer, heights, shapes, labels, state
-):
-    """Add the part of a rigid triangle inside a tetrahedron, in the tetrahedron's frame A.
+@inlined_kernel
+def meet_triangle(elements, planes, a, moved, slack, polygon):
+    """See what the faces of tetrahedron a do with a triangle, in the tetrahedron's frame A.
 
-    ``triangle_may_meet`` is true. ``moved`` has the triangle in A and, at 12, its plane: the
-    outward unit normal and an offset. The rest is as for ``cut_by_level``.
+    Args:
+        elements: those of the table.
+        planes: those of the table.
+        a: the element of A.
+        moved: the triangle in A and, at 12, its plane: the outward unit normal and an offset.
+        slack: metres.
+        polygon: (8, 3) filled with the triangle.
+
+    Returns:
+        ``planes_that_cut``, -1 if nothing of it counts.
+
     """
     n = (moved[12], moved[13], moved[14])
-    _lay_triangle(moved, buffer[0])
-    cutting = planes_that_cut(buffer[0], 3, n, planes[a], slack)
-    if cutting < 0:
-        return
+    f = _values(elements[a], n, moved[15])
+    if _lowest(f) >= -slack or _highest(f) < -slack:
+        return -1
+    _lay_triangle(moved, polygon)
+    return planes_that_cut(polygon, 3, n, planes[a], slack)
+
+
+@lean_kernel
+def add_triangle(
+    elements, planes, a, moved, cutting, slack, narrow, buffer, heights, shapes, labels, state
+):
+    """Add the part of a rigid triangle inside tetrahedron a, in A.
+
+    ``buffer`` has the triangle in its first half, and ``cutting`` is what ``meet_triangle`` said
+    of it, not -1. The rest is as for ``add_cut_by_level``.
+    """
+    n = (moved[12], moved[13], moved[14])
     g = (elements[a, 16], elements[a, 17], elements[a, 18])
     if not pressure_grows_along(n, 1.0, g):
         return

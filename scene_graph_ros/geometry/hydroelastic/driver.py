@@ -14,12 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.hydroelastic.body_table import BodyKind
-from scene_graph_ros.geometry.hydroelastic.clipping import COUNT, FULL, SURFACES, WIDTH
+from scene_graph_ros.geometry.hydroelastic.clipping import (
+    COUNT,
+    FULL,
+    MOVED_WIDTH,
+    SURFACES,
+    WIDTH,
+)
 from scene_graph_ros.geometry.hydroelastic.element_table import ElementTable
 from scene_graph_ros.geometry.hydroelastic.pairs import (
     half_space_and_surface,
     half_space_and_volume,
-    MOVED_WIDTH,
     volume_and_other,
 )
 from scene_graph_ros.geometry.hydroelastic.patches import Patches

@@ -1,18 +1,18 @@
 """Contact polygons of pairs of bodies: walks through their trees to the elements that may meet."""
 
-import math
-
 from scene_graph_ros.geometry.hydroelastic.clipping import (
-    cut_by_level,
+    add_cut_by_level,
+    add_triangle,
+    BOX,
     cut_by_plane,
     cut_by_slab,
-    cut_triangle,
     cut_triangle_by_slab,
     FULL,
-    levels_may_meet,
-    triangle_may_meet,
+    meet_triangle,
+    move_element,
+    slice_by_level,
 )
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel
 from scene_graph_ros.geometry.meshes.scratch import traversal_stack
 from scene_graph_ros.geometry.narrowphase.bvh_pairs import (
     absolute_rotation,
@@ -23,7 +23,6 @@ from scene_graph_ros.geometry.narrowphase.bvh_pairs import (
     next_leaf_near_box,
 )
 from scene_graph_ros.geometry.spatial.vectors import (
-    add,
     dot,
     rotate,
     rotate_inverse,
@@ -31,38 +30,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     transpose,
 )
 
-__all__ = ["MOVED_WIDTH", "half_space_and_surface", "half_space_and_volume", "volume_and_other"]
-
-MOVED_WIDTH = 38
-"""What is kept of an element that was moved into another frame: x, y and z of its corners (12);
-gradient and constant of its pressure, or plane of a triangle (4); centre and half extents of its
-box (6); planes of a tetrahedron as in the table (16)."""
-_BOX, _PLANES = 16, 22
-
-
-@lean_kernel
-def _move(elements, planes, e, is_triangle, R_AB, p_AB, moved):
-    """Write element e of B, in A, into ``moved``."""
-    low, high = (math.inf, math.inf, math.inf), (-math.inf, -math.inf, -math.inf)
-    x = (0.0, 0.0, 0.0)
-    for k in range(4):
-        x = add(rotate(R_AB, (elements[e, k], elements[e, 4 + k], elements[e, 8 + k])), p_AB)
-        moved[k], moved[4 + k], moved[8 + k] = x
-        low = (min(low[0], x[0]), min(low[1], x[1]), min(low[2], x[2]))
-        high = (max(high[0], x[0]), max(high[1], x[1]), max(high[2], x[2]))
-    for axis in range(3):
-        moved[_BOX + axis] = 0.5 * (low[axis] + high[axis])
-        moved[_BOX + 3 + axis] = 0.5 * (high[axis] - low[axis])
-    g = rotate(R_AB, (elements[e, 16], elements[e, 17], elements[e, 18]))
-    moved[12], moved[13], moved[14] = g
-    if is_triangle:
-        moved[15] = -dot(g, x)
-        return
-    moved[15] = elements[e, 19] - dot(g, p_AB)
-    for k in range(4):
-        n = rotate(R_AB, (planes[e, k], planes[e, 4 + k], planes[e, 8 + k]))
-        moved[_PLANES + k], moved[_PLANES + 4 + k], moved[_PLANES + 8 + k] = n
-        moved[_PLANES + 12 + k] = planes[e, 12 + k] - dot(n, p_AB)
+__all__ = ["half_space_and_surface", "half_space_and_volume", "volume_and_other"]
 
 
 @inlined_kernel
@@ -106,28 +74,31 @@ def volume_and_other(
         for b in range(first_B, first_B + right[node_B]):
             if not boxes_meet(boxes, b, node_boxes, root_A, R_BA, absolute, p_BA, slack):
                 continue
-            _move(elements, planes, b, is_rigid, R_AB, p_AB, moved)
+            move_element(elements, planes, b, is_rigid, R_AB, p_AB, moved)
             stack_A[0], depth = root_A, 1
             while depth > 0:
                 depth, node = next_leaf_at_box(
-                    node_boxes, left, right, stack_A, depth, moved, _BOX, slack
+                    node_boxes, left, right, stack_A, depth, moved, BOX, slack
                 )
                 if node < 0:
                     break
                 first = -1 - left[node]
                 for a in range(first, first + right[node]):
-                    if is_apart(boxes, a, moved, _BOX, slack):
+                    if is_apart(boxes, a, moved, BOX, slack):
                         continue
                     if is_rigid:
-                        if triangle_may_meet(elements, a, moved, slack):
-                            cut_triangle(
-                                elements, planes, a, moved, slack, narrow, buffer, heights,
-                                shapes, labels, state,
+                        cutting = meet_triangle(elements, planes, a, moved, slack, buffer[0])
+                        if cutting >= 0:
+                            add_triangle(
+                                elements, planes, a, moved, cutting, slack, narrow, buffer,
+                                heights, shapes, labels, state,
                             )  # fmt: skip
-                    elif levels_may_meet(elements, a, b, moved, slack):
-                        cut_by_level(
-                            elements, a, b, moved, slack, narrow, buffer, heights,
-                            shapes, labels, state,
+                        continue
+                    count, cutting = slice_by_level(elements, a, b, moved, slack, buffer[0])
+                    if cutting >= 0:
+                        add_cut_by_level(
+                            elements, a, b, moved, count, cutting, slack, narrow, buffer,
+                            heights, shapes, labels, state,
                         )  # fmt: skip
 
 
