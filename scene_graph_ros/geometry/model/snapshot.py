@@ -249,9 +249,12 @@ class Snapshot:
         mesh = self._state.driven_mesh(geometry_id, role)
         return [driven_positions(mesh, self.configuration(geometry_id))]
 
-    def with_frame_poses(self, poses: Mapping[FrameId, Any]) -> Snapshot:
+    def with_frame_poses(
+        self, poses: Mapping[FrameId, Any], *, memory: Memory | None = None
+    ) -> Snapshot:
         """Return a snapshot with other poses for some frames, of any source: "what if".
 
+        It shares the memory of this snapshot's context unless it is given another.
         Raises as Context.set_frame_poses does; this snapshot stays as it is.
         """
         rows, given = stacked_poses(self._state, poses)
@@ -259,4 +262,5 @@ class Snapshot:
         bad, status = store_poses(given, rows, X_PF)
         if status != VALID:
             raise refuse_frame_pose(self._state.layout().names[rows[bad]], status, given[bad])
-        return Snapshot(self._state, X_PF, self.pose_version, self.memory, self._configurations)
+        memory = memory or self.memory
+        return Snapshot(self._state, X_PF, self.pose_version, memory, self._configurations)
