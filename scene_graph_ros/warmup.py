@@ -21,6 +21,8 @@ from numba.core import event
 import numpy as np
 
 from scene_graph_ros.geometry import (
+    add_compliant_hydroelastic_properties,
+    add_rigid_hydroelastic_properties,
     Box,
     Capsule,
     CollisionFilterDeclaration,
@@ -123,10 +125,33 @@ def _compile_deformable() -> None:
     query.get_driven_mesh_configurations_in_world(soft, Role.ILLUSTRATION)
 
 
+def _compile_surfaces() -> None:
+    scene_graph = SceneGraph()
+    source = scene_graph.register_source("warm_up")
+    soft, hard = ProximityProperties(), ProximityProperties()
+    add_compliant_hydroelastic_properties(soft, 0.1, 1e6)
+    add_rigid_hydroelastic_properties(hard, 0.1)
+    bodies = [
+        (Box(0.1, 0.2, 0.3), soft),
+        (Convex(vertices=_TETRAHEDRON), soft),
+        (Sphere(0.1), hard),
+    ]
+    for k, (shape, properties) in enumerate(bodies):
+        frame = scene_graph.register_frame(source, GeometryFrame(f"frame_{k}"))
+        instance = GeometryInstance(np.eye(4), shape, f"body_{k}")
+        instance.set_proximity_properties(properties)
+        scene_graph.register_geometry(source, frame, instance)
+    query = scene_graph.query_object(scene_graph.create_default_context())
+    surfaces = query.compute_contact_surfaces()
+    surfaces.grad_pressure_M_W  # noqa: B018
+    query.compute_contact_surfaces("polygon")
+
+
 _TASKS: dict[str, Callable[[], None]] = {
     "pairs": _compile_pairs,
     "points": _compile_points,
     "candidates": _compile_candidates,
+    "surfaces": _compile_surfaces,
     "deformable": _compile_deformable,
     "model": _compile_model,
 }
@@ -185,6 +210,7 @@ def ask_everything() -> None:
     query.compute_signed_distance_pair_closest_points(pairs[0].id_A, pairs[0].id_B)
     query.compute_signed_distance_to_point([0.0, 0.0, 1.0])
     query.compute_signed_distance_to_points(np.zeros((3, 3)), 0.5)
+    _compile_surfaces()
     _compile_deformable()
 
 
