@@ -12,7 +12,6 @@ from collections.abc import Callable, Sequence
 from functools import partial
 import os
 from pathlib import Path
-import platform
 import time
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -20,6 +19,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from tqdm import tqdm  # noqa: E402
 
+from benchmarks.machine import machine  # noqa: E402
 from benchmarks.speed import plots, report  # noqa: E402
 from benchmarks.speed.make_scenes import mixed, OTHER_SCENES  # noqa: E402
 from benchmarks.speed.measure import make_engines, measure, Measurement  # noqa: E402
@@ -61,19 +61,6 @@ def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     return options
 
 
-def _machine(started: float) -> str:
-    """Return what one has to know about the machine, and its load when the run began."""
-    model = platform.processor() or platform.machine()
-    info = Path("/proc/cpuinfo")
-    if info.is_file():
-        names = [line for line in info.read_text().splitlines() if line.startswith("model name")]
-        model = names[0].partition(":")[2].strip() if names else model
-    return (
-        f"Measured on {time.strftime('%Y-%m-%d')}: {os.cpu_count()} processors ({model}), load"
-        f" {started:.1f} at the start, Python {platform.python_version()}.\n"
-    )
-
-
 def _jobs(options: argparse.Namespace) -> list[tuple[Callable[[], Scene], list[Row]]]:
     rows = [row for row in ROWS if row.key in options.rows]
     jobs: list[tuple[Callable[[], Scene], list[Row]]] = [
@@ -106,8 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 bar.set_description(f"{scene.size} bodies: {row.key}")
                 measured += measure(engines, row, scene, options.seconds, bar.write)
                 bar.update()
-    machine = _machine(load)
-    print(f"{machine}Times in ms: median (first to ninth decile) · pairs or answers found.\n")
+    notes = machine(load)
+    print(f"{notes}Times in ms: median (first to ninth decile) · pairs or answers found.\n")
     for key, title in titles.items():
         print(f"{title}\n\n{report.table([m for m in measured if m.scene == key])}")
     print(report.summary_table(measured))
@@ -115,7 +102,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if options.quick:
         return
     options.out.mkdir(parents=True, exist_ok=True)
-    report.write(measured, titles, machine, options.out)
+    report.write(measured, titles, notes, options.out)
     plots.write(measured, options.out)
     print(f"wrote performance.csv, performance.md and plots to {options.out}")
 
