@@ -75,7 +75,8 @@ class SceneGraphInspector:
 
     def num_anchored_geometries(self) -> int:
         """Count the geometries that never move: the rigid ones on the world frame."""
-        return sum(record.is_anchored for record in self._state.geometries.values())
+        state = self._state
+        return sum(state.geometries[i].is_anchored for i in state.frame_geometries[WORLD_FRAME_ID])
 
     def num_dynamic_geometries(self) -> int:
         """Count the geometries on frames that move, and the deformable ones."""

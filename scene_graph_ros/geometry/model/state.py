@@ -153,8 +153,13 @@ class GeometryState:
 
     def deformable_ids(self, role: Role) -> tuple[GeometryId, ...]:
         """Return the deformable geometries with a role, sorted."""
-        of_role = self.with_role[role]
-        return tuple(sorted(i for i in of_role if self.geometries[i].deformable is not None))
+
+        def find() -> tuple[GeometryId, ...]:
+            of_role = self.with_role[role]
+            return tuple(sorted(i for i in of_role if self.geometries[i].deformable is not None))
+
+        result: tuple[GeometryId, ...] = self.cached(f"arrays {role.name} deformable", find)
+        return result
 
     # Look-ups that refuse what is not there.
 

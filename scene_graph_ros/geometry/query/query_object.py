@@ -227,7 +227,12 @@ class QueryObject:
         """Return where deformable geometries meet rigid and other deformable ones.
 
         Pairs with a deformable geometry need the proximity role and not to be filtered; they are
-        checked also where the rigid one is anchored. Filters by frames do not apply.
+        checked also where the rigid one is anchored. Whether a rigid one is compliant has no part
+        in it; a curved one is triangulated with its resolution_hint, or a tenth of its size.
+
+        Raises:
+            MeshError: a rigid surface would have too many triangles.
+
         """
         query = "compute_deformable_contact"
         return self._answers().get(query, lambda s: on_demand(query)(s))
