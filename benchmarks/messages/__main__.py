@@ -86,7 +86,9 @@ PARTS: dict[str, Callable[[bool], None]] = {
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m benchmarks.messages",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; without: all")
     parser.add_argument("--quick", action="store_true", help="small and short, to try it out")

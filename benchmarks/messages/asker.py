@@ -79,7 +79,9 @@ class _Caller:
 
 def main() -> None:
     """Ask as standard input says, until it ends."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.messages.asker", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("--pair", nargs=2, required=True, help="two geometries")
     parser.add_argument("--frame", required=True)
     options = parser.parse_args()

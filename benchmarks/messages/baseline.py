@@ -135,7 +135,9 @@ class OrdinaryNode(Node):
 
 def main() -> None:
     """Run until interrupted."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.messages.baseline", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("scene", type=Path)
     scene = parser.parse_args().scene
     rclpy.init()

@@ -50,7 +50,9 @@ def pose_template(count: int) -> Patchable:
 
 def main() -> None:
     """Publish as standard input says, until it ends."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.messages.sender", description=__doc__.splitlines()[0]
+    )
     parser.add_argument("--frames", type=int, required=True)
     count = parser.parse_args().frames
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)

@@ -192,7 +192,9 @@ def soak(
 def main() -> None:
     """Soak and print."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        prog="python -m benchmarks.messages.soak",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--seconds", type=float, default=600.0)
     parser.add_argument("--frames", type=int, default=1000)

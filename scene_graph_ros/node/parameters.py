@@ -105,6 +105,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "query_threads",
+        1,
+        "Threads that share the configurations, or the points, that one request asks about.",
+        minimum=1,
+        maximum=64,
+    ),
+    Parameter(
         "allow_editing",
         True,
         "Whether services may change the scene: register, remove, filter, load.",

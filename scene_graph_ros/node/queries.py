@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 import importlib
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -38,10 +38,13 @@ from scene_graph_ros.geometry.errors import (
     UnsupportedPairError,
 )
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.query.what_if import ask_what_if
 from scene_graph_ros.node.intake import UNSTAMPED
 from scene_graph_ros.node.world import SourceRecord, WorldSnapshot
 
 __all__ = ["QUERIES", "Asked", "Query"]
+
+T = TypeVar("T")
 
 
 @dataclass
@@ -63,6 +66,18 @@ class Asked:
             QueryObject(query.snapshot.with_frame_poses(poses)) if poses else query
             for poses in self.options.configurations
         ]
+
+    def each(self, question: Callable[[QueryObject], T]) -> list[T]:
+        """Return what ``question`` returns for each configuration asked about, in order.
+
+        As many threads share them as the node's parameter ``query_threads`` says.
+        """
+        configurations = self.options.configurations
+        if len(configurations) == 1 and not configurations[0]:
+            # The world as it is, of which answers are remembered.
+            return [question(self.snapshot.query)]
+        threads = self.limit("query_threads")
+        return ask_what_if(self.snapshot.query, configurations, question, threads=threads)
 
     @property
     def legend(self) -> Any:
@@ -94,7 +109,7 @@ def _possible_pairs(asked: Asked) -> int:
 
 def penetration(request: Any, response: Any, asked: Asked) -> None:
     """Answer ComputePointPairPenetration."""
-    tables = [world.compute_point_pair_penetration() for world in asked.worlds]
+    tables = asked.each(QueryObject.compute_point_pair_penetration)
     asked.require_rows(tables)
     response.configuration_start = configuration_start_to_msg(tables)
     for table in tables:
@@ -106,10 +121,9 @@ def signed_distances(request: Any, response: Any, asked: Asked) -> None:
     limit = limit_from_msg(request.max_distance, "max_distance")
     if np.isinf(limit):
         asked.require("max_rows_per_response", _possible_pairs(asked), "pairs of the scene")
-    tables = [
-        world.compute_signed_distance_pairwise_closest_points(max_distance=limit)
-        for world in asked.worlds
-    ]
+    tables = asked.each(
+        lambda world: world.compute_signed_distance_pairwise_closest_points(max_distance=limit)
+    )
     asked.require_rows(tables)
     response.table = signed_distances_to_msg(tables, asked.legend)
 
@@ -129,8 +143,9 @@ def signed_distance_pairs(request: Any, response: Any, asked: Asked) -> None:
     ]
     count = len(wanted) * len(asked.options.configurations)
     asked.require("max_pairs_per_request", count, "pairs")
-    for world in asked.worlds:
-        response.pairs.extend(_pair(world, a, b, asked.snapshot.names) for a, b in wanted)
+    names = asked.snapshot.names
+    for pairs in asked.each(lambda world: [_pair(world, a, b, names) for a, b in wanted]):
+        response.pairs.extend(pairs)
 
 
 def _pair(world: QueryObject, a: Any, b: Any, names: Any) -> SignedDistancePair:
@@ -162,24 +177,27 @@ def point_distances(request: Any, response: Any, asked: Asked) -> None:
     if np.isinf(threshold):
         geometries = len(asked.snapshot.query.snapshot.proximity.ids)
         asked.require("max_rows_per_response", count * geometries, "points times geometries")
-    tables = [
-        world.compute_signed_distance_to_points(points, threshold=threshold)
-        for world in asked.worlds
-    ]
+    # Many points of one configuration are shared, or else the configurations.
+    threads = asked.limit("query_threads") if len(asked.options.configurations) == 1 else 1
+    tables = asked.each(
+        lambda world: world.compute_signed_distance_to_points(
+            points, threshold=threshold, threads=threads
+        )
+    )
     asked.require_rows(tables)
     response.table = point_distances_to_msg(tables, asked.legend)
 
 
 def candidates(request: Any, response: Any, asked: Asked) -> None:
     """Answer FindCollisionCandidates."""
-    tables = [world.find_collision_candidates() for world in asked.worlds]
+    tables = asked.each(QueryObject.find_collision_candidates)
     asked.require_rows(tables)
     response.table = candidates_to_msg(tables, asked.legend)
 
 
 def collisions(request: Any, response: Any, asked: Asked) -> None:
     """Answer HasCollisions."""
-    response.has_collisions = flags_to_msg(world.has_collisions() for world in asked.worlds)
+    response.has_collisions = flags_to_msg(asked.each(QueryObject.has_collisions))
 
 
 def poses(request: Any, response: Any, asked: Asked) -> None:
@@ -189,7 +207,7 @@ def poses(request: Any, response: Any, asked: Asked) -> None:
     wanted += [names.geometry_id(reference) for reference in request.geometries]
     count = len(wanted) * len(asked.options.configurations)
     asked.require("max_rows_per_response", count, "poses")
-    X_W = [world.snapshot.pose_in_world(item) for world in asked.worlds for item in wanted]
+    X_W = asked.each(lambda world: [world.snapshot.pose_in_world(item) for item in wanted])
     response.poses = poses_to_msg(np.array(X_W).reshape(-1, 4, 4))
 
 

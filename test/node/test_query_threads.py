@@ -1,0 +1,86 @@
+"""Requests about many configurations: the same response, however many threads share them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from msg_adapters.queries import options_from_msg, what_if_to_msg
+from scene_graph_msgs import srv
+from scene_graph_msgs.msg import QueryOptions
+from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.node.queries import Asked, QUERIES
+from scene_graph_ros.node.world import World
+from scene_graph_ros.scene_files import load_scene_text
+
+SCENE = """
+version: 1
+sources: [{name: s}]
+frames: [{name: a, source: s}, {name: b, source: s}, {name: c, source: s}]
+geometries:
+  - {name: ball, source: s, frame: a, shape: {type: sphere, radius: 0.4}}
+  - {name: box, source: s, frame: b, shape: {type: box, size: [0.5, 0.6, 0.7]}}
+  - {name: can, source: s, frame: c, shape: {type: cylinder, radius: 0.3, length: 0.5}}
+"""
+CONFIGURATIONS = 17
+
+REQUESTS = {
+    "ComputePointPairPenetration": {},
+    "ComputeSignedDistancePairwise": {},
+    "ComputeSignedDistancePair": {
+        "geometries_a": ["ball"],
+        "geometries_b": ["can"],
+    },
+    "ComputeSignedDistanceToPoint": {"points": [0.5, 0.0, 0.2, -0.5, 1.0, 0.0]},
+    "FindCollisionCandidates": {},
+    "GetPoseInWorld": {"frames": ["b"]},
+    "HasCollisions": {},
+}
+
+
+@pytest.fixture(scope="module")
+def world():
+    """Three bodies."""
+    graph = SceneGraph()
+    load_scene_text(SCENE).apply(graph)
+    return World(graph)
+
+
+def answer(world, name, fields, options, threads):
+    """Return the response to a request."""
+    limits = {"query_threads": threads}
+    asked = Asked(
+        world.snapshot,
+        options_from_msg(options, world.snapshot.names),
+        lambda parameter: limits.get(parameter, 10**6),
+        world.records,
+        {},
+    )
+    response = getattr(srv, name).Response()
+    QUERIES[name].handler(getattr(srv, name).Request(**fields), response, asked)
+    return response
+
+
+@pytest.mark.parametrize("name", REQUESTS)
+@pytest.mark.parametrize("threads", [2, 5])
+def test_any_number_of_threads_gives_the_same_response(world, name, threads):
+    """Seventeen configurations of two frames, some in collision and some not."""
+    rng = np.random.default_rng(9)
+    rows = np.zeros((CONFIGURATIONS, 2, 7))
+    rows[..., :3] = rng.uniform(-1.0, 1.0, (CONFIGURATIONS, 2, 3))
+    rows[..., 6] = 1.0
+    options = QueryOptions(what_if=what_if_to_msg(["a", "b"], rows))
+    one = answer(world, name, REQUESTS[name], options, 1)
+    assert answer(world, name, REQUESTS[name], options, threads) == one
+    if name == "HasCollisions":
+        assert set(one.has_collisions) == {0, 1}
+
+
+@pytest.mark.parametrize("threads", [2, 5])
+def test_points_of_the_world_as_it_is_are_shared_too(world, threads):
+    """Forty points, without a configuration."""
+    points = np.random.default_rng(2).uniform(-1.0, 1.0, 120).tolist()
+    name, fields = "ComputeSignedDistanceToPoint", {"points": points}
+    one = answer(world, name, fields, QueryOptions(), 1)
+    assert len(one.table.distance) == 3 * 40
+    assert answer(world, name, fields, QueryOptions(), threads) == one
