@@ -1,6 +1,7 @@
 """The queries about contact surfaces: what they return, for which pairs, what they refuse."""
 
 import math
+import os
 import pickle
 import subprocess
 import sys
@@ -24,12 +25,14 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     GeometrySet,
     HalfSpace,
+    jit,
     Mesh,
     ProximityProperties,
     SceneGraph,
     Sphere,
 )
 from scene_graph_ros.geometry.errors import QueryArgumentError, UnsupportedPairError
+from scene_graph_ros.warmup import ask_everything
 
 E = 1e6
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.2
@@ -399,6 +402,27 @@ def test_answers_are_kept_and_follow_the_poses():
     context.set_frame_poses(scene.source, {scene.frames[0]: at(z=0.15)})
     assert query.compute_contact_surfaces().total_area[0] > before.total_area[0]
     assert frozen.compute_contact_surfaces() is before
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="there are no kernels")
+@pytest.mark.timeout(900)  # alone, on a machine that was not warmed up, it compiles first
+def test_no_surface_compiles():
+    """Once the set-up's kernels are there, no shape, representation or column compiles another."""
+    ask_everything()
+    before = jit.compilation_count()
+    scene = Scene()
+    for k, shape in enumerate(SHAPES.values()):
+        scene.add(shape, compliant(), at(x=0.3 * k, z=0.15))
+        scene.add(shape, rigid(), at(x=0.3 * k, y=0.3, z=0.15))
+    scene.add(HalfSpace(), soft_ground(), at(), anchored=True)
+    for word in ("triangle", "polygon"):
+        surfaces, points = scene.query().compute_contact_surfaces_with_fallback(word)
+        assert len(surfaces) > 2 * len(SHAPES)
+        assert len(points) > 0
+        assert surfaces[1:].grad_pressure_M_W.any()
+        assert surfaces.grad_pressure_N_W.any()
+        assert pickle.loads(pickle.dumps(surfaces)).grad_pressure_M_W.any()
+    assert jit.compilation_count() == before
 
 
 _WITHOUT = """

@@ -1,5 +1,6 @@
 """No query ever compiles: whatever is asked, the kernels that the set-up compiled answer."""
 
+import contextlib
 import os
 
 import numpy as np
@@ -24,6 +25,7 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.accuracy import Accuracy
+from scene_graph_ros.geometry.errors import UnsupportedPairError
 from scene_graph_ros.warmup import ask_everything
 
 pytestmark = [
@@ -65,9 +67,20 @@ def every_pair(query, **options):
         query.compute_signed_distance_pair_closest_points(ids[k - 1], ids[k], **options)
 
 
+def surfaces(query, word):
+    """Ask for contact surfaces, which pairs without the properties do not have."""
+    with contextlib.suppress(UnsupportedPairError):
+        query.compute_contact_surfaces(word)
+
+
 POINTS = np.zeros((4, 3))
+WORDS = ("triangle", "polygon")
 ASK = {
     "bake": [lambda q: q.bake().has_collisions()],
+    "compute_contact_surfaces": [lambda q, word=word: surfaces(q, word) for word in WORDS],
+    "compute_contact_surfaces_with_fallback": [
+        lambda q, word=word: q.compute_contact_surfaces_with_fallback(word) for word in WORDS
+    ],
     "compute_deformable_contact": [lambda q: q.compute_deformable_contact()],
     "compute_point_pair_penetration": [
         lambda q: q.compute_point_pair_penetration(),
