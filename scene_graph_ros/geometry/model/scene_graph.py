@@ -229,11 +229,13 @@ class SceneGraph:
         """Add a geometry whose vertices move one by one; ``frame_id`` must be the world.
 
         Its reference mesh is the shape cut into tetrahedra with edges of about
-        ``resolution_hint`` (m), up to twice as long inside; a ``Mesh`` of a volume file
-        (``.vtk``, ``.vtu``) as it is in the file; or ``reference_mesh``, the shape then being
+        ``resolution_hint`` (m), up to twice as long on flat sides and inside; a ``Mesh`` of a file
+        of tetrahedra (``.vtk``, ``.vtu``) as it is there; or ``reference_mesh``, the shape being
         only a description. The instance's pose is that of the mesh in the world until a context
-        sets a configuration. Roles come with the instance or later. Each role has a driven mesh: the boundary, or the mesh that its
-        property ``("deformable", "embedded_mesh")`` gives, a path or a ``Mesh``.
+        sets a configuration.
+
+        Roles come with the instance or later. Each role has a driven mesh: the boundary, or the
+        mesh that its property ``("deformable", "embedded_mesh")`` gives, a path or a ``Mesh``.
 
         Returns the geometry's id. Raises DeformableError for another frame than the world, a half
         space, or a bad hint or reference mesh; PropertyError for a curved shape without a hint;

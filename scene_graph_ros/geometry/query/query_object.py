@@ -235,7 +235,7 @@ class QueryObject:
 
         """
         query = "compute_deformable_contact"
-        return self._answers().get(query, lambda s: on_demand(query)(s))
+        return self._answers().get(query, on_demand(query))
 
     def compute_signed_distance_pairwise_closest_points(
         self,
