@@ -21,9 +21,16 @@ from tqdm import tqdm  # noqa: E402
 
 from benchmarks.machine import machine  # noqa: E402
 from benchmarks.speed import plots, report  # noqa: E402
-from benchmarks.speed.make_scenes import mixed, OTHER_SCENES  # noqa: E402
+from benchmarks.speed.building import measure_building  # noqa: E402
+from benchmarks.speed.engines.engine import Engine  # noqa: E402
+from benchmarks.speed.make_scenes import (  # noqa: E402
+    compliant,
+    COMPLIANT_SIZES,
+    mixed,
+    OTHER_SCENES,
+)
 from benchmarks.speed.measure import make_engines, measure, Measurement  # noqa: E402
-from benchmarks.speed.rows import Row, ROWS  # noqa: E402
+from benchmarks.speed.rows import BUILDING, Row, ROWS, SURFACE_ROWS  # noqa: E402
 from benchmarks.speed.scenes import Scene  # noqa: E402
 
 __all__ = ["main"]
@@ -35,11 +42,13 @@ _QUICK_SIZES = (10, 100, 1000)
 
 def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    keys = [row.key for row in ROWS]
+    keys = [row.key for row in (*ROWS, *SURFACE_ROWS, BUILDING)]
     parser.add_argument("--rows", nargs="+", choices=keys, default=keys, metavar="ROW",
                         help=f"what to ask: {', '.join(keys)}")  # fmt: skip
     parser.add_argument("--sizes", nargs="*", type=int, default=None, metavar="N",
                         help="numbers of mixed shapes")  # fmt: skip
+    parser.add_argument("--compliant", nargs="*", type=int, default=COMPLIANT_SIZES, metavar="N",
+                        help="numbers of mixed compliant shapes")  # fmt: skip
     parser.add_argument("--scenes", nargs="*", choices=list(OTHER_SCENES), default=None,
                         metavar="SCENE", help=f"one of {', '.join(OTHER_SCENES)}")  # fmt: skip
     parser.add_argument("--seconds", type=float, default=None, help="for each row and scene")
@@ -69,7 +78,22 @@ def _jobs(options: argparse.Namespace) -> list[tuple[Callable[[], Scene], list[R
     ]
     anywhere = [row for row in rows if not row.only_mixed]
     jobs += [(partial(OTHER_SCENES[name], options.seed), anywhere) for name in options.scenes]
+    soft = [row for row in (*SURFACE_ROWS, BUILDING) if row.key in options.rows]
+    if soft:
+        jobs += [(partial(compliant, n, options.seed), soft) for n in options.compliant]
     return jobs
+
+
+def _measure(
+    engines: Sequence[Engine],
+    row: Row,
+    scene: Scene,
+    options: argparse.Namespace,
+    say: Callable[[str], None],
+) -> list[Measurement]:
+    if row is BUILDING:
+        return measure_building(engines, partial(compliant, scene.size), options.seed)
+    return measure(engines, row, scene, options.seconds, say)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -91,10 +115,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
             bar.update()
             for row in rows:
                 bar.set_description(f"{scene.size} bodies: {row.key}")
-                measured += measure(engines, row, scene, options.seconds, bar.write)
+                measured += _measure(engines, row, scene, options, bar.write)
                 bar.update()
     notes = machine(load)
-    print(f"{notes}Times in ms: median (first to ninth decile) · pairs or answers found.\n")
+    print(
+        f"{notes}Times in ms: median (first to ninth decile) · found: pairs, answers, surfaces.\n"
+    )
     for key, title in titles.items():
         print(f"{title}\n\n{report.table([m for m in measured if m.scene == key])}")
     print(report.summary_table(measured))

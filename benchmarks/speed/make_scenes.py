@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from benchmarks.speed.engines.ours import Ours
 from benchmarks.speed.scenes import (
     Body,
+    Compliance,
     draw_hull,
     draw_points,
     draw_primitive,
@@ -30,7 +32,7 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.scene_files import Kinematics, load_srdf, load_urdf, register_robot
 
-__all__ = ["OTHER_SCENES", "SETS", "mixed"]
+__all__ = ["COMPLIANT_SIZES", "OTHER_SCENES", "SETS", "compliant", "mixed"]
 
 FILL = 0.05
 """Part of the volume that the shapes of the random scenes take."""
@@ -41,6 +43,9 @@ STEP = 0.01
 """Metres. Standard deviation of a step along each axis: 1 m/s at 100 Hz."""
 TURN = 0.05
 """Radians. The same for turns."""
+COMPLIANCE = Compliance(0.05, 1e6)
+"""A mesh of some 5 cm, half to a sixth of the shapes' size; soft rubber."""
+COMPLIANT_SIZES = (100, 1000)
 ROBOTS = {
     "panda_description/urdf/panda.urdf": "panda_description/srdf/panda.srdf",
     "ur_description/urdf/ur5_gripper.urdf": "ur_description/srdf/ur5_gripper.srdf",
@@ -89,15 +94,22 @@ def _pull_apart(rng: np.random.Generator, scene: Scene, side: float) -> np.ndarr
     return sets
 
 
-def _random_scene(key: str, title: str, shapes: list[object], rng: np.random.Generator) -> Scene:
-    """Scatter shapes in a cube that they fill to FILL."""
+def _scattered(
+    key: str, title: str, shapes: list[object], rng: np.random.Generator
+) -> tuple[Scene, float]:
+    """Scatter shapes in a cube that they fill to FILL; return also its side (m)."""
     n = len(shapes)
     side = (sum(map(volume, shapes)) / FILL) ** (1.0 / 3.0)
     corner = np.full(3, side)
     poses = _wander(rng, _scatter(rng, n, 0.0 * corner, corner))
-    scene = Scene(key, title, _free(shapes), poses, draw_points(rng, 0.0 * corner, corner))
-    apart = _pull_apart(rng, scene, side)
-    return Scene(key, title, scene.bodies, poses, scene.p_WQs, apart)
+    points = draw_points(rng, 0.0 * corner, corner)
+    return Scene(key, title, _free(shapes), poses, points), side
+
+
+def _random_scene(key: str, title: str, shapes: list[object], rng: np.random.Generator) -> Scene:
+    """Scatter shapes in a cube that they fill to FILL, and again so that nothing collides."""
+    scene, side = _scattered(key, title, shapes, rng)
+    return replace(scene, apart_X_WF=_pull_apart(rng, scene, side))
 
 
 def mixed(n: int, seed: int) -> Scene:
@@ -106,6 +118,15 @@ def mixed(n: int, seed: int) -> Scene:
     shapes = [draw_primitive(rng, k % KINDS) for k in range(n)]
     title = "mixed shapes (sphere, box, capsule, cylinder, ellipsoid, hull of 12), 5 % fill"
     return _random_scene("mixed", title, shapes, rng)
+
+
+def compliant(n: int, seed: int) -> Scene:
+    """Return ``n`` such shapes that all give way, so that they touch in contact surfaces."""
+    rng = np.random.default_rng(seed)
+    shapes = [draw_primitive(rng, k % KINDS) for k in range(n)]
+    title = f"mixed compliant shapes, 5 % fill, resolution_hint {COMPLIANCE.resolution_hint:g} m"
+    scene, _ = _scattered("compliant", title, shapes, rng)
+    return replace(scene, compliance=COMPLIANCE)
 
 
 def hulls(seed: int, n: int = 1000) -> Scene:

@@ -43,6 +43,8 @@ class Measurement(NamedTuple):
     """Ninth decile."""
     found: float
     """Mean number of pairs, or of answers to points."""
+    faces: float = np.nan
+    """Mean number of faces of contact surfaces together."""
 
 
 def make_engines(scene: Scene, say: Callable[[str], None]) -> list[Engine]:
@@ -75,6 +77,7 @@ class _Turns:
         self._order = _there_and_back(len(X_WFs))
         self.times: list[float] = []
         self.found: list[int] = []
+        self.faces: list[int] = []
 
     def ready(self) -> None:
         """Bring the poses into the engine's form, and ask once; the time tells if it is slow."""
@@ -92,6 +95,8 @@ class _Turns:
         result = ask(*self._arguments)
         self.times.append(time.perf_counter() - start)
         self.found.append(self.engine.count(self.row.key, result))
+        if self.row.method == "surfaces":
+            self.faces.append(self.engine.faces(result))
 
     @property
     def is_slow(self) -> bool:
@@ -104,8 +109,9 @@ class _Turns:
         low, median, high = np.quantile(times, [0.1, 0.5, 0.9])
         name = self.engine.name
         found = float(np.mean(self.found))
+        faces = float(np.mean(self.faces)) if self.faces else np.nan
         return Measurement(
-            scene.key, scene.size, self.row.key, name, len(times), median, low, high, found
+            scene.key, scene.size, self.row.key, name, len(times), median, low, high, found, faces
         )
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed.measure import ENGINES, Measurement
-from benchmarks.speed.report import MIXED
+from benchmarks.speed.report import COMPLIANT, MIXED
 from benchmarks.speed.rows import ROWS
 
 __all__ = ["write"]
@@ -31,7 +31,7 @@ def write(rows: Sequence[Measurement], folder: Path) -> None:
     _against_size([m for m in rows if m.scene == MIXED]).savefig(
         folder / "performance.png", dpi=130
     )
-    others = [m for m in rows if m.scene != MIXED]
+    others = [m for m in rows if m.scene not in (MIXED, COMPLIANT)]
     if others:
         _other_scenes(others).savefig(folder / "performance_scenes.png", dpi=130)
 

@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import csv
+import math
 from pathlib import Path
 
 from benchmarks.speed.engines.ours import Ours
 from benchmarks.speed.measure import ENGINES, Measurement
-from benchmarks.speed.rows import ROWS
+from benchmarks.speed.rows import BUILDING, ROWS, SURFACE_ROWS
 
-__all__ = ["MIXED", "read", "summary_table", "table", "write"]
+__all__ = ["COMPLIANT", "MIXED", "read", "summary_table", "table", "write"]
 
 MIXED = "mixed"
+COMPLIANT = "compliant"
 MAIN_SIZE = 1000
-"""Bodies of the mixed scene that the goals are about."""
+"""Bodies of the mixed scenes that the goals are about."""
 
-_TITLES = {row.key: row.title for row in ROWS}
-_GOALS = {row.key: row.goal for row in ROWS}
+_ALL = (*ROWS, *SURFACE_ROWS, BUILDING)
+_TITLES = {row.key: row.title for row in _ALL}
+_GOALS = {row.key: row.goal for row in _ALL}
 
 
 def read(path: Path) -> list[Measurement]:
@@ -42,7 +45,8 @@ def _cell(m: Measurement | None) -> str:
     if m is None:
         return "—"
     spread = f" ({_number(m.low_ms)} to {_number(m.high_ms)})" if m.rounds > 1 else ""
-    return f"{_number(m.median_ms)}{spread} · {m.found:.0f}"
+    faces = "" if math.isnan(m.faces) else f", {m.faces:.0f} faces"
+    return f"{_number(m.median_ms)}{spread} · {m.found:.0f}{faces}"
 
 
 def ratio(rows: Sequence[Measurement]) -> float | None:
@@ -84,7 +88,7 @@ def summary_table(rows: Sequence[Measurement]) -> str:
              "| --- | ---: | ---: | ---: | ---: |"]  # fmt: skip
     for (scene, size, key), group in _groups(rows).items():
         r = ratio(group)
-        if (scene, size) != (MIXED, MAIN_SIZE) or r is None:
+        if scene not in (MIXED, COMPLIANT) or size != MAIN_SIZE or r is None:
             continue
         best = min((m for m in group if m.engine != Ours.name), key=lambda m: m.median_ms)
         ours = next(m for m in group if m.engine == Ours.name)

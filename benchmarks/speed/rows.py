@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.speed.scenes import Scene
 
-__all__ = ["MAX_DISTANCE", "ROWS", "Row"]
+__all__ = ["BUILDING", "MAX_DISTANCE", "ROWS", "SURFACE_ROWS", "Row"]
 
 MAX_DISTANCE = 0.1
 """Metres: how far signed distances are asked for."""
@@ -73,3 +73,13 @@ ROWS = (
         only_mixed=True,
     ),
 )
+"""What is asked of all scenes but those of compliant shapes."""
+
+SURFACE_ROWS = (
+    Row("triangles", "contact surfaces, triangles", "surfaces", lambda s: ("triangle",), 3.0),
+    Row("polygons", "contact surfaces, polygons", "surfaces", lambda s: ("polygon",), 3.0),
+)
+"""What is asked of compliant shapes."""
+
+BUILDING = Row("building", "building the compliant bodies, once", "", _nothing, 3.0)
+"""See ``building.py``: it is measured in its own way."""

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, 
 __all__ = [
     "WORLD",
     "Body",
+    "Compliance",
     "Scene",
     "draw_hull",
     "draw_points",
@@ -34,6 +35,15 @@ class Body(NamedTuple):
     X_FG: np.ndarray
 
 
+class Compliance(NamedTuple):
+    """How all shapes of a scene give way, for contact surfaces."""
+
+    resolution_hint: float
+    """Metres."""
+    modulus: float
+    """Pascals."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """A seeded scene. The arrays are never written to."""
@@ -49,6 +59,8 @@ class Scene:
     """(m, f, 4, 4): sets of poses in which nothing collides, where there are any."""
     excluded: frozenset[tuple[int, int]] = field(default_factory=frozenset)
     """Pairs of frames, the lower row first, whose bodies are never paired."""
+    compliance: Compliance | None = None
+    """Of all bodies; without it they have no contact surfaces."""
 
     @property
     def size(self) -> int:

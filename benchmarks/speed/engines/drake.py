@@ -41,7 +41,10 @@ class Drake:
             X_FG = self._math.RigidTransform(body.X_FG)
             shape = self._shape(body.shape)
             instance = drake.GeometryInstance(X_FG, shape, f"geometry_{k}")
-            instance.set_proximity_properties(drake.ProximityProperties())
+            properties = drake.ProximityProperties()
+            if scene.compliance is not None:
+                drake.AddCompliantHydroelasticProperties(*scene.compliance, properties)
+            instance.set_proximity_properties(properties)
             if body.frame == WORLD:
                 self._graph.RegisterAnchoredGeometry(source, instance)
             else:
@@ -99,6 +102,16 @@ class Drake:
         """Ask for the distances of points (m, 3) to all bodies, one by one; count the answers."""
         ask = self._query.ComputeSignedDistanceToPoint
         return sum(len(ask(p_WQ, np.inf)) for p_WQ in p_WQs)
+
+    def surfaces(self, representation: str) -> Any:
+        """Return all contact surfaces as triangles or polygons."""
+        kinds = self._drake.HydroelasticContactRepresentation
+        kind = kinds.kTriangle if representation == "triangle" else kinds.kPolygon
+        return self._query.ComputeContactSurfaces(kind)
+
+    def faces(self, result: Any) -> int:
+        """See Engine."""
+        return sum(surface.num_faces() for surface in result)
 
     def count(self, row: str, result: Any) -> int:
         """See Engine."""

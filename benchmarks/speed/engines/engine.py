@@ -16,7 +16,7 @@ class Engine(Protocol):
 
     What a query returns is given to ``count`` outside the measured time. A row of the table that
     an engine has no query for is a method that it lacks: ``candidates``, ``penetrations``,
-    ``distances(max_distance)``, ``collides``, ``points(p_WQs)``.
+    ``distances(max_distance)``, ``collides``, ``points(p_WQs)``, ``surfaces(representation)``.
     """
 
     name: str
@@ -34,3 +34,6 @@ class Engine(Protocol):
 
     def count(self, row: str, result: Any) -> int:
         """Return how many pairs, or answers to points, the result of a row has."""
+
+    def faces(self, result: Any) -> int:
+        """Return how many faces contact surfaces have together; only where there are any."""

@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.speed.scenes import Scene, WORLD
 from scene_graph_ros.geometry import (
+    add_compliant_hydroelastic_properties,
     CollisionFilterDeclaration,
     GeometryFrame,
     GeometryInstance,
@@ -38,7 +39,7 @@ class Ours:
                 geometry = graph.register_anchored_geometry(source, instance)
             else:
                 geometry = graph.register_geometry(source, frames[body.frame], instance)
-            graph.assign_role(source, geometry, ProximityProperties())
+            graph.assign_role(source, geometry, _properties(scene))
             ids.append(geometry)
             self._frame_of[int(geometry)] = body.frame
         declaration = CollisionFilterDeclaration()
@@ -80,6 +81,14 @@ class Ours:
             return self.query.compute_signed_distance_to_point(p_WQs[0])
         return self.query.compute_signed_distance_to_points(p_WQs)
 
+    def surfaces(self, representation: str) -> Any:
+        """Return all contact surfaces as triangles or polygons."""
+        return self.query.compute_contact_surfaces(representation)
+
+    def faces(self, result: Any) -> int:
+        """See Engine."""
+        return int(result.num_faces.sum())
+
     def count(self, row: str, result: Any) -> int:
         """See Engine."""
         return int(result) if row == "collides" else len(result)
@@ -88,3 +97,10 @@ class Ours:
         """Return one frame of each colliding pair at poses (f, 4, 4)."""
         self.context.set_frame_poses(self._source, X_WF)
         return np.unique([self._frame_of[i] for i in self.penetrations().id_A]).astype(int)
+
+
+def _properties(scene: Scene) -> ProximityProperties:
+    properties = ProximityProperties()
+    if scene.compliance is not None:
+        add_compliant_hydroelastic_properties(properties, *scene.compliance)
+    return properties
