@@ -118,9 +118,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 measured += _measure(engines, row, scene, options, bar.write)
                 bar.update()
     notes = machine(load)
-    print(
-        f"{notes}Times in ms: median (first to ninth decile) · found: pairs, answers, surfaces.\n"
-    )
+    print(f"{notes}Times in ms: median (first to ninth decile) · pairs, answers, surfaces.\n")
     for key, title in titles.items():
         print(f"{title}\n\n{report.table([m for m in measured if m.scene == key])}")
     print(report.summary_table(measured))

@@ -1,6 +1,7 @@
 """The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
 
     python -m benchmarks.messages [--quick] [jobs | rates | latency | panda | services | start]
+    python -m benchmarks.messages rates --write    # docs/messages.md and its plot; 4 minutes
 
 Node, sender and listener are processes of their own that talk over DDS on this machine. The
 ordinary way is in ``benchmarks/messages/baseline.py``; it asks the same core for the contacts.
@@ -11,17 +12,22 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 import os
+from typing import cast
 
 from tqdm import tqdm
 
 from benchmarks.messages import micro
 from benchmarks.messages.demo_cell import panda
+from benchmarks.messages.report import Row, write
 from benchmarks.messages.requests import services
 from benchmarks.messages.start import start
 from benchmarks.messages.sustained import highest_rate, Measured, rig
 
 FRAMES = (10, 100, 1000)
 WAYS = (("ordinary", True), ("ours", False))
+_FIXED_RATE = 200.0
+_FIRST_RATES = {10: (400.0, 1600.0), 100: (100.0, 800.0), 1000: (12.5, 200.0)}
+"""Hz to begin with, ordinary and ours, by number of frames: near enough for a short search."""
 
 
 def jobs(is_quick: bool) -> None:
@@ -47,16 +53,24 @@ _HEAD = (
 )
 
 
-def rates(is_quick: bool) -> None:
-    """Print the highest sustained rates."""
-    seconds = 1.0 if is_quick else 4.0
+def rates(is_quick: bool) -> list[Row]:
+    """Print the highest sustained rates, and latencies at a rate that is the same for all."""
+    seconds = 1.0 if is_quick else 3.0
     print("highest rate at which 95 % of the poses have contacts of their own; latency in ms then")
     print(_HEAD)
+    rows = []
     for frames in FRAMES[:1] if is_quick else FRAMES:
         for way, is_ordinary in tqdm(WAYS, desc=f"{frames} frames", leave=False):
             with rig(frames, is_ordinary=is_ordinary) as one:
-                best, _ = highest_rate(one, seconds, 200.0 if frames < 1000 else 50.0)
+                best, _ = highest_rate(one, seconds, _FIRST_RATES[frames][not is_ordinary])
+                fixed = one.run(_FIXED_RATE, 3.0 * seconds)
+            rows.append(Row(frames, way, best, fixed))
             print(_row(frames, way, best, f"{best.rate:.0f}"), flush=True)
+    print(f"\nat {_FIXED_RATE:g} Hz: messages with contacts of their own of those sent")
+    print(_HEAD)
+    for frames, way, _, fixed in rows:
+        print(_row(frames, way, fixed, f"{fixed.answered}/{fixed.sent}"), flush=True)
+    return rows
 
 
 def latency(is_quick: bool) -> None:
@@ -73,7 +87,7 @@ def latency(is_quick: bool) -> None:
                 print(_row(frames, way, measured, sustained), flush=True)
 
 
-PARTS: dict[str, Callable[[bool], None]] = {
+PARTS: dict[str, Callable[[bool], object]] = {
     "jobs": jobs,
     "rates": rates,
     "latency": latency,
@@ -92,14 +106,21 @@ def main() -> None:
     )
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; without: all")
     parser.add_argument("--quick", action="store_true", help="small and short, to try it out")
+    parser.add_argument(
+        "--write", action="store_true", help="write the table of rates to docs/messages.md"
+    )
     options = parser.parse_args()
+    if options.write and options.parts != ["rates"]:
+        parser.error("--write goes with rates alone")
     unknown = set(options.parts) - set(PARTS)
     if unknown:
         parser.error(f"no such part: {', '.join(sorted(unknown))}")
     for name in options.parts or PARTS:
         load = os.getloadavg()[0]
         print(f"\n== {name} ({os.cpu_count()} cores; {load:.1f} processes wanted them before)")
-        PARTS[name](options.quick)
+        result = PARTS[name](options.quick)
+        if options.write:
+            write(cast("list[Row]", result), load)
 
 
 if __name__ == "__main__":

@@ -47,20 +47,10 @@ def measure_building(
                 continue
             without = _seconds(kind, replace(scene, compliance=None), lambda one: one.candidates())
             taken.append(_seconds(kind, scene, lambda one: one.surfaces("triangle")) - without)
-    result = []
-    for kind, taken in times.items():
-        low, median, high = 1e3 * np.quantile(taken, [0.1, 0.5, 0.9])
-        result.append(
-            Measurement(
-                scene.key,
-                scene.size,
-                BUILDING.key,
-                kind.name,
-                len(taken),
-                median,
-                low,
-                high,
-                scene.size,
-            )  # fmt: skip
-        )
-    return result
+    return [_measurement(scene, kind.name, taken) for kind, taken in times.items()]
+
+
+def _measurement(scene: Scene, engine: str, seconds: list[float]) -> Measurement:
+    low, median, high = 1e3 * np.quantile(seconds, [0.1, 0.5, 0.9])
+    rounds, n = len(seconds), scene.size
+    return Measurement(scene.key, n, BUILDING.key, engine, rounds, median, low, high, n)
