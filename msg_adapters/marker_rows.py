@@ -86,7 +86,7 @@ class MarkerRows:
         """Return the rows whose pose is another than when it was last taken as sent."""
         self._check(X_WG)
         # Not a number, which stands for "never", differs from everything.
-        differs = (self._sent != X_WG).reshape(len(X_WG), -1)
+        differs = (self._sent != X_WG).reshape(len(X_WG), 16)
         return np.flatnonzero(differs.any(axis=1))
 
     def place(self, rows: NDArray[np.int64], X_WG: NDArray[np.float64]) -> NDArray[np.float64]:

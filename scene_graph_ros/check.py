@@ -19,7 +19,11 @@ from typing import Any
 
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError
-from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.effects.declarations import (
+    count_compliant,
+    count_deformable,
+    EFFECT_NAMES,
+)
 from scene_graph_ros.node.names import NODE_NAME
 from scene_graph_ros.node.parameters import PARAMETERS, validate
 from scene_graph_ros.scene_files.errors import SceneFileError
@@ -210,10 +214,13 @@ def _contents(scene_graph: SceneGraph) -> str:
         and not (inspector.is_anchored(id_A) and inspector.is_anchored(id_B))
         for id_A, id_B in itertools.combinations(solid, 2)
     )
+    kinds = [f"{len(solid)} with proximity role"]
+    counts = {"compliant": count_compliant(inspector), "deformable": count_deformable(inspector)}
+    kinds += [f"{count} of them {kind}" for kind, count in counts.items() if count]
     # The world frame is always there, and nobody's.
     return (
         f"{_count(inspector.num_frames() - 1, 'frame')},"
-        f" {_count(inspector.num_geometries(), 'geometry')} ({len(solid)} with proximity role),"
+        f" {_count(inspector.num_geometries(), 'geometry')} ({', '.join(kinds)}),"
         f" {_count(filtered, 'filtered pair')}"
     )
 

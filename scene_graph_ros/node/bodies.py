@@ -13,24 +13,20 @@ from msg_adapters.names import SceneNames
 from msg_adapters.properties import properties_from_msg
 from msg_adapters.scene import instance_from_msg
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
-from scene_graph_ros.geometry.model.hydroelastic_properties import read_hydroelastic_properties
 from scene_graph_ros.geometry.shapes.shape import Shape
 
-__all__ = ["make_body", "prepare"]
+__all__ = ["prepare"]
 
 
-def make_body(shape: Shape, properties: Any, name: str) -> None:
+def _make_body(shape: Shape, properties: Any, name: str) -> None:
     """Make the body that a geometry needs for contact surfaces, if it has such properties.
 
     ``properties`` are those of the proximity role, or None. Raises PropertyError or MeshError.
     """
-    if properties is None or not properties.has_group(HYDROELASTIC_GROUP):
-        return
-    hydroelastic = read_hydroelastic_properties(shape, properties, name)
-    if hydroelastic is not None:
-        from scene_graph_ros.geometry.hydroelastic.bodies import body_of
+    if properties is not None and properties.has_group(HYDROELASTIC_GROUP):
+        from scene_graph_ros.geometry.hydroelastic.preparation import prepare_body
 
-        body_of(shape, hydroelastic)
+        prepare_body(shape, properties, name)
 
 
 def _has_group(role: Any) -> bool:
@@ -43,7 +39,7 @@ def _of_descriptions(request: Any, names: SceneNames, inspector: Any, resolve: A
     for description in request.geometries:
         if any(_has_group(role) for role in description.roles):
             instance = instance_from_msg(description, resolve)
-            make_body(instance.shape(), instance.proximity_properties(), instance.name())
+            _make_body(instance.shape(), instance.proximity_properties(), instance.name())
 
 
 def _of_role(request: Any, names: SceneNames, inspector: Any, resolve: Any) -> None:
@@ -53,7 +49,7 @@ def _of_role(request: Any, names: SceneNames, inspector: Any, resolve: Any) -> N
     for geometry_id in [names.geometry_id(reference) for reference in request.geometries]:
         if not inspector.is_deformable(geometry_id):
             shape, name = inspector.get_shape(geometry_id), inspector.get_name(geometry_id)
-            make_body(shape, properties, name)
+            _make_body(shape, properties, name)
 
 
 _PREPARATIONS: dict[str, Callable[[Any, SceneNames, Any, Any], None]] = {

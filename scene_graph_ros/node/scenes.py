@@ -61,6 +61,7 @@ class SceneLoader:
             source.pose_type,
             source.pose_topic,
             source.robot,
+            source.configuration_topic,
         )
         edit.records[record.name] = record
         edit.initial_poses.update(source.initial_poses)

@@ -12,16 +12,22 @@ import numpy as np
 from scene_graph_ros.geometry import (
     CollisionFilterDeclaration,
     GeometryFrame,
+    GeometryInstance,
     GeometrySet,
 )
-from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
-from scene_graph_ros.scene_files.instances import instance_from_spec, properties_from_spec
+from scene_graph_ros.scene_files.instances import (
+    find_embedded_mesh,
+    instance_from_spec,
+    make_body,
+    properties_from_spec,
+)
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
 from scene_graph_ros.scene_files.packages import resolve_resource
 from scene_graph_ros.scene_files.registration import register_robot
 from scene_graph_ros.scene_files.robot_model import Pose, RobotModel
-from scene_graph_ros.scene_files.schema import FrameSpec, PoseSpec, RobotSpec
+from scene_graph_ros.scene_files.schema import DeformableSpec, FrameSpec, PoseSpec, RobotSpec
 from scene_graph_ros.scene_files.srdf import load_srdf, SemanticModel
 from scene_graph_ros.scene_files.urdf import load_urdf
 from scene_graph_ros.scene_files.urdf_tree import suggestion
@@ -64,8 +70,14 @@ class _Application:
             given = source.poses
             pose_type = given.type if given is not None else _MULTI_DOF if moves else ""
             topic = (given.topic or "") if given is not None else ""
+            deforms = source.configurations
             with self._located("sources", index, "name"):
-                self._add_source(source.name, pose_type, topic)
+                self._add_source(
+                    source.name,
+                    pose_type,
+                    topic,
+                    configuration_topic=deforms.topic if deforms is not None else "",
+                )
         for index, robot in enumerate(self.spec.robots):
             self._add_robot(robot, index)
         self._add_frames()
@@ -88,11 +100,23 @@ class _Application:
             raise self.scene.document.error(str(error), *path) from error
 
     def _add_source(
-        self, name: str, pose_type: str, topic: str, robot: LoadedRobot | None = None
+        self,
+        name: str,
+        pose_type: str,
+        topic: str,
+        robot: LoadedRobot | None = None,
+        configuration_topic: str = "",
     ) -> LoadedSource:
         full_name = self.prefix + name
         source_id = self.scene_graph.register_source(full_name)
-        source = LoadedSource(source_id, full_name, pose_type, topic, robot=robot)
+        source = LoadedSource(
+            source_id,
+            full_name,
+            pose_type,
+            topic,
+            robot=robot,
+            configuration_topic=configuration_topic,
+        )
         self.sources[full_name] = source
         return source
 
@@ -129,6 +153,18 @@ class _Application:
                 )
             )
         source.frames.update((spec.prefix + link, frame) for link, frame in frames.items())
+        with self._located("robots", index, "proximity"):
+            self._make_bodies(frames)
+
+    def _make_bodies(self, frames: dict[str, FrameId]) -> None:
+        inspector = self.scene_graph.model_inspector()
+        for frame_id in frames.values():
+            for geometry_id in inspector.get_geometries(frame_id):
+                make_body(
+                    inspector.get_shape(geometry_id),
+                    inspector.get_proximity_properties(geometry_id),
+                    inspector.get_name(geometry_id),
+                )
 
     def _resolve(self, resource: str) -> str:
         base, packages = self.scene.base, self.scene.packages
@@ -224,11 +260,35 @@ class _Application:
                 instance = instance_from_spec(spec, X_FG, self._resource)
             if spec.frame == "world":
                 instance.set_name(self.prefix + spec.name)
-            with self._located("geometries", index, "name"):
-                geometry_id = self.scene_graph.register_geometry(
-                    source.source_id, frame_id, instance
-                )
+            if spec.deformable is not None:
+                geometry_id = self._add_deformable(spec.deformable, source, instance, index)
+            else:
+                geometry_id = self._add_rigid(source, frame_id, instance, index)
             self.geometries[f"{spec.source}/{spec.frame}/{spec.name}"] = geometry_id
+
+    def _add_rigid(
+        self, source: LoadedSource, frame_id: FrameId, instance: GeometryInstance, index: int
+    ) -> GeometryId:
+        with self._located("geometries", index, "roles", "proximity", "hydroelastic"):
+            make_body(instance.shape(), instance.proximity_properties(), instance.name())
+        with self._located("geometries", index, "name"):
+            return self.scene_graph.register_geometry(source.source_id, frame_id, instance)
+
+    def _add_deformable(
+        self, spec: DeformableSpec, source: LoadedSource, instance: GeometryInstance, index: int
+    ) -> GeometryId:
+        for role in ("proximity", "illustration", "perception"):
+            with self._located("geometries", index, "roles", role, "deformable"):
+                find_embedded_mesh(instance, role, self._resource)
+        world = self.scene_graph.model_inspector().world_frame_id()
+        try:
+            return self.scene_graph.register_deformable_geometry(
+                source.source_id, world, instance, spec.resolution_hint
+            )
+        except SceneGraphError as error:
+            is_name = isinstance(error, NameConflictError)
+            place = "name" if is_name else "deformable"
+            raise self.scene.document.error(str(error), "geometries", index, place) from error
 
     def _resource(self, resource: str) -> Path:
         return Path(self._resolve(resource))

@@ -26,6 +26,7 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP, MATERIAL_GROUP
+from scene_graph_ros.geometry.model.deformable import DEFORMABLE_GROUP
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.scene_files.schema import GeometrySpec
 from scene_graph_ros.scene_files.schema_shapes import (
@@ -40,7 +41,16 @@ from scene_graph_ros.scene_files.schema_shapes import (
     SphereSpec,
 )
 
-__all__ = ["instance_from_spec", "properties_from_spec", "shape_from_spec"]
+__all__ = [
+    "find_embedded_mesh",
+    "instance_from_spec",
+    "make_body",
+    "properties_from_spec",
+    "shape_from_spec",
+]
+
+EMBEDDED_MESH = "embedded_mesh"
+"""Of the group "deformable": see geometry/model/driven_mesh.py."""
 
 _PROPERTIES: dict[str, type[GeometryProperties]] = {
     "proximity": ProximityProperties,
@@ -82,13 +92,43 @@ def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
 def instance_from_spec(
     spec: GeometrySpec, X_PG: ArrayLike, resolve: Callable[[str], Path]
 ) -> GeometryInstance:
-    """Return the geometry with its roles at ``X_PG`` ``(4, 4)`` in its frame."""
+    """Return the geometry with its roles at ``X_PG`` ``(4, 4)`` in its frame.
+
+    Files that its properties name are not looked for yet: see ``find_embedded_mesh``.
+    """
     instance = GeometryInstance(X_PG, shape_from_spec(spec.shape, resolve), spec.name)
     for role in _PROPERTIES:
         groups = getattr(spec.roles, role)
         if groups is not None:
             instance.set_properties(properties_from_spec(role, groups, spec.color))
     return instance
+
+
+def find_embedded_mesh(
+    instance: GeometryInstance, role: str, resolve: Callable[[str], Path]
+) -> None:
+    """Replace the address of the mesh that a role embeds in a deformable geometry by its path.
+
+    Raises SceneFileError for a missing file.
+    """
+    properties = instance.properties(_PROPERTIES[role].role)
+    if properties is None or not properties.has_group(DEFORMABLE_GROUP):
+        return
+    address = properties.get_property_or_default(DEFORMABLE_GROUP, EMBEDDED_MESH, None)
+    if isinstance(address, str):
+        properties.update_property(DEFORMABLE_GROUP, EMBEDDED_MESH, str(resolve(address)))
+
+
+def make_body(shape: Shape, properties: ProximityProperties | None, name: str) -> None:
+    """Make the body that a geometry needs for contact surfaces, if it has such properties.
+
+    What cannot be made is a mistake in the file, and this finds it; the core keeps what is made.
+    Raises PropertyError or MeshError.
+    """
+    if properties is not None and properties.has_group(HYDROELASTIC_GROUP):
+        from scene_graph_ros.geometry.hydroelastic.preparation import prepare_body
+
+        prepare_body(shape, properties, name)
 
 
 def properties_from_spec(

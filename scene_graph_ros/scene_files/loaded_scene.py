@@ -66,6 +66,8 @@ class LoadedSource:
     initial_poses: dict[FrameId, Pose] = field(default_factory=dict)
     """Poses in the parent of the frames that the scene file names; links are not among them."""
     robot: LoadedRobot | None = None
+    configuration_topic: str = ""
+    """Empty for the default topic."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -175,6 +175,11 @@ class _Checker:
             if not self._source(geometry.source, "geometries", index, "source"):
                 continue
             self._parent(geometry.source, geometry.frame, "geometries", index, "frame")
+            if geometry.deformable is not None and geometry.frame != "world":
+                self.report(
+                    f"deformable geometry is in the world, not on a frame; got {geometry.frame!r}",
+                    *("geometries", index, "frame"),
+                )
             # The world is one frame for all sources, so names of anchored geometry are, too.
             owner = "" if geometry.frame == "world" else f"{geometry.source}/"
             path = f"{owner}{geometry.frame}/{geometry.name}"

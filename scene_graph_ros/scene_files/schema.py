@@ -20,6 +20,7 @@ from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
 
 __all__ = [
     "ColorSpec",
+    "DeformableSpec",
     "FilterSpec",
     "FrameSpec",
     "GeometrySpec",
@@ -108,12 +109,21 @@ class PosesSpec(_Spec):
     topic: Text | None = Field(None, description='Default: "<source>/poses", or "/tf".')
 
 
+class ConfigurationsSpec(_Spec):
+    """Where the configurations of a source's deformable geometry come from."""
+
+    topic: Text = Field(description='Default: "<source>/configurations".')
+
+
 class SourceSpec(_Spec):
     """Someone who owns frames and geometry, and alone moves and changes them."""
 
     name: Name
     poses: PosesSpec | None = Field(
         None, description="Default for a source with frames: MultiDOFJointState messages."
+    )
+    configurations: ConfigurationsSpec | None = Field(
+        None, description="Default for a source with deformable geometry: the topic's default."
     )
 
 
@@ -134,6 +144,16 @@ class RolesSpec(_Spec):
     perception: Properties | None = None
 
 
+class DeformableSpec(_Spec):
+    """What makes a geometry deformable: its shape is cut into tetrahedra, whose vertices move."""
+
+    resolution_hint: Annotated[Number, Field(gt=0.0)] | None = Field(
+        None,
+        description="Wanted edge length, metres; curved shapes need one. A mesh of tetrahedra "
+        "(.vtk, .vtu) is taken as it is.",
+    )
+
+
 class GeometrySpec(_Spec):
     """A shape fixed to a frame, or anchored to the world."""
 
@@ -146,6 +166,9 @@ class GeometrySpec(_Spec):
     roles: RolesSpec = Field(
         RolesSpec(proximity={}, illustration={}),
         description="Default: proximity and illustration, without properties.",
+    )
+    deformable: DeformableSpec | None = Field(
+        None, description="Given, even if empty, the geometry is deformable and in the world."
     )
 
 

@@ -8,8 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from scene_graph_ros.geometry import Role
+from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
+from scene_graph_ros.geometry.model.hydroelastic_properties import Compliance
 from scene_graph_ros.node.names import (
     CONTACT_MARKERS,
     CONTACT_SURFACE_MARKERS,
@@ -20,7 +23,14 @@ from scene_graph_ros.node.names import (
     MARKERS_PROXIMITY,
 )
 
-__all__ = ["EFFECTS", "EFFECT_NAMES", "Demand", "EffectDeclaration"]
+__all__ = [
+    "EFFECTS",
+    "EFFECT_NAMES",
+    "Demand",
+    "EffectDeclaration",
+    "count_compliant",
+    "count_deformable",
+]
 
 
 @dataclass(frozen=True)
@@ -141,3 +151,22 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
 )
 
 EFFECT_NAMES = tuple(declaration.name for declaration in EFFECTS)
+
+
+def count_compliant(inspector: Any) -> int:
+    """Count the rigid geometries that their proximity role makes compliant in contact."""
+    property_of_interest = (HYDROELASTIC_GROUP, "compliance_type", None)
+    return sum(
+        inspector.get_properties(geometry_id, Role.PROXIMITY).get_property_or_default(
+            *property_of_interest
+        )
+        == Compliance.COMPLIANT.value
+        for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY)
+        if not inspector.is_deformable(geometry_id)
+    )
+
+
+def count_deformable(inspector: Any) -> int:
+    """Count the deformable geometries with the proximity role."""
+    deformable = inspector.get_all_deformable_geometry_ids()
+    return len({*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)})

@@ -11,13 +11,17 @@ import time
 from typing import Any
 
 from scene_graph_ros.geometry import Role
-from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
-from scene_graph_ros.geometry.model.hydroelastic_properties import Compliance
-from scene_graph_ros.node.effects.declarations import Demand, EffectDeclaration, EFFECTS
+from scene_graph_ros.node.effects.declarations import (
+    count_compliant,
+    count_deformable,
+    Demand,
+    EffectDeclaration,
+    EFFECTS,
+)
 from scene_graph_ros.node.effects.effect import Effect, Host
 from scene_graph_ros.node.world import WorldSnapshot
 
-__all__ = ["EffectReport", "Effects", "count_compliant", "count_deformable"]
+__all__ = ["EffectReport", "Effects"]
 
 LINGER = 2.0
 """Seconds that a publisher outlives its effect, so that reliable readers get the last message."""
@@ -192,22 +196,3 @@ class Effects:
             max_seconds=max(seconds, default=0.0),
             counters=counters,
         )
-
-
-def count_compliant(inspector: Any) -> int:
-    """Count the rigid geometries that their proximity role makes compliant in contact."""
-    property_of_interest = (HYDROELASTIC_GROUP, "compliance_type", None)
-    return sum(
-        inspector.get_properties(geometry_id, Role.PROXIMITY).get_property_or_default(
-            *property_of_interest
-        )
-        == Compliance.COMPLIANT.value
-        for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY)
-        if not inspector.is_deformable(geometry_id)
-    )
-
-
-def count_deformable(inspector: Any) -> int:
-    """Count the deformable geometries with the proximity role."""
-    deformable = inspector.get_all_deformable_geometry_ids()
-    return len({*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)})
