@@ -1,0 +1,98 @@
+"""The table of rates and latencies as a page, and its plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import importlib
+from pathlib import Path
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks.machine import machine
+from benchmarks.messages.processes import ROOT
+from benchmarks.messages.sustained import Measured
+
+__all__ = ["Row", "table", "write"]
+
+PAGE = ROOT / "docs" / "messages.md"
+PLOT = ROOT / "docs" / "messages.png"
+_BEGIN, _END = "<!-- measured: begin -->", "<!-- measured: end -->"
+_LOOKS = {"ordinary": ("#d55e00", "s"), "ours": ("#0b5394", "o")}
+
+
+class Row(NamedTuple):
+    """The highest sustained rate of one way, and the same at the fixed rate."""
+
+    frames: int
+    way: str
+    best: Measured
+    fixed: Measured
+
+
+def _latency(measured: Measured) -> str:
+    if not len(measured.latencies):
+        return "no contacts came | - | -"
+    median, high = np.percentile(measured.latencies, (50, 99)) * 1e3
+    return f"{median:.2f} | {high:.2f} | {measured.latencies.max() * 1e3:.2f}"
+
+
+def table(rows: Sequence[Row]) -> str:
+    """Return the table in Markdown; latencies in ms."""
+    rate = rows[0].fixed.rate
+    lines = [
+        "| frames | way | highest rate (Hz) | contacts, markers/s then"
+        f" | share of a core then | own contacts at {rate:g} Hz"
+        " | median (ms) | 99 % (ms) | worst (ms) | share of a core |",
+        "| ---: | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for frames, way, best, fixed in rows:
+        reached = f"{best.rate:.0f}" if best.is_sustained else f"below {best.rate:.0f}"
+        lines.append(
+            f"| {frames} | {way} | {reached}"
+            f" | {best.contacts}, {best.markers / best.seconds:.0f} | {best.share:.2f}"
+            f" | {100.0 * fixed.answered / max(fixed.sent, 1):.0f} %"
+            f" | {_latency(fixed)} | {fixed.share:.2f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def write(rows: Sequence[Row], load: float) -> None:
+    """Put the table into docs/messages.md, between its marks, and the plot beside it."""
+    text = PAGE.read_text()
+    block = f"{_BEGIN}\n{machine(load)}\n{table(rows)}{_END}"
+    new, count = re.subn(f"{_BEGIN}.*{_END}", lambda _: block, text, flags=re.DOTALL)
+    if count != 1:
+        raise ValueError(f"{PAGE} has no place for the table")
+    PAGE.write_text(new)
+    _plot(rows, PLOT)
+
+
+def _plot(rows: Sequence[Row], path: Path) -> None:
+    importlib.import_module("matplotlib").use("Agg")
+    pyplot = importlib.import_module("matplotlib.pyplot")
+    figure, (left, right) = pyplot.subplots(1, 2, figsize=(9.6, 3.8))
+    for way, (colour, marker) in _LOOKS.items():
+        mine = [row for row in rows if row.way == way]
+        frames = [row.frames for row in mine]
+        style = {"color": colour, "marker": marker, "label": way}
+        left.plot(frames, [row.best.rate for row in mine], **style)
+        heard = [row for row in mine if len(row.fixed.latencies)]
+        percentiles = np.array(
+            [np.percentile(row.fixed.latencies, (50, 99)) * 1e3 for row in heard]
+        ).reshape(-1, 2)
+        at = [row.frames for row in heard]
+        right.plot(at, percentiles[:, 0], **style)
+        right.fill_between(at, percentiles[:, 0], percentiles[:, 1], color=colour, alpha=0.15)
+    left.set_title("highest rate of poses with contacts of their own (Hz)", fontsize=10)
+    right.set_title(
+        f"poses sent to contacts received at {rows[0].fixed.rate:g} Hz (ms), median to 99 %",
+        fontsize=10,
+    )
+    for axis in (left, right):
+        axis.set(xscale="log", yscale="log", xlabel="frames in each message")
+        axis.grid(visible=True, which="major", color="#dddddd", linewidth=0.6)
+        axis.legend(frameon=False)
+    figure.tight_layout()
+    figure.savefig(path, dpi=130)
