@@ -37,6 +37,7 @@ def test_poses_have_contacts_of_their_own(is_ordinary):
     assert measured.latencies.min() > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.timeout(400)
 def test_memory_is_flat_over_a_minute_of_everything():
     """Poses at full rate, contacts, markers, requests and changes of the scene leave nothing."""
