@@ -16,7 +16,10 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 
-__all__ = ["read_mesh", "read_mesh_contents"]
+__all__ = ["VOLUME_FILE_TYPES", "read_mesh", "read_mesh_contents"]
+
+VOLUME_FILE_TYPES = ("vtk", "vtu")
+"""Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
 
 Triangulation = tuple[np.ndarray, np.ndarray]
 

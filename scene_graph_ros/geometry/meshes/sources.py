@@ -4,24 +4,29 @@ Hulls and surfaces are kept by (identity of the source, scale), so that a hundre
 one file share one hull; the least recently used are forgotten.
 """
 
+from __future__ import annotations
+
 from collections.abc import Hashable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
-from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh, read_mesh_contents
-from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
-from scene_graph_ros.geometry.meshes.volume_io import (
-    load_volume_mesh,
-    parse_volume_mesh,
+from scene_graph_ros.geometry.meshes.io import (
+    checked_mesh,
+    read_mesh,
+    read_mesh_contents,
     VOLUME_FILE_TYPES,
 )
-from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
+from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
 __all__ = [
     "hull_of",
@@ -112,6 +117,8 @@ def volume_of(shape: MeshShape) -> VolumeMesh:
         MeshError: as ``load_volume_mesh``.
 
     """
+    from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
+
     assert shape.file_type in VOLUME_FILE_TYPES  # callers ask for others elsewhere
     raw = _raw_volume(shape)
     tetrahedra = raw.tetrahedra
@@ -121,6 +128,8 @@ def volume_of(shape: MeshShape) -> VolumeMesh:
 
 
 def _raw_volume(shape: MeshShape) -> VolumeMesh:
+    from scene_graph_ros.geometry.meshes.volume_io import load_volume_mesh, parse_volume_mesh
+
     def read() -> VolumeMesh:
         if shape.path is not None:
             return load_volume_mesh(shape.path)

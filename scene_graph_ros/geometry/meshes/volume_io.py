@@ -10,12 +10,10 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.io import VOLUME_FILE_TYPES
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
 __all__ = ["VOLUME_FILE_TYPES", "load_volume_mesh", "parse_volume_mesh", "save_volume_mesh"]
-
-VOLUME_FILE_TYPES = ("vtk", "vtu")
-"""Suffixes, without the dot, of files that may hold tetrahedra."""
 
 
 def load_volume_mesh(path: str | os.PathLike[str]) -> VolumeMesh:
