@@ -13,20 +13,25 @@ from msg_adapters.names import SceneNames
 from msg_adapters.properties import properties_from_msg
 from msg_adapters.scene import instance_from_msg
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
+from scene_graph_ros.geometry.model.hydroelastic_properties import read_hydroelastic_properties
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 __all__ = ["prepare"]
 
 
 def _make_body(shape: Shape, properties: Any, name: str) -> None:
-    """Make the body that a geometry needs for contact surfaces, if it has such properties.
+    """Make the body that a compliant geometry needs for contact surfaces.
 
     ``properties`` are those of the proximity role, or None. Raises PropertyError or MeshError.
     """
-    if properties is not None and properties.has_group(HYDROELASTIC_GROUP):
-        from scene_graph_ros.geometry.hydroelastic.preparation import prepare_body
+    if properties is None or not properties.has_group(HYDROELASTIC_GROUP):
+        return
+    hydroelastic = read_hydroelastic_properties(shape, properties, name)
+    # Rigid surfaces are simple, and without a compliant partner they are not needed.
+    if hydroelastic is not None and hydroelastic.is_compliant:
+        from scene_graph_ros.geometry.hydroelastic.bodies import body_of
 
-        prepare_body(shape, properties, name)
+        body_of(shape, hydroelastic)
 
 
 def _has_group(role: Any) -> bool:

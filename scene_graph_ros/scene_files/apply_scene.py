@@ -19,8 +19,8 @@ from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
 from scene_graph_ros.scene_files.instances import (
     find_embedded_mesh,
+    hydroelastic_of,
     instance_from_spec,
-    make_body,
     properties_from_spec,
 )
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
@@ -33,7 +33,8 @@ from scene_graph_ros.scene_files.urdf import load_urdf
 from scene_graph_ros.scene_files.urdf_tree import suggestion
 
 if TYPE_CHECKING:
-    from scene_graph_ros.geometry import SceneGraph
+    from scene_graph_ros.geometry import ProximityProperties, SceneGraph, Shape
+    from scene_graph_ros.geometry.model.hydroelastic_properties import HydroelasticProperties
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
     from scene_graph_ros.scene_files.scene import Scene
 
@@ -63,6 +64,7 @@ class _Application:
         self.sources: dict[str, LoadedSource] = {}
         self.geometries: dict[str, GeometryId] = {}
         self.warnings: list[str] = []
+        self.bodies: list[tuple[tuple[str | int, ...], Shape, HydroelasticProperties]] = []
 
     def run(self) -> LoadedScene:
         for index, source in enumerate(self.spec.sources):
@@ -82,6 +84,7 @@ class _Application:
             self._add_robot(robot, index)
         self._add_frames()
         self._add_geometries()
+        self._make_bodies()
         self._apply_filters()
         return LoadedScene(
             name=self.spec.name,
@@ -153,18 +156,42 @@ class _Application:
                 )
             )
         source.frames.update((spec.prefix + link, frame) for link, frame in frames.items())
-        with self._located("robots", index, "proximity"):
-            self._make_bodies(frames)
-
-    def _make_bodies(self, frames: dict[str, FrameId]) -> None:
         inspector = self.scene_graph.model_inspector()
         for frame_id in frames.values():
             for geometry_id in inspector.get_geometries(frame_id):
-                make_body(
+                self._note_body(
                     inspector.get_shape(geometry_id),
                     inspector.get_proximity_properties(geometry_id),
                     inspector.get_name(geometry_id),
+                    *("robots", index, "proximity"),
                 )
+
+    # Contact surfaces.
+
+    def _note_body(
+        self,
+        shape: Shape,
+        properties: ProximityProperties | None,
+        name: str,
+        *path: str | int,
+    ) -> None:
+        """Check the properties of a geometry, and note the body that it needs."""
+        with self._located(*path):
+            hydroelastic = hydroelastic_of(shape, properties, name)
+        if hydroelastic is not None:
+            self.bodies.append((path, shape, hydroelastic))
+
+    def _make_bodies(self) -> None:
+        """Make bodies, which the core keeps, so that mistakes in shapes are found now.
+
+        Without a compliant one there are no contact surfaces, and nothing is made.
+        """
+        if any(hydroelastic.is_compliant for _, _, hydroelastic in self.bodies):
+            from scene_graph_ros.geometry.hydroelastic.bodies import body_of
+
+            for path, shape, hydroelastic in self.bodies:
+                with self._located(*path):
+                    body_of(shape, hydroelastic)
 
     def _resolve(self, resource: str) -> str:
         base, packages = self.scene.base, self.scene.packages
@@ -269,8 +296,8 @@ class _Application:
     def _add_rigid(
         self, source: LoadedSource, frame_id: FrameId, instance: GeometryInstance, index: int
     ) -> GeometryId:
-        with self._located("geometries", index, "roles", "proximity", "hydroelastic"):
-            make_body(instance.shape(), instance.proximity_properties(), instance.name())
+        place = ("geometries", index, "roles", "proximity", "hydroelastic")
+        self._note_body(instance.shape(), instance.proximity_properties(), instance.name(), *place)
         with self._located("geometries", index, "name"):
             return self.scene_graph.register_geometry(source.source_id, frame_id, instance)
 

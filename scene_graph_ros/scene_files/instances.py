@@ -27,6 +27,10 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP, MATERIAL_GROUP
 from scene_graph_ros.geometry.model.deformable import DEFORMABLE_GROUP
+from scene_graph_ros.geometry.model.hydroelastic_properties import (
+    HydroelasticProperties,
+    read_hydroelastic_properties,
+)
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.scene_files.schema import GeometrySpec
 from scene_graph_ros.scene_files.schema_shapes import (
@@ -43,8 +47,8 @@ from scene_graph_ros.scene_files.schema_shapes import (
 
 __all__ = [
     "find_embedded_mesh",
+    "hydroelastic_of",
     "instance_from_spec",
-    "make_body",
     "properties_from_spec",
     "shape_from_spec",
 ]
@@ -119,16 +123,16 @@ def find_embedded_mesh(
         properties.update_property(DEFORMABLE_GROUP, EMBEDDED_MESH, str(resolve(address)))
 
 
-def make_body(shape: Shape, properties: ProximityProperties | None, name: str) -> None:
-    """Make the body that a geometry needs for contact surfaces, if it has such properties.
+def hydroelastic_of(
+    shape: Shape, properties: ProximityProperties | None, name: str
+) -> HydroelasticProperties | None:
+    """Return what a geometry's properties say about contact surfaces, None if nothing.
 
-    What cannot be made is a mistake in the file, and this finds it; the core keeps what is made.
-    Raises PropertyError or MeshError.
+    Raises PropertyError.
     """
-    if properties is not None and properties.has_group(HYDROELASTIC_GROUP):
-        from scene_graph_ros.geometry.hydroelastic.preparation import prepare_body
-
-        prepare_body(shape, properties, name)
+    if properties is None or not properties.has_group(HYDROELASTIC_GROUP):
+        return None
+    return read_hydroelastic_properties(shape, properties, name)
 
 
 def properties_from_spec(

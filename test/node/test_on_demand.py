@@ -1,0 +1,126 @@
+"""A scene without compliant and deformable geometry pays nothing for them."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+from node_harness import environment, ROOT
+import pytest
+
+PLAIN = """
+version: 1
+sources: [{name: s}]
+frames: [{name: f, source: s, pose: {xyz: [0, 0, 0.05]}}]
+geometries:
+  - {name: floor, source: s, shape: {type: half_space}}
+  - name: ball
+    source: s
+    frame: f
+    shape: {type: sphere, radius: 0.1}
+    roles: {proximity: {hydroelastic: {%s}}, illustration: {}}
+"""
+
+RIGID = "compliance_type: rigid, resolution_hint: 0.1"
+"""Rigid alone makes no surface."""
+
+COMPLIANT = "compliance_type: compliant, resolution_hint: 0.1, hydroelastic_modulus: 1e5"
+
+PROGRAM = """
+import json, sys, threading, time
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+from visualization_msgs.msg import MarkerArray
+from scene_graph_msgs.msg import ContactArray
+from scene_graph_ros.node.node import SceneGraphNode
+
+rclpy.init()
+node = SceneGraphNode(parameter_overrides=[Parameter("scene", value=sys.argv[1])])
+got = {}
+for kind, topic in ((ContactArray, "contacts"), (MarkerArray, "markers/proximity"),
+                    (MarkerArray, "markers/illustration")):
+    node.create_subscription(
+        kind, f"/scene_graph/{topic}", lambda m, topic=topic: got.__setitem__(topic, m), 10)
+executor = SingleThreadedExecutor()
+executor.add_node(node)
+end = time.monotonic() + 60
+while len(got) < 3 and time.monotonic() < end:
+    executor.spin_once(timeout_sec=0.1)
+topics = sorted(name for name, _ in node.get_topic_names_and_types())
+print(json.dumps({
+    "got": sorted(got),
+    "contacts": [len(got["contacts"].points), len(got["contacts"].surfaces)],
+    "topics": topics,
+    "modules": sorted(sys.modules),
+}))
+node.destroy_node()
+rclpy.shutdown()
+"""
+
+OF_SURFACES = (
+    "scene_graph_ros.geometry.hydroelastic",
+    "msg_adapters.contact_surface_markers",
+    "msg_adapters.contact_surfaces",
+    "scene_graph_ros.node.effects.contact_surfaces",
+)
+OF_DEFORMABLES = (
+    "scene_graph_ros.geometry.deformable",
+    "msg_adapters.deformables",
+    "msg_adapters.deformable_markers",
+    "scene_graph_ros.node.configurations",
+    "scene_graph_ros.node.effects.deformable_contact",
+    "scene_graph_ros.node.effects.deformable_markers",
+)
+OF_BOTH = (
+    "scene_graph_ros.geometry.meshes.volume",
+    "meshio",
+    "pytetwild",
+    "msg_adapters.wire_triangles",
+    "scene_graph_ros.node.surface_",
+)
+
+
+@pytest.fixture
+def run(domain, tmp_path):
+    """Run a node with a ball of given properties until all that is asked for has come."""
+
+    def run_with(properties):
+        import json
+
+        (tmp_path / "scene.yaml").write_text(PLAIN.replace("%s", properties))
+        done = subprocess.run(
+            [sys.executable, "-c", PROGRAM, str(tmp_path / "scene.yaml")],
+            env=environment(domain),
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout.splitlines()[-1])
+
+    return run_with
+
+
+@pytest.mark.parametrize("properties", ["", RIGID])
+def test_nothing_is_imported_or_advertised_unasked(run, properties):
+    """With all ordinary topics heard: no module of theirs, no topic of theirs, points as ever."""
+    report = run(properties)
+    assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
+    assert report["contacts"] == [1, 0]
+    unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH
+    assert [m for m in report["modules"] if m.startswith(unwanted)] == []
+    assert not [t for t in report["topics"] if "surface" in t or "configurations" in t]
+
+
+def test_what_is_asked_for_is_there(run):
+    """The same with a compliant ball: otherwise the test above would show nothing."""
+    report = run(COMPLIANT)
+    modules = set(report["modules"])
+    assert {"scene_graph_ros.node.effects.contact_surfaces", "msg_adapters.contact_surfaces"} <= (
+        modules
+    )
+    assert "/scene_graph/contact_surface_markers" in report["topics"]
+    assert not [m for m in modules if m.startswith(OF_DEFORMABLES)]
