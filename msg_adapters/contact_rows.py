@@ -7,6 +7,7 @@ into the bytes of one.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Point, Vector3, Wrench
@@ -66,15 +67,18 @@ class ContactKind(NamedTuple):
     """Returns the message of a row."""
 
 
+_BLANK = PointContact()
+
+
 def _point(a: GeometryName, b: GeometryName, n: Sequence[float]) -> PointContact:
-    return PointContact(
-        geometry_a=a,
-        geometry_b=b,
-        point_a=Point(x=n[0], y=n[1], z=n[2]),
-        point_b=Point(x=n[3], y=n[4], z=n[5]),
-        normal=Vector3(x=n[6], y=n[7], z=n[8]),
-        depth=n[9],
-    )
+    # The constructor makes all its defaults, also those that are given: that is half of the time.
+    contact = copy(_BLANK)
+    contact.geometry_a, contact.geometry_b = a, b
+    contact.point_a = Point(x=n[0], y=n[1], z=n[2])
+    contact.point_b = Point(x=n[3], y=n[4], z=n[5])
+    contact.normal = Vector3(x=n[6], y=n[7], z=n[8])
+    contact.depth = n[9]
+    return contact
 
 
 def _surface(a: GeometryName, b: GeometryName, n: Sequence[float]) -> SurfaceContact:
