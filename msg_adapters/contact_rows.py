@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from copy import copy
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Point, Vector3, Wrench
@@ -34,7 +35,8 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 
 
-class PairRows(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class PairRows:
     """n contacts of one kind, sorted by (id_A, id_B)."""
 
     id_A: NDArray[np.int64]
@@ -46,9 +48,6 @@ class PairRows(NamedTuple):
 
     def __len__(self) -> int:
         return len(self.numbers)
-
-    def __bool__(self) -> bool:
-        return len(self.numbers) > 0
 
 
 _NO_IDS = np.empty(0, dtype=np.int64)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ import pytest
 from rclpy.serialization import serialize_message
 from wire import assert_same_bytes
 
+from msg_adapters.contact_rows import KINDS, PairRows
 from msg_adapters.contacts import contact_markers_to_msg, contacts_to_msg
 from msg_adapters.names import SceneNames
 from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
@@ -83,6 +85,32 @@ def test_contacts_come_and_go(rng, balls):
         contacts = table(rng, chosen)
         ours = wire.message(contacts, names, stamp_ns=step * 10**9 + 7, scene_version=step)
         assert_same_bytes(ours, expected(contacts, names, step * 10**9 + 7, step, "world"))
+
+
+def other_rows(rng, pairs, kind):
+    """Return contacts of a kind beside points, with distinct numbers."""
+    ids = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    return PairRows(ids[:, 0], ids[:, 1], rng.normal(size=(len(ids), KINDS[kind].width)))
+
+
+@pytest.mark.parametrize("counts", list(itertools.product((0, 1, 3), repeat=3)))
+def test_all_kinds_of_contacts_are_what_is_serialized(rng, balls, counts):
+    """None, one or three of each kind, twice with other numbers, by one wire."""
+    ids, names = balls
+    wire = ContactWire("world", serialize_message)
+    pairs = list(pairwise(ids))
+    for stamp in (1, 2_000_000_003):
+        points = table(rng, pairs[: counts[0]])
+        others = {
+            "surfaces": other_rows(rng, pairs[10 : 10 + counts[1]], 1),
+            "deformables": other_rows(rng, pairs[20 : 20 + counts[2]], 2),
+        }
+        ours = wire.message(points, names, stamp_ns=stamp, scene_version=9, **others)
+        message = contacts_to_msg(
+            points, names, stamp_ns=stamp, frame_id="world", scene_version=9, **others
+        )
+        assert [len(message.surfaces), len(message.deformables)] == list(counts[1:])
+        assert_same_bytes(ours, message)
 
 
 def test_the_same_pairs_are_not_joined_again(rng, balls):
