@@ -60,7 +60,7 @@ def _key(x, y, z):
 @inlined_kernel
 def _bucket(key, mask):
     """Hash a cell's key: two rounds of Fibonacci hashing, since one keeps z out of low bits."""
-    key *= GOLDEN
+    key = int(key) * GOLDEN
     key = (key ^ (key >> 32)) * GOLDEN
     return (key >> 32) & mask
 
