@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
+import threading
 from typing import Any
 
 from msg_adapters.contact_surfaces import contact_surfaces_to_msg
@@ -15,6 +16,7 @@ from msg_adapters.deformables import (
 )
 from msg_adapters.errors import MessageError
 from msg_adapters.queries import configuration_start_to_msg
+from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import as_representation
 from scene_graph_ros.node.queries import Asked
 
@@ -26,15 +28,20 @@ def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
     if request.with_gradients and not request.with_faces:
         raise MessageError("with_gradients is about faces, and with_faces is false")
     representation = as_representation(request.representation)
-    tables, contacts = [], []
-    for world in asked.worlds:
+    tally = _Tally(asked)
+
+    def answer(world: QueryObject) -> tuple[Any, Any]:
+        rest: Any = ()
         if request.with_fallback:
             table, rest = world.compute_contact_surfaces_with_fallback(representation)
         else:
-            table, rest = world.compute_contact_surfaces(representation), None
-        tables.append(table)
-        contacts.append([] if rest is None else rest)
-        _require(asked, tables, contacts, with_faces=request.with_faces)
+            table = world.compute_contact_surfaces(representation)
+        faces = len(table.face_areas) if request.with_faces else 0
+        tally.add(len(table) + len(rest), faces)
+        return table, rest
+
+    answers = asked.each(answer)
+    tables, contacts = [table for table, _ in answers], [rest for _, rest in answers]
     response.table = contact_surfaces_to_msg(
         tables,
         asked.legend,
@@ -47,24 +54,33 @@ def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
             response.contacts.extend(point_contacts_to_msg(rows, asked.snapshot.names))
 
 
-def _require(asked: Asked, tables: list[Any], contacts: list[Any], *, with_faces: bool) -> None:
-    """Raise TooLargeError as soon as the answer is too large, before more is computed."""
-    rows = sum(len(table) for table in (*tables, *contacts))
-    asked.require("max_rows_per_response", rows, "contacts of the answer")
-    if with_faces:
-        faces = sum(len(table.face_areas) for table in tables)
-        asked.require("max_faces_per_response", faces, "faces of the answer")
+class _Tally:
+    """Counts what an answer will have, configuration after configuration, in any thread."""
+
+    def __init__(self, asked: Asked) -> None:
+        self._asked = asked
+        self._lock = threading.Lock()
+        self._rows = self._faces = 0
+
+    def add(self, rows: int, faces: int) -> None:
+        """Raise TooLargeError as soon as it is too much, before more is computed."""
+        with self._lock:
+            self._rows += rows
+            self._faces += faces
+            self._asked.require("max_rows_per_response", self._rows, "contacts of the answer")
+            self._asked.require("max_faces_per_response", self._faces, "faces of the answer")
 
 
 def deformable_contact(request: Any, response: Any, asked: Asked) -> None:
     """Answer ComputeDeformableContact."""
-    contacts, faces = [], 0
-    for world in asked.worlds:
+    tally = _Tally(asked)
+
+    def answer(world: QueryObject) -> Any:
         contact = world.compute_deformable_contact()
-        contacts.append(contact)
-        faces += sum(surface.num_contact_points for surface in contact)
-        asked.require("max_faces_per_response", faces, "faces of the answer")
-    response.table = deformable_contacts_to_msg(contacts, asked.legend)
+        tally.add(len(contact), sum(surface.num_contact_points for surface in contact))
+        return contact
+
+    response.table = deformable_contacts_to_msg(asked.each(answer), asked.legend)
 
 
 def deformable_configurations(request: Any, response: Any, asked: Asked) -> None:
