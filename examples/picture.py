@@ -26,6 +26,11 @@ from scene_graph_msgs.msg import PointContact
 
 BACKGROUND = (0.72, 0.76, 0.80)
 CONTACT_COLOR = (214, 30, 60)
+COLOR_STEPS = 24
+"""Shades of each channel that triangles with colours of their own are drawn in."""
+UNLIT = 1.0
+DISPLAY_GAMMA = 2.2
+"""What pictures are encoded with."""
 LEGEND_ROWS = 10
 LEGEND_WIDTH = 430
 
@@ -84,11 +89,29 @@ def _meshes_of_resource(marker: Marker) -> list[tuple[trimesh.Trimesh, tuple]]:
     return meshes
 
 
+def _meshes_by_color(marker: Marker, size: np.ndarray) -> list[tuple[trimesh.Trimesh, tuple]]:
+    """Return the triangles of a list in the mean colours of their corners, rounded to steps.
+
+    Such colours are data, to be read off: the fifth number says that they have light of their own.
+    """
+    corners = np.array([(p.x, p.y, p.z) for p in marker.points]).reshape(-1, 3, 3) * size
+    rgba = np.array([(c.r, c.g, c.b, c.a) for c in marker.colors]).reshape(-1, 3, 4).mean(axis=1)
+    steps, index = np.unique(np.rint(COLOR_STEPS * rgba), axis=0, return_inverse=True)
+    meshes = []
+    for k, step in enumerate(steps):
+        mine = corners[index.ravel() == k].reshape(-1, 3)
+        mesh = trimesh.Trimesh(mine, np.arange(len(mine)).reshape(-1, 3), process=False)
+        meshes.append(_colored(mesh, (*(step / COLOR_STEPS), UNLIT)))
+    return meshes
+
+
 def _meshes_of_marker(marker: Marker) -> list[tuple[trimesh.Trimesh, tuple]]:
     """Return the triangles of a marker in the world, by colour."""
     size = np.array([marker.scale.x, marker.scale.y, marker.scale.z])
     if marker.type == Marker.MESH_RESOURCE:
         meshes = _meshes_of_resource(marker)
+    elif marker.type == Marker.TRIANGLE_LIST and marker.colors:
+        meshes = _meshes_by_color(marker, size)
     else:
         if marker.type == Marker.CUBE:
             mesh = trimesh.creation.box(extents=size)
@@ -111,6 +134,16 @@ def _meshes_of_marker(marker: Marker) -> list[tuple[trimesh.Trimesh, tuple]]:
     for mesh, _ in meshes:
         mesh.apply_transform(X_WM)
     return meshes
+
+
+def _look(rgba: Sequence[float]) -> dict:
+    """Return how a surface of this colour looks: lit by the scene, or of its own light."""
+    if rgba[4:] == (UNLIT,):
+        linear = [channel**DISPLAY_GAMMA for channel in rgba[:3]]
+        glow = {"type": "area", "radiance": {"type": "rgb", "value": linear}}
+        # They are to be seen, not to light the scene: that would take many more samples.
+        return {"bsdf": _material(rgba[:4]), "emitter": {**glow, "sampling_weight": 0.0}}
+    return {"bsdf": _material(rgba)}
 
 
 def _material(rgba: Sequence[float]) -> dict:
@@ -162,7 +195,7 @@ def trace(markers: Iterable[Marker], camera: Camera, samples: int = 24) -> Image
                 "type": "ply",
                 "filename": str(path),
                 "face_normals": True,
-                "bsdf": _material(rgba),
+                **_look(rgba),
             }
         image = mi.render(mi.load_dict(scene))
     return Image.fromarray(np.array(mi.util.convert_to_bitmap(image)))

@@ -14,7 +14,16 @@ import numpy as np
 from benchmarks.surfaces.cases import Case, CASES, Configuration, draw, HINTS
 from benchmarks.surfaces.engines import Engine, ENGINES, Found, Refused
 
-__all__ = ["PAIRS", "REPRESENTATIONS", "Row", "Task", "installed", "measure", "tasks"]
+__all__ = [
+    "PAIRS",
+    "REPRESENTATIONS",
+    "Row",
+    "Task",
+    "installed",
+    "measure",
+    "tasks",
+    "worst_errors",
+]
 
 PAIRS = 12
 """Configurations of a case, all in one scene."""
@@ -116,7 +125,9 @@ class _Turns:
         self.times.append(time.perf_counter() - start)
 
 
-def _errors(pairs: Sequence[Configuration], found: Sequence[Found]) -> tuple[float, float, float]:
+def worst_errors(
+    pairs: Sequence[Configuration], found: Sequence[Found]
+) -> tuple[float, float, float]:
     """Return the worst errors of force, area and line of action; what is missing has no force."""
     force, area, centre = np.ones(len(pairs)), np.ones(len(pairs)), np.full(len(pairs), np.nan)
     for one in found:
@@ -133,7 +144,7 @@ def _row(task: Task, turn: _Turns, pairs: Sequence[Configuration]) -> Row:
     case, found = task.case, turn.found
     errors, faces, time_us = (np.nan,) * 3, np.nan, np.nan
     if not turn.is_refused:
-        errors = _errors(pairs, found)
+        errors = worst_errors(pairs, found)
         faces = float(np.mean([one.faces for one in found])) if found else 0.0
         time_us = 1e6 * float(np.min(turn.times)) / max(len(found), 1)
     return Row(

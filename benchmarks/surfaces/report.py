@@ -15,6 +15,11 @@ from benchmarks.surfaces.plots import worst
 
 __all__ = ["hint_table", "read", "shapes_table", "write"]
 
+EXACT = 1e-10
+"""Part of a force or area: what is smaller is rounding of coordinates of metres."""
+EXACT_POSITION = 1e-12
+"""Metres, likewise."""
+
 _START, _END = "<!-- measured -->", "<!-- end -->"
 _LINE = "polygon"
 _HEADER = ["", "force", "area", "pressure centre (mm)", "faces", "time (µs)", "order"]
@@ -51,13 +56,15 @@ def _markdown(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
 def _percent(value: float) -> str:
     if np.isnan(value):
         return "refused"
-    return "exact" if value < 1e-9 else f"{100.0 * value:.2g} %"
+    if value < EXACT:
+        return "exact"
+    return f"{100.0 * value:.0f} %" if value >= 0.1 else f"{100.0 * value:.2g} %"
 
 
 def _millimetres(value: float) -> str:
     if np.isnan(value):
         return ""
-    return "exact" if value < 1e-12 else f"{1e3 * value:.1g}"
+    return "exact" if value < EXACT_POSITION else f"{1e3 * value:.1g}"
 
 
 def _time(value: float) -> str:
