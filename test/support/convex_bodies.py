@@ -198,7 +198,13 @@ def answer_convex(shape_A, shape_B, X_AB, max_distance=np.inf):
     R = tuple(float(x) for x in X_AB[:3, :3].ravel())
     p = tuple(float(x) for x in X_AB[:3, 3])
     phi, a, b, n, unique, gap = convex_distance(
-        plain_core(table, 0), plain_core(table, 1), R, p, table.hulls, float(max_distance), 0.0
+        plain_core(table, 0),
+        plain_core(table, 1),
+        R,
+        p,
+        table.hulls.blocks,
+        float(max_distance),
+        0.0,
     )
     return Answer(phi, np.array(a), np.array(b), np.array(n), unique, gap)
 

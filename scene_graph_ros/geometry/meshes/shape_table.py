@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.meshes.hull import Hull
+from scene_graph_ros.geometry.meshes.hull_blocks import pack_blocks
 from scene_graph_ros.geometry.meshes.sources import hull_of, is_convex, source_identity, surface_of
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -47,6 +48,12 @@ class Hulls(NamedTuple):
     face_vertices: np.ndarray
     """int64 indices into ``vertices``, counter-clockwise seen from outside. Coplanar triangles
     are merged, so a face is a convex polygon."""
+    block_start: np.ndarray
+    """(h,) int64: where the block of hull k starts in ``blocks``."""
+    blocks: np.ndarray
+    """(P,) float64: vertices, neighbors and planes once more, in one array, as the general convex
+    algorithm reads them (``meshes.hull_blocks``). Nine arrays in the arguments of each of its
+    functions take longer to copy than most of what they compute."""
 
 
 class Surfaces(NamedTuple):
@@ -199,6 +206,7 @@ def _pack_hulls(hulls: Sequence[Hull]) -> Hulls:
     shifted = list(zip(hulls, vertex_start[:-1], strict=True))
     neighbors = [row + shift for hull, shift in shifted for row in hull.neighbors]
     faces = [row + shift for hull, shift in shifted for row in hull.faces]
+    block_start, blocks = pack_blocks(hulls)
     return Hulls(
         vertex_start=vertex_start,
         vertices=_stack([hull.vertices for hull in hulls], (3,), np.float64),
@@ -209,6 +217,8 @@ def _pack_hulls(hulls: Sequence[Hull]) -> Hulls:
         face_offsets=_stack([hull.offsets for hull in hulls], (), np.float64),
         face_vertex_start=_starts([len(row) for row in faces]),
         face_vertices=_stack(faces, (), np.int64),
+        block_start=block_start,
+        blocks=blocks,
     )
 
 

@@ -1,8 +1,8 @@
 """Convex shapes as cores with a radius, and the support points of cores.
 
-A core is the tuple ``(core_kind, hull, radius, params)``: an integer of this module, the row of
-its hull (or -1), the radius by which the core is inflated (m) and nine floats (m, in the core's
-own frame):
+A core is the tuple ``(core_kind, hull, radius, params)``: an integer of this module, where its
+hull's block starts in the array ``hulls`` (see ``meshes.hull_blocks``; or -1), the radius by which
+the core is inflated (m) and nine floats (m, in the core's own frame):
 
 ========== ==================================================================
 POINT      the point's coordinates (zeros for a sphere)
@@ -10,7 +10,7 @@ SEGMENT    half length along z
 BOX        half extents
 CYLINDER   radius, half length along z
 ELLIPSOID  semi-axes
-HULL       nothing: the vertices are those of row ``hull`` of ``Hulls``
+HULL       nothing: the vertices are those of the block that starts at ``hull``
 TRIANGLE   its three vertices
 ========== ==================================================================
 
@@ -21,6 +21,7 @@ with an index: which vertex it is, or ``CURVED`` where the core has infinitely m
 import math
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex
 from scene_graph_ros.geometry.spatial.vectors import add, rotate, rotate_inverse
 
 __all__ = [
@@ -37,7 +38,6 @@ __all__ = [
     "is_curved",
     "placed_support",
     "support",
-    "support_hull",
 ]
 
 POINT = 0
@@ -53,67 +53,11 @@ CURVED = -1
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 ORIGIN = (0.0, 0.0, 0.0)
 
-SCAN_LIMIT = 32
-"""Hulls up to this many vertices are scanned; in larger ones a climb over the edges is faster."""
-
 
 @lean_kernel
 def is_curved(core):
     """Return whether the core has infinitely many support points."""
     return core[0] == CYLINDER or core[0] == ELLIPSOID
-
-
-@lean_kernel
-def _along(vertices, k, d):
-    return vertices[k, 0] * d[0] + vertices[k, 1] * d[1] + vertices[k, 2] * d[2]
-
-
-@lean_kernel
-def _climb(vertex_start, vertices, neighbor_start, neighbors, hull, d, hint):
-    """Return the vertex row of a hull that lies furthest along d.
-
-    Small hulls are scanned. Large ones are climbed along their edges from ``hint`` (a row, or
-    -1); a vertex no neighbor of which lies further is furthest, because the hull is convex. Each
-    step gains, so there are at most as many steps as vertices.
-    """
-    first = vertex_start[hull]
-    last = vertex_start[hull + 1]
-    if last - first <= SCAN_LIMIT:
-        best = first
-        height = _along(vertices, first, d)
-        for k in range(first + 1, last):
-            along = _along(vertices, k, d)
-            if along > height:
-                best = k
-                height = along
-        return best
-    best = hint if first <= hint < last else first
-    height = _along(vertices, best, d)
-    for _ in range(last - first):
-        start = best
-        for e in range(neighbor_start[start], neighbor_start[start + 1]):
-            k = neighbors[e]
-            along = _along(vertices, k, d)
-            if along > height:
-                best = k
-                height = along
-        if best == start:
-            break
-    return best
-
-
-@inlined_kernel
-def support_hull(hulls, hull, d, hint):
-    """Return the vertex row of a hull that lies furthest along d; see ``_climb``."""
-    return _climb(
-        hulls.vertex_start,
-        hulls.vertices,
-        hulls.neighbor_start,
-        hulls.neighbors,
-        hull,
-        d,
-        hint,
-    )
 
 
 @lean_kernel
@@ -161,9 +105,8 @@ def support(core, hulls, d, hint):
         z = math.copysign(params[2], d[2])
         return (x, y, z), int(x > 0.0) + 2 * int(y > 0.0) + 4 * int(z > 0.0)
     if kind == HULL:
-        vertices = hulls.vertices
-        k = support_hull(hulls, core[1], d, hint)
-        return (vertices[k, 0], vertices[k, 1], vertices[k, 2]), int(k)
+        k = furthest_vertex(hulls, core[1], d, hint)
+        return (hulls[k], hulls[k + 1], hulls[k + 2]), k
     if kind == CYLINDER:
         return _support_cylinder(params, d), CURVED
     if kind == ELLIPSOID:

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, Cylinder, Ellipsoid
+from scene_graph_ros.geometry.meshes.hull_blocks import HEADER, SCAN_LIMIT, STRIDE
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
-from scene_graph_ros.geometry.narrowphase.cores import SCAN_LIMIT, TRIANGLE
+from scene_graph_ros.geometry.narrowphase.cores import TRIANGLE
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -34,7 +35,7 @@ def test_support_point_reaches_the_support_value(shape):
     core = plain_core(table, 0)
     directions = np.vstack([np.random.default_rng(0).normal(size=(200, 3)), np.eye(3), -np.eye(3)])
     for d in directions:
-        point, _ = support_point(core, table.hulls, d)
+        point, _ = support_point(core, table.hulls.blocks, d)
         assert d @ point == pytest.approx(support(shape, d), rel=1e-15, abs=1e-16)
 
 
@@ -45,10 +46,11 @@ def test_climb_from_any_vertex_ends_at_the_same_height():
     count = table.hulls.vertex_start[1]
     assert count > SCAN_LIMIT
     d = np.array([0.3, -0.7, 0.2])
-    for hint in range(-1, count, 17):
-        point, row = support_point(plain_core(table, 0), table.hulls, d, hint)
+    for start in range(0, count, 17):
+        hint = HEADER + STRIDE * start
+        point, place = support_point(plain_core(table, 0), table.hulls.blocks, d, hint)
         assert d @ point == pytest.approx(support(shape, d), rel=1e-15)
-        assert np.array_equal(point, table.hulls.vertices[row])
+        assert np.array_equal(point, table.hulls.vertices[(place - HEADER) // STRIDE])
 
 
 def test_climb_over_a_fine_grid_of_a_plateau():
@@ -58,14 +60,15 @@ def test_climb_over_a_fine_grid_of_a_plateau():
     points = np.vstack([np.column_stack([ring, np.full(40, z)]) for z in (-1.0, 1.0)])
     table = build_shape_table([Convex(vertices=points)], [False])
     for d in np.vstack([np.eye(3), -np.eye(3)]):
-        for hint in range(-1, 80, 7):
-            point, _ = support_point(plain_core(table, 0), table.hulls, d, hint)
+        for start in range(0, 80, 7):
+            hint = HEADER + STRIDE * start
+            point, _ = support_point(plain_core(table, 0), table.hulls.blocks, d, hint)
             assert d @ point == pytest.approx(1.0, abs=1e-15)
 
 
 def test_triangle_core_returns_its_corners():
     """A triangle's support points are its corners, and the index says which."""
-    hulls = build_shape_table([Box(1.0, 1.0, 1.0)], [False]).hulls
+    hulls = build_shape_table([Box(1.0, 1.0, 1.0)], [False]).hulls.blocks
     core = (TRIANGLE, -1, 0.0, CORNERS)
     for k, d in enumerate(np.eye(3)):
         point, index = support_point(core, hulls, d)
@@ -77,5 +80,5 @@ def test_zero_direction_gives_a_point_of_the_body():
     """No direction is no reason for NaN."""
     for shape in (Box(0.2, 0.3, 0.4), Cylinder(0.1, 0.3), Ellipsoid(0.1, 0.2, 0.3)):
         table = build_shape_table([shape], [False])
-        point, _ = support_point(plain_core(table, 0), table.hulls, (0.0, 0.0, 0.0))
+        point, _ = support_point(plain_core(table, 0), table.hulls.blocks, (0.0, 0.0, 0.0))
         assert np.isfinite(point).all()

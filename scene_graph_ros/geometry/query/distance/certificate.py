@@ -42,7 +42,7 @@ def _gap_to_half_space(core, hulls, R, p, up, height):
 @inlined_kernel
 def _separation(table, i, j, R_AB, p_AB, n):
     """Return the gap between rows i (A) and j (B) along n, a lower bound of their distance."""
-    hulls = table.hulls
+    hulls = table.hulls.blocks
     identity = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     if table.kind[j] == _HALF_SPACE:
         up = column(R_AB, 2)

@@ -48,14 +48,16 @@ def core_of(table, i):
         return POINT, -1, x, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if kind == CAPSULE_KIND:
         return SEGMENT, -1, x, (y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    core_kind = HULL
+    core_kind, hull = HULL, -1
     if kind == BOX_KIND:
         core_kind = BOX
     elif kind == CYLINDER_KIND:
         core_kind = CYLINDER
     elif kind == ELLIPSOID_KIND:
         core_kind = ELLIPSOID
-    return core_kind, np.int64(table.hull[i]), 0.0, (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    else:
+        hull = table.hulls.block_start[table.hull[i]]
+    return core_kind, np.int64(hull), 0.0, (x, y, z, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @merged_kernel
@@ -85,7 +87,13 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
         )
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
     return convex_distance(
-        core_of(table, i), core_of(table, j), R_AB, p_AB, table.hulls, max_distance, tolerance
+        core_of(table, i),
+        core_of(table, j),
+        R_AB,
+        p_AB,
+        table.hulls.blocks,
+        max_distance,
+        tolerance,
     )
 
 

@@ -318,14 +318,14 @@ def distance_convex_mesh(table, j, core, R_AB, p_AB, max_distance, tolerance):
     R_BA = transpose(R_AB)
     p_BA = scale(-1.0, rotate_inverse(R_AB, p_AB))
     zeros = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    mesh_core = (HULL, np.int64(table.hull[j]), 0.0, zeros)
+    mesh_core = (HULL, np.int64(table.hulls.block_start[table.hull[j]]), 0.0, zeros)
     phi, p_BCa, p_BCb, nhat_BA_B, unique = _distance_in_mesh_frame(
         table.surfaces,
         table.surface[j],
         table.scale[j],
         core,
         mesh_core,
-        table.hulls,
+        table.hulls.blocks,
         R_BA,
         p_BA,
         max_distance,

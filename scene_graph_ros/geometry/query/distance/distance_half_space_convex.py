@@ -1,7 +1,7 @@
 """Signed distance of a half space to a convex hull or a mesh: the deepest vertex decides."""
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import HULL, support
+from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex, HEADER, STRIDE
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
@@ -15,13 +15,14 @@ from scene_graph_ros.geometry.tolerances import PARALLEL
 
 __all__ = ["distance_half_space_convex"]
 
-_NO_PARAMETERS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-
 
 @inlined_kernel
 def _deepest_point(hulls, k, down, tolerance):
     """Return (point, depth): the middle of the vertices that lie furthest along ``down``."""
-    point, best = support((HULL, k, 0.0, _NO_PARAMETERS), hulls, down, -1)
+    block = hulls.block_start[k]
+    place = furthest_vertex(hulls.blocks, block, down, -1)
+    best = hulls.vertex_start[k] + (place - block - HEADER) // STRIDE
+    point = load_vector(hulls.vertices, best)
     depth = dot(point, down)
     is_tied = False
     for slot in range(hulls.neighbor_start[best], hulls.neighbor_start[best + 1]):
@@ -48,7 +49,9 @@ def distance_half_space_convex(R_AB, p_AB, table, j):
     down = scale(-1.0, rotate_inverse(R_AB, (0.0, 0.0, 1.0)))
     k = table.hull[j]
     if table.exact[j]:
-        p_BCb, _ = support((HULL, k, 0.0, _NO_PARAMETERS), table.hulls, down, -1)
+        hulls = table.hulls
+        place = furthest_vertex(hulls.blocks, hulls.block_start[k], down, -1)
+        p_BCb = (hulls.blocks[place], hulls.blocks[place + 1], hulls.blocks[place + 2])
         depth = dot(p_BCb, down)
     else:
         p_BCb, depth = _deepest_point(table.hulls, k, down, PARALLEL * table.scale[j])

@@ -1,0 +1,133 @@
+"""Convex hulls in one array of floats, a block for each, for algorithms that visit vertices.
+
+A block starts with four numbers: how many vertices and faces there are, where its faces start,
+and 0; then for each of SECTORS parts of the sphere the vertex furthest along its middle, where a
+climb to the furthest vertex begins. Then come its vertices, four numbers each: x, y, z (m) and
+where the vertex' neighbors are listed. Such a list is its length, then where in the array the
+neighbors are. A face is its unit outward normal and its plane's offset (m). Places are indices of
+the whole array, exact as floats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.meshes.hull import Hull
+
+__all__ = [
+    "HEADER",
+    "STRIDE",
+    "face_range",
+    "furthest_vertex",
+    "pack_blocks",
+]
+
+SECTORS = 24
+"""A sector has directions of the same signs and largest component, 36 degrees about its middle."""
+
+HEADER = 4 + SECTORS
+STRIDE = 4
+"""Numbers of a vertex, and of a face."""
+
+SCAN_LIMIT = 32
+"""Hulls up to this many vertices are scanned; in larger ones a climb over the edges is faster."""
+
+
+def _middles() -> NDArray[np.float64]:
+    """Return the (SECTORS, 3) middle directions, in the order of ``_sector``."""
+    signs = np.array([[1.0 if o >> k & 1 else -1.0 for k in range(3)] for o in range(8)])
+    shares = np.ones((3, 3)) + np.eye(3)
+    return np.array((signs[:, None, :] * shares[None, :, :]).reshape(SECTORS, 3))
+
+
+def pack_blocks(
+    hulls: Sequence[Hull],
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return (block_start (h,), blocks (P,)) of hulls."""
+    starts, parts, start, middles = [], [], 0, _middles()
+    for hull in hulls:
+        vertices, faces = len(hull.vertices), len(hull.normals)
+        first = start + HEADER
+        lists_at = first + STRIDE * vertices
+        lengths = np.array([len(row) for row in hull.neighbors], dtype=np.int64)
+        list_at = lists_at + np.concatenate([[0], np.cumsum(lengths + 1)]).astype(np.int64)
+        lists = [[len(row), *(first + STRIDE * np.asarray(row))] for row in hull.neighbors]
+        parts += [
+            np.array([vertices, faces, list_at[-1], 0.0]),
+            first + STRIDE * np.argmax(hull.vertices @ middles.T, axis=0).astype(np.float64),
+            np.column_stack([hull.vertices, list_at[:-1]]).ravel(),
+            np.concatenate([np.zeros(0), *lists]),
+            np.column_stack([hull.normals, hull.offsets]).ravel() if faces else np.zeros(0),
+        ]
+        starts.append(start)
+        start = int(list_at[-1]) + STRIDE * faces
+    return np.array(starts, dtype=np.int64), np.concatenate([np.zeros(0), *parts])
+
+
+@lean_kernel
+def face_range(blocks, start):
+    """Return (where the first face of a block is, where the last one ends)."""
+    first = int(blocks[start + 2])
+    return first, first + STRIDE * int(blocks[start + 1])
+
+
+@lean_kernel
+def _along(blocks, k, d):
+    return blocks[k] * d[0] + blocks[k + 1] * d[1] + blocks[k + 2] * d[2]
+
+
+@lean_kernel
+def _sector(d):
+    """Return the sector that the direction d is in."""
+    x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
+    axis = 2
+    if x >= y and x >= z:
+        axis = 0
+    elif y >= z:
+        axis = 1
+    return 3 * (int(d[0] > 0.0) + 2 * int(d[1] > 0.0) + 4 * int(d[2] > 0.0)) + axis
+
+
+@lean_kernel
+def furthest_vertex(blocks, start, d, hint):
+    """Return where the vertex of a block is that lies furthest along d.
+
+    Small hulls are scanned. Large ones are climbed along their edges, from the vertex furthest
+    along the sector of d, or from ``hint`` (the place of a vertex, or -1) if that lies further; a
+    vertex no neighbor of which lies further is furthest, because the hull is convex. Each step
+    gains, so there are at most as many steps as vertices.
+    """
+    first = start + HEADER
+    count = int(blocks[start])
+    last = first + STRIDE * count
+    if count <= SCAN_LIMIT:
+        best = first
+        height = _along(blocks, first, d)
+        for k in range(first + STRIDE, last, STRIDE):
+            along = _along(blocks, k, d)
+            if along > height:
+                best = k
+                height = along
+        return best
+    best = int(blocks[start + 4 + _sector(d)])
+    height = _along(blocks, best, d)
+    if first <= hint < last:
+        along = _along(blocks, hint, d)
+        if along > height:
+            best, height = hint, along
+    for _ in range(count):
+        before = best
+        neighbors = int(blocks[before + 3])
+        for slot in range(neighbors + 1, neighbors + 1 + int(blocks[neighbors])):
+            k = int(blocks[slot])
+            along = _along(blocks, k, d)
+            if along > height:
+                best = k
+                height = along
+        if best == before:
+            break
+    return best

@@ -1,0 +1,62 @@
+"""Hulls in one array: everything that the compressed rows hold is found in the blocks again."""
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import Convex
+from scene_graph_ros.geometry.meshes import hull_blocks
+from scene_graph_ros.geometry.meshes.hull_blocks import face_range, HEADER, STRIDE
+from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+
+SEGMENT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+def points(count):
+    """Return points on a ball, all of them vertices of their hull."""
+    p = np.random.default_rng(count).normal(size=(count, 3))
+    return p / np.linalg.norm(p, axis=1)[:, None]
+
+
+@pytest.fixture(name="hulls")
+def _hulls():
+    sets = [points(12), SEGMENT, points(50), SQUARE, SEGMENT[:1]]
+    return build_shape_table([Convex(vertices=p) for p in sets], [False] * len(sets)).hulls
+
+
+def test_vertices_and_neighbors_are_those_of_the_rows(hulls):
+    """Each vertex is where its number says, and its list leads to the same neighbors."""
+    blocks = hulls.blocks
+    for k, start in enumerate(hulls.block_start):
+        first, last = hulls.vertex_start[k : k + 2]
+        assert blocks[start] == last - first
+        for v in range(first, last):
+            place = start + HEADER + STRIDE * (v - first)
+            assert np.array_equal(blocks[place : place + 3], hulls.vertices[v])
+            listed = int(blocks[place + 3])
+            found = blocks[listed + 1 : listed + 1 + int(blocks[listed])]
+            rows = hulls.neighbors[hulls.neighbor_start[v] : hulls.neighbor_start[v + 1]]
+            assert sorted((found - start - HEADER) // STRIDE + first) == sorted(rows)
+
+
+def test_faces_are_those_of_the_rows(hulls):
+    """The planes follow the lists, as many as the hull has faces, also where it has none."""
+    read = getattr(face_range, "py_func", face_range)
+    for k, start in enumerate(hulls.block_start):
+        first, last = read(hulls.blocks, int(start))
+        rows = slice(*hulls.face_start[k : k + 2])
+        planes = hulls.blocks[first:last].reshape(-1, STRIDE)
+        assert np.array_equal(planes[:, :3], hulls.face_normals[rows])
+        assert np.array_equal(planes[:, 3], hulls.face_offsets[rows])
+    assert last == len(hulls.blocks)
+
+
+def test_climbs_start_near_their_end(hulls):
+    """The vertex of a direction's sector is the furthest along the sector's middle."""
+    read = getattr(hull_blocks._sector, "py_func", hull_blocks._sector)
+    start, rows = hulls.block_start[2], hulls.vertices[slice(*hulls.vertex_start[2:4])]
+    for d in np.random.default_rng(0).normal(size=(100, 3)):
+        middle = np.sign(d) * (1.0 + (np.abs(d) == np.abs(d).max()))
+        assert d @ middle > np.cos(np.radians(36.0)) * np.linalg.norm(d) * np.linalg.norm(middle)
+        place = int(hulls.blocks[start + 4 + read(tuple(d))])
+        assert (place - start - HEADER) // STRIDE == np.argmax(rows @ middle)
