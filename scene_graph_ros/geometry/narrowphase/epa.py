@@ -251,7 +251,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
     finished = False
     hints = (-1, -1)
     for corner in range(4, S.shape[0]):
-        f = nearest_face(faces, planes, face_count)
+        f = nearest_face(planes, face_count)
         if f < 0:
             break
         lower = max(lower, planes[f, 3])
@@ -262,11 +262,15 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
         w, hints = store_support(core_A, core_B, R, p, hulls, n, S, ids, corner, hints)
         extent = -dot(n, w)
         gap = extent - planes[f, 3]
-        count = _load_nearest(
-            S, ids, faces, planes, face_count, f, TIE * EPSILON * size, S0, ids0, lam
-        )
         # The least distance must be known to be positive before the rest is left open.
         enough = max(rounding, tolerance) if planes[f, 3] > rounding else rounding
+        reach = max(abs(extent), NEAR_CONTACT * size)
+        is_small = settle_gap > 0.0 and gap <= COARSE_GAP * reach
+        count = 0
+        if is_small or extent < depth or gap <= enough:
+            count = _load_nearest(
+                S, ids, faces, planes, face_count, f, TIE * EPSILON * size, S0, ids0, lam
+            )
         if extent < depth or gap <= enough:
             depth = min(extent, depth)
             a, b = weighted_points(S0, lam, count)
@@ -292,8 +296,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
                 )
             finished = True
             break
-        reach = max(abs(extent), NEAR_CONTACT * size)
-        if settle_gap > 0.0 and gap <= COARSE_GAP * reach:
+        if is_small:
             row, found = _settle(
                 core_A,
                 core_B,
@@ -312,8 +315,8 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
                 minima,
                 found,
             )
-            if found > 0:
-                settled = minima[_best_minimum(minima, found, math.inf), DEPTH]
+            best = _best_minimum(minima, found, math.inf)
+            settled = minima[best, DEPTH] if found > 0 else settled
             if row >= 0:
                 faces[f, CLOSED] = 1
                 planes[f, 3] = max(planes[f, 3], minima[row, DEPTH])
@@ -341,13 +344,16 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, capacity, S0, 
     workspace of ``capacity`` corners was exhausted, or rounding broke the surface; the bounds hold
     all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
     """
-    S = np.empty((capacity, 9))
-    ids = np.empty((capacity, 2), np.int64)
-    faces = np.empty((2 * capacity, 8), np.int64)
-    planes = np.empty((2 * capacity, 4))
-    minima = np.empty((FALLBACK + 1, 11))
-    stack = np.empty(2 * capacity, np.int64)
-    horizon = np.empty(MAX_HORIZON, np.int64)
+    # One allocation of each type takes a seventh of the time of one for each array.
+    floats = np.empty(17 * capacity + 11 * (FALLBACK + 1))
+    S = floats[: 9 * capacity].reshape((capacity, 9))
+    planes = floats[9 * capacity : 17 * capacity].reshape((2 * capacity, 4))
+    minima = floats[17 * capacity :].reshape((FALLBACK + 1, 11))
+    integers = np.empty(20 * capacity + MAX_HORIZON, np.int64)
+    ids = integers[: 2 * capacity].reshape((capacity, 2))
+    faces = integers[2 * capacity : 18 * capacity].reshape((2 * capacity, 8))
+    stack = integers[18 * capacity : 20 * capacity]
+    horizon = integers[20 * capacity :]
     S[:4] = S0[:4]
     ids[:4] = ids0[:4]
     minima[FALLBACK, DEPTH] = math.inf

@@ -2,7 +2,7 @@
 
 Arrays of one polytope: ``S`` (n, 9) and ``ids`` (n, 2) its corners (see ``simplex``), ``faces``
 (m, 8) int64 with the three corners of a face counter-clockwise seen from outside, then for its
-three edges (corner k to k+1) the neighbor's ``3 face + edge``, then ``ALIVE`` and ``CLOSED``
+three edges (corner k to k+1) the neighbor's ``4 face + edge``, then ``ALIVE`` and ``CLOSED``
 flags, and ``planes`` (m, 4) with its outward unit normal and the origin's distance below it.
 A face without area has the distance ``inf``: it is never chosen, and gives way to any new corner.
 """
@@ -10,7 +10,7 @@ A face without area has the distance ``inf``: it is never chosen, and gives way 
 import math
 
 from scene_graph_ros.geometry.jit import lean_kernel
-from scene_graph_ros.geometry.spatial.vectors import cross, dot
+from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 
 __all__ = ["ALIVE", "CLOSED", "MAX_HORIZON", "add_corner", "nearest_face", "start_tetrahedron"]
@@ -42,13 +42,13 @@ def _set_face(S, faces, planes, f, i, j, k):
     e = _edge(S, i, j)
     g = _edge(S, i, k)
     n = cross(e, g)
-    area = math.sqrt(dot(n, n))
+    nn = dot(n, n)
     planes[f, 0] = 0.0
     planes[f, 1] = 0.0
     planes[f, 2] = 0.0
     planes[f, 3] = math.inf
-    if area > FLAT_SIMPLEX * math.sqrt(dot(e, e) * dot(g, g)):
-        n = (n[0] / area, n[1] / area, n[2] / area)
+    if nn > FLAT_SIMPLEX * FLAT_SIMPLEX * dot(e, e) * dot(g, g):
+        n = scale(1.0 / math.sqrt(nn), n)
         planes[f, 0] = n[0]
         planes[f, 1] = n[1]
         planes[f, 2] = n[2]
@@ -58,8 +58,8 @@ def _set_face(S, faces, planes, f, i, j, k):
 @lean_kernel
 def _link(faces, f, e, g, h):
     """Make edge e of face f and edge h of face g neighbors."""
-    faces[f, 3 + e] = 3 * g + h
-    faces[g, 3 + h] = 3 * f + e
+    faces[f, 3 + e] = 4 * g + h
+    faces[g, 3 + h] = 4 * f + e
 
 
 @lean_kernel
@@ -82,12 +82,12 @@ def start_tetrahedron(S, faces, planes):
 
 
 @lean_kernel
-def nearest_face(faces, planes, face_count):
+def nearest_face(planes, face_count):
     """Return the living face of least distance, or -1 where none has an area."""
     best = -1
     distance = math.inf
     for f in range(face_count):
-        if planes[f, 3] < distance and faces[f, ALIVE] == 1:
+        if planes[f, 3] < distance:  # that of a dead one is infinite
             best = f
             distance = planes[f, 3]
     return best
@@ -103,10 +103,11 @@ def _is_visible(planes, f, w, rounding):
 def _tear(faces, planes, seed, w, rounding, stack, horizon):
     """Remove the faces that w sees, from ``seed`` on; return the length of the hole's border.
 
-    The border comes in order (counter-clockwise) as ``3 face + edge`` of the faces that remain.
+    The border comes in order (counter-clockwise) as ``4 face + edge`` of the faces that remain.
     -1 where it is longer than ``MAX_HORIZON``.
     """
     faces[seed, ALIVE] = 0
+    planes[seed, 3] = math.inf
     depth = 3
     stack[0] = faces[seed, 5]
     stack[1] = faces[seed, 4]
@@ -115,16 +116,16 @@ def _tear(faces, planes, seed, w, rounding, stack, horizon):
     while depth > 0:
         depth -= 1
         code = stack[depth]
-        f = code // 3
-        e = code % 3
+        f, e = code >> 2, code & 3
         if faces[f, ALIVE] == 0:
             continue
         if _is_visible(planes, f, w, rounding):
             faces[f, ALIVE] = 0
+            planes[f, 3] = math.inf
             if depth + 2 > stack.shape[0]:
                 return -1
-            stack[depth] = faces[f, 3 + (e + 2) % 3]
-            stack[depth + 1] = faces[f, 3 + (e + 1) % 3]
+            stack[depth] = faces[f, 5 if e == 0 else 2 + e]
+            stack[depth + 1] = faces[f, 3 if e == 2 else 4 + e]
             depth += 2
         else:
             if length == MAX_HORIZON:
@@ -153,9 +154,9 @@ def add_corner(S, faces, planes, face_count, seed, corner, rounding, stack, hori
         if free == faces.shape[0]:
             return -1
         face_count = max(face_count, free + 1)
-        g = horizon[k] // 3
-        e = horizon[k] % 3
-        _set_face(S, faces, planes, free, faces[g, (e + 1) % 3], faces[g, e], corner)
+        g, e = horizon[k] >> 2, horizon[k] & 3
+        after = 0 if e == 2 else e + 1
+        _set_face(S, faces, planes, free, faces[g, after], faces[g, e], corner)
         _link(faces, free, 0, g, e)
         if before < 0:
             first = free
