@@ -103,6 +103,10 @@ NEAR_CONTACT = 1e-6
 """Relative to the pair's size: closer than this, GJK's direction v / |v| loses the digits that EPA
 and the polish keep; and shares of a depth are not taken of less than this."""
 
+INNER_BALL_SPARE = 1e-6
+"""Relative to the pair's size: by how much inner balls must be larger than a depth for it to be
+the least one and the only one. Rounding takes 1e-15; this leaves others deeper by far."""
+
 POINTS_BESIDE = 1e-3
 """Weight of a length that nearest points are beside each other, against one by which a direction
 fails to separate the boxes. It breaks ties: less than a size over any likely distance."""

@@ -9,6 +9,7 @@ from scene_graph_ros.geometry.narrowphase.all_features import polish_all
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import COARSE_GAP, epa, FINE_GAP, LARGE, SMALL
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
+from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
 from scene_graph_ros.geometry.narrowphase.tetrahedron import expand_to_tetrahedron
@@ -50,6 +51,13 @@ def _finish(core_A, core_B, distance, a, b, n, unique, gap):
     p_ACa = axpy(-core_A[2], n, axpy(-0.5, rest, a))
     p_ACb = axpy(core_B[2], n, axpy(0.5, rest, b))
     return distance - core_A[2] - core_B[2], p_ACa, p_ACb, n, unique, gap
+
+
+@lean_kernel
+def _far(core_A, core_B, lower, n):
+    """Return the answer for cores that are further apart than was asked for."""
+    phi = lower - core_A[2] - core_B[2]
+    return phi, (0.0, 0.0, 0.0), scale(-phi, n), n, False, math.inf
 
 
 @kernel
@@ -180,6 +188,17 @@ def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, si
     return depth, q_A, q_B, m, unique, error
 
 
+@lean_kernel
+def _in_short(core_A, core_B, R, p, hulls, limit, S, ids, lam):
+    """Return (is done, the answer of ``convex_distance``) by way of a lifted contact."""
+    status, distance, a, b, n, gap = lifted_contact(
+        core_A, core_B, R, p, hulls, limit, S, ids, lam
+    )
+    if status == SEPARATED:
+        return True, _far(core_A, core_B, distance, n)
+    return status == FOUND, _finish(core_A, core_B, distance, a, b, n, True, gap)
+
+
 @kernel
 def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of two cores (see ``cores``).
@@ -189,19 +208,22 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     (m) and the sign is certain, or polished to rounding with 0. A ``phi`` beyond ``max_distance``
     is only a lower bound, and comes without witnesses.
     """
-    S = np.empty((24, 9))
+    floats = np.empty(24 * 9 + 4)
+    S, lam = floats[: 24 * 9].reshape((24, 9)), floats[24 * 9 :]
     ids = np.empty((24, 2), np.int64)
-    lam = np.empty(4)
     v = scale(-1.0, p_AB)
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
     limit = max_distance + core_A[2] + core_B[2]
+    if tolerance == 0.0:
+        done, answer = _in_short(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
+        if done:
+            return answer
     done, is_overlapping, count, distance, lower, size, a, b, n, gap = _apart(
         core_A, core_B, R_AB, p_AB, hulls, v, limit, tolerance, S, ids, lam
     )
     if done and distance == math.inf:
-        phi = lower - core_A[2] - core_B[2]
-        return phi, (0.0, 0.0, 0.0), scale(-phi, n), n, False, math.inf
+        return _far(core_A, core_B, lower, n)
     unique = True
     if not done and (is_overlapping or min(lower, distance) <= NEAR_CONTACT * size):
         known = (is_overlapping, distance, lower, a, b, n, gap)

@@ -1,0 +1,69 @@
+"""Contacts by lifting one core off the other: what is proven in short, and what is left open."""
+
+from convex_bodies import plain_core, rounded_hull
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import Box, Cylinder, Ellipsoid
+from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.narrowphase.lift import (
+    FOUND,
+    lifted_contact,
+    SEPARATED,
+    UNKNOWN,
+)
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+BALL = Ellipsoid(0.1, 0.12, 0.15)
+
+
+def lifted(shape_A, shape_B, p, limit=np.inf):
+    """Return the lifted contact of shapes with parallel axes, B at p."""
+    table = build_shape_table([shape_A, shape_B], [False, False])
+    S, ids, lam = np.zeros((24, 9)), np.zeros((24, 2), np.int64), np.zeros(4)
+    return lifted_contact(
+        plain_core(table, 0),
+        plain_core(table, 1),
+        IDENTITY,
+        tuple(float(x) for x in p),
+        table.hulls.blocks,
+        float(limit),
+        S,
+        ids,
+        lam,
+    )
+
+
+@pytest.mark.parametrize("distance", [0.3, 0.01, 1e-6, -1e-6, -0.01, -0.05])
+@pytest.mark.parametrize("other", [Box(0.5, 0.6, 0.2), Cylinder(0.4, 0.2)], ids=repr)
+def test_ellipsoid_over_a_face(other, distance):
+    """The lowest point of the ellipsoid is ``distance`` above the middle of a flat side."""
+    status, found, a, b, n, error = lifted(other, BALL, (0.01, -0.02, 0.1 + 0.15 + distance))
+    assert status == FOUND
+    assert found == pytest.approx(distance, abs=1e-15)
+    assert np.allclose(a, (0.01, -0.02, 0.1), atol=1e-15)
+    assert np.allclose(b, (0.01, -0.02, 0.1 + distance), atol=1e-15)
+    assert np.allclose(n, (0.0, 0.0, -1.0), atol=1e-15)
+    assert error <= 1e-14
+
+
+def test_beyond_the_limit_one_direction_is_enough():
+    """Nothing but a direction is told about cores further apart than was asked for."""
+    status, found, _, _, n, _ = lifted(BALL, Cylinder(0.1, 0.2), (0.0, 0.0, 1.0), limit=0.1)
+    assert status == SEPARATED
+    assert found == pytest.approx(1.0 - 0.15 - 0.1, abs=1e-15)
+    assert np.allclose(n, (0.0, 0.0, -1.0), atol=1e-15)
+
+
+def test_least_depth_that_no_ball_proves_is_not_found():
+    """Deep inside of each other, a depth may be stationary, but another direction may be best.
+
+    Of two equal upright cylinders 1 cm aside, the way out is up or down (0.2 m) or to the side
+    (0.39 m); no ball of 0.2 m is in either of them.
+    """
+    assert lifted(Cylinder(0.2, 0.2), Cylinder(0.2, 0.2), (0.01, 0.0, 0.0))[0] == UNKNOWN
+
+
+def test_many_features_are_not_guessed():
+    """Large hulls are left to GJK and EPA."""
+    assert lifted(rounded_hull(0.3, 300), BALL, (0.2, 0.0, 0.0))[0] == UNKNOWN
