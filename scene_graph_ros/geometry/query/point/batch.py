@@ -98,12 +98,13 @@ def _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, colum
     """
     q, i, count = at
     n = bounds.shape[0]
-    largest = _largest_coordinate(boxes)
+    largest = _largest_coordinate(boxes) if threshold < math.inf else 0.0
     while q < last:
         p_WQ = load_vector(p_WQs, q)
         magnitude = max(largest, abs(p_WQ[0]), abs(p_WQ[1]), abs(p_WQ[2]))
         reach = max(threshold, 0.0) + COINCIDENCE * magnitude
-        _square_bounds(boxes, p_WQ, bounds)
+        if threshold < math.inf:
+            _square_bounds(boxes, p_WQ, bounds)
         i, count = _answer_rows(table, X_WG, p_WQ, q, i, bounds, reach, threshold, count, columns)
         if i < n:
             break
@@ -130,7 +131,7 @@ def _answer_some(
     table: Any, X_WG: Any, p_WQs: Any, boxes: Any, threshold: float, points: range, room: Columns
 ) -> Columns:
     """Answer a range of points, in ``room`` while it lasts; return the columns that are filled."""
-    bounds = np.empty(len(X_WG))
+    bounds = np.zeros(len(X_WG))
     at, last = (points.start, 0, 0), points.stop
     while True:
         at = _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, room)
@@ -157,7 +158,8 @@ def distance_points(
     ``threads`` >= 1; each answer is computed the same way whoever computes it.
     """
     m, n = len(p_WQs), len(X_WG)
-    boxes = _world_boxes(table, X_WG)
+    # Without a threshold, no row is left out for its box.
+    boxes = _world_boxes(table, X_WG) if threshold < math.inf else np.zeros((6, n))
     parts = max(min(threads, m), 1)
     shares = [range(k * m // parts, (k + 1) * m // parts) for k in range(parts)]
     if threshold == math.inf:

@@ -40,31 +40,32 @@ def _nearest_beyond_face(hulls, k, p, x):
     """Return the nearest point of hull k to p outside, given one of it, x, that is near.
 
     Where p's foot on the highest face is not in it, the nearest point is on an edge: inside a
-    face, p would be higher above that face than above the highest. Edges are skipped that lie
-    further along the way from p to the best point than that point.
+    face, p would be higher above that face than above the highest. Edges are skipped of which both
+    ends lie further along the way from p to the best point than that point. All are looked at once
+    more after a better point was found, which changes the way.
     """
     offset = subtract(p, x)
     least = dot(offset, offset)
     distance = math.sqrt(least)
     way = scale(-1.0 / distance, offset) if distance > 0.0 else (0.0, 0.0, 0.0)
-    for v in range(hulls.vertex_start[k], hulls.vertex_start[k + 1]):
-        a = load_vector(hulls.vertices, v)
-        is_far = dot(way, subtract(a, p)) >= distance
-        for slot in range(hulls.neighbor_start[v], hulls.neighbor_start[v + 1]):
-            w = hulls.neighbors[slot]
-            if w < v:
+    first, last = hulls.vertex_start[k], hulls.vertex_start[k + 1]
+    for _ in range(first, last):
+        before = least
+        for v in range(first, last):
+            a = load_vector(hulls.vertices, v)
+            if dot(way, subtract(a, p)) >= distance:
                 continue
-            b = load_vector(hulls.vertices, w)
-            if is_far and dot(way, subtract(b, p)) >= distance:
-                continue
-            candidate, _ = nearest_on_segment(p, a, b)
-            offset = subtract(p, candidate)
-            square = dot(offset, offset)
-            if square < least:
-                x, least = candidate, square
-                distance = math.sqrt(least)
-                way = scale(-1.0 / distance, offset) if distance > 0.0 else way
-                is_far = dot(way, subtract(a, p)) >= distance
+            for slot in range(hulls.neighbor_start[v], hulls.neighbor_start[v + 1]):
+                b = load_vector(hulls.vertices, hulls.neighbors[slot])
+                candidate, _ = nearest_on_segment(p, a, b)
+                offset = subtract(p, candidate)
+                square = dot(offset, offset)
+                if square < least:
+                    x, least = candidate, square
+                    distance = math.sqrt(least)
+                    way = scale(-1.0 / distance, offset) if distance > 0.0 else way
+        if least == before:
+            break
     return x
 
 
