@@ -10,17 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from visualization_msgs.msg import Marker, MarkerArray, MeshFile
+from visualization_msgs.msg import Marker, MarkerArray
 
+from msg_adapters.marker_fill import ALIGNMENT, probe_fill
 from msg_adapters.marker_rows import MarkerItem, MarkerRows
 from msg_adapters.markers import marker_from_shape, plain_look
 from msg_adapters.wire import (
     as_bytes,
-    find_count,
     find_once,
     marked_numbers,
     marked_stamps,
@@ -36,24 +35,8 @@ __all__ = ["MarkerWire"]
 _WIDTH = 7
 """Of a pose: position and quaternion."""
 
-_ALIGNMENT = 8
-"""Bytes of the largest field, after which the layout of a message repeats."""
-
 _TEMPLATES_KEPT = 2
 """Joined messages remembered: usually all markers, and those that move."""
-
-
-class _Fill(NamedTuple):
-    """How markers follow one another, found by trying; indexed by position modulo 8."""
-
-    first: int
-    """Where the first marker begins."""
-    gap: tuple[int, ...]
-    """Bytes between a marker that ends at a position and the next one."""
-    before: dict[int, Marker]
-    """What to put before a marker, so that it begins at such a position."""
-    length: int
-    """Where the number of markers is."""
 
 
 class MarkerWire:
@@ -69,7 +52,7 @@ class MarkerWire:
         """Place markers in ``frame_id``, the world; see ``resource_uri`` for package_shares."""
         self._serialize = serialize
         self._frame_id, self._package_shares = frame_id, package_shares
-        self._fill = _probe_fill(self._array)
+        self._fill = probe_fill(self._array)
         self._plain = PlainPieces(self._array, self._fill.before, frame_id)
         self._rows = MarkerRows()
         self._pieces = _Pieces([], self._plain, self._make_piece)
@@ -134,14 +117,14 @@ class MarkerWire:
         for index, row in enumerate((*range(-len(deleted), 0), *rows.tolist())):
             position += gap
             if row < 0:
-                piece = deletions.get(index, position % _ALIGNMENT)
+                piece = deletions.get(index, position % ALIGNMENT)
             else:
-                piece = chosen.get(row, position % _ALIGNMENT)
+                piece = chosen.get(row, position % ALIGNMENT)
                 poses.append(position + piece.pose)
             parts += (bytes(gap), piece.data)
             stamps.append(position + piece.stamp)
             position += len(piece.data)
-            gap = fill.gap[position % _ALIGNMENT]
+            gap = fill.gap[position % ALIGNMENT]
         template = Patchable(b"".join(parts), stamps, poses, _WIDTH)
         template.put_bytes(fill.length, as_bytes(count, np.uint32))
         return template
@@ -210,20 +193,3 @@ class _Pieces:
         }
         for i, piece in zip(looks, self._plain.make(list(looks.values()), alignment), strict=True):
             made[i] = piece
-
-
-def _probe_fill(array: Callable[[list[Marker]], bytes]) -> _Fill:
-    """Find how markers follow one another, by markers that end at every position."""
-    marked = Marker()
-    marked.header.stamp = MARKED_TIME
-    (first,) = marked_stamps(array([marked]))
-    gap, before = [-1] * _ALIGNMENT, {}
-    for length in range(_ALIGNMENT):
-        other = Marker(mesh_file=MeshFile(data=bytes(length)))
-        end = len(array([other]))
-        (begin,) = marked_stamps(array([other, marked]))
-        gap[end % _ALIGNMENT] = begin - end
-        before[begin % _ALIGNMENT] = other
-    assert min(gap) >= 0, "not every position was tried"
-    length_at = find_count(array([Marker()])[:first], array([Marker(), Marker()])[:first])
-    return _Fill(first, tuple(gap), before, length_at)

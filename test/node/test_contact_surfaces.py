@@ -375,6 +375,23 @@ def test_the_effect_comes_and_goes_with_compliant_geometry(client, start_node):
     assert "Traceback" not in other.output()
 
 
+def test_a_scene_can_do_without(client, start_node, tmp_path):
+    """Switched off by the scene file, the effect is not there, and every pair is a point."""
+    (tmp_path / "off.yaml").write_text(SCENE + 'effects: {contact_surfaces: "off"}\n')
+    other = start_node({"scene": tmp_path / "off.yaml"}, remaps=["__node:=off"])
+    contacts = client.listen(ContactArray, "/off/contacts")
+    message = contacts.wait_for(lambda m: len(m.points) == 2, "two points")
+    assert len(message.surfaces) == 0
+    assert not [topic for topic in client.topics() if topic.startswith("/off/contact_surface")]
+    kind = srv.ListEffects
+    effects = client.call_any(kind, "/off/list_effects", kind.Request()).effects
+    (effect,) = [e for e in effects if e.name == "contact_surfaces"]
+    assert not effect.is_on
+    assert effect.reason == "switched off by the scene file"
+    client.forget(contacts)
+    assert other.stop() == 0
+
+
 def test_the_node_survived_all_of_it(client, node):
     """After all this the node lives, and has no internal error on record."""
     assert node.is_alive()
