@@ -4,8 +4,8 @@ A block starts with four numbers: how many vertices and faces there are, where i
 and 0; then for each of SECTORS parts of the sphere the vertex furthest along its middle, where a
 climb to the furthest vertex begins. Then come its vertices, four numbers each: x, y, z (m) and
 where the vertex' neighbors are listed. Such a list is its length, then where in the array the
-neighbors are. A face is its unit outward normal and its plane's offset (m). Places are indices of
-the whole array, exact as floats.
+neighbors are. A face is its unit outward normal, its plane's offset (m), and where its corners are
+listed, counter-clockwise seen from outside. Places are indices of the whole array, as floats.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.meshes.hull import Hull
 
 __all__ = [
+    "FACE_STRIDE",
     "HEADER",
     "STRIDE",
     "face_range",
@@ -31,7 +32,9 @@ SECTORS = 24
 
 HEADER = 4 + SECTORS
 STRIDE = 4
-"""Numbers of a vertex, and of a face."""
+"""Numbers of a vertex."""
+FACE_STRIDE = 5
+"""Numbers of a face."""
 
 SCAN_LIMIT = 32
 """Hulls up to this many vertices are scanned; in larger ones a climb over the edges is faster."""
@@ -44,6 +47,16 @@ def _middles() -> NDArray[np.float64]:
     return np.array((signs[:, None, :] * shares[None, :, :]).reshape(SECTORS, 3))
 
 
+def _lists(
+    rows: Sequence[NDArray[np.int64]], at: int, first: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64], int]:
+    """Return where each list of vertices is, all lists from ``at`` on, and where they end."""
+    lengths = np.array([len(row) for row in rows], dtype=np.int64)
+    places = at + np.concatenate([[0], np.cumsum(lengths + 1)]).astype(np.int64)
+    lists = [np.concatenate([[len(row)], first + STRIDE * np.asarray(row)]) for row in rows]
+    return places[:-1], np.concatenate([np.zeros(0), *lists]), int(places[-1])
+
+
 def pack_blocks(
     hulls: Sequence[Hull],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -52,19 +65,20 @@ def pack_blocks(
     for hull in hulls:
         vertices, faces = len(hull.vertices), len(hull.normals)
         first = start + HEADER
-        lists_at = first + STRIDE * vertices
-        lengths = np.array([len(row) for row in hull.neighbors], dtype=np.int64)
-        list_at = lists_at + np.concatenate([[0], np.cumsum(lengths + 1)]).astype(np.int64)
-        lists = [[len(row), *(first + STRIDE * np.asarray(row))] for row in hull.neighbors]
+        list_at, neighbors, faces_at = _lists(hull.neighbors, first + STRIDE * vertices, first)
+        corners_at, corners, end = _lists(hull.faces, faces_at + FACE_STRIDE * faces, first)
         parts += [
-            np.array([vertices, faces, list_at[-1], 0.0]),
+            np.array([vertices, faces, faces_at, 0.0]),
             first + STRIDE * np.argmax(hull.vertices @ middles.T, axis=0).astype(np.float64),
-            np.column_stack([hull.vertices, list_at[:-1]]).ravel(),
-            np.concatenate([np.zeros(0), *lists]),
-            np.column_stack([hull.normals, hull.offsets]).ravel() if faces else np.zeros(0),
+            np.column_stack([hull.vertices, list_at]).ravel(),
+            neighbors,
+            np.column_stack([hull.normals, hull.offsets, corners_at]).ravel()
+            if faces
+            else np.zeros(0),
+            corners,
         ]
         starts.append(start)
-        start = int(list_at[-1]) + STRIDE * faces
+        start = end
     return np.array(starts, dtype=np.int64), np.concatenate([np.zeros(0), *parts])
 
 
@@ -72,7 +86,7 @@ def pack_blocks(
 def face_range(blocks, start):
     """Return (where the first face of a block is, where the last one ends)."""
     first = int(blocks[start + 2])
-    return first, first + STRIDE * int(blocks[start + 1])
+    return first, first + FACE_STRIDE * int(blocks[start + 1])
 
 
 @lean_kernel

@@ -10,7 +10,7 @@ least of all, with no search for others.
 import math
 
 from scene_graph_ros.geometry.jit import lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import face_range, STRIDE
+from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -37,7 +37,7 @@ def _ball_in_hull(hulls, hull, q, m):
     radius, spare = math.inf, 0.0
     is_on_face = False
     first, last = face_range(hulls, hull)
-    for f in range(first, last, STRIDE):
+    for f in range(first, last, FACE_STRIDE):
         n = (hulls[f], hulls[f + 1], hulls[f + 2])
         cosine = dot(n, m)
         if cosine > SAME_DIRECTION and norm(cross(n, m)) <= PARALLEL:

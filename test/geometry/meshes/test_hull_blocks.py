@@ -5,7 +5,7 @@ import pytest
 
 from scene_graph_ros.geometry import Convex
 from scene_graph_ros.geometry.meshes import hull_blocks
-from scene_graph_ros.geometry.meshes.hull_blocks import face_range, HEADER, STRIDE
+from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE, HEADER, STRIDE
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 
 SEGMENT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -40,15 +40,19 @@ def test_vertices_and_neighbors_are_those_of_the_rows(hulls):
 
 
 def test_faces_are_those_of_the_rows(hulls):
-    """The planes follow the lists, as many as the hull has faces, also where it has none."""
+    """Planes and corners are the same, as many as the hull has faces, also where it has none."""
     read = getattr(face_range, "py_func", face_range)
     for k, start in enumerate(hulls.block_start):
         first, last = read(hulls.blocks, int(start))
         rows = slice(*hulls.face_start[k : k + 2])
-        planes = hulls.blocks[first:last].reshape(-1, STRIDE)
+        planes = hulls.blocks[first:last].reshape(-1, FACE_STRIDE)
         assert np.array_equal(planes[:, :3], hulls.face_normals[rows])
         assert np.array_equal(planes[:, 3], hulls.face_offsets[rows])
-    assert last == len(hulls.blocks)
+        for f, listed in zip(range(rows.start, rows.stop), planes[:, 4].astype(int), strict=True):
+            places = hulls.blocks[listed + 1 : listed + 1 + int(hulls.blocks[listed])]
+            corners = hulls.face_vertices[slice(*hulls.face_vertex_start[f : f + 2])]
+            found = (places - start - HEADER) // STRIDE + hulls.vertex_start[k]
+            assert np.array_equal(found, corners)
 
 
 def test_climbs_start_near_their_end(hulls):
