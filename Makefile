@@ -63,6 +63,7 @@ bench: setup peers  ## compare speed with the peers
 
 accuracy: setup peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy
+	$(RUN) -m benchmarks.surfaces
 
 clean:  ## remove what the commands made
 	rm -rf .venv .venv-core build install log .pytest_cache .mypy_cache .ruff_cache

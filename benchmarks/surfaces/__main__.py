@@ -19,6 +19,7 @@ from tqdm import tqdm  # noqa: E402
 
 from benchmarks.machine import machine  # noqa: E402
 from benchmarks.surfaces import report  # noqa: E402
+from benchmarks.surfaces.kinds import kinds_table, measure_kinds  # noqa: E402
 from benchmarks.surfaces.measure import installed, measure, PAIRS, Row, tasks  # noqa: E402
 
 __all__ = ["main"]
@@ -57,12 +58,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     rows: list[Row] = []
     for task in tqdm(work, unit="task", disable=None):
         rows += measure(engines, task, options.pairs, options.seconds, options.seed)
+    kinds = kinds_table(list(measure_kinds()))
+    print(kinds)
     print(report.shapes_table(rows) if options.quick else report.hint_table(rows))
     print(f"{time.perf_counter() - started:.0f} s in all")
     if options.quick:
         return
     options.out.mkdir(parents=True, exist_ok=True)
-    report.write(rows, machine(load), options.out)
+    report.write(rows, kinds, machine(load), options.out)
     _draw(rows, options.out)
 
 

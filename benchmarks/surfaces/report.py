@@ -20,7 +20,7 @@ EXACT = 1e-10
 EXACT_POSITION = 1e-12
 """Metres, likewise."""
 
-_START, _END = "<!-- measured -->", "<!-- end -->"
+_START, _END = "<!-- measured: {} -->", "<!-- end -->"
 _LINE = "polygon"
 _HEADER = ["", "force", "area", "pressure centre (mm)", "faces", "time (µs)", "order"]
 
@@ -31,21 +31,31 @@ def read(path: Path) -> list[Row]:
         return [Row.from_text(line) for line in csv.DictReader(file)]
 
 
-def write(rows: Sequence[Row], notes: str, folder: Path) -> None:
-    """Write surfaces.csv, and the measured part of surfaces.md, with ``notes`` on the machine.
+def write(rows: Sequence[Row], kinds: str, notes: str, folder: Path) -> None:
+    """Write surfaces.csv, and the measured parts of surfaces.md, with ``notes`` on the machine.
 
-    What stands before the line ``<!-- measured -->`` and after ``<!-- end -->`` is kept.
+    ``kinds`` is the table of the ways to compute contact. Each part stands between two comments in
+    the page; everything else is kept.
     """
     with (folder / "surfaces.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(Row.header())
         writer.writerows(row.texts() for row in rows)
-    parts = [notes, hint_table(rows), shapes_table(rows)]
+    parts = {"kinds": kinds, "machine": notes, "hints": hint_table(rows)}
+    parts["shapes"] = shapes_table(rows)
     page = folder / "surfaces.md"
-    text = page.read_text() if page.exists() else ""
-    before, _, rest = text.partition(_START)
-    after = rest.partition(_END)[2]
-    page.write_text(f"{before}{_START}\n\n" + "\n".join(parts) + f"\n{_END}{after}")
+    text = page.read_text() if page.exists() else "".join(map(_empty, parts))
+    for name, part in parts.items():
+        before, start, rest = text.partition(_START.format(name))
+        _, end, after = rest.partition(_END)
+        if not end:
+            raise ValueError(f"{page} has no part {name!r} to write to")
+        text = f"{before}{start}\n\n{part}\n{end}{after}"
+    page.write_text(text)
+
+
+def _empty(name: str) -> str:
+    return f"{_START.format(name)}\n{_END}\n"
 
 
 def _markdown(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:

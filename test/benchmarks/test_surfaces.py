@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -95,14 +96,24 @@ def test_tables_survive_the_file(tmp_path: Path):
         for name in ("scene_graph_ros", "Drake")
     ]  # fmt: skip
     page = tmp_path / "surfaces.md"
-    page.write_text("before\n<!-- measured -->\nold\n<!-- end -->\nafter\n")
-    report.write(rows, "Measured today.\n", tmp_path)
+    report.write(rows, "kinds 1\n", "Measured today.\n", tmp_path)
+    page.write_text("before\n" + page.read_text() + "after\n")
+    report.write(rows, "kinds 2\n", "Measured again.\n", tmp_path)
     assert report.read(tmp_path / "surfaces.csv") == rows
     text = page.read_text()
     assert text.startswith("before\n")
     assert text.endswith("\nafter\n")
-    assert "old" not in text
     assert "12 %" in text
+    assert "again" in text
+    assert not re.search("kinds 1|today", text)
+
+
+def test_a_page_without_a_place_for_a_table_is_refused(tmp_path: Path):
+    """A page whose comments were lost is named, instead of being written over."""
+    (tmp_path / "surfaces.md").write_text("mine\n")
+    with pytest.raises(ValueError, match=r"surfaces.md has no part 'kinds'"):
+        report.write([], "", "", tmp_path)
+    assert (tmp_path / "surfaces.md").read_text() == "mine\n"
 
 
 def test_a_missing_surface_counts_as_no_force():
