@@ -101,12 +101,12 @@ class Gripper(Node):
             message.transforms.append(Transform(translation=position, rotation=rotation))
         self._publisher.publish(message)
 
-    def wait(self, is_done: Callable[[], bool], what: str) -> None:
-        """Handle messages until ``is_done``; raise TimeoutError after PATIENCE."""
-        end = time.monotonic() + PATIENCE
+    def wait(self, is_done: Callable[[], bool], what: str, seconds: float = PATIENCE) -> None:
+        """Handle messages until ``is_done``; raise TimeoutError after so many seconds."""
+        end = time.monotonic() + seconds
         while not is_done():
             if time.monotonic() > end:
-                raise TimeoutError(f"{what}: not within {PATIENCE:g} s")
+                raise TimeoutError(f"{what}: not within {seconds:g} s")
             rclpy.spin_once(self, timeout_sec=0.05)
 
     def squeeze(self, force: float) -> None:

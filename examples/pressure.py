@@ -13,7 +13,7 @@ import signal
 import sys
 import time
 
-from demo import isolate, processes, ROOT
+from demo import DISCOVERY_SECONDS, isolate, processes, ROOT
 
 PRESSURE_SCALE = 60e3
 """Pascals that are shown in red, by the node and in the picture."""
@@ -50,7 +50,8 @@ def main() -> int:
     patches = []
     with processes({"scene graph node": command}) as running, Gripper(arguments.rate) as gripper:
         print("Starting the node and a simulated gripper ...", flush=True)
-        gripper.wait(lambda: gripper.contacts is not None, "the first contact message")
+        what = "the first contact message"
+        gripper.wait(lambda: gripper.contacts is not None, what, DISCOVERY_SECONDS)
         print(f"First contact message after {time.monotonic() - started:.1f} s. Squeezing.")
         for force in arguments.forces:
             gripper.squeeze(force)
