@@ -25,14 +25,17 @@ _LOOKS = {
 
 
 def write(rows: Sequence[Measurement], folder: Path) -> None:
-    """Write performance.png and performance_scenes.png; raises ImportError without matplotlib."""
+    """Write performance.png and performance_scenes.png, of what was measured.
+
+    Raises ImportError without matplotlib.
+    """
     matplotlib = importlib.import_module("matplotlib")
     matplotlib.use("Agg")
-    _against_size([m for m in rows if m.scene == MIXED]).savefig(
-        folder / "performance.png", dpi=130
-    )
+    mixed = [m for m in rows if m.scene == MIXED]
+    if mixed:
+        _against_size(mixed).savefig(folder / "performance.png", dpi=130)
     others = [m for m in rows if m.scene not in (MIXED, COMPLIANT)]
-    if others:
+    if len({m.scene for m in others}) > 1:
         _other_scenes(others).savefig(folder / "performance_scenes.png", dpi=130)
 
 
