@@ -1,0 +1,66 @@
+"""The rows about contact surfaces in the speed benchmark run, and say how much was found."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.speed import report
+from benchmarks.speed.building import measure_building
+from benchmarks.speed.engines.ours import Ours
+from benchmarks.speed.make_scenes import compliant
+from benchmarks.speed.measure import measure, Measurement
+from benchmarks.speed.rows import BUILDING, SURFACE_ROWS
+
+SHAPES = 60
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Return a scene small enough for a test, with contacts in it."""
+    return compliant(SHAPES, 1)
+
+
+@pytest.fixture(scope="module")
+def measured(scene):
+    """Return our own rows."""
+    engines = [Ours(scene)]
+    rows = [m for row in SURFACE_ROWS for m in measure(engines, row, scene, 0.0, print)]
+    return rows + measure_building(engines, lambda seed: compliant(SHAPES, seed), 1)
+
+
+def test_both_representations_find_the_same_surfaces(scene, measured):
+    """As many surfaces of triangles as of polygons, which are fewer; points find them, too."""
+    triangles, polygons, building = measured
+    assert [m.row for m in measured] == [*(row.key for row in SURFACE_ROWS), BUILDING.key]
+    ours = Ours(replace(scene, compliance=None))
+    touching = []
+    for k in range(len(scene.X_WF)):
+        ours.move(k)
+        touching.append(len(ours.penetrations()))
+    assert 0.5 * min(touching) <= triangles.found <= max(touching)
+    assert polygons.found == pytest.approx(triangles.found, abs=1.0)
+    assert triangles.faces > polygons.faces > 0.0
+    assert building.found == SHAPES
+
+
+def test_the_table_names_the_faces(measured):
+    """Beside the time stands how many surfaces there are, of how many faces."""
+    table = report.table(measured)
+    assert f" · {measured[0].found:.0f}, {measured[0].faces:.0f} faces" in table
+    assert "building the compliant bodies, once" in table
+
+
+def test_measurements_without_faces_are_read(tmp_path):
+    """A file from before there were faces is read; they are NaN then."""
+    old = Measurement("mixed", 10, "candidates", "Drake", 3, 1.0, 0.5, 2.0, 7.0)
+    with (tmp_path / "performance.csv").open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(Measurement._fields[:-1])
+        writer.writerow(old[:-1])
+    (read,) = report.read(tmp_path / "performance.csv")
+    assert read[:-1] == old[:-1]
+    assert np.isnan(read.faces)
