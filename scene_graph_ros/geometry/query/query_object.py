@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.deformable.results import DeformableContact
     from scene_graph_ros.geometry.hydroelastic.contact_surface import ContactSurfaces
 
-__all__ = ["QueryObject"]
+__all__ = ["QueryObject", "checked_threads"]
 
 Result = TypeVar("Result")
 _REMEMBERED = 32
@@ -332,7 +332,7 @@ class QueryObject:
         _check_point_settings(snapshot, accuracy, engine)
         points = _checked_points("p_WQs", p_WQs, 2)
         limit = _checked_limit("threshold", threshold)
-        return scene.point_distances(snapshot, points, limit, _checked_threads(threads))
+        return scene.point_distances(snapshot, points, limit, checked_threads(threads))
 
 
 def _settings(
@@ -380,7 +380,8 @@ def _checked_limit(name: str, value: Any) -> float:
     return float(value)
 
 
-def _checked_threads(value: Any) -> int:
+def checked_threads(value: Any) -> int:
+    """Return the number of threads asked for. Raises QueryArgumentError."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 1:
         raise QueryArgumentError(f"threads must be an integer >= 1: {value!r}")
     return int(value)

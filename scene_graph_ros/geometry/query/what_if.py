@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-import numbers
 from typing import TypeVar
 
 from numpy.typing import ArrayLike
 
-from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.model.snapshot import Memory
-from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.query.query_object import checked_threads, QueryObject
 
 __all__ = ["ask_what_if"]
 
@@ -40,11 +38,9 @@ def ask_what_if(
     Raises UnknownIdError and InvalidPoseError as ``Context.set_frame_poses`` does,
     QueryArgumentError for ``threads`` that is no integer >= 1, and whatever ``question`` raises.
     """
-    if isinstance(threads, bool) or not isinstance(threads, numbers.Integral) or threads < 1:
-        raise QueryArgumentError(f"threads must be an integer >= 1: {threads!r}")
     base = query.snapshot
     count = len(configurations)
-    parts = max(min(int(threads), count), 1)
+    parts = max(min(checked_threads(threads), count), 1)
 
     def answer(share: range) -> list[Result]:
         # What the context remembers of the poses that are is not disturbed by those that aren't.
