@@ -25,8 +25,8 @@ from scene_graph_ros.geometry.narrowphase.features import (
     RIM,
     VERTEX,
 )
-from scene_graph_ros.geometry.narrowphase.polish import contact_normal, contact_points
-from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, clamp, separation
+from scene_graph_ros.geometry.narrowphase.nearest_places import nearest_places
+from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, clamp, contact, separation
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
@@ -35,7 +35,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
 )
-from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
+from scene_graph_ros.geometry.tolerances import EPSILON, NEAR_CONTACT, POLISH_RESIDUAL
 
 __all__ = ["polish_all"]
 
@@ -74,6 +74,24 @@ def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
 
 
 @lean_kernel
+def _has_places(feature_A, feature_B):
+    """Return whether both features are corners, lines or rims."""
+    return feature_A[0] <= RIM and feature_B[0] <= RIM
+
+
+@lean_kernel
+def _contact_of_places(
+    feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+):
+    """Return (n, a, b, distance, error) of corners, lines or rims that are apart."""
+    n, a, b = nearest_places(feature_A, feature_B, core_A, core_B, R, n, a, b, size)
+    a = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a)
+    b = clamp(core_B, R, p, feature_B, S, ids, count, 6, b)
+    distance = separation(core_A, core_B, R, p, hulls, n)
+    return n, a, b, distance, norm(axpy(-distance, n, subtract(a, b)))
+
+
+@lean_kernel
 def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
     """Return (is proven, n, a, b, distance) of the contact that separates two cores most.
 
@@ -91,13 +109,17 @@ def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
             feature_B = _candidate(core_B, hulls, R, p, S, ids, lam, count, 6, n, j)
             if feature_B[0] == NONE:
                 continue
-            m, _ = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
-            distance = separation(core_A, core_B, R, p, hulls, m)
-            if distance < highest:
-                continue
-            q_A, q_B = contact_points(feature_A, feature_B, core_A, core_B, R, m, a, b)
-            q_A = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, q_A)
-            q_B = clamp(core_B, R, p, feature_B, S, ids, count, 6, q_B)
-            if norm(axpy(-distance, m, subtract(q_A, q_B))) <= allowed:
+            m, _, _, _, q_A, q_B, distance, error = contact(
+                feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+            )
+            if (
+                error > allowed
+                and distance > NEAR_CONTACT * size
+                and _has_places(feature_A, feature_B)
+            ):
+                m, q_A, q_B, distance, error = _contact_of_places(
+                    feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+                )
+            if distance >= highest and error <= allowed:
                 proven, best, x, y, highest = True, m, q_A, q_B, distance
     return proven, best, x, y, highest

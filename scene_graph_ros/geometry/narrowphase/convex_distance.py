@@ -230,4 +230,10 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
         distance, a, b, n, unique, gap = _near_contact(
             core_A, core_B, R_AB, p_AB, hulls, tolerance, count, S, ids, lam, size, known
         )
+    elif not done and tolerance == 0.0:
+        proven, m, x, y, least = polish_all(
+            core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, min(count, 3)
+        )
+        if proven:
+            distance, n, a, b, gap = least, m, x, y, 0.0
     return _finish(core_A, core_B, distance, a, b, n, unique, gap)

@@ -186,7 +186,9 @@ def feature_support(feature, core, R, d):
     if kind == LINE:
         return axpy(r, d, c)
     if kind == RIM:
-        return axpy(r, unit(axpy(-dot(d, e), e, d), ORIGIN), c)
+        radial = unit(axpy(-dot(d, e), e, d), ORIGIN)
+        # Nearly along e, what is left of d is small, and so is no more orthogonal to rounding.
+        return axpy(r, axpy(-dot(radial, e), e, radial), c)
     if kind == SMOOTH:
         axes = core[3]
         q = rotate_inverse(R, d)

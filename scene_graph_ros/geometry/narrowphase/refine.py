@@ -30,6 +30,7 @@ from scene_graph_ros.geometry.narrowphase.features import (
     VERTEX,
 )
 from scene_graph_ros.geometry.narrowphase.polish import contact_normal, contact_points
+from scene_graph_ros.geometry.narrowphase.slide import slide
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
@@ -45,7 +46,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
 
-__all__ = ["AMPLIFIED", "clamp", "refine", "separation"]
+__all__ = ["AMPLIFIED", "clamp", "contact", "refine", "separation"]
 
 MAX_SWITCHES = 8
 """A cylinder has three kinds of features and a box three; a path through them is this short."""
@@ -54,6 +55,10 @@ MAX_SWITCHES = 8
 AMPLIFIED = 16.0
 """How much more than usual may be left of a contact when nothing better is found: a rim that is
 seen foreshortened, or lines at a small angle, amplify rounding."""
+
+SLIDE_REACH = 1e-6
+"""Relative to the pair's size: witnesses of right features miss each other by less, as a rim seen
+along its axis to 1e-10 rad amplifies rounding; more says that the features are wrong."""
 
 INSIDE_CONE = 1e-3
 """Radians. A normal further than this from both ends of a rim's quarter turn is a rim's: another
@@ -223,6 +228,29 @@ def _corner_feature(core, hulls, R, p, feature, d):
 
 
 @lean_kernel
+def contact(feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count):
+    """Return (n, stiffness, free a, free b, a, b, distance, error) of two features' contact.
+
+    The free points are those of the features before they are clamped to their extent.
+    """
+    n, stiffness = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
+    a_free, b_free = contact_points(feature_A, feature_B, core_A, core_B, R, n, a, b)
+    distance = separation(core_A, core_B, R, p, hulls, n)
+    a = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
+    b = clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
+    error = norm(axpy(-distance, n, subtract(a, b)))
+    enough = EPSILON * size
+    if POLISH_RESIDUAL * enough < error <= SLIDE_REACH * size:
+        a_free, b_free = slide(feature_A, feature_B, core_A, core_B, R, n, a_free, b_free, enough)
+        q_A = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
+        q_B = clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
+        rest = norm(axpy(-distance, n, subtract(q_A, q_B)))
+        if rest < error:
+            a, b, error = q_A, q_B, rest
+    return n, stiffness, a_free, b_free, a, b, distance, error
+
+
+@lean_kernel
 def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guesses):
     """Return (is proven, n, a, b, distance, error, stiffness) of the contact near a simplex.
 
@@ -246,12 +274,9 @@ def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guess
         for _ in range(MAX_SWITCHES):
             if feature_A[0] == NONE or feature_B[0] == NONE:
                 break
-            m, stiffness = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
-            a_free, b_free = contact_points(feature_A, feature_B, core_A, core_B, R, m, a, b)
-            q_A = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
-            q_B = clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
-            distance = separation(core_A, core_B, R, p, hulls, m)
-            error = norm(axpy(-distance, m, subtract(q_A, q_B)))
+            m, stiffness, a_free, b_free, q_A, q_B, distance, error = contact(
+                feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+            )
             if error <= allowed:
                 return True, m, q_A, q_B, distance, error, stiffness
             if error < nearly[4]:

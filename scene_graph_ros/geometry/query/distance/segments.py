@@ -8,6 +8,10 @@ from scene_graph_ros.geometry.tolerances import PARALLEL
 
 __all__ = ["nearest_on_segments"]
 
+SETTLING = 2
+"""Rounds of projecting either point on the other's segment: each keeps the distance or lessens it,
+and one of the points is an end, which the first round finds."""
+
 
 @kernel
 def _clamp_to_unit(value):
@@ -64,4 +68,9 @@ def nearest_on_segments(d, h, k):
         best = _closer(best, end, t, d, h, k)
         s = _clamp_to_unit((end * dot(h, k) + dot(d, h)) / hh) if hh > 0.0 else 0.0
         best = _closer(best, s, end, d, h, k)
-    return best[1], best[2], none
+    # Squares hide steps below the root of rounding along a segment; projecting does not.
+    s, t = best[1], best[2]
+    for _ in range(SETTLING):
+        s = _clamp_to_unit((t * dot(h, k) + dot(d, h)) / hh) if hh > 0.0 else 0.0
+        t = _clamp_to_unit((s * dot(h, k) - dot(d, k)) / kk) if kk > 0.0 else 0.0
+    return s, t, none

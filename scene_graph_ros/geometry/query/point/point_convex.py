@@ -3,6 +3,7 @@
 import math
 
 from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.narrowphase.cores import support_hull
 from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_polygon,
     nearest_on_segment,
@@ -17,9 +18,12 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     unit,
 )
-from scene_graph_ros.geometry.tolerances import COINCIDENCE
+from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON, GJK_ROUNDING
 
 __all__ = ["point_convex"]
+
+TURNS = 8
+"""A normal has two degrees of freedom: the corners next to x that hold it are few."""
 
 
 @inlined_kernel
@@ -103,6 +107,24 @@ def _point_wire(hulls, k, p_GQ, tolerance):
 
 
 @inlined_kernel
+def _into_cone(hulls, k, size, x, n):
+    """Return the unit vector n turned until no corner of hull k is beyond the plane through x.
+
+    n comes from the difference of two points: close together, rounding turns it, and squares of
+    distances do not tell a corner from a point of its edge that is nearer by less than their root
+    of rounding. Each corner that is beyond takes its share from n.
+    """
+    for _ in range(TURNS):
+        corner = load_vector(hulls.vertices, support_hull(hulls, k, n, -1))
+        q = subtract(corner, x)
+        beyond = dot(n, q)
+        if beyond <= GJK_ROUNDING * EPSILON * size:
+            break
+        n = unit(axpy(-beyond / dot(q, q), q, n), n)
+    return n
+
+
+@inlined_kernel
 def point_convex(hulls, k, size, p_GQ):
     """Return (phi, p_GN, grad_G, unique) of point Q and hull k, of extent ``size``.
 
@@ -126,4 +148,4 @@ def point_convex(hulls, k, size, p_GQ):
     phi = norm(offset)
     if phi <= tolerance:
         return height, foot, n, False
-    return phi, p_GN, unit(offset, n), True
+    return phi, p_GN, _into_cone(hulls, k, size, p_GN, unit(offset, n)), True
