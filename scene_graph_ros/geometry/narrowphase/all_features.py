@@ -5,11 +5,14 @@ contact tells which pair it is. There are few: each is polished, and of those th
 themselves the one that separates the cores most is taken.
 """
 
+import math
+
 from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
     ELLIPSOID,
+    HULL,
     IDENTITY,
     ORIGIN,
     placed_support,
@@ -28,19 +31,73 @@ from scene_graph_ros.geometry.narrowphase.features import (
 from scene_graph_ros.geometry.narrowphase.nearest_places import nearest_places
 from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, clamp, contact, separation
 from scene_graph_ros.geometry.spatial.vectors import (
+    add,
     axpy,
     column,
+    cross,
+    dot,
+    load_vector,
     norm,
+    rotate,
     rotate_inverse,
     scale,
     subtract,
+    unit,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, NEAR_CONTACT, POLISH_RESIDUAL
 
 __all__ = ["polish_all"]
 
-CANDIDATES = 8
-"""A box has a corner, three edges and three faces along a direction; the simplex gives one."""
+CANDIDATES = 10
+"""A box has a corner, three edges and three faces along a direction; the simplex gives one. Of a
+hull's corner, the first edges are tried."""
+
+
+@lean_kernel
+def _hull_edge(hulls, R, p, corner, index):
+    """Return an edge of a hull at the vertex in row ``corner``, or a feature of kind NONE."""
+    slot = hulls.neighbor_start[corner] + index
+    if slot >= hulls.neighbor_start[corner + 1]:
+        return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
+    a = load_vector(hulls.vertices, corner)
+    h = scale(0.5, subtract(load_vector(hulls.vertices, hulls.neighbors[slot]), a))
+    half = norm(h)
+    return LINE, add(rotate(R, add(a, h)), p), rotate(R, unit(h, ORIGIN)), 0.0, -half, half
+
+
+@lean_kernel
+def _hull_face(hulls, hull, R, p, d):
+    """Return the face of a hull that faces along d most; ``low`` is its row, plus one."""
+    along, best = -math.inf, -1
+    local = rotate_inverse(R, d)
+    for f in range(hulls.face_start[hull], hulls.face_start[hull + 1]):
+        cosine = dot(load_vector(hulls.face_normals, f), local)
+        if cosine > along:
+            along, best = cosine, f
+    if best < 0:
+        return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
+    n = load_vector(hulls.face_normals, best)
+    c = load_vector(hulls.vertices, hulls.face_vertices[hulls.face_vertex_start[best]])
+    return FACE, add(rotate(R, c), p), rotate(R, n), 0.0, best + 1.0, 0.0
+
+
+@lean_kernel
+def _is_beyond_face(hulls, feature, R, p, x, allowed):
+    """Return whether the point x of the plane of a hull's face is outside of its polygon."""
+    if feature[0] != FACE or not feature[4] > 0.0:
+        return False
+    face = int(feature[4]) - 1
+    n = load_vector(hulls.face_normals, face)
+    q = rotate_inverse(R, subtract(x, p))
+    start, end = hulls.face_vertex_start[face], hulls.face_vertex_start[face + 1]
+    a = load_vector(hulls.vertices, hulls.face_vertices[end - 1])
+    for slot in range(start, end):
+        b = load_vector(hulls.vertices, hulls.face_vertices[slot])
+        e = subtract(b, a)
+        if dot(cross(n, e), subtract(q, a)) < -allowed * norm(e):
+            return True
+        a = b
+    return False
 
 
 @lean_kernel
@@ -60,10 +117,15 @@ def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
     if index == 1:
         corner, _ = placed_support(core, hulls, R, p, d, -1)
         return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0
+    if core[0] == HULL:
+        if index == 2:
+            return _hull_face(hulls, core[1], R, p, d)
+        _, corner_row = placed_support(core, hulls, R, p, d, -1)
+        return _hull_edge(hulls, R, p, corner_row, index - 3)
     if core[0] == SEGMENT and index == 2:
         half = core[3][0]
         return LINE, p, column(R, 2), 0.0, -half, half
-    if core[0] == BOX:
+    if core[0] == BOX and index <= 7:
         k = (index - 2) % 3
         is_face = index >= 5
         corner = rotate_inverse(R, d)
@@ -120,6 +182,10 @@ def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
                 m, q_A, q_B, distance, error = _contact_of_places(
                     feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
                 )
+            if _is_beyond_face(
+                hulls, feature_A, IDENTITY, ORIGIN, q_A, allowed
+            ) or _is_beyond_face(hulls, feature_B, R, p, q_B, allowed):
+                continue
             if distance >= highest and error <= allowed:
                 proven, best, x, y, highest = True, m, q_A, q_B, distance
     return proven, best, x, y, highest

@@ -10,6 +10,8 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.features import feature_at
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.polytope import (
     add_corner,
@@ -25,6 +27,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     dot,
     norm,
+    scale,
     subtract,
 )
 from scene_graph_ros.geometry.tolerances import (
@@ -64,6 +67,7 @@ FINE_GAP = 1e-3
 
 DEPTH = 9
 STIFFNESS = 10
+FEATURES = 11
 
 
 @lean_kernel
@@ -184,6 +188,30 @@ def _is_tied(
 
 
 @lean_kernel
+def _has_features(minima, row, feature_A, feature_B):
+    """Return whether a minimum was last reached from these features."""
+    return (
+        minima[row, FEATURES] == feature_A[0]
+        and minima[row, FEATURES + 4] == feature_B[0]
+        and minima[row, FEATURES + 1] == feature_A[1][0]
+        and minima[row, FEATURES + 2] == feature_A[1][1]
+        and minima[row, FEATURES + 3] == feature_A[1][2]
+        and minima[row, FEATURES + 5] == feature_B[1][0]
+        and minima[row, FEATURES + 6] == feature_B[1][1]
+        and minima[row, FEATURES + 7] == feature_B[1][2]
+    )
+
+
+@lean_kernel
+def _note_features(minima, row, feature_A, feature_B):
+    minima[row, FEATURES] = feature_A[0]
+    minima[row, FEATURES + 4] = feature_B[0]
+    for c in range(3):
+        minima[row, FEATURES + 1 + c] = feature_A[1][c]
+        minima[row, FEATURES + 5 + c] = feature_B[1][c]
+
+
+@lean_kernel
 def _settle(
     core_A,
     core_B,
@@ -208,8 +236,14 @@ def _settle(
     supplies a candidate, and one that leads far away is believed when it ``is_fine``.
     """
     near = _nearby_minimum(minima, found, n, BASIN_COSINE)
-    if near >= 0 and minima[near, DEPTH] <= extent:
-        return near if is_final else -1, found
+    is_higher = near >= 0 and minima[near, DEPTH] <= extent
+    if is_higher and not is_final:
+        return -1, found
+    feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, scale(-1.0, n))
+    feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
+    # Two minima may be close to each other, but not with the same features.
+    if is_higher and _has_features(minima, near, feature_A, feature_B):
+        return near, found
     a, b = weighted_points(S, lam, count)
     proven, m, a, b, distance, _, stiffness = refine(
         core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 2
@@ -221,6 +255,7 @@ def _settle(
         row = found
         found += 1
         _store_minimum(minima, row, m, a, b, -distance, stiffness)
+    _note_features(minima, row, feature_A, feature_B)
     is_near = dot(m, n) > BASIN_COSINE or (is_fine and -distance <= extent)
     return row if is_final and is_near else -1, found
 
@@ -345,10 +380,10 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, capacity, S0, 
     all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
     """
     # One allocation of each type takes a seventh of the time of one for each array.
-    floats = np.empty(17 * capacity + 11 * (FALLBACK + 1))
+    floats = np.empty(17 * capacity + 19 * (FALLBACK + 1))
     S = floats[: 9 * capacity].reshape((capacity, 9))
     planes = floats[9 * capacity : 17 * capacity].reshape((2 * capacity, 4))
-    minima = floats[17 * capacity :].reshape((FALLBACK + 1, 11))
+    minima = floats[17 * capacity :].reshape((FALLBACK + 1, 19))
     integers = np.empty(20 * capacity + MAX_HORIZON, np.int64)
     ids = integers[: 2 * capacity].reshape((capacity, 2))
     faces = integers[2 * capacity : 18 * capacity].reshape((2 * capacity, 8))

@@ -108,6 +108,8 @@ def clamp(core, R, p, feature, S, ids, count, side, a):
     kind = core[0]
     if feature[0] == VERTEX or kind == ELLIPSOID or feature[0] == RIM:
         return a
+    if feature[0] == FACE and feature[4] > 0.0:  # its row is known: see all_features
+        return a
     h = core[3]
     if kind == BOX:
         q = rotate_inverse(R, subtract(a, p))
