@@ -142,15 +142,51 @@ def _has_places(feature_A, feature_B):
 
 
 @lean_kernel
+def _crossing(feature_A, feature_B, start):
+    """Return where the rims of two discs, one above the other, seem to cross, seen along A's axis.
+
+    ``start`` is 1 or -1, as there are two; (is found, the point of A's rim).
+    """
+    c, e, r = feature_A[1], feature_A[2], feature_A[3]
+    q = subtract(feature_B[1], c)
+    q = axpy(-dot(q, e), e, q)
+    length = norm(q)
+    if not length > 0.0:
+        return False, c
+    along = 0.5 * (length + (r - feature_B[3]) * (r + feature_B[3]) / length)
+    square = (r - along) * (r + along)
+    if not square > 0.0:
+        return False, c
+    q = scale(1.0 / length, q)
+    return True, axpy(along, q, axpy(start * math.sqrt(square), cross(e, q), c))
+
+
+@lean_kernel
 def _contact_of_places(
     feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
 ):
-    """Return (n, a, b, distance, error) of corners, lines or rims that are apart."""
-    n, a, b = nearest_places(feature_A, feature_B, core_A, core_B, R, n, a, b, size)
-    a = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a)
-    b = clamp(core_B, R, p, feature_B, S, ids, count, 6, b)
-    distance = separation(core_A, core_B, R, p, hulls, n)
-    return n, a, b, distance, norm(axpy(-distance, n, subtract(a, b)))
+    """Return (n, a, b, distance, error) of corners, lines or rims that are apart.
+
+    Discs at a tiny angle touch where their rims cross, far from wherever GJK has come.
+    """
+    best = (n, a, b, 0.0, math.inf)
+    for start in range(-1, 2):
+        x, y = a, b
+        if start != 0:
+            if not (feature_A[0] == RIM and feature_B[0] == RIM):
+                continue
+            found, x = _crossing(feature_A, feature_B, start)
+            y = x
+            if not found:
+                continue
+        m, x, y = nearest_places(feature_A, feature_B, core_A, core_B, R, n, x, y, size)
+        x = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, x)
+        y = clamp(core_B, R, p, feature_B, S, ids, count, 6, y)
+        distance = separation(core_A, core_B, R, p, hulls, m)
+        error = norm(axpy(-distance, m, subtract(x, y)))
+        if error < best[4]:
+            best = (m, x, y, distance, error)
+    return best
 
 
 @lean_kernel
