@@ -11,6 +11,10 @@ from scene_graph_ros.geometry.narrowphase.epa import COARSE_GAP, epa, FINE_GAP, 
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
+from scene_graph_ros.geometry.narrowphase.restarts import (
+    polish_from_everywhere,
+    separation_of_faces,
+)
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
 from scene_graph_ros.geometry.narrowphase.tetrahedron import expand_to_tetrahedron
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, norm, scale, subtract, unit
@@ -19,6 +23,7 @@ from scene_graph_ros.geometry.tolerances import (
     GJK_ROUNDING,
     NEAR_CONTACT,
     POLISH_RESIDUAL,
+    TIE,
 )
 
 __all__ = ["convex_distance"]
@@ -165,8 +170,11 @@ def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, si
         core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam
     )
     rest = norm(axpy(-depth, m, subtract(q_A, q_B)))
+    beside = separation_of_faces(core_A, core_B, R, p, hulls, m)
+    if beside > depth + TIE * EPSILON * size:
+        error = max(error, beside - depth)
     if tolerance == 0.0 and max(rest, error) > POLISH_RESIDUAL * EPSILON * size:
-        proven, other, x, y, least = polish_all(
+        proven, other, x, y, least = polish_from_everywhere(
             core_A, core_B, R, p, hulls, m, q_A, q_B, size, S, ids, lam, min(count, 3)
         )
         if proven:

@@ -24,6 +24,10 @@ __all__ = ["nearest_places"]
 MAX_STEPS = 12
 """Newton's steps from places that are right to a thousandth: four; a rim may need some more."""
 
+APART = 1e-6
+"""Squared sine of an angle: of tangents that are closer to parallel, the difference is rounding
+that would turn a normal."""
+
 
 @lean_kernel
 def _start(feature, core, R, x):
@@ -83,6 +87,6 @@ def _normal(feature_A, feature_B, x, y, n):
     if dot(t, t) > 0.0:
         n = axpy(-dot(n, t), t, n)
     w = axpy(-dot(t, u), t, u)
-    if dot(w, w) > EPSILON:
+    if dot(w, w) > APART:
         n = axpy(-dot(n, w) / dot(w, w), w, n)
     return unit(n, cross(t, u))

@@ -23,6 +23,18 @@ def nearest_on_segment(p, a, b):
 
 
 @kernel
+def _way_from_segment(p, a, b, t):
+    """Return p less the point of ab at t, from the nearer end: its rounding is that of its length.
+
+    The difference of p and the rounded point would have that of the coordinates.
+    """
+    edge = subtract(b, a)
+    if t <= 0.5:
+        return axpy(-t, edge, subtract(p, a))
+    return axpy(1.0 - t, edge, subtract(p, b))
+
+
+@kernel
 def nearest_on_triangle(p, a, b, c, n):
     """Return (x, square, feature): the nearest point, its squared distance, and where it lies.
 
@@ -48,9 +60,10 @@ def nearest_on_triangle(p, a, b, c, n):
             outside, start, end = outside_ca, c, a
         if outside:
             x, t = nearest_on_segment(p, start, end)
-            offset = subtract(p, x)
+            offset = _way_from_segment(p, start, end, t)
             square = dot(offset, offset)
-            if square < least:
+            # A corner and a point next to it may be equally near to rounding: the latter is right.
+            if square < least or (square == least and 0.0 < t < 1.0):
                 best, least, feature = x, square, k + 1
                 if t == 0.0:
                     feature = k + 4
@@ -72,8 +85,8 @@ def nearest_on_polygon(p, vertices, corners, start, end, n):
         b = load_vector(vertices, corners[slot])
         if dot(cross(n, subtract(b, a)), subtract(p, a)) < 0.0:
             is_inside = False
-            candidate, _ = nearest_on_segment(p, a, b)
-            offset = subtract(p, candidate)
+            candidate, t = nearest_on_segment(p, a, b)
+            offset = _way_from_segment(p, a, b, t)
             square = dot(offset, offset)
             if square < least:
                 x, least = candidate, square

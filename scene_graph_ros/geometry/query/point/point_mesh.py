@@ -41,13 +41,20 @@ def _corner(surfaces, triangle, corner):
     return load_vector(surfaces.vertices, surfaces.triangles[triangle, corner])
 
 
+@lean_kernel
+def _rank(feature):
+    """Return 0 for a face, 1 for an edge, 2 for a corner."""
+    return 0 if feature == 0 else (1 if feature <= 3 else 2)
+
+
 @inlined_kernel
 def nearest_triangle(surfaces, k, p, bound, tolerance, split):
     """Return (x, triangle, feature, unique): the nearest point of surface k to p.
 
     ``triangle`` is -1 where nothing is nearer than ``bound``. ``unique`` is False where another
     point, further than ``split`` away, is as near to within ``tolerance``. Of equally near
-    triangles, the first in the order of traversal wins, which depends on nothing but p.
+    triangles, one nearest with its face or an edge wins over one with a corner, as it is nearer by
+    less than rounding; then the first in the order of traversal, which depends on nothing but p.
     """
     stack = traversal_stack()
     stack[0] = surfaces.node_start[k]
@@ -79,7 +86,8 @@ def nearest_triangle(surfaces, k, p, bound, tolerance, split):
                 unique = unique and norm(subtract(candidate, x)) <= split
             elif distance < best:
                 unique = True
-            if distance < best:
+            is_flatter = distance == best and _rank(place) < _rank(feature)
+            if distance < best or is_flatter:
                 best, x, triangle, feature = distance, candidate, t, place
     return x, triangle, feature, unique
 

@@ -1,0 +1,96 @@
+"""Polish the contact of two overlapping cores from many directions, where one start isn't enough.
+
+A depth is a minimum over all directions, and many may nearly tie: all around the axis of a
+cylinder, or on both sides of a sliver. Then EPA runs out of corners before it has told them
+apart. The directions in which cores have edges, faces and sides are few, and next to the best of
+them is the least depth.
+"""
+
+import math
+
+from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.narrowphase.all_features import polish_all
+from scene_graph_ros.geometry.narrowphase.cores import BOX, CYLINDER, IDENTITY
+from scene_graph_ros.geometry.narrowphase.gjk import store_support
+from scene_graph_ros.geometry.narrowphase.refine import separation
+from scene_graph_ros.geometry.spatial.vectors import axpy, column, dot, scale
+from scene_graph_ros.geometry.tolerances import EPSILON, SAME_DIRECTION, TIE
+
+__all__ = ["polish_from_everywhere", "separation_of_faces"]
+
+AXES = 6
+"""Both directions of the axes of a core's frame."""
+
+AROUND = 16
+"""Directions around a cylinder's axis."""
+
+BESIDE = math.cos(0.2)
+"""Cosine: EPA takes directions of least depth that are further apart for two."""
+
+NEARBY = 0.02
+"""Relative to the pair's size: a direction that separates by so much less than the best one known
+is not polished. Between two of those around an axis, a depth varies by less."""
+
+
+@lean_kernel
+def separation_of_faces(core_A, core_B, R, p, hulls, n):
+    """Return the largest separation along normals of boxes' and cylinders' faces beside n.
+
+    Two of them may be so close to each other that EPA takes them for one minimum. -inf where
+    there are none but n.
+    """
+    highest = -math.inf
+    for k in range(6):
+        core = core_A if k < 3 else core_B
+        axis = column(IDENTITY if k < 3 else R, k % 3)
+        if core[0] == BOX or (core[0] == CYLINDER and k % 3 == 2):
+            cosine = dot(axis, n)
+            if BESIDE < abs(cosine) < SAME_DIRECTION:
+                m = axis if cosine > 0.0 else scale(-1.0, axis)
+                highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
+    return highest
+
+
+@lean_kernel
+def _direction(core, R, index):
+    """Return (is given, a direction to start from) of those that belong to one core."""
+    if index < AXES:
+        axis = column(R, index // 2)
+        return True, axis if index % 2 == 0 else scale(-1.0, axis)
+    angle = 2.0 * math.pi * (index - AXES) / AROUND
+    n = axpy(math.sin(angle), column(R, 1), scale(math.cos(angle), column(R, 0)))
+    return core[0] == CYLINDER, n
+
+
+@lean_kernel
+def polish_from_everywhere(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
+    """Return (is proven, n, a, b, distance), as ``polish_all`` does, of the best of many starts.
+
+    The first start is the contact given; of equal ones, the first that is proven is kept.
+    """
+    proven, best, x, y, highest = False, n, a, b, separation(core_A, core_B, R, p, hulls, n)
+    each = AXES + AROUND
+    for k in range(2 * each + 2):
+        m = n
+        if k > 0:
+            is_given = True
+            if k == 1:
+                m = scale(-1.0, n)
+            elif k < each + 2:
+                is_given, m = _direction(core_A, IDENTITY, k - 2)
+            else:
+                is_given, m = _direction(core_B, R, k - each - 2)
+            if not is_given:
+                continue
+            if separation(core_A, core_B, R, p, hulls, m) < highest - NEARBY * size:
+                continue
+            store_support(core_A, core_B, R, p, hulls, m, S, ids, 0, (-1, -1))
+            a, b = (S[0, 3], S[0, 4], S[0, 5]), (S[0, 6], S[0, 7], S[0, 8])
+            lam[0] = 1.0
+            count = 1
+        is_contact, m, q_A, q_B, distance = polish_all(
+            core_A, core_B, R, p, hulls, m, a, b, size, S, ids, lam, count
+        )
+        if is_contact and distance > highest - (0.0 if proven else TIE * EPSILON * size):
+            proven, best, x, y, highest = True, m, q_A, q_B, distance
+    return proven, best, x, y, highest
