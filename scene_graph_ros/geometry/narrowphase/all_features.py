@@ -8,6 +8,7 @@ themselves the one that separates the cores most is taken.
 import math
 
 from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -36,7 +37,6 @@ from scene_graph_ros.geometry.spatial.vectors import (
     column,
     cross,
     dot,
-    load_vector,
     norm,
     rotate,
     rotate_inverse,
@@ -54,31 +54,37 @@ hull's corner, the first edges are tried."""
 
 
 @lean_kernel
+def _place(hulls, at):
+    """Return three numbers of a hull's block as a vector."""
+    return (hulls[at], hulls[at + 1], hulls[at + 2])
+
+
+@lean_kernel
 def _hull_edge(hulls, R, p, corner, index):
-    """Return an edge of a hull at the vertex in row ``corner``, or a feature of kind NONE."""
-    slot = hulls.neighbor_start[corner] + index
-    if slot >= hulls.neighbor_start[corner + 1]:
+    """Return an edge of a hull at the vertex at ``corner``, or a feature of kind NONE."""
+    neighbors = int(hulls[corner + 3])
+    if index >= int(hulls[neighbors]):
         return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
-    a = load_vector(hulls.vertices, corner)
-    h = scale(0.5, subtract(load_vector(hulls.vertices, hulls.neighbors[slot]), a))
+    a = _place(hulls, corner)
+    h = scale(0.5, subtract(_place(hulls, int(hulls[neighbors + 1 + index])), a))
     half = norm(h)
     return LINE, add(rotate(R, add(a, h)), p), rotate(R, unit(h, ORIGIN)), 0.0, -half, half
 
 
 @lean_kernel
 def _hull_face(hulls, hull, R, p, d):
-    """Return the face of a hull that faces along d most; ``low`` is its row, plus one."""
+    """Return the face of a hull that faces along d most; ``low`` is its place, plus one."""
     along, best = -math.inf, -1
     local = rotate_inverse(R, d)
-    for f in range(hulls.face_start[hull], hulls.face_start[hull + 1]):
-        cosine = dot(load_vector(hulls.face_normals, f), local)
+    first, last = face_range(hulls, hull)
+    for f in range(first, last, FACE_STRIDE):
+        cosine = dot(_place(hulls, f), local)
         if cosine > along:
             along, best = cosine, f
     if best < 0:
         return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
-    n = load_vector(hulls.face_normals, best)
-    c = load_vector(hulls.vertices, hulls.face_vertices[hulls.face_vertex_start[best]])
-    return FACE, add(rotate(R, c), p), rotate(R, n), 0.0, best + 1.0, 0.0
+    c = _place(hulls, int(hulls[int(hulls[best + 4]) + 1]))
+    return FACE, add(rotate(R, c), p), rotate(R, _place(hulls, best)), 0.0, best + 1.0, 0.0
 
 
 @lean_kernel
@@ -87,12 +93,13 @@ def _is_beyond_face(hulls, feature, R, p, x, allowed):
     if feature[0] != FACE or not feature[4] > 0.0:
         return False
     face = int(feature[4]) - 1
-    n = load_vector(hulls.face_normals, face)
+    n = _place(hulls, face)
     q = rotate_inverse(R, subtract(x, p))
-    start, end = hulls.face_vertex_start[face], hulls.face_vertex_start[face + 1]
-    a = load_vector(hulls.vertices, hulls.face_vertices[end - 1])
-    for slot in range(start, end):
-        b = load_vector(hulls.vertices, hulls.face_vertices[slot])
+    corners = int(hulls[face + 4])
+    last = corners + int(hulls[corners])
+    a = _place(hulls, int(hulls[last]))
+    for slot in range(corners + 1, last + 1):
+        b = _place(hulls, int(hulls[slot]))
         e = subtract(b, a)
         if dot(cross(n, e), subtract(q, a)) < -allowed * norm(e):
             return True
@@ -120,8 +127,8 @@ def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
     if core[0] == HULL:
         if index == 2:
             return _hull_face(hulls, core[1], R, p, d)
-        _, corner_row = placed_support(core, hulls, R, p, d, -1)
-        return _hull_edge(hulls, R, p, corner_row, index - 3)
+        _, corner_at = placed_support(core, hulls, R, p, d, -1)
+        return _hull_edge(hulls, R, p, corner_at, index - 3)
     if core[0] == SEGMENT and index == 2:
         half = core[3][0]
         return LINE, p, column(R, 2), 0.0, -half, half

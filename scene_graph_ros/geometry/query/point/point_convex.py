@@ -3,7 +3,7 @@
 import math
 
 from scene_graph_ros.geometry.jit import inlined_kernel
-from scene_graph_ros.geometry.narrowphase.cores import support_hull
+from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex
 from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_polygon,
     nearest_on_segment,
@@ -115,8 +115,8 @@ def _into_cone(hulls, k, size, x, n):
     of rounding. Each corner that is beyond takes its share from n.
     """
     for _ in range(TURNS):
-        corner = load_vector(hulls.vertices, support_hull(hulls, k, n, -1))
-        q = subtract(corner, x)
+        v = furthest_vertex(hulls.blocks, hulls.block_start[k], n, -1)
+        q = subtract((hulls.blocks[v], hulls.blocks[v + 1], hulls.blocks[v + 2]), x)
         beyond = dot(n, q)
         if beyond <= GJK_ROUNDING * EPSILON * size:
             break
