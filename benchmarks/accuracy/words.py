@@ -91,6 +91,15 @@ METHOD = """\
   `test/numerics/test_precision_table.py` holds the table to it in both directions: a larger error
   fails, and so does one a hundred times smaller, for then the table is out of date. Of the peers
   the measured error is shown.
+- **Searched for what no construction thinks of.** `test/numerics/search.py` makes pairs of any two
+  of the eight shapes, random or nasty - nearly aligned, concentric, just touching, a millionth as
+  large, a thousand kilometres away - and asks each pair as it is, with A and B exchanged, and with
+  B moved by a nanometre. Faults are an exception, nan, a normal that is no unit vector, witnesses
+  off their surfaces, a normal that does not separate by the distance, another direction that
+  separates more, an answer that depends on the order, and a change larger than the motion; all by
+  more than 1e-9 of the size. With seed 1: 1 000 002 queries of 333 334 pairs, no fault. The 104
+  pairs in which earlier searches found one are kept in `test/support/hard_corpus` and asked by
+  every test run.
 - **Engines.** Called from Python, on one thread. The tiers: one call for a scene of many such
   pairs, candidates included, divided by their number. `exact, one by one`, Drake, Coal, FCL and
   MuJoCo: one call for each pair, poses given before. Penetrations of Drake and MuJoCo come from
