@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+import trimesh
 
 from scene_graph_ros.geometry import SceneGraph, Sphere
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -109,13 +110,38 @@ def test_examples_of_the_documentation_run(tmp_path):
     """The scene and the Python lines in docs/scene_files.md do what they say."""
     pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
     text = (SCENES.parents[1] / "docs" / "scene_files.md").read_text()
-    (scene,) = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    scene, bodies = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (tmp_path / "meshes").symlink_to(SCENES / "meshes")
     (tmp_path / "scene.yaml").write_text(scene)
     loaded = load_scene(tmp_path / "scene.yaml").apply(SceneGraph())
     assert list(loaded.sources) == ["cell", "objects", "tracker", "panda"]
+    _load_bodies(bodies, tmp_path / "soft")
     names: dict = {}
     exec(code, names)
     poses = names["context"].frame_poses(names["source"])
     np.testing.assert_array_equal(poses, names["X_WL"])
+
+
+def _load_bodies(geometries, folder):
+    """Load the geometries of the page that press and deform, with the rest that they need."""
+    (folder / "meshes").mkdir(parents=True)
+    trimesh.creation.box([0.1, 0.06, 0.04]).export(folder / "meshes" / "sponge.obj")
+    head = """
+version: 1
+name: soft
+sources: [{name: gripper}, {name: objects}, {name: simulator}]
+frames:
+  - {name: finger, source: gripper}
+  - {name: ball, source: objects, pose: {xyz: [0, 0, 0.033]}}
+"""
+    (folder / "scene.yaml").write_text(head + geometries)
+    scene_graph = SceneGraph()
+    loaded = load_scene(folder / "scene.yaml").apply(scene_graph)
+    context = scene_graph.create_default_context()
+    loaded.set_initial_poses(context)
+    query = scene_graph.query_object(context)
+    # The ball's lowest point is 2 mm below the top of the pad; the sponge is elsewhere.
+    (surface,) = query.compute_contact_surfaces("triangle")
+    assert surface.material_M["dynamic_friction"] == 0.8
+    assert len(scene_graph.model_inspector().get_all_deformable_geometry_ids()) == 1
