@@ -24,9 +24,10 @@ INTRODUCTION = """\
 Queries about pairs of shapes are answered at one of three tiers of accuracy. `exact` is the
 default: its answers are true to rounding, so no tolerance downstream has to allow for them, and in
 a scene it costs little more than the others. `quick` and `standard` stop earlier where a distance
-is found by iteration, which saves up to half the time of curved pairs; pairs with a closed form
-are exact at any tier. Choose `quick` for large scenes of cylinders, ellipsoids and hulls where a
-thousandth of a shape's size does not matter; `standard` stays below a micrometre.
+is found by iteration, which saves up to half the time of curved pairs that are apart; overlaps and
+pairs with a closed form cost the same at any tier. Choose `quick` for large scenes of cylinders,
+ellipsoids and hulls where a thousandth of a shape's size does not matter; `standard` stays below a
+micrometre.
 
 ```python
 scene_graph = SceneGraph(accuracy="standard")  # the model's tier; "exact" if nothing is said
