@@ -16,7 +16,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 
-__all__ = ["VOLUME_FILE_TYPES", "read_mesh", "read_mesh_contents"]
+__all__ = ["VOLUME_FILE_TYPES", "read_file", "read_mesh", "read_mesh_contents"]
 
 VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
@@ -36,14 +36,18 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
             the message names the file and the reason.
 
     """
-    path = Path(path)
+    name = f"mesh file {os.fspath(path)!r}"
+    return read_mesh_contents(read_file(path), Path(path).suffix, name=name)
+
+
+def read_file(path: str | os.PathLike[str]) -> bytes:
+    """Read a file of a mesh. Raises MeshError, naming it, if it is missing or unreadable."""
     try:
-        contents = path.read_bytes()
+        return Path(path).read_bytes()
     except FileNotFoundError as error:
-        raise MeshError(f"mesh file {str(path)!r} does not exist") from error
+        raise MeshError(f"mesh file {os.fspath(path)!r} does not exist") from error
     except OSError as error:
-        raise MeshError(f"mesh file {str(path)!r}: {error.strerror}") from error
-    return read_mesh_contents(contents, path.suffix, name=f"mesh file {str(path)!r}")
+        raise MeshError(f"mesh file {os.fspath(path)!r}: {error.strerror}") from error
 
 
 def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangulation:

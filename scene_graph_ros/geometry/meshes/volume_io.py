@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.io import VOLUME_FILE_TYPES
+from scene_graph_ros.geometry.meshes.io import read_file, VOLUME_FILE_TYPES
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
 __all__ = ["VOLUME_FILE_TYPES", "load_volume_mesh", "parse_volume_mesh", "save_volume_mesh"]
@@ -27,14 +27,8 @@ def load_volume_mesh(path: str | os.PathLike[str]) -> VolumeMesh:
             names the file and the reason.
 
     """
-    path = Path(path)
-    try:
-        contents = path.read_bytes()
-    except FileNotFoundError as error:
-        raise MeshError(f"mesh file {str(path)!r} does not exist") from error
-    except OSError as error:
-        raise MeshError(f"mesh file {str(path)!r}: {error.strerror}") from error
-    return parse_volume_mesh(contents, path.suffix, name=f"mesh file {str(path)!r}")
+    name = f"mesh file {os.fspath(path)!r}"
+    return parse_volume_mesh(read_file(path), Path(path).suffix, name=name)
 
 
 def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMesh:
