@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.deformable.field import reference_field
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
+from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.model.deformable import Configuration, Deformable
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -70,9 +71,16 @@ class DeformedBody(NamedTuple):
     """(n, 6) the same of each node of the hierarchy."""
 
 
+_CAPACITY = 64
+_bodies: BuildCache[Body] = BuildCache(_CAPACITY)
+
+
 def body_of(deformable: Deformable) -> Body:
-    """Return what no configuration changes, built on first use."""
-    result: Body = deformable.cached("contact body", lambda: _build(deformable.mesh))
+    """Return what no configuration changes, built on first use; equal meshes share it."""
+    mesh = deformable.mesh
+    result: Body = deformable.cached(
+        "contact body", lambda: _bodies.get(mesh, lambda: _build(mesh))
+    )
     return result
 
 

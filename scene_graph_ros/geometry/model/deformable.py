@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.errors import (
     InvalidConfigurationError,
     OwnershipError,
 )
+from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.properties import GeometryProperties
@@ -43,6 +44,8 @@ __all__ = [
 
 DEFORMABLE_GROUP = "deformable"
 _INSIDE = 2.0
+_CAPACITY = 64
+_meshes: BuildCache[VolumeMesh] = BuildCache(_CAPACITY)
 
 
 class _Memo:
@@ -149,10 +152,12 @@ def _tessellated(instance: GeometryInstance, hint: float | None, label: str) -> 
     length = float(hint)
     if isinstance(shape, Box):
         return grid_box(shape, length)
-    mesh = tessellate_volume(shape, length)
     if isinstance(shape, MeshShape) and shape.file_type in VOLUME_FILE_TYPES:
-        return mesh
-    return with_short_edges(mesh, _INSIDE * length)
+        return tessellate_volume(shape, length)
+    return _meshes.get(
+        (shape, length),
+        lambda: with_short_edges(tessellate_volume(shape, length), _INSIDE * length),
+    )
 
 
 def refuse_deformable(record: GeometryRecord, what: str) -> None:

@@ -82,6 +82,23 @@ def test_a_ball_from_its_hint(world):
     assert 0.95 < mesh.volume / (4 / 3 * np.pi * 0.1**3) < 1.0
 
 
+def test_equal_balls_share_their_mesh(world):
+    """A mesh is made once for a shape and hint; positions are each geometry's own."""
+    soft = [
+        world.scene_graph.register_deformable_geometry(
+            world.arm, WORLD, soft_instance(f"soft_{k}", shape=Sphere(0.1)), hint
+        )
+        for k, hint in enumerate((0.05, 0.05, 0.06))
+    ]
+    first, second, other = (world.inspector.get_reference_mesh(i) for i in soft)
+    assert first is second
+    assert other.num_tetrahedra < first.num_tetrahedra
+    context = world.scene_graph.create_default_context()
+    q_WG = context.configuration(soft[1]).copy()
+    context.set_configurations(world.arm, {soft[0]: 2.0 * q_WG})
+    assert np.array_equal(context.configuration(soft[1]), q_WG)
+
+
 def test_reference_mesh_is_taken_as_it_is(world):
     """A mesh of the caller's own: the shape is only a description."""
     mesh = VolumeMesh(TETRAHEDRON, [[0, 1, 2, 3]])
