@@ -21,13 +21,16 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
-__all__ = ["DEFAULT_EDGE", "ENVELOPE", "tetrahedralize"]
+__all__ = ["DEFAULT_EDGE", "ENVELOPE", "PATIENCE", "tetrahedralize"]
 
 DEFAULT_EDGE = 0.1
 """Relative to the diagonal of the bounding box: the wanted length of edges without a hint."""
 
 ENVELOPE = 1e-3
 """Relative to the diagonal of the bounding box: how far the surface may move."""
+
+PATIENCE = 900.0
+"""Seconds that the library may take; ordinary meshes take some."""
 
 _REMEDY = (
     "give it as a .vtk or .vtu file with tetrahedra, or as its convex hull by Convex, or install"
@@ -54,7 +57,7 @@ def tetrahedralize(surface: Surface, edge: float | None, name: str) -> VolumeMes
 
     Raises:
         MeshError: the surface is not closed, the library is not installed, or it found no
-            tetrahedra; says what to do.
+            tetrahedra, or not within PATIENCE; says what to do.
 
     """
     if not surface.is_closed:
@@ -92,13 +95,19 @@ def _run(
             edge=edge,
             envelope=ENVELOPE,
         )
-        done = subprocess.run(  # noqa: S603
-            [sys.executable, "-c", _PROGRAM],
-            check=False,
-            cwd=folder,
-            capture_output=True,
-            text=True,
-        )
+        try:
+            done = subprocess.run(  # noqa: S603
+                [sys.executable, "-c", _PROGRAM],
+                check=False,
+                cwd=folder,
+                capture_output=True,
+                text=True,
+                timeout=PATIENCE,
+            )
+        except subprocess.TimeoutExpired as error:
+            raise MeshError(
+                f"{name} could not be filled with tetrahedra in {PATIENCE:g} s: {_REMEDY}"
+            ) from error
         result = Path(folder, "volume.npz")
         if done.returncode != 0 or not result.exists():
             last = done.stderr.strip().splitlines()[-1:] or [f"exit code {done.returncode}"]

@@ -17,6 +17,7 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.hydroelastic.elements import linear_fields
 from scene_graph_ros.geometry.hydroelastic.fields import compliant_solid, solid_of_volume_mesh
+from scene_graph_ros.geometry.meshes import tetrahedralize
 from scene_graph_ros.geometry.meshes.tessellate import tessellate_surface, tessellate_volume
 from scene_graph_ros.geometry.meshes.volume_io import save_volume_mesh
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
@@ -268,3 +269,13 @@ def test_mesh_that_is_not_convex_is_filled_by_the_library():
     assert tessellate_volume(shape, 1.0) is tessellate_volume(shape, 1.0)
     assert solid.extent.max() == 1.0
     assert (solid.extent[solid.tetrahedra] > 0.0).any(axis=1).all()
+
+
+def test_library_that_takes_too_long_is_stopped(monkeypatch):
+    """The error names the mesh and says what to do instead."""
+    pytest.importorskip("pytetwild")
+    monkeypatch.setattr(tetrahedralize, "PATIENCE", 1e-3)
+    vertices, faces = _prism(L_OUTLINE, L_TRIANGLES)
+    # Of another size than the meshes above, which are kept.
+    with pytest.raises(MeshError, match=r"in 0\.001 s: give it as a \.vtk"):
+        tessellate_volume(Mesh(vertices=1.25 * np.asarray(vertices), faces=faces), 1.0)
