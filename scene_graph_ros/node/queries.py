@@ -7,7 +7,7 @@ it into a status.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 import importlib
 from typing import Any, TypeVar
@@ -55,8 +55,8 @@ class Asked:
     options: Options
     limit: Callable[[str], Any]
     records: Mapping[str, SourceRecord]
-    pose_topics: Mapping[str, str]
-    configuration_topics: Mapping[str, str] = field(default_factory=dict)
+    pose_topics: Callable[[], Mapping[str, str]] = dict
+    configuration_topics: Callable[[], Mapping[str, str]] = dict
 
     @cached_property
     def worlds(self) -> list[QueryObject]:
@@ -220,15 +220,16 @@ def describe(request: Any, response: Any, asked: Asked) -> None:
         source_id = names.source_id(request.source)
         chosen = [record for record in chosen if record.id == source_id]
     role = role_from_msg(request.role) if request.role else None
+    pose_topics, configuration_topics = asked.pose_topics(), asked.configuration_topics()
     for record in sorted(chosen, key=lambda record: record.id):
         stamp = snapshot.source_stamps.get(record.name, UNSTAMPED)
         response.sources.append(
             source_to_msg(
                 record.id,
                 record.name,
-                pose_topic=asked.pose_topics.get(record.name, ""),
+                pose_topic=pose_topics.get(record.name, ""),
                 pose_type=record.pose_type,
-                configuration_topic=asked.configuration_topics.get(record.name, ""),
+                configuration_topic=configuration_topics.get(record.name, ""),
                 stamp_ns=max(stamp, 0),
             )
         )

@@ -22,7 +22,11 @@ from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
 from scene_graph_ros.node.loop import OwnThreadGroup, UpdateLoop
-from scene_graph_ros.node.names import DIAGNOSTICS
+from scene_graph_ros.node.names import (
+    default_configuration_topic,
+    default_pose_topic,
+    DIAGNOSTICS,
+)
 from scene_graph_ros.node.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.scenes import SceneLoader
 from scene_graph_ros.node.services import Services
@@ -81,13 +85,25 @@ class Server:
         return self._is_active
 
     def pose_topics(self) -> dict[str, str]:
-        """Return the absolute name of each source's pose topic."""
-        return {name: channel.topic for name, channel in self._inputs.channels.items()}
+        """Return the absolute name of each source's pose topic, subscribed to yet or not."""
+        return {
+            name: self.node.resolve_topic_name(
+                record.pose_topic or default_pose_topic(name, record.pose_type)
+            )
+            for name, record in self._world.records.items()
+            if record.pose_type
+        }
 
     def configuration_topics(self) -> dict[str, str]:
-        """Return the absolute name of the topic of each source with deformable geometry."""
-        channels = self._configurations.channels
-        return {name: channel.topic for name, channel in channels.items()}
+        """Return the same of the configurations of sources with deformable geometry."""
+        records = self._world.records
+        return {
+            name: self.node.resolve_topic_name(
+                records[name].configuration_topic or default_configuration_topic(name)
+            )
+            for name in self._world.deformables
+            if name in records
+        }
 
     def publishers_changed(self) -> None:
         """Follow other publishers than before."""

@@ -27,11 +27,7 @@ from scene_graph_msgs.srv import ListEffects
 from scene_graph_ros.node.bodies import prepare
 from scene_graph_ros.node.edits import EDITS, Tools
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.names import (
-    default_configuration_topic,
-    default_pose_topic,
-    service_name,
-)
+from scene_graph_ros.node.names import service_name
 from scene_graph_ros.node.queries import Asked, QUERIES
 from scene_graph_ros.node.requests import Answer, RequestLoop, Respond
 from scene_graph_ros.node.waiting import Awaited, Later, Waiting
@@ -137,8 +133,8 @@ class Services:
                 options,
                 self._host.parameter,
                 self._world.records,
-                self._host.pose_topics(),
-                self._host.configuration_topics(),
+                self._host.pose_topics,
+                self._host.configuration_topics,
             )
             count = len(options.configurations)
             asked.require("max_configurations_per_request", count, "configurations")
@@ -165,28 +161,16 @@ class Services:
                 )
                 self._host.scene_changed()
                 if name == "RegisterSource":
-                    response.pose_topic = self._pose_topic(response.source.name)
+                    response.pose_topic = self._host.pose_topics().get(response.source.name, "")
                 elif name == "RegisterDeformableGeometry":
-                    response.configuration_topic = self._configuration_topic(request.source.name)
+                    topics = self._host.configuration_topics()
+                    response.configuration_topic = topics[request.source.name]
                 self._finish(name, response, snapshot)
             except Exception as error:  # noqa: BLE001 - every request is answered
                 return self._refuse(name, type(response)(), error)
             return response
 
         return answer
-
-    def _pose_topic(self, source: str) -> str:
-        record = self._world.records[source]
-        topic = record.pose_topic or default_pose_topic(source, record.pose_type)
-        return self._host.pose_topics().get(source) or str(
-            self._host.node.resolve_topic_name(topic)
-        )
-
-    def _configuration_topic(self, source: str) -> str:
-        topic = self._world.records[source].configuration_topic
-        return self._host.configuration_topics().get(source) or str(
-            self._host.node.resolve_topic_name(topic or default_configuration_topic(source))
-        )
 
     def _list_effects(self, request: Any, response: Any) -> ListEffects.Response:
         self.requests["ListEffects"] += 1

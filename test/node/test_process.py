@@ -116,6 +116,9 @@ def test_lifecycle_is_offered_and_not_forced(client, start_node, domain, scene):
     assert "/scene_graph/contacts" not in client.topics()
     assert change(Transition.TRANSITION_CONFIGURE)
     assert list(client.call("HasCollisions").has_collisions) == [1]
+    # Services answer before poses are taken in: a source can already ask where to send them.
+    (source,) = client.call("DescribeScene").sources
+    assert source.pose_topic == "/ball/poses"
     assert "/scene_graph/contacts" not in client.topics()
     assert change(Transition.TRANSITION_ACTIVATE)
     contacts = client.listen(ContactArray, "contacts")
