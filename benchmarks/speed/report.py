@@ -101,7 +101,8 @@ def write(rows: Sequence[Measurement], titles: dict[str, str], notes: str, folde
     """Write performance.csv, and performance.md with ``notes`` on the machine in it.
 
     ``titles`` has the title of every scene by its key. What follows the line ``<!-- measured -->``
-    is written anew; what stands before and what follows ``<!-- end -->`` are kept.
+    is written anew; what stands before and what follows ``<!-- end -->`` are kept. A folder
+    without that page gets the measured part alone.
     """
     with (folder / "performance.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
@@ -117,7 +118,8 @@ def write(rows: Sequence[Measurement], titles: dict[str, str], notes: str, folde
                 parts.append("![Time against the number of shapes](performance.png)\n")
     parts.append("![Time in the other scenes](performance_scenes.png)\n")
     page = folder / "performance.md"
-    before, _, rest = page.read_text().partition(_START)
+    text = page.read_text() if page.exists() else f"{_START}{_END}\n"
+    before, _, rest = text.partition(_START)
     after = rest.partition(_END)[2]
     page.write_text(before + _START + "\n\n" + "\n".join(parts) + "\n" + _END + after)
 

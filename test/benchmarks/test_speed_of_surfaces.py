@@ -54,6 +54,19 @@ def test_the_table_names_the_faces(measured):
     assert "building the compliant bodies, once" in table
 
 
+def test_a_page_is_begun_and_its_text_is_kept(measured, tmp_path):
+    """A new folder gets a page of what was measured; text around it outlives the next run."""
+    titles = {measured[0].scene: "soft shapes"}
+    page = tmp_path / "performance.md"
+    report.write(measured, titles, "Measured today.\n", tmp_path)
+    assert "### Soft shapes" in page.read_text()
+    page.write_text(f"# Ours\n{page.read_text()}The end.\n")
+    report.write(measured, titles, "Measured again.\n", tmp_path)
+    text = page.read_text()
+    assert text.startswith("# Ours\n") and text.endswith("The end.\n")
+    assert "Measured again." in text and "Measured today." not in text
+
+
 def test_measurements_without_faces_are_read(tmp_path):
     """A file from before there were faces is read; they are NaN then."""
     old = Measurement("mixed", 10, "candidates", "Drake", 3, 1.0, 0.5, 2.0, 7.0)
