@@ -1,8 +1,8 @@
 """Compare the speed of queries with the peers: ``python -m benchmarks``.
 
 Every pose is new before every query, and its update is part of the time. The engines take turns on
-the same scenes. Writes performance.csv, performance.md and two plots. Peers that are not
-installed are left out, and that is said; ``make bench`` installs them.
+the same scenes, each a streak of queries long. Writes performance.csv, performance.md and two
+plots. Peers that are not installed are left out, and that is said; ``make bench`` installs them.
 """
 
 from __future__ import annotations
@@ -122,6 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for key, title in titles.items():
         print(f"{title}\n\n{report.table([m for m in measured if m.scene == key])}")
     print(report.summary_table(measured))
+    print(f"The first query after other work:\n\n{report.first_table(measured)}")
     print(f"{time.perf_counter() - started:.0f} s in all")
     if options.quick:
         return

@@ -1,4 +1,8 @@
-"""Time the engines row by row, taking turns, so that a slow moment of the machine hits all."""
+"""Time the engines row by row, taking turns, so that a slow moment of the machine hits all.
+
+A turn is a streak of queries, as in a loop that asks one engine again and again. The first of a
+streak finds the processor's caches full of another engine's data; it is kept apart.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +26,13 @@ __all__ = ["ENGINES", "Measurement", "make_engines", "measure"]
 
 ENGINES = (Ours, Drake, MuJoCo, Coal, Fcl)
 
-MAX_ROUNDS = 60
-MIN_ROUNDS = 3
+STREAK = 9
+"""Queries of a turn: the first, which comes after other work, and eight more."""
+MAX_TURNS = 12
+MIN_TURNS = 3
+"""Turns that streaks are shortened for, down to two queries, where a query is slow."""
+SETTLING = (150, 0.5)
+"""Queries, and seconds, at most, before time is taken: trees of boxes get better by and by."""
 SLOW = 4.0
 """Seconds. A query that took longer the first time is not asked again."""
 
@@ -36,6 +45,7 @@ class Measurement(NamedTuple):
     row: str
     engine: str
     rounds: int
+    """Queries whose times the next three are of."""
     median_ms: float
     low_ms: float
     """First decile."""
@@ -45,6 +55,11 @@ class Measurement(NamedTuple):
     """Mean number of pairs, or of answers to points."""
     faces: float = np.nan
     """Mean number of faces of contact surfaces together."""
+    turns: int = 0
+    """Queries that came after another engine's, whose times the next three are of."""
+    first_median_ms: float = np.nan
+    first_low_ms: float = np.nan
+    first_high_ms: float = np.nan
 
 
 def make_engines(scene: Scene, say: Callable[[str], None]) -> list[Engine]:
@@ -75,47 +90,87 @@ class _Turns:
         self._arguments = row.arguments(scene)
         self._X_WFs = X_WFs
         self._order = _there_and_back(len(X_WFs))
+        self.last_answer = 0.0
         self.times: list[float] = []
+        self.firsts: list[float] = []
         self.found: list[int] = []
         self.faces: list[int] = []
 
     def ready(self) -> None:
-        """Bring the poses into the engine's form, and ask once; the time tells if it is slow."""
+        """Bring the poses into the engine's form, and ask until the engine has settled.
+
+        The time of the last answer tells if it is slow.
+        """
         self.engine.choose(self._X_WFs, self.row.max_distance)
         next(self._order)
         self.engine.move(0)
-        self.once()
+        self.last_answer = self._once()
         if self.is_slow:  # It may have built what is built once.
-            self.times.clear()
-            self.once()
+            self.last_answer = self._once()
+        if self.is_slow:
+            self.times.append(self.last_answer)
+            return
+        count, seconds = SETTLING
+        end = time.perf_counter() + seconds
+        for _ in range(count):
+            self.last_answer = self._once()
+            if time.perf_counter() >= end:
+                return
 
-    def once(self) -> None:
-        """Move and ask, and count what was found after time was taken."""
+    def take(self, streak: int, *, is_first_apart: bool) -> None:
+        """Ask so many times in a row, with new poses each time."""
+        times = [self._once() for _ in range(streak)]
+        if is_first_apart:
+            self.firsts.append(times.pop(0))
+        self.times += times
+
+    def _once(self) -> float:
+        """Move and ask; return the seconds. What was found is counted after time was taken."""
         ask: Callable[..., Any] = getattr(self.engine, self.row.method)
         k = next(self._order)
         start = time.perf_counter()
         self.engine.move(k)
         result = ask(*self._arguments)
-        self.times.append(time.perf_counter() - start)
+        elapsed = time.perf_counter() - start
         self.found.append(self.engine.count(self.row.key, result))
         if self.row.method == "surfaces":
             self.faces.append(self.engine.faces(result))
+        return elapsed
 
     @property
     def is_slow(self) -> bool:
-        """Whether the first answer took too long to ask again."""
-        return self.times[0] > SLOW
+        """Whether an answer took too long to ask again."""
+        return self.last_answer > SLOW
 
     def measurement(self, scene: Scene) -> Measurement:
-        """Return the result; the first answer, that warms up, counts only if it stayed alone."""
-        times = 1e3 * np.array(self.times[1:] or self.times)
-        low, median, high = np.quantile(times, [0.1, 0.5, 0.9])
-        name = self.engine.name
-        found = float(np.mean(self.found))
-        faces = float(np.mean(self.faces)) if self.faces else np.nan
+        """Return the result; the answer that warmed up counts only if it stayed alone."""
         return Measurement(
-            scene.key, scene.size, self.row.key, name, len(times), median, low, high, found, faces
+            scene=scene.key,
+            size=scene.size,
+            row=self.row.key,
+            engine=self.engine.name,
+            rounds=len(self.times),
+            found=float(np.mean(self.found)),
+            faces=float(np.mean(self.faces)) if self.faces else np.nan,
+            turns=len(self.firsts),
+            **_milliseconds("", self.times),
+            **_milliseconds("first_", self.firsts),
         )
+
+
+def _milliseconds(prefix: str, seconds: Sequence[float]) -> dict[str, float]:
+    """Return median, first and ninth decile by the names of their columns; nan of nothing."""
+    figures = np.full(3, np.nan)
+    if seconds:
+        figures = 1e3 * np.quantile(seconds, [0.5, 0.1, 0.9])
+    names = [f"{prefix}{name}_ms" for name in ("median", "low", "high")]
+    return dict(zip(names, figures.tolist(), strict=True))
+
+
+def _plan(queries: float) -> tuple[int, int]:
+    """Return turns and the length of their streaks, for so many queries of each engine."""
+    streak = int(np.clip(queries // MIN_TURNS, 2, STREAK))
+    return int(np.clip(queries // streak, 2, MAX_TURNS)), streak
 
 
 def measure(
@@ -140,10 +195,10 @@ def measure(
             else:
                 turns.append(turn)
     quick = [turn for turn in turns if not turn.is_slow]
-    each = max(sum(turn.times[0] for turn in quick), 1e-6)
-    rounds = int(np.clip(seconds / each, MIN_ROUNDS, MAX_ROUNDS))
+    each = max(sum(turn.last_answer for turn in quick), 1e-6)
+    count, streak = _plan(seconds / each)
     gc.collect()
-    for k in range(rounds):
-        for i in range(len(quick)):
-            quick[(i + k) % len(quick)].once()
+    for _ in range(count):
+        for turn in quick:
+            turn.take(streak, is_first_apart=len(quick) > 1)
     return [turn.measurement(scene) for turn in turns]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 import csv
 import math
 from pathlib import Path
@@ -11,7 +11,7 @@ from benchmarks.speed.engines.ours import Ours
 from benchmarks.speed.measure import ENGINES, Measurement
 from benchmarks.speed.rows import BUILDING, ROWS, SURFACE_ROWS
 
-__all__ = ["COMPLIANT", "MIXED", "read", "summary_table", "table", "write"]
+__all__ = ["COMPLIANT", "MIXED", "first_table", "read", "summary_table", "table", "write"]
 
 MIXED = "mixed"
 COMPLIANT = "compliant"
@@ -25,7 +25,7 @@ _GOALS = {row.key: row.goal for row in _ALL}
 
 def read(path: Path) -> list[Measurement]:
     """Return the measurements of a file that ``write`` wrote."""
-    numbers = {"size": int, "rounds": int}
+    numbers = {"size": int, "rounds": int, "turns": int}
     words = ("scene", "row", "engine")
     with path.open(newline="") as file:
         return [
@@ -49,11 +49,22 @@ def _cell(m: Measurement | None) -> str:
     return f"{_number(m.median_ms)}{spread} · {m.found:.0f}{faces}"
 
 
+def _against(
+    rows: Sequence[Measurement], column: str = "median_ms"
+) -> tuple[Measurement, Measurement] | None:
+    """Return ours and the fastest peer by a column; None where either was not measured."""
+    measured = [m for m in rows if not math.isnan(getattr(m, column))]
+    ours = [m for m in measured if m.engine == Ours.name]
+    peers = [m for m in measured if m.engine != Ours.name]
+    if not (ours and peers):
+        return None
+    return ours[0], min(peers, key=lambda m: getattr(m, column))
+
+
 def ratio(rows: Sequence[Measurement]) -> float | None:
     """Return how many times as long as ours the fastest peer took; None without peers."""
-    ours = [m.median_ms for m in rows if m.engine == Ours.name]
-    peers = [m.median_ms for m in rows if m.engine != Ours.name]
-    return min(peers) / ours[0] if ours and peers else None
+    pair = _against(rows)
+    return pair[1].median_ms / pair[0].median_ms if pair else None
 
 
 def _groups(rows: Sequence[Measurement]) -> dict[tuple[str, int, str], list[Measurement]]:
@@ -82,18 +93,33 @@ def table(rows: Sequence[Measurement]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _main_lines(
+    rows: Sequence[Measurement], column: str
+) -> Iterator[tuple[str, Measurement, str]]:
+    """Yield row, ours and the cells of a line, for each row of 1000 mixed shapes."""
+    for (scene, size, key), group in _groups(rows).items():
+        pair = _against(group, column)
+        if scene in (MIXED, COMPLIANT) and size == MAIN_SIZE and pair is not None:
+            ours, best = (getattr(m, column) for m in pair)
+            times = f"{_number(ours)} | {pair[1].engine}: {_number(best)}"
+            yield key, pair[0], f"| {_TITLES[key]} | {times} | {_number(best / ours)} |"
+
+
 def summary_table(rows: Sequence[Measurement]) -> str:
     """Return the ratios that were reached with 1000 mixed shapes beside the goals."""
     lines = ["| asked | ours (ms) | fastest peer (ms) | ratio | goal |",
              "| --- | ---: | ---: | ---: | ---: |"]  # fmt: skip
-    for (scene, size, key), group in _groups(rows).items():
-        r = ratio(group)
-        if scene not in (MIXED, COMPLIANT) or size != MAIN_SIZE or r is None:
-            continue
-        best = min((m for m in group if m.engine != Ours.name), key=lambda m: m.median_ms)
-        ours = next(m for m in group if m.engine == Ours.name)
-        times = f"{_number(ours.median_ms)} | {best.engine}: {_number(best.median_ms)}"
-        lines.append(f"| {_TITLES[key]} | {times} | {_number(r)} | {_GOALS[key]:.0f} |")
+    for key, _, line in _main_lines(rows, "median_ms"):
+        lines.append(f"{line} {_GOALS[key]:.0f} |")
+    return "\n".join(lines) + "\n"
+
+
+def first_table(rows: Sequence[Measurement]) -> str:
+    """Return the same of the queries that came after other work: the first of each streak."""
+    lines = ["| asked | ours (ms) | fastest peer (ms) | ratio | ours, first / rest |",
+             "| --- | ---: | ---: | ---: | ---: |"]  # fmt: skip
+    for _, ours, line in _main_lines(rows, "first_median_ms"):
+        lines.append(f"{line} {_number(ours.first_median_ms / ours.median_ms)} |")
     return "\n".join(lines) + "\n"
 
 
@@ -110,6 +136,7 @@ def write(rows: Sequence[Measurement], titles: dict[str, str], notes: str, folde
         for m in rows:
             writer.writerow([f"{v:.6g}" if isinstance(v, float) else v for v in m])
     parts = [notes, "### 1000 mixed shapes against the goals\n", summary_table(rows)]
+    parts += ["### The same, the first query after other work\n", first_table(rows)]
     for key, title in titles.items():
         mine = [m for m in rows if m.scene == key]
         if mine:

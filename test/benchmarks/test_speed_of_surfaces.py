@@ -68,12 +68,13 @@ def test_a_page_is_begun_and_its_text_is_kept(measured, tmp_path):
 
 
 def test_measurements_without_faces_are_read(tmp_path):
-    """A file from before there were faces is read; they are NaN then."""
+    """A file from before there were faces and streaks is read; their times are NaN then."""
     old = Measurement("mixed", 10, "candidates", "Drake", 3, 1.0, 0.5, 2.0, 7.0)
     with (tmp_path / "performance.csv").open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(Measurement._fields[:-1])
-        writer.writerow(old[:-1])
+        writer.writerow(Measurement._fields[:9])
+        writer.writerow(old[:9])
     (read,) = report.read(tmp_path / "performance.csv")
-    assert read[:-1] == old[:-1]
-    assert np.isnan(read.faces)
+    assert read[:9] == old[:9]
+    assert read.turns == 0
+    assert np.isnan([read.faces, read.first_median_ms]).all()

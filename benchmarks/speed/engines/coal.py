@@ -25,7 +25,9 @@ class Coal:
             raise NotImplementedError("Coal's trees have no filters in Python")
         self._coal: Any = importlib.import_module("coal")
         self._scene = scene
-        self._moving = [self._object(body.shape, np.eye(4)) for body in scene.moving]
+        # Where they are at first: a tree of things that are all in one place takes long to mend.
+        starts = zip(scene.moving, scene.moving_poses(scene.X_WF[0]), strict=True)
+        self._moving = [self._object(body.shape, X_WG) for body, X_WG in starts]
         self._fixed = [self._object(body.shape, body.X_FG) for body in scene.anchored]
         self._trees = [self._tree(self._moving), self._tree(self._fixed)]
         self._margin = 0.0

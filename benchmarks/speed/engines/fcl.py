@@ -24,7 +24,9 @@ class Fcl:
             raise NotImplementedError("python-fcl has no filters")
         self._fcl: Any = importlib.import_module("fcl")
         self._scene = scene
-        self._moving = [self._object(body.shape, np.eye(4)) for body in scene.moving]
+        # Where they are at first: a tree of things that are all in one place takes long to mend.
+        starts = zip(scene.moving, scene.moving_poses(scene.X_WF[0]), strict=True)
+        self._moving = [self._object(body.shape, X_WG) for body, X_WG in starts]
         self._fixed = [self._object(body.shape, body.X_FG) for body in scene.anchored]
         self._trees = [self._tree(self._moving), self._tree(self._fixed)]
         self.choose(scene.X_WF, 0.0)
