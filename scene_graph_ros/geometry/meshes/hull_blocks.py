@@ -24,6 +24,7 @@ __all__ = [
     "STRIDE",
     "face_range",
     "furthest_vertex",
+    "likely_vertex",
     "pack_blocks",
 ]
 
@@ -104,6 +105,14 @@ def _sector(d):
     elif y >= z:
         axis = 1
     return 3 * (int(d[0] > 0.0) + 2 * int(d[1] > 0.0) + 4 * int(d[2] > 0.0)) + axis
+
+
+@lean_kernel
+def likely_vertex(blocks, start, p):
+    """Return where a vertex of a block is that is probably the nearest to p, outside of it."""
+    first = start + HEADER
+    way = (p[0] - blocks[first], p[1] - blocks[first + 1], p[2] - blocks[first + 2])
+    return int(blocks[start + 4 + _sector(way)])
 
 
 @lean_kernel

@@ -1,9 +1,9 @@
-"""Nearest points on segments, triangles and polygons: the flat pieces of hulls and meshes."""
+"""Nearest points on segments and triangles: the flat pieces of hulls and meshes."""
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
-from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, subtract
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, subtract
 
-__all__ = ["nearest_on_polygon", "nearest_on_segment", "nearest_on_triangle"]
+__all__ = ["nearest_on_segment", "nearest_on_triangle", "way_from_segment"]
 
 
 @kernel
@@ -23,7 +23,7 @@ def nearest_on_segment(p, a, b):
 
 
 @kernel
-def _way_from_segment(p, a, b, t):
+def way_from_segment(p, a, b, t):
     """Return p less the point of ab at t, from the nearer end: its rounding is that of its length.
 
     The difference of p and the rounded point would have that of the coordinates.
@@ -60,7 +60,7 @@ def nearest_on_triangle(p, a, b, c, n):
             outside, start, end = outside_ca, c, a
         if outside:
             x, t = nearest_on_segment(p, start, end)
-            offset = _way_from_segment(p, start, end, t)
+            offset = way_from_segment(p, start, end, t)
             square = dot(offset, offset)
             # A corner and a point next to it may be equally near to rounding: the latter is right.
             if square < least or (square == least and 0.0 < t < 1.0):
@@ -70,25 +70,3 @@ def nearest_on_triangle(p, a, b, c, n):
                 elif t == 1.0:
                     feature = (k + 1) % 3 + 4
     return best, least, feature
-
-
-@lean_kernel
-def nearest_on_polygon(p, vertices, corners, start, end, n):
-    """Return (x, is_inside): the point nearest to p of the convex polygon with unit normal n.
-
-    Its corners are ``vertices[corners[start:end]]``, counter-clockwise around n. ``is_inside``
-    tells that p projects into the polygon; then x is left to the caller, who knows the plane.
-    """
-    x, least, is_inside = p, 1e300, True
-    a = load_vector(vertices, corners[end - 1])
-    for slot in range(start, end):
-        b = load_vector(vertices, corners[slot])
-        if dot(cross(n, subtract(b, a)), subtract(p, a)) < 0.0:
-            is_inside = False
-            candidate, t = nearest_on_segment(p, a, b)
-            offset = _way_from_segment(p, a, b, t)
-            square = dot(offset, offset)
-            if square < least:
-                x, least = candidate, square
-        a = b
-    return x, is_inside

@@ -1,18 +1,29 @@
-"""Signed distance from a point to a convex hull, solid or degenerate."""
+"""Signed distance from a point to a convex hull, solid or degenerate.
+
+Hulls are read from ``Hulls.blocks`` (``meshes.hull_blocks``): ``start`` is where a block begins,
+and a place that of a vertex in the array.
+"""
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.hull_blocks import (
+    face_range,
+    FACE_STRIDE,
+    furthest_vertex,
+    HEADER,
+    likely_vertex,
+    STRIDE,
+)
 from scene_graph_ros.geometry.query.point.flat_features import (
-    nearest_on_polygon,
     nearest_on_segment,
+    way_from_segment,
 )
 from scene_graph_ros.geometry.spatial.vectors import (
     any_orthogonal,
     axpy,
+    cross,
     dot,
-    load_vector,
     norm,
     scale,
     subtract,
@@ -20,18 +31,41 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON, GJK_ROUNDING
 
-__all__ = ["point_convex"]
+__all__ = ["point_convex", "point_hull"]
 
 TURNS = 8
 """A normal has two degrees of freedom: the corners next to x that hold it are few."""
 
+_FAR = 0.25
+"""Relative to a hull's extent: a point further away than this has the way from its nearest point
+for a normal, of which rounding of the coordinates then turns not even the last digits."""
+
+_CORNER_STEPS = 8
+"""Bounds the descent to the nearest corner or edge; of points around hulls it takes two or three,
+and a point that needs more is looked at face by face."""
+
 
 @inlined_kernel
-def _highest_face(hulls, k, p):
-    """Return (face, height, second): the face plane that p is highest above, and the runner-up."""
+def _vertex(blocks, place):
+    return (blocks[place], blocks[place + 1], blocks[place + 2])
+
+
+@inlined_kernel
+def _vertex_places(blocks, start):
+    first = start + HEADER
+    return first, first + STRIDE * int(blocks[start])
+
+
+@inlined_kernel
+def _highest_face(blocks, start, p):
+    """Return (face, height, second): the face plane that p is highest above, and the runner-up.
+
+    ``face`` is its place, -1 for a hull without faces.
+    """
     face, height, second = -1, -math.inf, -math.inf
-    for f in range(hulls.face_start[k], hulls.face_start[k + 1]):
-        h = dot(load_vector(hulls.face_normals, f), p) - hulls.face_offsets[f]
+    first, last = face_range(blocks, start)
+    for f in range(first, last, FACE_STRIDE):
+        h = dot(_vertex(blocks, f), p) - blocks[f + 3]
         if h > height:
             face, height, second = f, h, height
         elif h > second:
@@ -40,8 +74,32 @@ def _highest_face(hulls, k, p):
 
 
 @inlined_kernel
-def _nearest_beyond_face(hulls, k, p, x):
-    """Return the nearest point of hull k to p outside, given one of it, x, that is near.
+def _nearest_on_face(blocks, face, p, n):
+    """Return (x, is_inside): the point nearest to p of a face with unit normal n.
+
+    ``is_inside`` tells that p projects into the polygon; then x is left to the caller, who knows
+    the plane.
+    """
+    x, least, is_inside = p, math.inf, True
+    corners = int(blocks[face + 4])
+    count = int(blocks[corners])
+    a = _vertex(blocks, int(blocks[corners + count]))
+    for slot in range(corners + 1, corners + 1 + count):
+        b = _vertex(blocks, int(blocks[slot]))
+        if dot(cross(n, subtract(b, a)), subtract(p, a)) < 0.0:
+            is_inside = False
+            candidate, t = nearest_on_segment(p, a, b)
+            offset = way_from_segment(p, a, b, t)
+            square = dot(offset, offset)
+            if square < least:
+                x, least = candidate, square
+        a = b
+    return x, is_inside
+
+
+@inlined_kernel
+def _nearest_beyond_face(blocks, start, p, x):
+    """Return the nearest point of a hull to p outside, given one of it, x, that is near.
 
     Where p's foot on the highest face is not in it, the nearest point is on an edge: inside a
     face, p would be higher above that face than above the highest. Edges are skipped of which both
@@ -52,16 +110,16 @@ def _nearest_beyond_face(hulls, k, p, x):
     least = dot(offset, offset)
     distance = math.sqrt(least)
     way = scale(-1.0 / distance, offset) if distance > 0.0 else (0.0, 0.0, 0.0)
-    first, last = hulls.vertex_start[k], hulls.vertex_start[k + 1]
-    for _ in range(first, last):
+    first, last = _vertex_places(blocks, start)
+    for _ in range(first, last, STRIDE):
         before = least
-        for v in range(first, last):
-            a = load_vector(hulls.vertices, v)
+        for v in range(first, last, STRIDE):
+            a = _vertex(blocks, v)
             if dot(way, subtract(a, p)) >= distance:
                 continue
-            for slot in range(hulls.neighbor_start[v], hulls.neighbor_start[v + 1]):
-                b = load_vector(hulls.vertices, hulls.neighbors[slot])
-                candidate, _ = nearest_on_segment(p, a, b)
+            neighbors = int(blocks[v + 3])
+            for slot in range(neighbors + 1, neighbors + 1 + int(blocks[neighbors])):
+                candidate, _ = nearest_on_segment(p, a, _vertex(blocks, int(blocks[slot])))
                 offset = subtract(p, candidate)
                 square = dot(offset, offset)
                 if square < least:
@@ -74,17 +132,19 @@ def _nearest_beyond_face(hulls, k, p, x):
 
 
 @inlined_kernel
-def _nearest_on_edges(hulls, k, p):
+def _nearest_on_edges(blocks, start, p):
     """Return (x, direction): the nearest point of a hull without faces, and along its edge."""
     best, least, direction = p, math.inf, (0.0, 0.0, 0.0)
-    for v in range(hulls.vertex_start[k], hulls.vertex_start[k + 1]):
-        a = load_vector(hulls.vertices, v)
+    first, last = _vertex_places(blocks, start)
+    for v in range(first, last, STRIDE):
+        a = _vertex(blocks, v)
         offset = subtract(p, a)
         square = dot(offset, offset)
         if square < least:
             best, least = a, square
-        for slot in range(hulls.neighbor_start[v], hulls.neighbor_start[v + 1]):
-            b = load_vector(hulls.vertices, hulls.neighbors[slot])
+        neighbors = int(blocks[v + 3])
+        for slot in range(neighbors + 1, neighbors + 1 + int(blocks[neighbors])):
+            b = _vertex(blocks, int(blocks[slot]))
             direction = subtract(b, a)
             x, _ = nearest_on_segment(p, a, b)
             offset = subtract(p, x)
@@ -95,8 +155,8 @@ def _nearest_on_edges(hulls, k, p):
 
 
 @inlined_kernel
-def _point_wire(hulls, k, p_GQ, tolerance):
-    p_GN, direction = _nearest_on_edges(hulls, k, p_GQ)
+def _point_wire(blocks, start, p_GQ, tolerance):
+    p_GN, direction = _nearest_on_edges(blocks, start, p_GQ)
     offset = subtract(p_GQ, p_GN)
     phi = norm(offset)
     if phi > tolerance:
@@ -107,16 +167,16 @@ def _point_wire(hulls, k, p_GQ, tolerance):
 
 
 @inlined_kernel
-def _into_cone(hulls, k, size, x, n):
-    """Return the unit vector n turned until no corner of hull k is beyond the plane through x.
+def _into_cone(blocks, start, size, x, n):
+    """Return the unit vector n turned until no corner of a hull is beyond the plane through x.
 
     n comes from the difference of two points: close together, rounding turns it, and squares of
     distances do not tell a corner from a point of its edge that is nearer by less than their root
     of rounding. Each corner that is beyond takes its share from n.
     """
     for _ in range(TURNS):
-        v = furthest_vertex(hulls.blocks, hulls.block_start[k], n, -1)
-        q = subtract((hulls.blocks[v], hulls.blocks[v + 1], hulls.blocks[v + 2]), x)
+        v = furthest_vertex(blocks, start, n, -1)
+        q = subtract(_vertex(blocks, v), x)
         beyond = dot(n, q)
         if beyond <= GJK_ROUNDING * EPSILON * size:
             break
@@ -125,27 +185,84 @@ def _into_cone(hulls, k, size, x, n):
 
 
 @inlined_kernel
-def point_convex(hulls, k, size, p_GQ):
-    """Return (phi, p_GN, grad_G, unique) of point Q and hull k, of extent ``size``.
+def _nearest_corner(blocks, start, size, p):
+    """Return (is_found, x): the corner, or the point of an edge, of a hull nearest to p far away.
 
-    Inside, of equally near faces the first in the hull's order is chosen, and ``unique`` is
-    False; so it is on an edge or a vertex. A flat hull is all surface: phi is nowhere negative.
+    Steps lead from the corner most likely to be nearest to the one furthest towards p; between two
+    corners x is on their segment, and a third that is further towards p than x makes one of its
+    segments with them the next. Where no corner is, x is the nearest point, because the hull is
+    convex. Not found are points nearer than ``size`` to the first corner, and those that are
+    nearest to a face, where no segment is nearer than the last.
     """
+    a = likely_vertex(blocks, start, p)
+    p_A = _vertex(blocks, a)
+    n = subtract(p, p_A)
+    least = dot(n, n)
+    if not least > size * size:
+        return False, p
+    b, p_B, x = a, p_A, p_A
+    for _ in range(_CORNER_STEPS):
+        c = furthest_vertex(blocks, start, n, b)
+        if c in (a, b):
+            return True, x
+        p_C = _vertex(blocks, c)
+        from_a, t = nearest_on_segment(p, p_A, p_C)
+        n_a = subtract(p, from_a)
+        square = dot(n_a, n_a)
+        if a != b:
+            from_b, s = nearest_on_segment(p, p_B, p_C)
+            n_b = subtract(p, from_b)
+            if dot(n_b, n_b) < square:
+                a, p_A, from_a, t, n_a, square = b, p_B, from_b, s, n_b, dot(n_b, n_b)
+        if not square < least:
+            break
+        b, p_B, x, n, least = c, p_C, from_a, n_a, square
+        if t == 1.0:
+            a, p_A = b, p_B
+        elif t == 0.0:
+            b, p_B = a, p_A
+    return False, x
+
+
+@lean_kernel
+def _point_near_hull(blocks, start, size, p_GQ):
+    """Return ``point_hull`` of any point, by the faces."""
     tolerance = COINCIDENCE * size
-    face, height, second = _highest_face(hulls, k, p_GQ)
+    face, height, second = _highest_face(blocks, start, p_GQ)
     if face < 0:
-        return _point_wire(hulls, k, p_GQ, tolerance)
-    n = load_vector(hulls.face_normals, face)
+        return _point_wire(blocks, start, p_GQ, tolerance)
+    n = _vertex(blocks, face)
     foot = axpy(-height, n, p_GQ)
     if height < -tolerance:
         return height, foot, n, second < height - tolerance
-    start, end = hulls.face_vertex_start[face], hulls.face_vertex_start[face + 1]
-    p_GN, is_above = nearest_on_polygon(p_GQ, hulls.vertices, hulls.face_vertices, start, end, n)
+    p_GN, is_above = _nearest_on_face(blocks, face, p_GQ, n)
     if is_above:
         return height, foot, n, height > tolerance or second < height - tolerance
-    p_GN = _nearest_beyond_face(hulls, k, p_GQ, p_GN)
+    p_GN = _nearest_beyond_face(blocks, start, p_GQ, p_GN)
     offset = subtract(p_GQ, p_GN)
     phi = norm(offset)
     if phi <= tolerance:
         return height, foot, n, False
-    return phi, p_GN, _into_cone(hulls, k, size, p_GN, unit(offset, n)), True
+    return phi, p_GN, _into_cone(blocks, start, size, p_GN, unit(offset, n)), True
+
+
+@inlined_kernel
+def point_hull(blocks, start, size, p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of point Q and the hull in a block, of extent ``size``.
+
+    Inside, of equally near faces the first in the hull's order is chosen, and ``unique`` is
+    False; so it is on an edge or a vertex. A flat hull is all surface: phi is nowhere negative.
+    """
+    is_found, p_GN = _nearest_corner(blocks, start, size, p_GQ)
+    if is_found:
+        offset = subtract(p_GQ, p_GN)
+        phi = norm(offset)
+        if phi > _FAR * size:
+            return phi, p_GN, unit(offset, offset), True
+    return _point_near_hull(blocks, start, size, p_GQ)
+
+
+@inlined_kernel
+def point_convex(hulls, k, size, p_GQ):
+    """Return (phi, p_GN, grad_G, unique) of point Q and hull k as ``point_hull`` does."""
+    return point_hull(hulls.blocks, hulls.block_start[k], size, p_GQ)

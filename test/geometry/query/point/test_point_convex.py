@@ -35,6 +35,33 @@ def test_random_hulls(seed, count, scale):
     assert answer.distance == pytest.approx(brute_force(vertices, p), abs=1e-13 * 6 * scale)
 
 
+@pytest.mark.parametrize("count", [4, 12, 33, 300])
+@pytest.mark.parametrize("away", [1.0, 3.0, 30.0, 3e3])
+def test_no_corner_is_beyond_the_nearest_point(count, away):
+    """Around a hull, the plane through the nearest point, across the way to it, supports it.
+
+    That proves the distance. The hull is off its frame's origin, also a needle and a plate.
+    """
+    rng = np.random.default_rng(count)
+    for stretch in ((1.0, 1.0, 1.0), (1.0, 1e-3, 1e-3), (1.0, 1.0, 1e-3)):
+        vertices = rng.normal(size=(count, 3)) / 3 * stretch + (0.7, -0.4, 0.2)
+        size = np.ptp(vertices, axis=0).max()
+        points = vertices[0] + away * size * rng.normal(size=(200, 3))
+        hull = ConvexHull(vertices)
+        for p, answer in zip(
+            points, measure_points(Convex(vertices=vertices), points), strict=True
+        ):
+            if answer.distance < 0.1 * size:
+                continue
+            assert ((vertices - answer.p_GN) @ answer.grad_W).max() <= 4e-15 * size
+            heights = hull.equations[:, :3] @ answer.p_GN + hull.equations[:, 3]
+            assert heights.max() <= 4e-15 * size
+            offset = p - answer.p_GN
+            assert answer.distance == pytest.approx(np.linalg.norm(offset), rel=4e-16)
+            np.testing.assert_allclose(offset / answer.distance, answer.grad_W, atol=1e-15)
+            assert answer.unique
+
+
 def test_hull_of_a_box_is_the_box():
     """A box as a hull gives the box's answers, everywhere but in ties."""
     half = np.array([0.5, 1 / 3, 2 / 7])
