@@ -1,40 +1,39 @@
 """Signed distance from a point to a box."""
 
-from scene_graph_ros.geometry.jit import kernel
-from scene_graph_ros.geometry.spatial.vectors import norm, unit
+from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.spatial.vectors import norm
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
 __all__ = ["point_box"]
 
 
-@kernel
-def _signed_axis(axis, sign):
-    return (
-        sign if axis == 0 else 0.0,
-        sign if axis == 1 else 0.0,
-        sign if axis == 2 else 0.0,
-    )
+@inlined_kernel
+def _way_out(size, p_GQ, tolerance):
+    """Return (phi, p_GN, grad_G, unique) of a point inside, which leaves by the nearest face.
 
-
-@kernel
-def _point_box_inside(size, p_GQ, tolerance):
-    """Leave through the nearest face: the first in x, y, z order, the positive one, in ties."""
+    That is the first in x, y, z order, the positive one, in ties.
+    """
     x, y, z = p_GQ
     gap_x, gap_y, gap_z = size[0] - abs(x), size[1] - abs(y), size[2] - abs(z)
-    gap, second, axis, coordinate = gap_x, min(gap_y, gap_z), 0, x
-    if gap_y < gap - tolerance:
-        gap, second, axis, coordinate = gap_y, min(gap_x, gap_z), 1, y
-    if gap_z < gap - tolerance:
-        gap, second, axis, coordinate = gap_z, min(gap_x, gap_y), 2, z
+    gap, second = gap_x, min(gap_y, gap_z)
+    by_y = gap_y < gap - tolerance
+    gap, second = gap_y if by_y else gap, min(gap_x, gap_z) if by_y else second
+    by_z = gap_z < gap - tolerance
+    gap, second = gap_z if by_z else gap, min(gap_x, gap_y) if by_z else second
+    by_y = by_y and not by_z
+    by_x = not (by_y or by_z)
+    coordinate = z if by_z else (y if by_y else x)
+    extent = size[2] if by_z else (size[1] if by_y else size[0])
     centred = abs(coordinate) <= tolerance
     sign = -1.0 if coordinate < 0.0 and not centred else 1.0
-    face = sign * size[axis]
-    p_GN = (face if axis == 0 else x, face if axis == 1 else y, face if axis == 2 else z)
+    face = sign * extent
+    p_GN = (face if by_x else x, face if by_y else y, face if by_z else z)
+    grad_G = (sign if by_x else 0.0, sign if by_y else 0.0, sign if by_z else 0.0)
     unique = not centred and second > gap + tolerance
-    return sign * coordinate - size[axis], p_GN, _signed_axis(axis, sign), unique
+    return sign * coordinate - extent, p_GN, grad_G, unique
 
 
-@kernel
+@inlined_kernel
 def point_box(size, p_GQ):
     """Return (phi, p_GN, grad_G, unique) of point Q; ``size`` holds the half extents.
 
@@ -42,13 +41,23 @@ def point_box(size, p_GQ):
     positive one before the negative, and ``unique`` is False; so it is on an edge or a corner.
     """
     tolerance = COINCIDENCE * max(size[0], size[1], size[2])
-    p_GN = (
+    near = (
         min(max(p_GQ[0], -size[0]), size[0]),
         min(max(p_GQ[1], -size[1]), size[1]),
         min(max(p_GQ[2], -size[2]), size[2]),
     )
-    offset = (p_GQ[0] - p_GN[0], p_GQ[1] - p_GN[1], p_GQ[2] - p_GN[2])
-    phi = norm(offset)
-    if phi <= tolerance:
-        return _point_box_inside(size, p_GQ, tolerance)
-    return phi, p_GN, unit(offset, (1.0, 0.0, 0.0)), True
+    offset = (p_GQ[0] - near[0], p_GQ[1] - near[1], p_GQ[2] - near[2])
+    distance = norm(offset)
+    outside = distance > tolerance
+    depth, face, axis, is_only = _way_out(size, p_GQ, tolerance)
+    p_GN = (
+        near[0] if outside else face[0],
+        near[1] if outside else face[1],
+        near[2] if outside else face[2],
+    )
+    grad_G = (
+        offset[0] / distance if outside else axis[0],
+        offset[1] / distance if outside else axis[1],
+        offset[2] / distance if outside else axis[2],
+    )
+    return distance if outside else depth, p_GN, grad_G, outside or is_only

@@ -1,13 +1,13 @@
 """Signed distance from a point to a capsule along z."""
 
-from scene_graph_ros.geometry.jit import kernel
-from scene_graph_ros.geometry.spatial.vectors import norm, unit
+from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.spatial.vectors import norm
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
 __all__ = ["point_capsule"]
 
 
-@kernel
+@inlined_kernel
 def point_capsule(size, p_GQ):
     """Return (phi, p_GN, grad_G, unique) of point Q; ``size`` is (radius, half length, 0).
 
@@ -18,6 +18,10 @@ def point_capsule(size, p_GQ):
     offset = (p_GQ[0], p_GQ[1], p_GQ[2] - z)
     distance = norm(offset)
     unique = distance > COINCIDENCE * (radius + half_length)
-    grad_G = unit(offset, (1.0, 0.0, 0.0)) if unique else (1.0, 0.0, 0.0)
+    grad_G = (
+        offset[0] / distance if unique else 1.0,
+        offset[1] / distance if unique else 0.0,
+        offset[2] / distance if unique else 0.0,
+    )
     p_GN = (radius * grad_G[0], radius * grad_G[1], radius * grad_G[2] + z)
     return distance - radius, p_GN, grad_G, unique

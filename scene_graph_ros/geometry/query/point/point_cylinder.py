@@ -2,13 +2,13 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import inlined_kernel
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
 __all__ = ["point_cylinder"]
 
 
-@kernel
+@inlined_kernel
 def point_cylinder(size, p_GQ):
     """Return (phi, p_GN, grad_G, unique) of point Q; ``size`` is (radius, half length, 0).
 
@@ -19,20 +19,22 @@ def point_cylinder(size, p_GQ):
     x, y, z = p_GQ
     tolerance = COINCIDENCE * max(radius, half_length)
     rho = math.sqrt(x * x + y * y)
-    ux, uy = (x / rho, y / rho) if rho > tolerance else (1.0, 0.0)
+    off_axis = rho > tolerance
+    ux, uy = x / rho if off_axis else 1.0, y / rho if off_axis else 0.0
     sign = -1.0 if z < -tolerance else 1.0
     side, end = rho - radius, sign * z - half_length
-    if max(side, end) <= tolerance:
-        unique = abs(side - end) > tolerance
-        if end >= side - tolerance:
-            unique = unique and abs(z) > tolerance
-            return end, (x, y, sign * half_length), (0.0, 0.0, sign), unique
-        unique = unique and rho > tolerance
-        return side, (radius * ux, radius * uy, z), (ux, uy, 0.0), unique
-    if side <= 0.0:
-        return end, (x, y, sign * half_length), (0.0, 0.0, sign), True
-    if end <= 0.0:
-        return side, (radius * ux, radius * uy, z), (ux, uy, 0.0), True
-    phi = math.sqrt(side * side + end * end)
-    a, b = side / phi, end / phi
-    return phi, (radius * ux, radius * uy, sign * half_length), (a * ux, a * uy, b * sign), True
+    inside = max(side, end) <= tolerance
+    at_end = end >= side - tolerance if inside else side <= 0.0
+    at_side = not at_end and (inside or end <= 0.0)
+    rim = math.sqrt(side * side + end * end)
+    a = 0.0 if at_end else (1.0 if at_side else side / rim)
+    b = 1.0 if at_end else (0.0 if at_side else end / rim)
+    p_GN = (
+        x if at_end else radius * ux,
+        y if at_end else radius * uy,
+        z if at_side else sign * half_length,
+    )
+    is_off_middle = abs(z) > tolerance if at_end else off_axis
+    unique = not inside or (is_off_middle and abs(side - end) > tolerance)
+    phi = end if at_end else (side if at_side else rim)
+    return phi, p_GN, (a * ux, a * uy, b * sign), unique

@@ -11,7 +11,7 @@ below converge monotonically (Conn, Gould, Toint, "Trust-Region Methods", 2000, 
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, UNDERFLOW
 
 __all__ = ["point_ellipsoid"]
@@ -25,20 +25,28 @@ relative to the first is -3 Var(w) / E(w), in magnitude at most 3 / sigma: a ste
 of at most 1.5 times its square, relative to sigma, so that after this one it is rounding."""
 
 
-@kernel
+@inlined_kernel
+def _pick(v, i):
+    return v[0] if i == 0 else (v[1] if i == 1 else v[2])
+
+
+@inlined_kernel
 def _sort_axes(size):
     """Return the axes from the longest to the shortest; of equal ones, the later comes first."""
-    i, j, k = 2, 1, 0
-    if size[j] > size[i]:
-        i, j = j, i
-    if size[k] > size[j]:
-        j, k = k, j
-    if size[j] > size[i]:
-        i, j = j, i
-    return i, j, k
+    swap = size[1] > size[2]
+    i, j, long, middle = (
+        1 if swap else 2,
+        2 if swap else 1,
+        size[1] if swap else size[2],
+        size[2] if swap else size[1],
+    )
+    swap = size[0] > middle
+    j, k, middle = 0 if swap else j, j if swap else 0, size[0] if swap else middle
+    swap = middle > long
+    return j if swap else i, i if swap else j, k
 
 
-@kernel
+@inlined_kernel
 def _excess(e, shortest):
     """Return (e / shortest)^2 - 1 without cancellation."""
     return ((e - shortest) / shortest) * ((e + shortest) / shortest)
@@ -55,13 +63,49 @@ def _pole_sum(z, e, pole):
     return total
 
 
+@inlined_kernel
+def bracket(c, d):
+    """Return bounds (low, high) of the root of ``_solve``."""
+    high = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+    return max(max(c[0] - d[0], c[1] - d[1]), c[2] - d[2]), high
+
+
+@inlined_kernel
+def is_tight(low, high):
+    """Tell whether Newton's steps converge fast from these bounds."""
+    return high <= 4.0 * low
+
+
+@inlined_kernel
+def first_sigma(c, d, low, high):
+    """Return where Newton's steps begin."""
+    # From below they are monotone, from above the first one leads below.
+    far = high - (c[0] * c[0] * d[0] + c[1] * c[1] * d[1]) / (high * high)
+    return max(low, far)
+
+
+@inlined_kernel
+def newton_step(c, d, sigma):
+    """Return the step from sigma towards the root of ``_solve``."""
+    wa, wb, wg = 1.0 / (sigma + d[0]), 1.0 / (sigma + d[1]), 1.0 / (sigma + d[2])
+    a, b, g = c[0] * wa, c[1] * wb, c[2] * wg
+    square = a * a + b * b + g * g
+    slope = a * a * wa + b * b * wb + g * g * wg
+    return square * (math.sqrt(square) - 1.0) / slope
+
+
+@inlined_kernel
+def is_last(step, sigma):
+    """Tell whether after this step to sigma what is left is rounding."""
+    return abs(step) <= _LAST_STEP * sigma
+
+
 @kernel
 def _solve(c, d):
     """Return the root sigma > 0 of sum_i (c_i / (sigma + d_i))^2 = 1, where d[m] = 0 < c[m]."""
-    high = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-    low = max(c[0] - d[0], c[1] - d[1], c[2] - d[2])
+    low, high = bracket(c, d)
     for _ in range(_MAX_BISECTIONS):
-        if high <= 4.0 * low:
+        if is_tight(low, high):
             break
         middle = math.sqrt(low) * math.sqrt(high)
         a, b, g = c[0] / (middle + d[0]), c[1] / (middle + d[1]), c[2] / (middle + d[2])
@@ -69,18 +113,11 @@ def _solve(c, d):
             low = middle
         else:
             high = middle
-    # From below Newton's steps are monotone, from above the first one leads below.
-    far = high - (c[0] * c[0] * d[0] + c[1] * c[1] * d[1]) / (high * high)
-    sigma = max(low, far)
+    sigma = first_sigma(c, d, low, high)
     for _ in range(_MAX_NEWTON_STEPS):
-        wa, wb, wg = 1.0 / (sigma + d[0]), 1.0 / (sigma + d[1]), 1.0 / (sigma + d[2])
-        a, b, g = c[0] * wa, c[1] * wb, c[2] * wg
-        square = a * a + b * b + g * g
-        slope = a * a * wa + b * b * wb + g * g * wg
-        length = math.sqrt(square)
-        step = square * (length - 1.0) / slope
+        step = newton_step(c, d, sigma)
         sigma += step
-        if abs(step) <= _LAST_STEP * sigma:
+        if is_last(step, sigma):
             break
     return sigma
 
@@ -119,13 +156,48 @@ def _nearest_sorted(e, y, tolerance):
     return (sigma - 1.0) * e[m] * e[m], q, True
 
 
-@kernel
-def _without_underflow(y, least):
-    return (
-        y[0] if y[0] > least else 0.0,
-        y[1] if y[1] > least else 0.0,
-        y[2] if y[2] > least else 0.0,
-    )
+@inlined_kernel
+def set_up(size, p_GQ):
+    """Return (i, j, k, e, y, c, d, is_plain) of point Q.
+
+    ``e`` are the semi-axes sorted, of axes i, j, k, and ``y`` the point's distances from the
+    planes of symmetry across them. ``c``, ``d`` are those of ``_solve``, unless Q is on the plane
+    across the shortest axis: then ``is_plain`` is False.
+    """
+    i, j, k = _sort_axes(size)
+    e = (_pick(size, i), _pick(size, j), _pick(size, k))
+    least = UNDERFLOW * e[0]
+    y0, y1, y2 = abs(_pick(p_GQ, i)), abs(_pick(p_GQ, j)), abs(_pick(p_GQ, k))
+    y = (y0 if y0 > least else 0.0, y1 if y1 > least else 0.0, y2 if y2 > least else 0.0)
+    d = (_excess(e[0], e[2]), _excess(e[1], e[2]), 0.0)
+    c = ((1.0 + d[0]) * (y[0] / e[0]), (1.0 + d[1]) * (y[1] / e[1]), y[2] / e[2])
+    return i, j, k, e, y, c, d, y2 > COINCIDENCE * e[0]
+
+
+@inlined_kernel
+def place(p_GQ, i, j, k, e, t, q, unique):
+    """Return (phi, p_GN, grad_G, unique), given what ``set_up`` and ``_nearest_sorted`` return."""
+    length = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
+    q = (q[0] / length, q[1] / length, q[2] / length)
+    # The normal is x_i / e_i^2 = q_i / e_i; times e2 it neither overflows nor vanishes.
+    n = (q[0] * (e[2] / e[0]), q[1] * (e[2] / e[1]), q[2])
+    steepness = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    phi = t / e[2] * steepness
+    tolerance = COINCIDENCE * e[0]
+    p0, p1, p2 = _pick(p_GQ, i), _pick(p_GQ, j), _pick(p_GQ, k)
+    s0 = -1.0 if p0 < -tolerance else 1.0
+    s1 = -1.0 if p1 < -tolerance else 1.0
+    s2 = -1.0 if p2 < (0.0 if unique else -tolerance) else 1.0
+    x = (s0 * e[0] * q[0], s1 * e[1] * q[1], s2 * e[2] * q[2])
+    g = (s0 * n[0] / steepness, s1 * n[1] / steepness, s2 * n[2] / steepness)
+    return phi, _unsort(x, i, j), _unsort(g, i, j), unique
+
+
+@inlined_kernel
+def place_plain(p_GQ, i, j, k, e, c, d, sigma):
+    """Return (phi, p_GN, grad_G, unique), given what ``set_up`` and ``_solve`` return."""
+    q = (c[0] / (sigma + d[0]), c[1] / (sigma + d[1]), c[2] / (sigma + d[2]))
+    return place(p_GQ, i, j, k, e, (sigma - 1.0) * e[2] * e[2], q, True)
 
 
 @kernel
@@ -136,27 +208,14 @@ def point_ellipsoid(size, p_GQ):
     than the focal curve), the one on the positive side of the shortest axis is chosen (of equal
     axes, the first), and ``unique`` is False.
     """
-    i, j, k = _sort_axes(size)
-    e = (size[i], size[j], size[k])
-    y = (abs(p_GQ[i]), abs(p_GQ[j]), abs(p_GQ[k]))
-    tolerance = COINCIDENCE * e[0]
-    t, q, unique = _nearest_sorted(e, _without_underflow(y, UNDERFLOW * e[0]), tolerance)
-    length = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
-    q = (q[0] / length, q[1] / length, q[2] / length)
-    # The normal is x_i / e_i^2 = q_i / e_i; times e2 it neither overflows nor vanishes.
-    n = (q[0] * (e[2] / e[0]), q[1] * (e[2] / e[1]), q[2])
-    steepness = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-    phi = t / e[2] * steepness
-    s0 = -1.0 if p_GQ[i] < 0.0 and y[0] > tolerance else 1.0
-    s1 = -1.0 if p_GQ[j] < 0.0 and y[1] > tolerance else 1.0
-    s2 = -1.0 if p_GQ[k] < 0.0 and (y[2] > tolerance or unique) else 1.0
-    x = (s0 * e[0] * q[0], s1 * e[1] * q[1], s2 * e[2] * q[2])
-    g = (s0 * n[0] / steepness, s1 * n[1] / steepness, s2 * n[2] / steepness)
-    p_GN = _unsort(x, i, j)
-    return phi, p_GN, _unsort(g, i, j), unique
+    i, j, k, e, y, c, d, is_plain = set_up(size, p_GQ)
+    if is_plain:
+        return place_plain(p_GQ, i, j, k, e, c, d, _solve(c, d))
+    t, q, unique = _nearest_sorted(e, y, COINCIDENCE * e[0])
+    return place(p_GQ, i, j, k, e, t, q, unique)
 
 
-@kernel
+@inlined_kernel
 def _unsort(v, i, j):
     """Put the first entry of v at i, the second at j, and the third at the remaining place."""
     return (

@@ -1,13 +1,13 @@
 """Signed distance from a point to a sphere."""
 
-from scene_graph_ros.geometry.jit import kernel
-from scene_graph_ros.geometry.spatial.vectors import norm, scale, unit
+from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.spatial.vectors import norm, scale
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
 __all__ = ["point_sphere"]
 
 
-@kernel
+@inlined_kernel
 def point_sphere(size, p_GQ):
     """Return (phi, p_GN, grad_G, unique) of point Q; ``size`` is (radius, 0, 0).
 
@@ -16,5 +16,9 @@ def point_sphere(size, p_GQ):
     radius = size[0]
     distance = norm(p_GQ)
     unique = distance > COINCIDENCE * radius
-    grad_G = unit(p_GQ, (1.0, 0.0, 0.0)) if unique else (1.0, 0.0, 0.0)
+    grad_G = (
+        p_GQ[0] / distance if unique else 1.0,
+        p_GQ[1] / distance if unique else 0.0,
+        p_GQ[2] / distance if unique else 0.0,
+    )
     return distance - radius, scale(radius, grad_G), grad_G, unique
