@@ -10,7 +10,7 @@ import time
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
-from names_of_geometry import path_of
+from names_of_geometry import path_of, paths_of
 import numpy as np
 import rclpy
 from rclpy.node import Node
@@ -143,7 +143,7 @@ class Monitor(Node):
 
 
 def _closest_pairs(table: Any) -> list[str]:
-    names = {geometry.id: path_of(geometry) for geometry in table.geometries}
+    names = paths_of(table.geometries)
     distance = np.asarray(table.distance)
     apart = np.flatnonzero(distance > 0.0)
     nearest = apart[np.argsort(distance[apart], kind="stable")][:CLOSEST_PAIRS]

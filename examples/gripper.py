@@ -138,7 +138,7 @@ class Gripper(Node):
         return self._ask(ComputeContactSurfaces, "compute_contact_surfaces", request).table
 
     def ask_points(self) -> Any:
-        """Return what point contact says of the same moment."""
+        """Return the table of what point contact says of the same moment."""
         request = ComputePointPairPenetration.Request()
         name = "compute_point_pair_penetration"
-        return self._ask(ComputePointPairPenetration, name, request).contacts
+        return self._ask(ComputePointPairPenetration, name, request).table

@@ -31,7 +31,7 @@ class Patch:
 
     def __init__(self, surfaces: Any, points: Any, opening: float) -> None:
         """Take the columns of the surface that ``PAD`` is part of; opening in metres."""
-        name = {geometry.id: geometry.name for geometry in surfaces.geometries}
+        name = dict(zip(surfaces.geometries.id, surfaces.geometries.name, strict=True))
         pairs = list(zip(surfaces.id_a, surfaces.id_b, strict=True))
         row = next(i for i, pair in enumerate(pairs) if PAD in (name[pair[0]], name[pair[1]]))
         vertices = slice(surfaces.vertex_start[row], surfaces.vertex_start[row + 1])
@@ -44,7 +44,7 @@ class Patch:
         self.area = surfaces.areas[row]
         self.force = float(np.linalg.norm(np.reshape(surfaces.forces, (-1, 3))[row]))
         self.opening = opening
-        self.depth = max(point.depth for point in points)
+        self.depth = max(points.depth)
 
     def words(self) -> str:
         """Return force, area and pressure in one line."""

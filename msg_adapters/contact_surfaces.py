@@ -18,7 +18,7 @@ from msg_adapters.arrays import (
     uint64s_to_msg,
 )
 from msg_adapters.errors import MessageError
-from msg_adapters.names import SceneNames
+from msg_adapters.names import legend, SceneNames
 from msg_adapters.poses import header_to_msg
 from scene_graph_msgs.msg import ContactSurfaceTable
 
@@ -130,7 +130,7 @@ def contact_surfaces_to_msg(
         vertex_start=uint64s_to_msg([0]),
         face_start=uint64s_to_msg([0]),
         corner_start=uint64s_to_msg([0]),
-        geometries=names.legend(joined("id_M"), joined("id_N")) if names is not None else [],
+        geometries=legend(names, joined("id_M"), joined("id_N")),
     )
     if with_faces:
         _put_faces(msg, tables, joined)

@@ -13,14 +13,13 @@ from visualization_msgs.msg import Marker, MarkerArray
 from msg_adapters.contact_rows import ContactKind, KINDS, NO_ROWS, PairRows, point_rows
 from msg_adapters.names import SceneNames
 from msg_adapters.poses import header_to_msg
-from scene_graph_msgs.msg import ContactArray, PointContact
+from scene_graph_msgs.msg import ContactArray
 
 __all__ = [
     "CONTACT_MARKER_NAMESPACE",
     "contact_markers_to_msg",
     "contact_points",
     "contacts_to_msg",
-    "point_contacts_to_msg",
 ]
 
 CONTACT_MARKER_NAMESPACE = "contacts"
@@ -32,14 +31,6 @@ _NORMALS_ID = 1
 
 _LINE_WIDTH = 0.2
 """Width of a normal's line, relative to the diameter of the points."""
-
-
-def point_contacts_to_msg(table: Any, names: SceneNames) -> list[PointContact]:
-    """Return the rows of a penetration table, in their order.
-
-    Geometry names are shared between contacts, so don't change them.
-    """
-    return _contacts(_POINTS, point_rows(table), names)
 
 
 def _contacts(kind: ContactKind, rows: PairRows, names: SceneNames) -> list[Any]:
@@ -65,12 +56,12 @@ def contacts_to_msg(
     """Return all contacts of a scene, stamped as its poses; ``frame_id`` is the world's.
 
     ``table`` holds the penetrations; ``surfaces`` and ``deformables`` come from
-    ``contact_rows``.
+    ``contact_rows``. Names of geometries are shared between contacts, so don't change them.
     """
     return ContactArray(
         header=header_to_msg(stamp_ns, frame_id),
         scene_version=int(scene_version),
-        points=point_contacts_to_msg(table, names),
+        points=_contacts(_POINTS, point_rows(table), names),
         surfaces=_contacts(_SURFACES, surfaces, names),
         deformables=_contacts(_DEFORMABLES, deformables, names),
     )

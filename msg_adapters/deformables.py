@@ -17,7 +17,7 @@ from msg_adapters.arrays import (
     uint64s_to_msg,
 )
 from msg_adapters.errors import MessageError
-from msg_adapters.names import SceneNames
+from msg_adapters.names import legend, SceneNames
 from msg_adapters.poses import header_to_msg
 from msg_adapters.scene import instance_from_msg
 from msg_adapters.shapes import resolve_file, Resolver
@@ -174,8 +174,7 @@ def deformable_contacts_to_msg(
         for field, values in fields.items():
             setattr(msg, f"{field}_{side.lower()}", values)
     _put_participation(msg, contacts)
-    if names is not None:
-        msg.geometries = names.legend(id_A, id_B, msg.participating_ids)
+    msg.geometries = legend(names, id_A, id_B, msg.participating_ids)
     return msg
 
 

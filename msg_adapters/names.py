@@ -15,11 +15,12 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scene_graph_msgs.msg import GeometryName, GeometryReference
+from msg_adapters.arrays import int64s_to_msg
+from scene_graph_msgs.msg import GeometryName, GeometryNames, GeometryReference
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 
-__all__ = ["SceneNames"]
+__all__ = ["SceneNames", "legend"]
 
 T = TypeVar("T", SourceId, FrameId, GeometryId)
 
@@ -117,10 +118,17 @@ class SceneNames:
             name=self._inspector.get_name(geometry_id),
         )
 
-    def legend(self, *columns: ArrayLike) -> list[GeometryName]:
-        """Return the names of all ids in columns of ids, sorted by id."""
+    def legend(self, *columns: ArrayLike) -> GeometryNames:
+        """Return the names of all ids in columns of ids, each once."""
         ids = np.unique(np.concatenate([np.asarray(column, np.int64) for column in columns]))
-        return [self.geometry_name(value) for value in ids.tolist()]
+        names = [self.geometry_name(value) for value in ids.tolist()]
+        return GeometryNames(
+            id=int64s_to_msg(ids),
+            frame_id=int64s_to_msg([name.frame_id for name in names]),
+            source=[name.source for name in names],
+            frame=[name.frame for name in names],
+            name=[name.name for name in names],
+        )
 
     @cached_property
     def _sources(self) -> Mapping[str, SourceId]:
@@ -145,6 +153,11 @@ class SceneNames:
     @cached_property
     def _geometry_bare_names(self) -> Mapping[str, list[GeometryId]]:
         return _by_name(self._geometries.values(), self._inspector.get_name)
+
+
+def legend(names: SceneNames | None, *columns: ArrayLike) -> GeometryNames:
+    """Return the names of all ids in columns of ids; none where they are not wanted."""
+    return GeometryNames() if names is None else names.legend(*columns)
 
 
 def _by_name(ids: Iterable[T], name: Any) -> Mapping[str, list[T]]:

@@ -20,12 +20,13 @@ from msg_adapters.arrays import (
     uint64s_to_msg,
 )
 from msg_adapters.errors import MessageError
-from msg_adapters.names import SceneNames
+from msg_adapters.names import legend, SceneNames
 from msg_adapters.poses import poses_from_components
 from msg_adapters.stamps import duration_from_msg, stamp_from_msg
 from msg_adapters.status import ok_status
 from scene_graph_msgs.msg import (
     PairTable,
+    PointContactTable,
     PointDistanceTable,
     QueryOptions,
     SignedDistancePair,
@@ -43,6 +44,7 @@ __all__ = [
     "flags_to_msg",
     "limit_from_msg",
     "options_from_msg",
+    "point_contacts_to_msg",
     "point_distances_to_msg",
     "points_from_msg",
     "signed_distance_pair_to_msg",
@@ -166,6 +168,24 @@ def _column(tables: Sequence[Any], name: str) -> NDArray[Any]:
     return columns[0] if len(columns) == 1 else np.concatenate(columns)
 
 
+def point_contacts_to_msg(tables: Sequence[Any], names: SceneNames | None) -> PointContactTable:
+    """Return one penetration table per configuration as columns.
+
+    Without ``names`` the legend stays empty.
+    """
+    id_A, id_B = _column(tables, "id_A"), _column(tables, "id_B")
+    return PointContactTable(
+        configuration_start=configuration_start_to_msg(tables),
+        id_a=int64s_to_msg(id_A),
+        id_b=int64s_to_msg(id_B),
+        points_a=float64s_to_msg(_column(tables, "p_WCa")),
+        points_b=float64s_to_msg(_column(tables, "p_WCb")),
+        normals=float64s_to_msg(_column(tables, "nhat_BA_W")),
+        depth=float64s_to_msg(_column(tables, "depth")),
+        geometries=legend(names, id_A, id_B),
+    )
+
+
 def signed_distances_to_msg(
     tables: Sequence[Any], names: SceneNames | None
 ) -> SignedDistanceTable:
@@ -183,7 +203,7 @@ def signed_distances_to_msg(
         points_b_in_b=float64s_to_msg(_column(tables, "p_BCb")),
         normals=float64s_to_msg(_column(tables, "nhat_BA_W")),
         is_normal_unique=uint8s_to_msg(_column(tables, "is_nhat_BA_W_unique")),
-        geometries=names.legend(id_A, id_B) if names is not None else [],
+        geometries=legend(names, id_A, id_B),
     )
 
 
@@ -201,7 +221,7 @@ def point_distances_to_msg(tables: Sequence[Any], names: SceneNames | None) -> P
         nearest=float64s_to_msg(_column(tables, "p_GN")),
         gradients=float64s_to_msg(_column(tables, "grad_W")),
         is_gradient_unique=uint8s_to_msg(_column(tables, "is_grad_W_unique")),
-        geometries=names.legend(id_G) if names is not None else [],
+        geometries=legend(names, id_G),
     )
 
 
@@ -215,7 +235,7 @@ def candidates_to_msg(tables: Sequence[Any], names: SceneNames | None) -> PairTa
         configuration_start=configuration_start_to_msg(tables),
         id_a=int64s_to_msg(id_A),
         id_b=int64s_to_msg(id_B),
-        geometries=names.legend(id_A, id_B) if names is not None else [],
+        geometries=legend(names, id_A, id_B),
     )
 
 

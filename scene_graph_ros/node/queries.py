@@ -14,16 +14,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from msg_adapters.contacts import point_contacts_to_msg
 from msg_adapters.errors import MessageError, TooLargeError
 from msg_adapters.poses import poses_to_msg
 from msg_adapters.properties import role_from_msg
 from msg_adapters.queries import (
     candidates_to_msg,
-    configuration_start_to_msg,
     flags_to_msg,
     limit_from_msg,
     Options,
+    point_contacts_to_msg,
     point_distances_to_msg,
     points_from_msg,
     signed_distance_pair_to_msg,
@@ -111,9 +110,7 @@ def penetration(request: Any, response: Any, asked: Asked) -> None:
     """Answer ComputePointPairPenetration."""
     tables = asked.each(QueryObject.compute_point_pair_penetration)
     asked.require_rows(tables)
-    response.configuration_start = configuration_start_to_msg(tables)
-    for table in tables:
-        response.contacts.extend(point_contacts_to_msg(table, asked.snapshot.names))
+    response.table = point_contacts_to_msg(tables, asked.legend)
 
 
 def signed_distances(request: Any, response: Any, asked: Asked) -> None:

@@ -8,14 +8,13 @@ import threading
 from typing import Any
 
 from msg_adapters.contact_surfaces import contact_surfaces_to_msg
-from msg_adapters.contacts import point_contacts_to_msg
 from msg_adapters.deformables import (
     configurations_to_msg,
     deformable_contacts_to_msg,
     volume_mesh_to_msg,
 )
 from msg_adapters.errors import MessageError
-from msg_adapters.queries import configuration_start_to_msg
+from msg_adapters.queries import point_contacts_to_msg
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import as_representation
 from scene_graph_ros.node.queries import Asked
@@ -41,17 +40,15 @@ def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
         return table, rest
 
     answers = asked.each(answer)
-    tables, contacts = [table for table, _ in answers], [rest for _, rest in answers]
+    tables = [table for table, _ in answers]
     response.table = contact_surfaces_to_msg(
         tables,
         asked.legend,
         with_faces=request.with_faces,
         with_gradients=request.with_gradients,
     )
-    response.contact_start = configuration_start_to_msg(contacts)
     if request.with_fallback:
-        for rows in contacts:
-            response.contacts.extend(point_contacts_to_msg(rows, asked.snapshot.names))
+        response.contacts = point_contacts_to_msg([rest for _, rest in answers], asked.legend)
 
 
 class _Tally:

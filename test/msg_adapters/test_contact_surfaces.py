@@ -29,6 +29,7 @@ from msg_adapters.contact_surfaces import (
 from msg_adapters.contacts import contacts_to_msg
 from msg_adapters.errors import MessageError
 from msg_adapters.names import SceneNames
+from scene_graph_msgs.msg import GeometryNames
 from scene_graph_ros import geometry as core
 
 OFFSETS = ((0.0, 0.0), (0.01, -0.02))
@@ -193,7 +194,7 @@ def test_columns_come_back_as_the_surfaces_they_were(pressed, over_the_wire, rep
     queries, names = pressed
     tables = [query.compute_contact_surfaces(representation) for query in queries]
     message = over_the_wire(contact_surfaces_to_msg(tables, names, with_gradients=True))
-    assert [name.name for name in message.geometries] == ["pad", "ball0", "ball1"]
+    assert message.geometries.name == ["pad", "ball0", "ball1"]
     back = surface_arrays_from_msg(message)
     assert [len(surfaces) for surfaces in back] == [2, 2]
     assert not np.array_equal(back[0][1].force_W, back[1][1].force_W)
@@ -225,7 +226,7 @@ def test_sums_alone_have_no_faces(pressed):
     table = queries[0].compute_contact_surfaces("polygon")
     message = contact_surfaces_to_msg([table], None, with_faces=False)
     assert len(message.vertices) == len(message.corners) == len(message.face_areas) == 0
-    assert message.geometries == []
+    assert message.geometries == GeometryNames()
     ((first, second),) = surface_arrays_from_msg(message)
     assert first.faces == ()
     assert second.grad_pressure_A_W is None

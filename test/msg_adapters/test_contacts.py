@@ -9,11 +9,7 @@ import numpy as np
 import pytest
 from visualization_msgs.msg import Marker
 
-from msg_adapters.contacts import (
-    contact_markers_to_msg,
-    contacts_to_msg,
-    point_contacts_to_msg,
-)
+from msg_adapters.contacts import contact_markers_to_msg, contacts_to_msg
 from msg_adapters.poses import header_to_msg
 from scene_graph_msgs.msg import ContactArray, PointContact
 
@@ -70,7 +66,8 @@ def test_the_documented_invariant_holds_in_the_message(
     scene: SimpleNamespace, table: Table
 ) -> None:
     """Cb - Ca = depth * normal, as PointContact.msg says."""
-    for contact in point_contacts_to_msg(table, scene.names):
+    msg = contacts_to_msg(table, scene.names, stamp_ns=STAMP, frame_id="map", scene_version=1)
+    for contact in msg.points:
         a, b, n = contact.point_a, contact.point_b, contact.normal
         np.testing.assert_allclose(
             [b.x - a.x, b.y - a.y, b.z - a.z],

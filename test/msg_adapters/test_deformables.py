@@ -167,7 +167,7 @@ def test_contact_is_what_the_core_says(soft, over_the_wire):
     message = over_the_wire(deformable_contacts_to_msg([contact, contact], names))
     assert list(message.configuration_start) == [0, 2, 4]
     assert list(message.is_b_deformable) == [1, 0] * 2
-    assert [name.name for name in message.geometries] == ["lower", "upper", "floor"]
+    assert message.geometries.name == ["lower", "upper", "floor"]
     counts = [surface.num_contact_points for surface in contact]
     assert list(message.face_start) == [0, *np.cumsum(counts * 2).tolist()]
     soft_pair, rigid_pair = contact

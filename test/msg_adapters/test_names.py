@@ -1,13 +1,15 @@
 """Names in messages to ids and back."""
 
+from collections.abc import Callable
 import re
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from msg_adapters.names import SceneNames
-from scene_graph_msgs.msg import GeometryName, GeometryReference
+from scene_graph_msgs.msg import GeometryName, GeometryNames, GeometryReference
 from scene_graph_ros import geometry as core
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 
@@ -96,12 +98,22 @@ def test_a_geometry_name_message_says_who_and_where(scene: SimpleNamespace) -> N
         scene.names.geometry_name(123456)
 
 
-def test_a_legend_lists_each_geometry_once_sorted_by_id(scene: SimpleNamespace) -> None:
+def test_a_legend_lists_each_geometry_once_sorted_by_id(
+    scene: SimpleNamespace, over_the_wire: Callable[[Any], Any]
+) -> None:
     """Ids that come several times, in several columns, give one entry."""
     ids = [int(scene.tip), int(scene.ball), int(scene.tip)]
-    legend = scene.names.legend(ids, [int(scene.other_ball)] * 3)
-    assert [name.id for name in legend] == sorted({*ids, int(scene.other_ball)})
-    assert scene.names.legend([]) == []
+    legend = over_the_wire(scene.names.legend(ids, [int(scene.other_ball)] * 3))
+    assert list(legend.id) == sorted({*ids, int(scene.other_ball)})
+    for row, geometry in enumerate(legend.id):
+        assert scene.names.geometry_name(geometry) == GeometryName(
+            id=geometry,
+            frame_id=legend.frame_id[row],
+            source=legend.source[row],
+            frame=legend.frame[row],
+            name=legend.name[row],
+        )
+    assert scene.names.legend([]) == GeometryNames()
 
 
 def test_a_path_wins_over_a_bare_name_that_looks_like_it(scene: SimpleNamespace) -> None:

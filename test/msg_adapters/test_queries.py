@@ -11,7 +11,7 @@ import pytest
 from msg_adapters import queries
 from msg_adapters.errors import MessageError
 from msg_adapters.stamps import duration_to_msg, stamp_to_msg
-from scene_graph_msgs.msg import QueryOptions, WhatIf
+from scene_graph_msgs.msg import GeometryNames, QueryOptions, WhatIf
 from scene_graph_ros.geometry.errors import InvalidPoseError, NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 
@@ -37,6 +37,9 @@ def table(count: int = 2, first: int = 0, **columns: Any) -> Any:
         p_BCb=numbers(3, 200.0),
         nhat_BA_W=numbers(3, 300.0),
         is_nhat_BA_W_unique=np.arange(count) % 2 == 0,
+        p_WCa=numbers(3, 600.0),
+        p_WCb=numbers(3, 700.0),
+        depth=numbers(1, 800.0).ravel(),
         point=np.arange(count)[::-1],
         id_G=np.arange(first, first + count) + 20,
         p_GN=numbers(3, 400.0),
@@ -174,7 +177,27 @@ def test_signed_distances_of_two_configurations_are_put_behind_one_another(
     ):
         expected = np.concatenate([getattr(first, column), getattr(second, column)])
         np.testing.assert_array_equal(getattr(msg, field), expected.ravel(), err_msg=field)
-    assert msg.geometries == []
+    assert msg.geometries == GeometryNames()
+
+
+def test_point_contacts_of_two_configurations_are_put_behind_one_another(
+    over_the_wire: Callable[[Any], Any],
+) -> None:
+    """Likewise of penetrations."""
+    first, second = table(2), table(1, first=5)
+    msg = over_the_wire(queries.point_contacts_to_msg([first, second], None))
+    assert list(msg.configuration_start) == [0, 2, 3]
+    for field, column in (
+        ("id_a", "id_A"),
+        ("id_b", "id_B"),
+        ("points_a", "p_WCa"),
+        ("points_b", "p_WCb"),
+        ("normals", "nhat_BA_W"),
+        ("depth", "depth"),
+    ):
+        expected = np.concatenate([getattr(first, column), getattr(second, column)])
+        np.testing.assert_array_equal(getattr(msg, field), expected.ravel(), err_msg=field)
+    assert msg.geometries == GeometryNames()
 
 
 def test_point_distances_keep_their_columns(over_the_wire: Callable[[Any], Any]) -> None:
@@ -204,10 +227,11 @@ def test_tables_have_a_legend_when_asked(scene: SimpleNamespace) -> None:
     for msg in (
         queries.signed_distances_to_msg([given], scene.names),
         queries.candidates_to_msg([given], scene.names),
+        queries.point_contacts_to_msg([given], scene.names),
     ):
-        assert [name.name for name in msg.geometries] == ["ball", "tip", "floor"]
+        assert msg.geometries.name == ["ball", "tip", "floor"]
     points = queries.point_distances_to_msg([given], scene.names)
-    assert [name.id for name in points.geometries] == [ball, floor]
+    assert list(points.geometries.id) == [ball, floor]
 
 
 def test_candidates_keep_their_pairs(over_the_wire: Callable[[Any], Any]) -> None:

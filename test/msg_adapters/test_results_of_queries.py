@@ -56,6 +56,27 @@ def test_a_penetration_arrives_as_computed(
     assert contact.point_b.z == pytest.approx(3.5, abs=1e-14)
 
 
+def test_penetrations_are_columns(
+    balls: SimpleNamespace, over_the_wire: Callable[[Any], Any]
+) -> None:
+    """The same pair as one row of each of two configurations."""
+    table = balls.query.compute_point_pair_penetration()
+    msg = over_the_wire(queries.point_contacts_to_msg([table, table], balls.names))
+    assert list(msg.configuration_start) == [0, 1, 2]
+    small, large, _ = (int(i) for i in balls.ids)
+    assert (list(msg.id_a), list(msg.id_b)) == ([small] * 2, [large] * 2)
+    np.testing.assert_allclose(msg.depth, [0.5, 0.5], rtol=0, atol=1e-14)
+    # A's deepest point is its top at 3 + 1, B's its bottom at 5.5 - 2.
+    np.testing.assert_allclose(msg.points_a, [1.0, 2.0, 4.0] * 2, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(msg.points_b, [1.0, 2.0, 3.5] * 2, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(msg.normals, [0.0, 0.0, -1.0] * 2, rtol=0, atol=1e-14)
+    assert (list(msg.geometries.id), msg.geometries.name) == (
+        [small, large],
+        ["small_ball", "large_ball"],
+    )
+    assert len(queries.point_contacts_to_msg([table], None).geometries.id) == 0
+
+
 def test_signed_distances_arrive_as_computed(
     balls: SimpleNamespace, over_the_wire: Callable[[Any], Any]
 ) -> None:
@@ -75,7 +96,7 @@ def test_signed_distances_arrive_as_computed(
     np.testing.assert_allclose(msg.points_b_in_b[3:6], [-0.5, 0.0, 0.0], rtol=0, atol=1e-12)
     np.testing.assert_allclose(msg.normals[3:6], [-1.0, 0.0, 0.0], rtol=0, atol=1e-12)
     assert list(msg.is_normal_unique) == [1, 1, 1]
-    assert [name.name for name in msg.geometries] == ["small_ball", "large_ball", "far_ball"]
+    assert msg.geometries.name == ["small_ball", "large_ball", "far_ball"]
 
 
 def test_one_signed_distance_ties_its_fields_together(balls: SimpleNamespace) -> None:

@@ -192,7 +192,7 @@ def test_the_service_answers_what_the_core_does(client, node, core, representati
     assert answer.status.code == Status.OK, answer.status
     ((got,),) = surface_arrays_from_msg(answer.table)
     (expected,) = surfaces
-    assert [name.name for name in answer.table.geometries] == ["floor", "pad"]
+    assert answer.table.geometries.name == ["floor", "pad"]
     assert (got.is_compliant_A, got.is_compliant_B) == (False, True)
     force, moment = expected.force_and_moment(expected.centroid_W)
     for ours, theirs in (
@@ -211,8 +211,9 @@ def test_the_service_answers_what_the_core_does(client, node, core, representati
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(got.grad_pressure_A_W, 0.0)
     assert [list(face) for face in got.faces] == [list(face) for face in expected.faces]
-    assert list(answer.contact_start) == [0, 1]
-    assert answer.contacts[0].depth == points.depth[0]
+    assert list(answer.contacts.configuration_start) == [0, 1]
+    assert list(answer.contacts.depth) == list(points.depth)
+    assert answer.contacts.geometries.name == ["floor", "ball"]
 
 
 def test_without_fallback_a_pair_without_surface_is_refused(client, node):
@@ -238,7 +239,7 @@ def test_what_if_presses_elsewhere(client, node):
     d = 2 * DEPTH
     force = MODULUS / 0.1 * (0.06 * d - 0.5 * d**2 + 4 / 3 * d**3)
     assert answer.table.forces[2] == pytest.approx(-force, rel=1e-12)
-    assert list(answer.contact_start) == [0, 1, 2]
+    assert list(answer.contacts.configuration_start) == [0, 1, 2]
     assert len(answer.table.vertices) == 0
     (surface,), () = surface_arrays_from_msg(answer.table)
     assert surface.faces == ()

@@ -187,7 +187,7 @@ def test_the_service_says_which_vertices_take_part(client, node, publisher, refe
         np.einsum("ik,ikj->ij", weights, positions[corners]), points, atol=1e-12
     )
     assert sum(table.face_areas) == pytest.approx(0.06, rel=1e-9)
-    names = {name.id: name.name for name in table.geometries}
+    names = dict(zip(table.geometries.id, table.geometries.name, strict=True))
     assert [names[i] for i in table.participating_ids] == ["sponge", "theirs"]
     start = list(table.participation_start)
     assert set(table.participating_vertices[start[0] : start[1]]) == set(corners.ravel().tolist())

@@ -38,26 +38,27 @@ def test_penetration(client, scene):
     """The overlap of two spheres has the depth and witnesses that geometry demands."""
     answer = client.call("ComputePointPairPenetration")
     assert answer.status.code == Status.OK, answer.status
-    assert list(answer.configuration_start) == [0, 1]
-    (contact,) = answer.contacts
-    assert contact.depth == pytest.approx(2 * RADIUS - 0.5, abs=1e-12)
-    assert contact.geometry_a.id < contact.geometry_b.id
-    assert contact.geometry_a.name == "ball_a"
+    table = answer.table
+    assert list(table.configuration_start) == [0, 1]
+    assert list(table.depth) == pytest.approx([2 * RADIUS - 0.5], abs=1e-12)
+    assert list(table.geometries.id) == [*table.id_a, *table.id_b]
+    assert table.geometries.name == ["ball_a", "ball_b"]
+    assert table.geometries.source == ["balls"] * 2
     # The deepest point of A in B is on A towards B; the normal points out of B into A.
-    assert contact.point_a.x == pytest.approx(RADIUS, abs=1e-12)
-    assert contact.point_b.x == pytest.approx(0.5 - RADIUS, abs=1e-12)
-    assert contact.normal.x == pytest.approx(-1.0, abs=1e-12)
+    assert list(table.points_a) == pytest.approx([RADIUS, 0.0, 0.0], abs=1e-12)
+    assert list(table.points_b) == pytest.approx([0.5 - RADIUS, 0.0, 0.0], abs=1e-12)
+    assert list(table.normals) == pytest.approx([-1.0, 0.0, 0.0], abs=1e-12)
 
 
 def test_what_if_asks_without_moving_anything(client, scene):
     """Three configurations answer for their own poses and the world stays as it was."""
     options = what_if("balls/b", (0.5, 0, 0), (2, 0, 0), (0, 0.4, 0))
     answer = client.call("ComputePointPairPenetration", options=options)
-    assert list(answer.configuration_start) == [0, 1, 1, 2]
-    assert answer.contacts[1].depth == pytest.approx(0.2, abs=1e-12)
+    assert list(answer.table.configuration_start) == [0, 1, 1, 2]
+    assert answer.table.depth[1] == pytest.approx(0.2, abs=1e-12)
     answer = client.call("HasCollisions", options=options)
     assert list(answer.has_collisions) == [1, 0, 1]
-    assert len(client.call("ComputePointPairPenetration").contacts) == 1
+    assert len(client.call("ComputePointPairPenetration").table.depth) == 1
 
 
 def test_what_if_with_a_bad_pose_or_frame_is_refused(client, scene):
@@ -74,7 +75,7 @@ def test_signed_distances_of_all_pairs(client, scene):
     answer = client.call("ComputeSignedDistancePairwise", options=what_if("b", (1, 0, 0)))
     assert answer.status.code == Status.OK, answer.status
     assert list(answer.table.distance) == pytest.approx([1.0 - 2 * RADIUS], abs=1e-12)
-    assert [name.name for name in answer.table.geometries] == ["ball_a", "ball_b"]
+    assert answer.table.geometries.name == ["ball_a", "ball_b"]
     near = client.call(
         "ComputeSignedDistancePairwise", options=what_if("b", (1, 0, 0)), max_distance=[0.1]
     )
