@@ -73,6 +73,8 @@ def _compile_pairs() -> None:
 def _compile_points() -> None:
     table, X_WG = _two_spheres()
     distance_points(table, X_WG, np.zeros((1, 3)), 1.0)
+    mesh = build_shape_table([Mesh(vertices=_TETRAHEDRON, faces=_FACES)], [False])
+    distance_points(mesh, X_WG[:1], np.zeros((1, 3)), np.inf)
     vectors = np.zeros((1, 3))
     certify_pairs(
         table, X_WG, np.array([[0, 1]]), np.zeros(1), vectors, vectors, vectors, np.zeros(1)

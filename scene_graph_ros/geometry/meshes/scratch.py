@@ -12,13 +12,28 @@ import numpy as np
 
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 
-__all__ = ["POLYGON_CORNERS", "STACK_SIZE", "polygon_buffer", "traversal_stack"]
+__all__ = [
+    "LANES",
+    "LANE_NUMBERS",
+    "POLYGON_CORNERS",
+    "STACK_SIZE",
+    "lane_numbers",
+    "lane_rows",
+    "polygon_buffer",
+    "traversal_stack",
+]
 
 STACK_SIZE = 2 * MAX_DEPTH + 2
 """Entries of a stack: enough for a walk through two trees of the largest depth at once."""
 
 POLYGON_CORNERS = 8
 """A quadrilateral cut by a quadrilateral has no more corners."""
+
+LANES = 32
+"""How many answers to points are computed at once, a few in each of the processor's registers."""
+
+LANE_NUMBERS = 22
+"""Numbers of a lane, in ``query.point.lanes``."""
 
 _WORD_BYTES = 8
 
@@ -55,7 +70,16 @@ if numba_config.DISABLE_JIT:
         """Return an uninitialized array of ``(2, POLYGON_CORNERS, 3)`` float64."""
         return np.empty((2, POLYGON_CORNERS, 3))
 
+    def lane_numbers():
+        """Return an uninitialized array of ``LANE_NUMBERS * LANES`` float64."""
+        return np.empty(LANE_NUMBERS * LANES)
+
+    def lane_rows():
+        """Return an uninitialized array of ``2 * LANES`` int64."""
+        return np.empty(2 * LANES, np.int64)
+
 else:
+    _NUMBERS = types.Array(types.float64, 1, "C")
     _STACK = types.Array(types.int64, 1, "C")
     _BUFFER = types.Array(types.float64, 3, "C")
 
@@ -68,3 +92,13 @@ else:
     def polygon_buffer(typing_context):
         """Return an uninitialized array of ``(2, POLYGON_CORNERS, 3)`` float64."""
         return _BUFFER(), _lowered(_BUFFER, (2, POLYGON_CORNERS, 3))
+
+    @intrinsic
+    def lane_numbers(typing_context):
+        """Return an uninitialized array of ``LANE_NUMBERS * LANES`` float64."""
+        return _NUMBERS(), _lowered(_NUMBERS, (LANE_NUMBERS * LANES,))
+
+    @intrinsic
+    def lane_rows(typing_context):
+        """Return an uninitialized array of ``2 * LANES`` int64."""
+        return _STACK(), _lowered(_STACK, (2 * LANES,))

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.query.distance.driver import (
     WITHIN,
 )
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
+from scene_graph_ros.geometry.query.point.all_rows import group_by_kind
 from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.query.results import (
     CandidatePairs,
@@ -239,14 +240,21 @@ def point_distances(
     snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int = 1
 ) -> PointDistances:
     """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
-    proximity = snapshot.proximity
-    point, row, phi, p_GN, grad_W, unique = distance_points(
-        proximity.table, snapshot.X_WG, p_WQs, threshold, threads
+    proximity, state = snapshot.proximity, snapshot.state
+    kinds = state.cached("table of points", lambda: group_by_kind(proximity.table))
+    point, id_G, phi, p_GN, grad_W, unique = distance_points(
+        proximity.table,
+        snapshot.X_WG,
+        p_WQs,
+        threshold,
+        threads,
+        labels=proximity.ids,
+        kinds=kinds,
     )
     return PointDistances(
         {
             "point": point,
-            "id_G": proximity.ids[row],
+            "id_G": id_G,
             "p_GN": p_GN,
             "distance": phi,
             "grad_W": grad_W,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 import math
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.query.point.all_rows import answer_all, group_by_kind, KindTable
 from scene_graph_ros.geometry.query.point.dispatch import distance_point_within
 from scene_graph_ros.geometry.spatial.vectors import (
     load_rotation,
@@ -25,6 +27,7 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE
 __all__ = ["distance_points"]
 
 _FIRST_CAPACITY = 64
+Result = TypeVar("Result")
 
 
 @kernel
@@ -98,13 +101,12 @@ def _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, colum
     """
     q, i, count = at
     n = bounds.shape[0]
-    largest = _largest_coordinate(boxes) if threshold < math.inf else 0.0
+    largest = _largest_coordinate(boxes)
     while q < last:
         p_WQ = load_vector(p_WQs, q)
         magnitude = max(largest, abs(p_WQ[0]), abs(p_WQ[1]), abs(p_WQ[2]))
         reach = max(threshold, 0.0) + COINCIDENCE * magnitude
-        if threshold < math.inf:
-            _square_bounds(boxes, p_WQ, bounds)
+        _square_bounds(boxes, p_WQ, bounds)
         i, count = _answer_rows(table, X_WG, p_WQ, q, i, bounds, reach, threshold, count, columns)
         if i < n:
             break
@@ -131,7 +133,7 @@ def _answer_some(
     table: Any, X_WG: Any, p_WQs: Any, boxes: Any, threshold: float, points: range, room: Columns
 ) -> Columns:
     """Answer a range of points, in ``room`` while it lasts; return the columns that are filled."""
-    bounds = np.zeros(len(X_WG))
+    bounds = np.empty(len(X_WG))
     at, last = (points.start, 0, 0), points.stop
     while True:
         at = _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, room)
@@ -148,34 +150,70 @@ def distance_points(
     p_WQs: NDArray[np.float64],
     threshold: float,
     threads: int = 1,
+    *,
+    labels: NDArray[np.int64] | None = None,
+    kinds: KindTable | None = None,
 ) -> Columns:
     """Return the signed distances phi <= threshold of (m, 3) points to all n rows of a table.
 
     ``X_WG`` is (n, 4, 4). Returned are the columns (point, row, phi, p_GN, grad_W, unique), of
     shapes (k,), (k,), (k,), (k, 3), (k, 3), (k,), sorted by point, then row: the fields of
-    ``distance_point``, the nearest point in the row's frame G, the gradient in W. A row whose
-    bounding box is further away than the threshold is skipped. The points are shared out among
-    ``threads`` >= 1; each answer is computed the same way whoever computes it.
+    ``distance_point``, the nearest point in the row's frame G, the gradient in W. With ``labels``
+    (n,), the second column has ``labels[row]``. A row whose bounding box is further away than the
+    threshold is skipped. The points are shared out among ``threads`` >= 1; each answer is computed
+    the same way whoever computes it. ``kinds`` is the table's ``group_by_kind``, if it is known.
     """
-    m, n = len(p_WQs), len(X_WG)
-    # Without a threshold, no row is left out for its box.
-    boxes = _world_boxes(table, X_WG) if threshold < math.inf else np.zeros((6, n))
-    parts = max(min(threads, m), 1)
-    shares = [range(k * m // parts, (k + 1) * m // parts) for k in range(parts)]
+    parts = max(min(threads, len(p_WQs)), 1)
+    shares = [range(k * len(p_WQs) // parts, (k + 1) * len(p_WQs) // parts) for k in range(parts)]
     if threshold == math.inf:
-        # Every point has an answer from every row, so each share knows its place.
-        columns = _new_columns(m * n)
-        rooms = [tuple(c[r.start * n : r.stop * n] for c in columns) for r in shares]
-    else:
-        rooms = [_new_columns(min(len(r) * n, _FIRST_CAPACITY + len(r))) for r in shares]
+        kinds = group_by_kind(table) if kinds is None else kinds
+        labels = np.arange(len(X_WG)) if labels is None else labels
+        return _distances_to_all(table, kinds, X_WG, p_WQs, labels, shares)
+    columns = _distances_within(table, X_WG, p_WQs, threshold, shares)
+    return columns if labels is None else (columns[0], labels[columns[1]], *columns[2:])
 
-    def answer(share: range, room: Columns) -> Columns:
+
+def _distances_to_all(
+    table: Any,
+    kinds: KindTable,
+    X_WG: NDArray[np.float64],
+    p_WQs: NDArray[np.float64],
+    labels: NDArray[np.int64],
+    shares: list[range],
+) -> Columns:
+    """Answer without a threshold: each answer has its place, no row is left out."""
+    columns = _new_columns(len(p_WQs) * len(X_WG))
+
+    def answer(share: range) -> None:
+        answer_all(table, kinds, X_WG, p_WQs, labels, share, columns)
+
+    _for_each(answer, shares)
+    return columns
+
+
+def _distances_within(
+    table: Any,
+    X_WG: NDArray[np.float64],
+    p_WQs: NDArray[np.float64],
+    threshold: float,
+    shares: list[range],
+) -> Columns:
+    """Answer with a threshold: rows are left out for their boxes."""
+    boxes, n = _world_boxes(table, X_WG), len(X_WG)
+
+    def answer(share: range) -> Columns:
+        room = _new_columns(min(len(share) * n, _FIRST_CAPACITY + len(share)))
         return _answer_some(table, X_WG, p_WQs, boxes, threshold, share, room)
 
-    if parts == 1:
-        return answer(shares[0], rooms[0])
-    with ThreadPoolExecutor(parts) as pool:
-        filled = list(pool.map(answer, shares, rooms))
-    if threshold == math.inf:
-        return columns
+    filled = _for_each(answer, shares)
+    if len(filled) == 1:
+        return filled[0]
     return tuple(np.concatenate(same) for same in zip(*filled, strict=True))
+
+
+def _for_each(answer: Callable[[range], Result], shares: list[range]) -> list[Result]:
+    """Return what ``answer`` returns for each share, computed by a thread each."""
+    if len(shares) == 1:
+        return [answer(shares[0])]
+    with ThreadPoolExecutor(len(shares)) as pool:
+        return list(pool.map(answer, shares))

@@ -3,7 +3,16 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Sphere
+from scene_graph_ros.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Mesh,
+    Sphere,
+)
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.point.batch import distance_points
 
@@ -37,6 +46,53 @@ def test_threshold_equals_filtering():
         kept = full[2] <= threshold
         for column, expected in zip(some, full, strict=True):
             np.testing.assert_array_equal(column, expected[kept])
+
+
+def test_points_in_step_are_answered_as_alone():
+    """Shapes and points of every sort have, bit for bit, the answers of the kernels for one point.
+
+    Those are what a threshold asks, here one that leaves nothing out; needles, plates, centres,
+    axes, planes of symmetry and surfaces are among them, and more of a kind than fit in step.
+    """
+    rng = np.random.default_rng(10)
+    corners = rng.normal(size=(12, 3)) / 10
+    kinds = [
+        Ellipsoid(1e-3, 1.0, 1e-3),
+        Ellipsoid(0.1, 0.1, 0.1),
+        Ellipsoid(1.0, 1e-3, 1.0),
+        Ellipsoid(0.3, 0.2, 0.1),
+        Box(1e-3, 1.0, 1.0),
+        Cylinder(1e-3, 1.0),
+        Capsule(1e-3, 1.0),
+        Sphere(0.3),
+        HalfSpace(),
+        Convex(vertices=corners),
+        Convex(vertices=corners[:3]),
+        Convex(vertices=rng.normal(size=(60, 3)) * (1.0, 1e-3, 0.1)),
+        Mesh(vertices=corners[:4], faces=[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]),
+    ]
+    count = 20 * len(kinds)
+    table = build_shape_table(kinds * 20, [False] * count)
+    X_WG = np.tile(np.eye(4), (count, 1, 1))
+    X_WG[: count // 2, :3, :3] = Rotation.random(count // 2, random_state=3).as_matrix()
+    X_WG[: count // 2, :3, 3] = rng.uniform(-1, 1, (count // 2, 3))
+    grid = np.array([-1.0, -1e-3, -1e-17, 0.0, 1e-12, 1e-3, 0.3, 1.0])
+    points = np.array([(x, y, z) for x in grid for y in grid for z in grid])
+    together = distance_points(table, X_WG, points, np.inf)
+    alone = distance_points(table, X_WG, points, 1e6)
+    for column, expected in zip(together, alone, strict=True):
+        np.testing.assert_array_equal(column, expected)
+
+
+def test_labels_stand_for_rows():
+    """With labels, the second column has those of the rows, with a threshold and without."""
+    table, X_WG, points = scene(21, 11)
+    labels = np.arange(21) * 10 + 3
+    for threshold in (0.5, np.inf):
+        plain = distance_points(table, X_WG, points, threshold)
+        labelled = distance_points(table, X_WG, points, threshold, labels=labels)
+        np.testing.assert_array_equal(labelled[1], labels[plain[1]])
+        np.testing.assert_array_equal(labelled[2], plain[2])
 
 
 def test_sorted_by_point_then_row():

@@ -1,0 +1,198 @@
+"""Points against shapes of one kind, so many at once that the processor computes some in step.
+
+A lane is a point Q in the frame G of a shape. The numbers of all lanes are in one array, number k
+of lane j at ``k * LANES + j``, with constant strides, so that the compiler sees that nothing
+overlaps and vectorizes loops over lanes whose body has no branch. An answer does not depend on
+the lanes beside it, and is bit for bit that of the kernel for one point: arithmetic is IEEE's.
+"""
+
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.meshes.scratch import LANE_NUMBERS, LANES
+from scene_graph_ros.geometry.query.point.point_box import point_box
+from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
+from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
+from scene_graph_ros.geometry.query.point.point_ellipsoid import (
+    bracket,
+    first_sigma,
+    is_last,
+    is_tight,
+    newton_step,
+    place_plain,
+    point_ellipsoid,
+    set_up,
+)
+from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
+from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+
+__all__ = ["answer_lanes", "clear_lanes", "read_lane", "write_lane"]
+
+_SPHERE = int(ShapeKind.SPHERE)
+_CAPSULE = int(ShapeKind.CAPSULE)
+_BOX = int(ShapeKind.BOX)
+_CYLINDER = int(ShapeKind.CYLINDER)
+_HALF_SPACE = int(ShapeKind.HALF_SPACE)
+
+_POINT, _SIZE, _PHI, _NEAREST, _GRADIENT, _UNIQUE = (LANES * k for k in (0, 3, 6, 7, 10, 13))
+_C, _D, _SIGMA, _IS_OPEN, _IS_HARD = (LANES * k for k in (14, 17, 19, 20, 21))
+
+_STEPS = 6
+"""Newton steps of ellipsoids in lanes; more are left to the kernel for one point."""
+
+
+@inlined_kernel
+def clear_lanes(lanes):
+    """Let lanes that are not used hold a point and a size that cost no time."""
+    for k in range(LANE_NUMBERS * LANES):
+        lanes[k] = 1.0
+
+
+@inlined_kernel
+def _triple(lanes, first, j):
+    return (lanes[first + j], lanes[first + LANES + j], lanes[first + 2 * LANES + j])
+
+
+@inlined_kernel
+def _set_triple(lanes, first, j, v):
+    lanes[first + j] = v[0]
+    lanes[first + LANES + j] = v[1]
+    lanes[first + 2 * LANES + j] = v[2]
+
+
+@inlined_kernel
+def write_lane(lanes, j, size, p_GQ):
+    """Ask lane j about a point and a shape's size."""
+    _set_triple(lanes, _POINT, j, p_GQ)
+    _set_triple(lanes, _SIZE, j, size)
+
+
+@inlined_kernel
+def read_lane(lanes, j):
+    """Return (phi, p_GN, grad_G, unique) of lane j."""
+    unique = lanes[_UNIQUE + j] != 0.0
+    return lanes[_PHI + j], _triple(lanes, _NEAREST, j), _triple(lanes, _GRADIENT, j), unique
+
+
+@inlined_kernel
+def _question(lanes, j):
+    return _triple(lanes, _SIZE, j), _triple(lanes, _POINT, j)
+
+
+@inlined_kernel
+def _answer(lanes, j, answer):
+    phi, p_GN, grad_G, unique = answer
+    lanes[_PHI + j] = phi
+    _set_triple(lanes, _NEAREST, j, p_GN)
+    _set_triple(lanes, _GRADIENT, j, grad_G)
+    lanes[_UNIQUE + j] = 1.0 if unique else 0.0
+
+
+@lean_kernel
+def _spheres(lanes):
+    for j in range(LANES):
+        size, p_GQ = _question(lanes, j)
+        _answer(lanes, j, point_sphere(size, p_GQ))
+
+
+@lean_kernel
+def _capsules(lanes):
+    for j in range(LANES):
+        size, p_GQ = _question(lanes, j)
+        _answer(lanes, j, point_capsule(size, p_GQ))
+
+
+@lean_kernel
+def _boxes(lanes):
+    for j in range(LANES):
+        size, p_GQ = _question(lanes, j)
+        _answer(lanes, j, point_box(size, p_GQ))
+
+
+@lean_kernel
+def _cylinders(lanes):
+    for j in range(LANES):
+        size, p_GQ = _question(lanes, j)
+        _answer(lanes, j, point_cylinder(size, p_GQ))
+
+
+@lean_kernel
+def _half_spaces(lanes):
+    for j in range(LANES):
+        _, p_GQ = _question(lanes, j)
+        _answer(lanes, j, point_half_space(p_GQ))
+
+
+@lean_kernel
+def _begin_ellipsoids(lanes):
+    for j in range(LANES):
+        size, p_GQ = _question(lanes, j)
+        _, _, _, _, _, c, d, is_plain = set_up(size, p_GQ)
+        low, high = bracket(c, d)
+        is_open = is_plain and is_tight(low, high)
+        _set_triple(lanes, _C, j, c)
+        lanes[_D + j] = d[0]
+        lanes[_D + LANES + j] = d[1]
+        lanes[_SIGMA + j] = first_sigma(c, d, low, high)
+        lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
+        lanes[_IS_HARD + j] = 0.0 if is_open else 1.0
+
+
+@inlined_kernel
+def _equation(lanes, j):
+    return _triple(lanes, _C, j), (lanes[_D + j], lanes[_D + LANES + j], 0.0)
+
+
+@lean_kernel
+def _step_ellipsoids(lanes):
+    """Take one Newton step in every open lane; return how many are open after it."""
+    count = 0
+    for j in range(LANES):
+        c, d = _equation(lanes, j)
+        sigma, is_open = lanes[_SIGMA + j], lanes[_IS_OPEN + j] != 0.0
+        step = newton_step(c, d, sigma)
+        sigma = sigma + step if is_open else sigma
+        is_open = is_open and not is_last(step, sigma)
+        lanes[_SIGMA + j] = sigma
+        lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
+        count += 1 if is_open else 0
+    return count
+
+
+@lean_kernel
+def _end_ellipsoids(lanes):
+    for j in range(LANES):
+        size, p_GQ = _question(lanes, j)
+        axis_i, axis_j, axis_k, e, _, _, _, _ = set_up(size, p_GQ)
+        c, d = _equation(lanes, j)
+        sigma = lanes[_SIGMA + j]
+        _answer(lanes, j, place_plain(p_GQ, axis_i, axis_j, axis_k, e, c, d, sigma))
+
+
+@lean_kernel
+def _ellipsoids(lanes, count):
+    _begin_ellipsoids(lanes)
+    for _ in range(_STEPS):
+        if _step_ellipsoids(lanes) == 0:
+            break
+    _end_ellipsoids(lanes)
+    for j in range(count):
+        if lanes[_IS_OPEN + j] != 0.0 or lanes[_IS_HARD + j] != 0.0:
+            size, p_GQ = _question(lanes, j)
+            _answer(lanes, j, point_ellipsoid(size, p_GQ))
+
+
+@lean_kernel
+def answer_lanes(lanes, kind, count):
+    """Answer the first ``count`` lanes, all about shapes of one kind with a closed form."""
+    if kind == _SPHERE:
+        _spheres(lanes)
+    elif kind == _CAPSULE:
+        _capsules(lanes)
+    elif kind == _BOX:
+        _boxes(lanes)
+    elif kind == _CYLINDER:
+        _cylinders(lanes)
+    elif kind == _HALF_SPACE:
+        _half_spaces(lanes)
+    else:
+        _ellipsoids(lanes, count)
