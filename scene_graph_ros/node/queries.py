@@ -6,7 +6,7 @@ it into a status.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 import importlib
@@ -78,6 +78,15 @@ class Asked:
         threads = self.limit("query_threads")
         return ask_what_if(self.snapshot.query, configurations, question, threads=threads)
 
+    def ask(self, world: QueryObject, question: Callable[..., T], *arguments: Hashable) -> T:
+        """Return what a method of ``QueryObject`` answers about one of the configurations.
+
+        About the world as it is, threads that ask the same share the answer.
+        """
+        if world is self.snapshot.query:
+            return self.snapshot.ask(question, *arguments)
+        return question(world, *arguments)
+
     @property
     def legend(self) -> Any:
         """The names for tables, or None where they are not wanted."""
@@ -108,7 +117,8 @@ def _possible_pairs(asked: Asked) -> int:
 
 def penetration(request: Any, response: Any, asked: Asked) -> None:
     """Answer ComputePointPairPenetration."""
-    tables = asked.each(QueryObject.compute_point_pair_penetration)
+    question = QueryObject.compute_point_pair_penetration
+    tables = asked.each(lambda world: asked.ask(world, question))
     asked.require_rows(tables)
     response.table = point_contacts_to_msg(tables, asked.legend)
 
@@ -118,9 +128,8 @@ def signed_distances(request: Any, response: Any, asked: Asked) -> None:
     limit = limit_from_msg(request.max_distance, "max_distance")
     if np.isinf(limit):
         asked.require("max_rows_per_response", _possible_pairs(asked), "pairs of the scene")
-    tables = asked.each(
-        lambda world: world.compute_signed_distance_pairwise_closest_points(max_distance=limit)
-    )
+    question = QueryObject.compute_signed_distance_pairwise_closest_points
+    tables = asked.each(lambda world: asked.ask(world, question, limit))
     asked.require_rows(tables)
     response.table = signed_distances_to_msg(tables, asked.legend)
 
@@ -187,14 +196,16 @@ def point_distances(request: Any, response: Any, asked: Asked) -> None:
 
 def candidates(request: Any, response: Any, asked: Asked) -> None:
     """Answer FindCollisionCandidates."""
-    tables = asked.each(QueryObject.find_collision_candidates)
+    question = QueryObject.find_collision_candidates
+    tables = asked.each(lambda world: asked.ask(world, question))
     asked.require_rows(tables)
     response.table = candidates_to_msg(tables, asked.legend)
 
 
 def collisions(request: Any, response: Any, asked: Asked) -> None:
     """Answer HasCollisions."""
-    response.has_collisions = flags_to_msg(asked.each(QueryObject.has_collisions))
+    question = QueryObject.has_collisions
+    response.has_collisions = flags_to_msg(asked.each(lambda world: asked.ask(world, question)))
 
 
 def poses(request: Any, response: Any, asked: Asked) -> None:

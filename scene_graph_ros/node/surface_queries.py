@@ -32,9 +32,10 @@ def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
     def answer(world: QueryObject) -> tuple[Any, Any]:
         rest: Any = ()
         if request.with_fallback:
-            table, rest = world.compute_contact_surfaces_with_fallback(representation)
+            question = QueryObject.compute_contact_surfaces_with_fallback
+            table, rest = asked.ask(world, question, representation)
         else:
-            table = world.compute_contact_surfaces(representation)
+            table = asked.ask(world, QueryObject.compute_contact_surfaces, representation)
         faces = len(table.face_areas) if request.with_faces else 0
         tally.add(len(table) + len(rest), faces)
         return table, rest
@@ -73,7 +74,7 @@ def deformable_contact(request: Any, response: Any, asked: Asked) -> None:
     tally = _Tally(asked)
 
     def answer(world: QueryObject) -> Any:
-        contact = world.compute_deformable_contact()
+        contact = asked.ask(world, QueryObject.compute_deformable_contact)
         tally.add(len(contact), sum(surface.num_contact_points for surface in contact))
         return contact
 

@@ -8,7 +8,7 @@ leaves no trace. No rclpy here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 import secrets
 import threading
@@ -66,6 +66,16 @@ class WorldSnapshot:
     stamp: int
     source_stamps: Mapping[str, int]
     arrival: int | None = None
+    _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
+
+    def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
+        """Return what a method of ``QueryObject`` answers about this snapshot.
+
+        Whoever asks the same while a thread is at it waits for its answer, which the query
+        remembers: to compute it twice side by side would take longer for both.
+        """
+        with self._turns.setdefault((question, arguments), threading.Lock()):
+            return question(self.query, *arguments)
 
     @property
     def inspector(self) -> Any:
@@ -272,7 +282,7 @@ class World:
             stamps[name] = max(stamps[name], deformables.stamp())
         self._sequence += 1
         self._snapshot = WorldSnapshot(
-            query=QueryObject(self._context.snapshot),
+            query=QueryObject(self._context.snapshot).bake(),
             names=self._names,
             scene_version=self._version,
             sequence=self._sequence,

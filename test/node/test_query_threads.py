@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+import threading
+import time
+
 import numpy as np
 import pytest
 
@@ -9,6 +13,7 @@ from msg_adapters.queries import options_from_msg, what_if_to_msg
 from scene_graph_msgs import srv
 from scene_graph_msgs.msg import QueryOptions
 from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.geometry.query import scene as core
 from scene_graph_ros.node.queries import Asked, QUERIES
 from scene_graph_ros.node.world import World
 from scene_graph_ros.scene_files import load_scene_text
@@ -83,3 +88,56 @@ def test_points_of_the_world_as_it_is_are_shared_too(world, threads):
     one = answer(world, name, fields, QueryOptions(), 1)
     assert len(one.table.distance) == 3 * 40
     assert answer(world, name, fields, QueryOptions(), threads) == one
+
+
+@pytest.mark.parametrize(
+    ("name", "computed"),
+    [
+        ("ComputePointPairPenetration", "penetrations"),
+        ("ComputeSignedDistancePairwise", "pair_distances"),
+        ("FindCollisionCandidates", "pairs_of_candidates"),
+        ("HasCollisions", "collides"),
+    ],
+)
+def test_threads_that_ask_the_same_share_the_answer(world, monkeypatch, name, computed):
+    """Four requests that come at the same time are computed once."""
+    compute, count = getattr(core, computed), []
+    together = threading.Barrier(4, timeout=10.0)
+
+    def slowly(*arguments):
+        count.append(threading.current_thread())
+        time.sleep(0.1)
+        return compute(*arguments)
+
+    def ask():
+        together.wait()
+        return answer(world, name, REQUESTS[name], QueryOptions(), 1)
+
+    expected = answer(world, name, REQUESTS[name], QueryOptions(), 1)
+    with world.lock:
+        world.commit((), None)
+    monkeypatch.setattr(core, computed, slowly)
+    with ThreadPoolExecutor(4) as pool:
+        answers = [task.result() for task in [pool.submit(ask) for _ in range(4)]]
+    assert len(count) == 1
+    assert answers == [expected] * 4
+
+
+def test_other_questions_are_not_held_up(world):
+    """While one is being answered another one is, too; one that fails has the next turn free."""
+    snapshot = world.snapshot
+    begun, go_on = threading.Event(), threading.Event()
+
+    def fail(query):
+        begun.set()
+        assert go_on.wait(10.0)
+        raise RuntimeError("no answer")
+
+    with ThreadPoolExecutor(1) as pool:
+        failing = pool.submit(snapshot.ask, fail)
+        assert begun.wait(10.0)
+        assert snapshot.ask(lambda query: query is snapshot.query)
+        go_on.set()
+        for task in (failing, pool.submit(snapshot.ask, fail)):
+            with pytest.raises(RuntimeError, match="no answer"):
+                task.result(10.0)

@@ -15,6 +15,7 @@ from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.contact_surface_markers import ContactSurfaceMarkerWire
 from msg_adapters.contact_surfaces import face_points_to_msg
+from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS
@@ -73,8 +74,8 @@ class ContactSurfacesEffect:
 
     def _answers(self, snapshot: WorldSnapshot) -> tuple[Any, Any]:
         if snapshot.sequence != self._computed_for:
-            self._answer = snapshot.query.compute_contact_surfaces_with_fallback(
-                ContactRepresentation.POLYGON
+            self._answer = snapshot.ask(
+                QueryObject.compute_contact_surfaces_with_fallback, ContactRepresentation.POLYGON
             )
             self._computed_for = snapshot.sequence
             self._computed += 1

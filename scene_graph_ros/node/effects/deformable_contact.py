@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.world import WorldSnapshot
 
@@ -32,7 +33,7 @@ class DeformableContactEffect:
     def contact(self, snapshot: WorldSnapshot) -> Any:
         """Return the deformable contact."""
         if snapshot.sequence != self._computed_for:
-            self._contact = snapshot.query.compute_deformable_contact()
+            self._contact = snapshot.ask(QueryObject.compute_deformable_contact)
             self._computed_for = snapshot.sequence
             self._computed += 1
         return self._contact

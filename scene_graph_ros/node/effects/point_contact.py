@@ -17,6 +17,7 @@ from visualization_msgs.msg import MarkerArray
 from msg_adapters.contact_rows import deformable_rows, surface_rows
 from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
 from scene_graph_msgs.msg import ContactArray
+from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import CONTACT_MARKERS, CONTACTS
 from scene_graph_ros.node.qos import contact_qos, marker_qos
@@ -78,7 +79,7 @@ class PointContact:
         if surfaces is not None:
             table = surfaces.penetrations(snapshot)
         else:
-            table = snapshot.query.compute_point_pair_penetration()
+            table = snapshot.ask(QueryObject.compute_point_pair_penetration)
         self._seconds.append(time.perf_counter() - begin)
         return table
 
