@@ -15,8 +15,13 @@ from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.query.point.lanes import (
     answer_lanes,
     clear_lanes,
+    enter_frames,
+    leave_frames,
+    POSE_NUMBERS,
     read_lane,
+    SIZE_NUMBERS,
     write_lane,
+    write_pose,
 )
 from scene_graph_ros.geometry.query.point.point_convex import point_hull
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -51,6 +56,11 @@ class KindTable(NamedTuple):
     """(n, 3) metres, as in the table."""
     scale: np.ndarray
     """(n,) metres, as in the table."""
+    tile_start: np.ndarray
+    """(kinds+1,) int64: as many rows of a kind as fill lanes are a tile; a kind has the tiles
+    ``tile_start[kind]`` to ``tile_start[kind+1]``, and those of its rows that are left over."""
+    tile_sizes: np.ndarray
+    """(tiles, SIZE_NUMBERS * LANES) metres: the sizes of each tile's rows, as lanes."""
     block: np.ndarray
     """(n,) int64: where the row's hull starts in ``blocks``, or -1."""
     blocks: np.ndarray
@@ -60,15 +70,27 @@ class KindTable(NamedTuple):
 def group_by_kind(table: ShapeTable) -> KindTable:
     """Return the columns of a table that points need."""
     kinds = np.arange(max(ShapeKind) + 2)
-    order = np.argsort(table.kind, kind="stable")
+    order = np.argsort(table.kind, kind="stable").astype(np.int64)
+    start = np.searchsorted(table.kind[order], kinds).astype(np.int64)
+    tiles = np.diff(start) // LANES
+    tiles[[_CONVEX, _MESH]] = 0
+    in_tiles = np.concatenate(
+        [
+            np.arange(first, first + LANES * count)
+            for first, count in zip(start, tiles, strict=False)
+        ]
+    ).astype(np.int64)
+    sizes = table.size[order[in_tiles]].reshape(-1, LANES, SIZE_NUMBERS).transpose(0, 2, 1)
     block = np.full(len(order), -1, dtype=np.int64)
     has_hull = table.hull >= 0
     block[has_hull] = table.hulls.block_start[table.hull[has_hull]]
     return KindTable(
-        order=order.astype(np.int64),
-        start=np.searchsorted(table.kind[order], kinds).astype(np.int64),
+        order=order,
+        start=start,
         size=table.size,
         scale=table.scale,
+        tile_start=np.concatenate([[0], np.cumsum(tiles)]).astype(np.int64),
+        tile_sizes=np.ascontiguousarray(sizes).reshape(-1, SIZE_NUMBERS * LANES),
         block=block,
         blocks=table.hulls.blocks,
     )
@@ -83,6 +105,36 @@ def _write(columns, at, R_WG, answer):
 
 
 @inlined_kernel
+def _answer_tiles(kinds, kind, n, poses, p_WQs, first, last, lanes, columns):
+    """Answer points first to last about the tiles of one kind: one point and a tile at a time."""
+    _, _, phi, p_GN, grad_W, unique = columns
+    slot = kinds.start[kind]
+    for tile in range(kinds.tile_start[kind], kinds.tile_start[kind + 1]):
+        for q in range(first, last):
+            enter_frames(lanes, kinds.tile_sizes, poses, tile, load_vector(p_WQs, q))
+            answer_lanes(lanes, kind, LANES)
+            leave_frames(lanes, poses, tile)
+            for j in range(LANES):
+                at = q * n + kinds.order[slot + j]
+                phi[at], nearest, gradient, unique[at] = read_lane(lanes, j)
+                store_vector(p_GN, at, nearest)
+                store_vector(grad_W, at, gradient)
+        slot += LANES
+
+
+@inlined_kernel
+def _lay_out_poses(kinds, X_WG, poses):
+    """Write the poses of the rows in tiles as lanes."""
+    for kind in range(kinds.start.shape[0] - 1):
+        slot = kinds.start[kind]
+        for tile in range(kinds.tile_start[kind], kinds.tile_start[kind + 1]):
+            for j in range(LANES):
+                i = kinds.order[slot + j]
+                write_pose(poses, tile, j, load_rotation(X_WG, i), load_translation(X_WG, i))
+            slot += LANES
+
+
+@inlined_kernel
 def _empty_lanes(lanes, places, kind, count, X_WG, columns):
     """Answer the lanes and write the answers where ``places`` tells."""
     answer_lanes(lanes, kind, count)
@@ -92,10 +144,11 @@ def _empty_lanes(lanes, places, kind, count, X_WG, columns):
 
 
 @inlined_kernel
-def _answer_in_lanes(kinds, kind, X_WG, p_WQs, first, last, lanes, places, columns):
-    """Answer points first to last about the rows of one kind, ``LANES`` at a time."""
+def _answer_left_over(kinds, kind, X_WG, p_WQs, first, last, lanes, places, columns):
+    """Answer points first to last about the rows of one kind that are in no tile."""
     n, count = X_WG.shape[0], 0
-    for slot in range(kinds.start[kind], kinds.start[kind + 1]):
+    tiles = kinds.tile_start[kind + 1] - kinds.tile_start[kind]
+    for slot in range(kinds.start[kind] + LANES * tiles, kinds.start[kind + 1]):
         i = kinds.order[slot]
         R_WG, p_WG = load_rotation(X_WG, i), load_translation(X_WG, i)
         size = load_vector(kinds.size, i)
@@ -124,12 +177,16 @@ def _answer_hulls(kinds, X_WG, p_WQs, first, last, columns):
 
 
 @lean_kernel
-def _answer_rows(kinds, X_WG, p_WQs, labels, first, last, columns):
-    """Answer points first to last about all rows but meshes, and write all labels."""
+def _answer_rows(kinds, X_WG, p_WQs, labels, first, last, poses, columns):
+    """Answer points first to last about all rows but meshes, and write all labels.
+
+    ``poses`` is room for the poses of all tiles.
+    """
     n = X_WG.shape[0]
     point, label = columns[0], columns[1]
     lanes, places = lane_numbers(), lane_rows()
     clear_lanes(lanes)
+    _lay_out_poses(kinds, X_WG, poses)
     step = max(_BLOCK // max(n, 1), 1)
     for begin in range(first, last, step):
         end = min(begin + step, last)
@@ -141,7 +198,8 @@ def _answer_rows(kinds, X_WG, p_WQs, labels, first, last, columns):
             if kind == _CONVEX:
                 _answer_hulls(kinds, X_WG, p_WQs, begin, end, columns)
             elif kind != _MESH:
-                _answer_in_lanes(kinds, kind, X_WG, p_WQs, begin, end, lanes, places, columns)
+                _answer_tiles(kinds, kind, n, poses, p_WQs, begin, end, lanes, columns)
+                _answer_left_over(kinds, kind, X_WG, p_WQs, begin, end, lanes, places, columns)
 
 
 @kernel
@@ -169,7 +227,8 @@ def answer_all(
 
     The columns are those of ``distance_points``, ``labels[i]`` in place of row i.
     """
-    _answer_rows(kinds, X_WG, p_WQs, labels, points.start, points.stop, columns)
+    poses = np.empty((len(kinds.tile_sizes), POSE_NUMBERS * LANES))
+    _answer_rows(kinds, X_WG, p_WQs, labels, points.start, points.stop, poses, columns)
     first, last = kinds.start[_MESH : _MESH + 2]
     if first < last:
         meshes = kinds.order[first:last]

@@ -24,8 +24,24 @@ from scene_graph_ros.geometry.query.point.point_ellipsoid import (
 from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
 from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, subtract
 
-__all__ = ["answer_lanes", "clear_lanes", "read_lane", "write_lane"]
+__all__ = [
+    "POSE_NUMBERS",
+    "SIZE_NUMBERS",
+    "answer_lanes",
+    "clear_lanes",
+    "enter_frames",
+    "leave_frames",
+    "read_lane",
+    "write_lane",
+    "write_pose",
+]
+
+SIZE_NUMBERS = 3
+"""Numbers of a shape's size in a tile, the shapes of all lanes."""
+POSE_NUMBERS = 12
+"""Numbers of its pose: the rotation row by row, then the translation."""
 
 _SPHERE = int(ShapeKind.SPHERE)
 _CAPSULE = int(ShapeKind.CAPSULE)
@@ -71,6 +87,49 @@ def read_lane(lanes, j):
     """Return (phi, p_GN, grad_G, unique) of lane j."""
     unique = lanes[_UNIQUE + j] != 0.0
     return lanes[_PHI + j], _triple(lanes, _NEAREST, j), _triple(lanes, _GRADIENT, j), unique
+
+
+@inlined_kernel
+def write_pose(poses, tile, j, R_WG, p_WG):
+    """Set the pose of lane j of a tile."""
+    for k in range(9):
+        poses[tile, k * LANES + j] = R_WG[k]
+    for k in range(3):
+        poses[tile, (9 + k) * LANES + j] = p_WG[k]
+
+
+@inlined_kernel
+def _of_tile(numbers, tile, first, j):
+    """Return three numbers of lane j of a tile: its row is looked up once for all lanes."""
+    return (
+        numbers[tile, first + j],
+        numbers[tile, first + LANES + j],
+        numbers[tile, first + 2 * LANES + j],
+    )
+
+
+@inlined_kernel
+def _rotation(poses, tile, j):
+    x, y = _of_tile(poses, tile, 0, j), _of_tile(poses, tile, 3 * LANES, j)
+    z = _of_tile(poses, tile, 6 * LANES, j)
+    return (x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
+
+
+@lean_kernel
+def enter_frames(lanes, sizes, poses, tile, p_WQ):
+    """Ask each lane about a point and a shape of a tile, whose size and pose are given."""
+    for j in range(LANES):
+        offset = subtract(p_WQ, _of_tile(poses, tile, 9 * LANES, j))
+        p_GQ = rotate_inverse(_rotation(poses, tile, j), offset)
+        write_lane(lanes, j, _of_tile(sizes, tile, 0, j), p_GQ)
+
+
+@lean_kernel
+def leave_frames(lanes, poses, tile):
+    """Express the answers' gradients in W."""
+    for j in range(LANES):
+        gradient = rotate(_rotation(poses, tile, j), _triple(lanes, _GRADIENT, j))
+        _set_triple(lanes, _GRADIENT, j, gradient)
 
 
 @inlined_kernel
