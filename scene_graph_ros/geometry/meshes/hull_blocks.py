@@ -112,6 +112,8 @@ def likely_vertex(blocks, start, p):
     """Return where a vertex of a block is that is probably the nearest to p, outside of it."""
     first = start + HEADER
     way = (p[0] - blocks[first], p[1] - blocks[first + 1], p[2] - blocks[first + 2])
+    if int(blocks[start]) <= SCAN_LIMIT:
+        return furthest_vertex(blocks, start, way, -1)
     return int(blocks[start + 4 + _sector(way)])
 
 

@@ -12,14 +12,20 @@ from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import lane_numbers, lane_rows, LANES
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
+from scene_graph_ros.geometry.query.point.hull_lanes import (
+    answer_hull_lanes,
+    is_answered,
+    LANE_CORNERS,
+)
 from scene_graph_ros.geometry.query.point.lanes import (
     answer_lanes,
     clear_lanes,
     enter_frames,
     leave_frames,
     POSE_NUMBERS,
+    question,
     read_lane,
-    SIZE_NUMBERS,
+    set_answer,
     write_lane,
     write_pose,
 )
@@ -49,51 +55,71 @@ class KindTable(NamedTuple):
     """What points need of a ``ShapeTable``, its rows grouped by kind."""
 
     order: np.ndarray
-    """(n,) int64: rows, ascending within a kind."""
+    """(n,) int64: rows by kind, hulls also by their number of corners."""
     start: np.ndarray
     """(kinds+1,) int64: the rows of a kind are ``order[start[kind]:start[kind+1]]``."""
     size: np.ndarray
-    """(n, 3) metres, as in the table."""
-    scale: np.ndarray
-    """(n,) metres, as in the table."""
+    """(n, 3) metres, as in the table, but for the extent of a hull in the first place."""
     tile_start: np.ndarray
     """(kinds+1,) int64: as many rows of a kind as fill lanes are a tile; a kind has the tiles
     ``tile_start[kind]`` to ``tile_start[kind+1]``, and those of its rows that are left over."""
     tile_sizes: np.ndarray
-    """(tiles, SIZE_NUMBERS * LANES) metres: the sizes of each tile's rows, as lanes."""
+    """(tiles, 3 * LANES) metres: the sizes of each tile's rows, as lanes."""
     block: np.ndarray
     """(n,) int64: where the row's hull starts in ``blocks``, or -1."""
     blocks: np.ndarray
     """(P,) float64: the table's ``hulls.blocks``."""
+    corner_count: np.ndarray
+    """(hull tiles,) int64: how many corners the hulls of a tile have at most."""
+    corners: np.ndarray
+    """(hull tiles, LANE_CORNERS, 3, LANES) metres: their corners, as ``hull_lanes`` wants."""
 
 
 def group_by_kind(table: ShapeTable) -> KindTable:
     """Return the columns of a table that points need."""
-    kinds = np.arange(max(ShapeKind) + 2)
-    order = np.argsort(table.kind, kind="stable").astype(np.int64)
-    start = np.searchsorted(table.kind[order], kinds).astype(np.int64)
+    hulls, has_hull = table.hulls, table.hull >= 0
+    counts, block = np.zeros(len(table.kind), np.int64), np.full(len(table.kind), -1, np.int64)
+    counts[has_hull] = np.diff(hulls.vertex_start)[table.hull[has_hull]]
+    block[has_hull] = hulls.block_start[table.hull[has_hull]]
+    order = np.lexsort((counts, table.kind)).astype(np.int64)
+    start = np.searchsorted(table.kind[order], np.arange(max(ShapeKind) + 2)).astype(np.int64)
     tiles = np.diff(start) // LANES
-    tiles[[_CONVEX, _MESH]] = 0
+    small = (table.kind == _CONVEX) & (counts <= LANE_CORNERS)
+    tiles[_CONVEX], tiles[_MESH] = np.count_nonzero(small) // LANES, 0
     in_tiles = np.concatenate(
-        [
-            np.arange(first, first + LANES * count)
-            for first, count in zip(start, tiles, strict=False)
-        ]
-    ).astype(np.int64)
-    sizes = table.size[order[in_tiles]].reshape(-1, LANES, SIZE_NUMBERS).transpose(0, 2, 1)
-    block = np.full(len(order), -1, dtype=np.int64)
-    has_hull = table.hull >= 0
-    block[has_hull] = table.hulls.block_start[table.hull[has_hull]]
+        [order[first : first + LANES * n] for first, n in zip(start, tiles, strict=False)]
+    ).reshape(-1, LANES)
+    tile_start = np.concatenate([[0], np.cumsum(tiles)]).astype(np.int64)
+    of_hulls = in_tiles[tile_start[_CONVEX] :]
+    size = table.size.copy()
+    size[has_hull, 0] = table.scale[has_hull]
     return KindTable(
         order=order,
         start=start,
-        size=table.size,
-        scale=table.scale,
-        tile_start=np.concatenate([[0], np.cumsum(tiles)]).astype(np.int64),
-        tile_sizes=np.ascontiguousarray(sizes).reshape(-1, SIZE_NUMBERS * LANES),
+        size=size,
+        tile_start=tile_start,
+        tile_sizes=_as_lanes(size[in_tiles]),
         block=block,
-        blocks=table.hulls.blocks,
+        blocks=hulls.blocks,
+        corner_count=counts[of_hulls].max(axis=1, initial=0),
+        corners=_corners(table, of_hulls),
     )
+
+
+def _corners(table: ShapeTable, rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the corners of the hulls of ``rows``, the first again where there are fewer."""
+    starts = table.hulls.vertex_start
+    first = starts[table.hull[rows]]
+    last = starts[table.hull[rows] + 1]
+    places = first[..., None] + np.arange(LANE_CORNERS)
+    places = np.where(places < last[..., None], places, first[..., None])
+    return np.ascontiguousarray(table.hulls.vertices[places].transpose(0, 2, 3, 1))
+
+
+def _as_lanes(numbers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Turn (tiles, LANES, k) numbers into (tiles, k * LANES)."""
+    tiles, lanes, count = numbers.shape
+    return np.ascontiguousarray(numbers.transpose(0, 2, 1)).reshape(tiles, count * lanes)
 
 
 @inlined_kernel
@@ -105,6 +131,18 @@ def _write(columns, at, R_WG, answer):
 
 
 @inlined_kernel
+def _answer_hulls_in_lanes(kinds, slot, tile, lanes):
+    """Answer lanes about the hulls of a tile, one by one where a few steps do not."""
+    tile -= kinds.tile_start[_CONVEX]
+    answer_hull_lanes(lanes, kinds.corners, tile, kinds.corner_count[tile])
+    for j in range(LANES):
+        if not is_answered(lanes, j):
+            size, p_GQ = question(lanes, j)
+            start = kinds.block[kinds.order[slot + j]]
+            set_answer(lanes, j, point_hull(kinds.blocks, start, size[0], p_GQ))
+
+
+@inlined_kernel
 def _answer_tiles(kinds, kind, n, poses, p_WQs, first, last, lanes, columns):
     """Answer points first to last about the tiles of one kind: one point and a tile at a time."""
     _, _, phi, p_GN, grad_W, unique = columns
@@ -112,7 +150,10 @@ def _answer_tiles(kinds, kind, n, poses, p_WQs, first, last, lanes, columns):
     for tile in range(kinds.tile_start[kind], kinds.tile_start[kind + 1]):
         for q in range(first, last):
             enter_frames(lanes, kinds.tile_sizes, poses, tile, load_vector(p_WQs, q))
-            answer_lanes(lanes, kind, LANES)
+            if kind == _CONVEX:
+                _answer_hulls_in_lanes(kinds, slot, tile, lanes)
+            else:
+                answer_lanes(lanes, kind, LANES)
             leave_frames(lanes, poses, tile)
             for j in range(LANES):
                 at = q * n + kinds.order[slot + j]
@@ -136,7 +177,7 @@ def _lay_out_poses(kinds, X_WG, poses):
 
 @inlined_kernel
 def _empty_lanes(lanes, places, kind, count, X_WG, columns):
-    """Answer the lanes and write the answers where ``places`` tells."""
+    """Answer lanes and write the answers where ``places`` tells."""
     answer_lanes(lanes, kind, count)
     for j in range(count):
         R_WG = load_rotation(X_WG, places[LANES + j])
@@ -165,14 +206,15 @@ def _answer_left_over(kinds, kind, X_WG, p_WQs, first, last, lanes, places, colu
 
 
 @inlined_kernel
-def _answer_hulls(kinds, X_WG, p_WQs, first, last, columns):
+def _answer_other_hulls(kinds, X_WG, p_WQs, first, last, columns):
     n = X_WG.shape[0]
-    for slot in range(kinds.start[_CONVEX], kinds.start[_CONVEX + 1]):
+    tiles = kinds.tile_start[_CONVEX + 1] - kinds.tile_start[_CONVEX]
+    for slot in range(kinds.start[_CONVEX] + LANES * tiles, kinds.start[_CONVEX + 1]):
         i = kinds.order[slot]
         R_WG, p_WG = load_rotation(X_WG, i), load_translation(X_WG, i)
         for q in range(first, last):
             p_GQ = rotate_inverse(R_WG, subtract(load_vector(p_WQs, q), p_WG))
-            answer = point_hull(kinds.blocks, kinds.block[i], kinds.scale[i], p_GQ)
+            answer = point_hull(kinds.blocks, kinds.block[i], kinds.size[i, 0], p_GQ)
             _write(columns, q * n + i, R_WG, answer)
 
 
@@ -195,10 +237,10 @@ def _answer_rows(kinds, X_WG, p_WQs, labels, first, last, poses, columns):
                 point[q * n + i] = q
                 label[q * n + i] = labels[i]
         for kind in range(kinds.start.shape[0] - 1):
+            _answer_tiles(kinds, kind, n, poses, p_WQs, begin, end, lanes, columns)
             if kind == _CONVEX:
-                _answer_hulls(kinds, X_WG, p_WQs, begin, end, columns)
+                _answer_other_hulls(kinds, X_WG, p_WQs, begin, end, columns)
             elif kind != _MESH:
-                _answer_tiles(kinds, kind, n, poses, p_WQs, begin, end, lanes, columns)
                 _answer_left_over(kinds, kind, X_WG, p_WQs, begin, end, lanes, places, columns)
 
 

@@ -28,20 +28,21 @@ from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, sub
 
 __all__ = [
     "POSE_NUMBERS",
-    "SIZE_NUMBERS",
     "answer_lanes",
     "clear_lanes",
     "enter_frames",
     "leave_frames",
+    "question",
     "read_lane",
+    "set_answer",
+    "set_triple",
+    "triple",
     "write_lane",
     "write_pose",
 ]
 
-SIZE_NUMBERS = 3
-"""Numbers of a shape's size in a tile, the shapes of all lanes."""
 POSE_NUMBERS = 12
-"""Numbers of its pose: the rotation row by row, then the translation."""
+"""Numbers of a pose in a tile, the shapes of all lanes: the rotation row by row, the position."""
 
 _SPHERE = int(ShapeKind.SPHERE)
 _CAPSULE = int(ShapeKind.CAPSULE)
@@ -64,12 +65,14 @@ def clear_lanes(lanes):
 
 
 @inlined_kernel
-def _triple(lanes, first, j):
+def triple(lanes, first, j):
+    """Return three numbers of lane j."""
     return (lanes[first + j], lanes[first + LANES + j], lanes[first + 2 * LANES + j])
 
 
 @inlined_kernel
-def _set_triple(lanes, first, j, v):
+def set_triple(lanes, first, j, v):
+    """Set three numbers of lane j."""
     lanes[first + j] = v[0]
     lanes[first + LANES + j] = v[1]
     lanes[first + 2 * LANES + j] = v[2]
@@ -78,15 +81,15 @@ def _set_triple(lanes, first, j, v):
 @inlined_kernel
 def write_lane(lanes, j, size, p_GQ):
     """Ask lane j about a point and a shape's size."""
-    _set_triple(lanes, _POINT, j, p_GQ)
-    _set_triple(lanes, _SIZE, j, size)
+    set_triple(lanes, _POINT, j, p_GQ)
+    set_triple(lanes, _SIZE, j, size)
 
 
 @inlined_kernel
 def read_lane(lanes, j):
     """Return (phi, p_GN, grad_G, unique) of lane j."""
     unique = lanes[_UNIQUE + j] != 0.0
-    return lanes[_PHI + j], _triple(lanes, _NEAREST, j), _triple(lanes, _GRADIENT, j), unique
+    return lanes[_PHI + j], triple(lanes, _NEAREST, j), triple(lanes, _GRADIENT, j), unique
 
 
 @inlined_kernel
@@ -128,67 +131,69 @@ def enter_frames(lanes, sizes, poses, tile, p_WQ):
 def leave_frames(lanes, poses, tile):
     """Express the answers' gradients in W."""
     for j in range(LANES):
-        gradient = rotate(_rotation(poses, tile, j), _triple(lanes, _GRADIENT, j))
-        _set_triple(lanes, _GRADIENT, j, gradient)
+        gradient = rotate(_rotation(poses, tile, j), triple(lanes, _GRADIENT, j))
+        set_triple(lanes, _GRADIENT, j, gradient)
 
 
 @inlined_kernel
-def _question(lanes, j):
-    return _triple(lanes, _SIZE, j), _triple(lanes, _POINT, j)
+def question(lanes, j):
+    """Return what lane j is asked: (size, p_GQ)."""
+    return triple(lanes, _SIZE, j), triple(lanes, _POINT, j)
 
 
 @inlined_kernel
-def _answer(lanes, j, answer):
+def set_answer(lanes, j, answer):
+    """Set what lane j answers: (phi, p_GN, grad_G, unique)."""
     phi, p_GN, grad_G, unique = answer
     lanes[_PHI + j] = phi
-    _set_triple(lanes, _NEAREST, j, p_GN)
-    _set_triple(lanes, _GRADIENT, j, grad_G)
+    set_triple(lanes, _NEAREST, j, p_GN)
+    set_triple(lanes, _GRADIENT, j, grad_G)
     lanes[_UNIQUE + j] = 1.0 if unique else 0.0
 
 
 @lean_kernel
 def _spheres(lanes):
     for j in range(LANES):
-        size, p_GQ = _question(lanes, j)
-        _answer(lanes, j, point_sphere(size, p_GQ))
+        size, p_GQ = question(lanes, j)
+        set_answer(lanes, j, point_sphere(size, p_GQ))
 
 
 @lean_kernel
 def _capsules(lanes):
     for j in range(LANES):
-        size, p_GQ = _question(lanes, j)
-        _answer(lanes, j, point_capsule(size, p_GQ))
+        size, p_GQ = question(lanes, j)
+        set_answer(lanes, j, point_capsule(size, p_GQ))
 
 
 @lean_kernel
 def _boxes(lanes):
     for j in range(LANES):
-        size, p_GQ = _question(lanes, j)
-        _answer(lanes, j, point_box(size, p_GQ))
+        size, p_GQ = question(lanes, j)
+        set_answer(lanes, j, point_box(size, p_GQ))
 
 
 @lean_kernel
 def _cylinders(lanes):
     for j in range(LANES):
-        size, p_GQ = _question(lanes, j)
-        _answer(lanes, j, point_cylinder(size, p_GQ))
+        size, p_GQ = question(lanes, j)
+        set_answer(lanes, j, point_cylinder(size, p_GQ))
 
 
 @lean_kernel
 def _half_spaces(lanes):
     for j in range(LANES):
-        _, p_GQ = _question(lanes, j)
-        _answer(lanes, j, point_half_space(p_GQ))
+        _, p_GQ = question(lanes, j)
+        set_answer(lanes, j, point_half_space(p_GQ))
 
 
 @lean_kernel
 def _begin_ellipsoids(lanes):
     for j in range(LANES):
-        size, p_GQ = _question(lanes, j)
+        size, p_GQ = question(lanes, j)
         _, _, _, _, _, c, d, is_plain = set_up(size, p_GQ)
         low, high = bracket(c, d)
         is_open = is_plain and is_tight(low, high)
-        _set_triple(lanes, _C, j, c)
+        set_triple(lanes, _C, j, c)
         lanes[_D + j] = d[0]
         lanes[_D + LANES + j] = d[1]
         lanes[_SIGMA + j] = first_sigma(c, d, low, high)
@@ -198,7 +203,7 @@ def _begin_ellipsoids(lanes):
 
 @inlined_kernel
 def _equation(lanes, j):
-    return _triple(lanes, _C, j), (lanes[_D + j], lanes[_D + LANES + j], 0.0)
+    return triple(lanes, _C, j), (lanes[_D + j], lanes[_D + LANES + j], 0.0)
 
 
 @lean_kernel
@@ -220,11 +225,11 @@ def _step_ellipsoids(lanes):
 @lean_kernel
 def _end_ellipsoids(lanes):
     for j in range(LANES):
-        size, p_GQ = _question(lanes, j)
+        size, p_GQ = question(lanes, j)
         axis_i, axis_j, axis_k, e, _, _, _, _ = set_up(size, p_GQ)
         c, d = _equation(lanes, j)
         sigma = lanes[_SIGMA + j]
-        _answer(lanes, j, place_plain(p_GQ, axis_i, axis_j, axis_k, e, c, d, sigma))
+        set_answer(lanes, j, place_plain(p_GQ, axis_i, axis_j, axis_k, e, c, d, sigma))
 
 
 @lean_kernel
@@ -236,8 +241,8 @@ def _ellipsoids(lanes, count):
     _end_ellipsoids(lanes)
     for j in range(count):
         if lanes[_IS_OPEN + j] != 0.0 or lanes[_IS_HARD + j] != 0.0:
-            size, p_GQ = _question(lanes, j)
-            _answer(lanes, j, point_ellipsoid(size, p_GQ))
+            size, p_GQ = question(lanes, j)
+            set_answer(lanes, j, point_ellipsoid(size, p_GQ))
 
 
 @lean_kernel

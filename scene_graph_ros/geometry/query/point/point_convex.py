@@ -31,7 +31,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON, GJK_ROUNDING
 
-__all__ = ["point_convex", "point_hull"]
+__all__ = ["leave_hull", "point_convex", "point_hull"]
 
 TURNS = 8
 """A normal has two degrees of freedom: the corners next to x that hold it are few."""
@@ -247,6 +247,14 @@ def _point_near_hull(blocks, start, size, p_GQ):
 
 
 @inlined_kernel
+def leave_hull(p_GQ, p_GN, size):
+    """Return (phi, grad_G, is_far): the way out to Q, and whether it may be taken for a normal."""
+    offset = subtract(p_GQ, p_GN)
+    phi = norm(offset)
+    return phi, unit(offset, offset), phi > _FAR * size
+
+
+@inlined_kernel
 def point_hull(blocks, start, size, p_GQ):
     """Return (phi, p_GN, grad_G, unique) of point Q and the hull in a block, of extent ``size``.
 
@@ -255,10 +263,9 @@ def point_hull(blocks, start, size, p_GQ):
     """
     is_found, p_GN = _nearest_corner(blocks, start, size, p_GQ)
     if is_found:
-        offset = subtract(p_GQ, p_GN)
-        phi = norm(offset)
-        if phi > _FAR * size:
-            return phi, p_GN, unit(offset, offset), True
+        phi, grad_G, is_far = leave_hull(p_GQ, p_GN, size)
+        if is_far:
+            return phi, p_GN, grad_G, True
     return _point_near_hull(blocks, start, size, p_GQ)
 
 
