@@ -1,7 +1,8 @@
 """The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
 
     python -m benchmarks.messages [--quick] [jobs | rates | latency | panda | services | start]
-    python -m benchmarks.messages rates --write    # docs/messages.md and its plot; 4 minutes
+    python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 4 minutes
+    python -m benchmarks.messages services --write    # its table of answers; 2 minutes
 
 Node, sender and listener are processes of their own that talk over DDS on this machine. The
 ordinary way is in ``benchmarks/messages/baseline.py``; it asks the same core for the contacts.
@@ -12,13 +13,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable
 import os
-from typing import cast
+from typing import Any, cast
 
 from tqdm import tqdm
 
 from benchmarks.messages import micro
 from benchmarks.messages.demo_cell import panda
-from benchmarks.messages.report import Row, write
+from benchmarks.messages.report import Row, write, write_answers
 from benchmarks.messages.requests import services
 from benchmarks.messages.start import start
 from benchmarks.messages.sustained import highest_rate, Measured, rig
@@ -96,6 +97,12 @@ PARTS: dict[str, Callable[[bool], object]] = {
     "start": start,
 }
 
+WRITTEN: dict[str, Callable[[list[Any], float], None]] = {
+    "rates": write,
+    "services": write_answers,
+}
+"""What the page has tables of."""
+
 
 def main() -> None:
     """Measure and print."""
@@ -106,12 +113,10 @@ def main() -> None:
     )
     parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; without: all")
     parser.add_argument("--quick", action="store_true", help="small and short, to try it out")
-    parser.add_argument(
-        "--write", action="store_true", help="write the table of rates to docs/messages.md"
-    )
+    parser.add_argument("--write", action="store_true", help="write the table to docs/messages.md")
     options = parser.parse_args()
-    if options.write and options.parts != ["rates"]:
-        parser.error("--write goes with rates alone")
+    if options.write and (len(options.parts) != 1 or options.parts[0] not in WRITTEN):
+        parser.error(f"--write goes with one of {', '.join(WRITTEN)}")
     unknown = set(options.parts) - set(PARTS)
     if unknown:
         parser.error(f"no such part: {', '.join(sorted(unknown))}")
@@ -120,7 +125,7 @@ def main() -> None:
         print(f"\n== {name} ({os.cpu_count()} cores; {load:.1f} processes wanted them before)")
         result = PARTS[name](options.quick)
         if options.write:
-            write(cast("list[Row]", result), load)
+            WRITTEN[name](cast("list[Any]", result), load)
 
 
 if __name__ == "__main__":

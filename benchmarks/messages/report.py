@@ -1,4 +1,4 @@
-"""The table of rates and latencies as a page, and its plot."""
+"""The tables of rates, latencies and answers in a page, and a plot."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ from benchmarks.machine import machine
 from benchmarks.messages.processes import ROOT
 from benchmarks.messages.sustained import Measured
 
-__all__ = ["Row", "table", "write"]
+__all__ = ["Answers", "Row", "answers_table", "table", "write", "write_answers"]
 
 PAGE = ROOT / "docs" / "messages.md"
 PLOT = ROOT / "docs" / "messages.png"
-_BEGIN, _END = "<!-- measured: begin -->", "<!-- measured: end -->"
 _LOOKS = {"ordinary": ("#d55e00", "s"), "ours": ("#0b5394", "o")}
 
 
@@ -29,6 +28,17 @@ class Row(NamedTuple):
     way: str
     best: Measured
     fixed: Measured
+
+
+class Answers(NamedTuple):
+    """How long one service took under a load, or all of them."""
+
+    load: str
+    service: str
+    milliseconds: np.ndarray
+    """From each request to its answer, at the client."""
+    updates: float
+    """Of the world, per second."""
 
 
 def _latency(measured: Measured) -> str:
@@ -58,15 +68,41 @@ def table(rows: Sequence[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def answers_table(rows: Sequence[Answers]) -> str:
+    """Return the times of answers in Markdown, a line for each load."""
+    services = list(dict.fromkeys(row.service for row in rows))
+    lines = [
+        f"| load | updates/s | {' | '.join(f'`{s}`' if '_' in s else s for s in services)} |",
+        f"| --- | ---: |{' ---: |' * len(services)}",
+    ]
+    for load in dict.fromkeys(row.load for row in rows):
+        mine = {row.service: row for row in rows if row.load == load}
+        cells = []
+        for service in services:
+            median, high = np.percentile(mine[service].milliseconds, (50, 99))
+            cells.append(f"{median:.1f}, **{high:.1f}**")
+        lines.append(f"| {load} | {mine[services[0]].updates:.0f} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
 def write(rows: Sequence[Row], load: float) -> None:
-    """Put the table into docs/messages.md, between its marks, and the plot beside it."""
-    text = PAGE.read_text()
-    block = f"{_BEGIN}\n{machine(load)}\n{table(rows)}{_END}"
-    new, count = re.subn(f"{_BEGIN}.*{_END}", lambda _: block, text, flags=re.DOTALL)
+    """Put the table of rates into docs/messages.md, between its marks, and the plot beside it."""
+    _put("measured", table(rows), load)
+    _plot(rows, PLOT)
+
+
+def write_answers(rows: Sequence[Answers], load: float) -> None:
+    """Put the times of answers into docs/messages.md, between their marks."""
+    _put("answers", answers_table(rows), load)
+
+
+def _put(mark: str, table: str, load: float) -> None:
+    begin, end = f"<!-- {mark}: begin -->", f"<!-- {mark}: end -->"
+    block = f"{begin}\n{machine(load)}\n{table}{end}"
+    new, count = re.subn(f"{begin}.*{end}", lambda _: block, PAGE.read_text(), flags=re.DOTALL)
     if count != 1:
         raise ValueError(f"{PAGE} has no place for the table")
     PAGE.write_text(new)
-    _plot(rows, PLOT)
 
 
 def _plot(rows: Sequence[Row], path: Path) -> None:

@@ -14,6 +14,7 @@ from tqdm import tqdm
 
 from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.processes import Isolation
+from benchmarks.messages.report import Answers
 from benchmarks.messages.sustained import rig
 
 __all__ = ["Asker", "services"]
@@ -66,7 +67,7 @@ def _panda() -> Iterator[tuple[Asker, Any]]:
         yield Asker(isolation, ("ball", "can"), "can"), listener
 
 
-def services(is_quick: bool) -> None:
+def services(is_quick: bool) -> list[Answers]:
     """Print the times from a request to its answer, at the client."""
     seconds = 2.0 if is_quick else 20.0
     print(f"milliseconds from request to answer while poses come at {_RATE:g} Hz")
@@ -75,6 +76,7 @@ def services(is_quick: bool) -> None:
     loads = {"the demo": _panda, "100 frames": lambda: _frames(100)}
     if not is_quick:
         loads["1000 frames"] = lambda: _frames(1000)
+    rows = []
     for name, load in tqdm(loads.items(), desc="services", leave=False):
         with load() as (asker, listener):
             asker.ask(_WARM_UP)
@@ -83,6 +85,8 @@ def services(is_quick: bool) -> None:
             rate = (len(listener.arrivals) - before) / (time.monotonic() - begin)
         times["all"] = [value for each in times.values() for value in each]
         for service, values in times.items():
+            rows.append(Answers(name, service, np.array(values), rate))
             median, high = np.percentile(values, (50, 99))
             figures = f"{len(values):7} {median:7.2f} {high:7.2f} {max(values):7.2f}"
             print(f"{name:12} {service:33} {figures} {rate:9.0f}", flush=True)
+    return rows

@@ -9,7 +9,9 @@ import pytest
 if importlib.util.find_spec("rclpy") is None:
     pytest.skip("needs ROS", allow_module_level=True)
 
-from benchmarks.messages import micro
+import numpy as np
+
+from benchmarks.messages import micro, report
 from benchmarks.messages.soak import soak
 from benchmarks.messages.sustained import rig
 
@@ -35,6 +37,28 @@ def test_poses_have_contacts_of_their_own(is_ordinary):
     assert measured.sent == 20
     assert measured.answered > 0
     assert measured.latencies.min() > 0.0
+
+
+def test_answers_become_a_table_of_the_page(tmp_path, monkeypatch):
+    """A line for each load with median and 99th percentile; what stands around it is kept."""
+    ramp = np.linspace(0.0, 10.0, 101)
+    rows = [
+        report.Answers(load, service, factor * ramp, 200.0)
+        for factor, load in ((1.0, "the demo"), (2.0, "10 frames"))
+        for service in ("has_collisions", "all")
+    ]
+    page = tmp_path / "messages.md"
+    page.write_text("before\n<!-- answers: begin -->old<!-- answers: end -->\nafter\n")
+    monkeypatch.setattr(report, "PAGE", page)
+    report.write_answers(rows, 0.5)
+    text = page.read_text()
+    assert text.startswith("before\n") and text.endswith("\nafter\n") and "old" not in text
+    assert "| load | updates/s | `has_collisions` | all |" in text
+    assert "| the demo | 200 | 5.0, **9.9** | 5.0, **9.9** |" in text
+    assert "| 10 frames | 200 | 10.0, **19.8** | 10.0, **19.8** |" in text
+    page.write_text("no place")
+    with pytest.raises(ValueError, match="no place for the table"):
+        report.write_answers(rows, 0.5)
 
 
 @pytest.mark.slow
