@@ -142,17 +142,23 @@ def store_poses(X, rows, out):
 
 
 @lean_kernel
+def _load_row(X, i, row):
+    return (X[i, row, 0], X[i, row, 1], X[i, row, 2], X[i, row, 3])
+
+
+@lean_kernel
 def compose_pose(X_AB, i, X_BC, j, X_AC, k):
-    """Write ``X_AB[i] X_BC[j]`` to ``X_AC[k]``."""
+    """Write ``X_AB[i] X_BC[j]`` to ``X_AC[k]``, another row or array than both.
+
+    All four columns are computed alike, which the compiler does in one register.
+    """
+    x, y, z = _load_row(X_BC, j, 0), _load_row(X_BC, j, 1), _load_row(X_BC, j, 2)
     for row in range(3):
-        r0, r1, r2 = X_AB[i, row, 0], X_AB[i, row, 1], X_AB[i, row, 2]
-        for column in range(3):
-            X_AC[k, row, column] = (
-                r0 * X_BC[j, 0, column] + r1 * X_BC[j, 1, column] + r2 * X_BC[j, 2, column]
-            )
-        X_AC[k, row, 3] = (
-            r0 * X_BC[j, 0, 3] + r1 * X_BC[j, 1, 3] + r2 * X_BC[j, 2, 3] + X_AB[i, row, 3]
-        )
+        r0, r1, r2, p = _load_row(X_AB, i, row)
+        X_AC[k, row, 0] = r0 * x[0] + r1 * y[0] + r2 * z[0] + 0.0
+        X_AC[k, row, 1] = r0 * x[1] + r1 * y[1] + r2 * z[1] + 0.0
+        X_AC[k, row, 2] = r0 * x[2] + r1 * y[2] + r2 * z[2] + 0.0
+        X_AC[k, row, 3] = r0 * x[3] + r1 * y[3] + r2 * z[3] + p
     X_AC[k, 3, 0] = 0.0
     X_AC[k, 3, 1] = 0.0
     X_AC[k, 3, 2] = 0.0
