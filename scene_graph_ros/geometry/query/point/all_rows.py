@@ -46,7 +46,7 @@ __all__ = ["KindTable", "answer_all", "group_by_kind"]
 _CONVEX = int(ShapeKind.CONVEX)
 _MESH = int(ShapeKind.MESH)
 
-_BLOCK = 1 << 14
+_BLOCK = 1 << 12
 """Answers. Points are taken so many at a time that what is written about them, kind after kind,
 stays in the processor's second cache meanwhile; 73 bytes each."""
 
