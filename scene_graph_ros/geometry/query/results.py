@@ -138,7 +138,7 @@ class ResultTable(Sequence[Record], Generic[Record]):
     def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
         """Take columns of equal length; they are made read-only."""
         for column in columns.values():
-            column.flags.writeable = False
+            column.setflags(write=False)
         self._columns = MappingProxyType(dict(columns))
         self._length = len(next(iter(columns.values())))
 

@@ -271,7 +271,7 @@ def answer_all(
     """
     poses = np.empty((len(kinds.tile_sizes), POSE_NUMBERS * LANES))
     _answer_rows(kinds, X_WG, p_WQs, labels, points.start, points.stop, poses, columns)
-    first, last = kinds.start[_MESH : _MESH + 2]
+    first, last = kinds.start[_MESH : _MESH + 2].tolist()
     if first < last:
         meshes = kinds.order[first:last]
         _answer_meshes(table, meshes, X_WG, p_WQs, points.start, points.stop, columns)
