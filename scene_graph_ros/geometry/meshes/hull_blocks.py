@@ -1,11 +1,14 @@
 """Convex hulls in one array of floats, a block for each, for algorithms that visit vertices.
 
-A block starts with four numbers: how many vertices and faces there are, where its faces start,
-and 0; then for each of SECTORS parts of the sphere the vertex furthest along its middle, where a
-climb to the furthest vertex begins. Then come its vertices, four numbers each: x, y, z (m) and
-where the vertex' neighbors are listed. Such a list is its length, then where in the array the
+A block starts with four numbers: how many vertices and faces there are, where its faces and where
+its edges start; then for each of SECTORS parts of the sphere the vertex furthest along its middle,
+where a climb to the furthest vertex begins. Then come its vertices, four numbers each: x, y, z (m)
+and where the vertex' neighbors are listed. Such a list is its length, then where in the array the
 neighbors are. A face is its unit outward normal, its plane's offset (m), and where its corners are
-listed, counter-clockwise seen from outside. Places are indices of the whole array, as floats.
+listed, counter-clockwise seen from outside. The edges begin with their count; each is where one of
+its ends is, which two of the block's faces share it, and where its other end is. They are there
+for solid hulls that are scanned (see ``furthest_vertex``); others have the count 0. Places are
+indices of the whole array, as floats.
 """
 
 from __future__ import annotations
@@ -19,9 +22,12 @@ from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.meshes.hull import Hull
 
 __all__ = [
+    "EDGE_STRIDE",
     "FACE_STRIDE",
     "HEADER",
+    "SCAN_LIMIT",
     "STRIDE",
+    "edge_range",
     "face_range",
     "furthest_vertex",
     "likely_vertex",
@@ -36,6 +42,8 @@ STRIDE = 4
 """Numbers of a vertex."""
 FACE_STRIDE = 5
 """Numbers of a face."""
+EDGE_STRIDE = 4
+"""Numbers of an edge."""
 
 SCAN_LIMIT = 32
 """Hulls up to this many vertices are scanned; in larger ones a climb over the edges is faster."""
@@ -58,6 +66,21 @@ def _lists(
     return places[:-1], np.concatenate([np.zeros(0), *lists]), int(places[-1])
 
 
+def _edges(hull: Hull) -> NDArray[np.float64]:
+    """Return the (e, 4) edges (vertex, face, face, vertex) of a hull, none if it has many."""
+    if len(hull.vertices) > SCAN_LIMIT or len(hull.normals) < 4:
+        return np.zeros((0, EDGE_STRIDE))
+    face_of = {
+        (int(a), int(b)): f
+        for f, corners in enumerate(hull.faces)
+        for a, b in zip(corners, np.roll(corners, -1), strict=True)
+    }
+    pairs = [(a, f, face_of.get((b, a)), b) for (a, b), f in face_of.items() if a < b]
+    if 2 * len(pairs) != len(face_of) or any(twin is None for _, _, twin, _ in pairs):
+        return np.zeros((0, EDGE_STRIDE))
+    return np.array(pairs, dtype=np.float64)
+
+
 def pack_blocks(
     hulls: Sequence[Hull],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
@@ -67,9 +90,10 @@ def pack_blocks(
         vertices, faces = len(hull.vertices), len(hull.normals)
         first = start + HEADER
         list_at, neighbors, faces_at = _lists(hull.neighbors, first + STRIDE * vertices, first)
-        corners_at, corners, end = _lists(hull.faces, faces_at + FACE_STRIDE * faces, first)
+        corners_at, corners, edges_at = _lists(hull.faces, faces_at + FACE_STRIDE * faces, first)
+        edges = _edges(hull) * [STRIDE, 1, 1, STRIDE] + [first, 0, 0, first]
         parts += [
-            np.array([vertices, faces, faces_at, 0.0]),
+            np.array([vertices, faces, faces_at, edges_at]),
             first + STRIDE * np.argmax(hull.vertices @ middles.T, axis=0).astype(np.float64),
             np.column_stack([hull.vertices, list_at]).ravel(),
             neighbors,
@@ -77,9 +101,11 @@ def pack_blocks(
             if faces
             else np.zeros(0),
             corners,
+            np.array([float(len(edges))]),
+            edges.ravel(),
         ]
         starts.append(start)
-        start = end
+        start = edges_at + 1 + edges.size
     return np.array(starts, dtype=np.int64), np.concatenate([np.zeros(0), *parts])
 
 
@@ -88,6 +114,13 @@ def face_range(blocks, start):
     """Return (where the first face of a block is, where the last one ends)."""
     first = int(blocks[start + 2])
     return first, first + FACE_STRIDE * int(blocks[start + 1])
+
+
+@lean_kernel
+def edge_range(blocks, start):
+    """Return (where the first edge of a block is, where the last one ends)."""
+    at = int(blocks[start + 3])
+    return at + 1, at + 1 + EDGE_STRIDE * int(blocks[at])
 
 
 @lean_kernel

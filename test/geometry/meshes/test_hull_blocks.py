@@ -5,7 +5,14 @@ import pytest
 
 from scene_graph_ros.geometry import Convex
 from scene_graph_ros.geometry.meshes import hull_blocks
-from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE, HEADER, STRIDE
+from scene_graph_ros.geometry.meshes.hull_blocks import (
+    edge_range,
+    EDGE_STRIDE,
+    face_range,
+    FACE_STRIDE,
+    HEADER,
+    STRIDE,
+)
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 
 SEGMENT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
@@ -53,6 +60,24 @@ def test_faces_are_those_of_the_rows(hulls):
             corners = hulls.face_vertices[slice(*hulls.face_vertex_start[f : f + 2])]
             found = (places - start - HEADER) // STRIDE + hulls.vertex_start[k]
             assert np.array_equal(found, corners)
+
+
+def test_edges_join_two_corners_and_two_faces(hulls):
+    """Small solid hulls have V + F - 2 edges (Euler); both ends are corners of both faces."""
+    read = getattr(edge_range, "py_func", edge_range)
+    for k, start in enumerate(hulls.block_start):
+        vertices, faces = hulls.blocks[start : start + 2].astype(int)
+        first, last = read(hulls.blocks, int(start))
+        edges = hulls.blocks[first:last].reshape(-1, EDGE_STRIDE).astype(int)
+        assert len(edges) == (vertices + faces - 2 if k == 0 else 0)
+        for a, f, g, b in edges:
+            assert f != g
+            for face in (f, g):
+                at = hulls.face_vertex_start[hulls.face_start[k] + face :][:2]
+                corners = hulls.face_vertices[slice(*at)] - hulls.vertex_start[k]
+                assert {(a - start - HEADER) // STRIDE, (b - start - HEADER) // STRIDE} <= set(
+                    corners
+                )
 
 
 def test_climbs_start_near_their_end(hulls):
