@@ -87,6 +87,10 @@ this has no single best direction (for example across a cylinder's axis)."""
 SAME_DIRECTION = 1.0 - 1e-10
 """Cosine: unit vectors with a larger dot product (within 1.4e-5 rad) are one direction."""
 
+NEIGHBORHOOD = 1.0 - 5e-9
+"""Cosine: within this of the direction of the least depth (1e-4 rad), equal depths are the same
+one, and bounds of the depth on a curved body may stay below it, as they do by 1e-9 L."""
+
 BOX_ROUNDING = 8.0 * EPSILON
 """Relative to the coordinates that enter: bounding boxes are grown by this, so that rounding
 never loses a pair. Five products and sums are rounded by half an EPSILON each."""

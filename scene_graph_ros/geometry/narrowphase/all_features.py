@@ -46,7 +46,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, NEAR_CONTACT, POLISH_RESIDUAL
 
-__all__ = ["polish_all"]
+__all__ = ["is_beyond_face", "polish_all"]
 
 CANDIDATES = 10
 """A box has a corner, three edges and three faces along a direction; the simplex gives one. Of a
@@ -88,7 +88,7 @@ def _hull_face(hulls, hull, R, p, d):
 
 
 @lean_kernel
-def _is_beyond_face(hulls, feature, R, p, x, allowed):
+def is_beyond_face(hulls, feature, R, p, x, allowed):
     """Return whether the point x of the plane of a hull's face is outside of its polygon."""
     if feature[0] != FACE or not feature[4] > 0.0:
         return False
@@ -225,9 +225,9 @@ def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
                 m, q_A, q_B, distance, error = _contact_of_places(
                     feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
                 )
-            if _is_beyond_face(
-                hulls, feature_A, IDENTITY, ORIGIN, q_A, allowed
-            ) or _is_beyond_face(hulls, feature_B, R, p, q_B, allowed):
+            if is_beyond_face(hulls, feature_A, IDENTITY, ORIGIN, q_A, allowed) or is_beyond_face(
+                hulls, feature_B, R, p, q_B, allowed
+            ):
                 continue
             if distance >= highest and error <= allowed:
                 proven, best, x, y, highest = True, m, q_A, q_B, distance

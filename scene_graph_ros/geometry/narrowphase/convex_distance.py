@@ -10,6 +10,7 @@ from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import COARSE_GAP, epa, FINE_GAP, LARGE, SMALL
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
+from scene_graph_ros.geometry.narrowphase.other_depths import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.restarts import (
     polish_from_everywhere,
@@ -32,6 +33,9 @@ FIRST_GAP = 1e-3
 """Relative gap at which GJK's contact of curved cores is first polished; squared each time."""
 
 ATTEMPTS = 4
+
+ROWS = FIRST_FACE + MAX_FACES
+"""Of the workspace: the simplex, the corners beside it, and directions of ``other_depths``."""
 
 LIFT = 0.25
 """Of the pair's largest coordinate: how far apart cores are moved to find their witnesses."""
@@ -216,9 +220,9 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     (m) and the sign is certain, or polished to rounding with 0. A ``phi`` beyond ``max_distance``
     is only a lower bound, and comes without witnesses.
     """
-    floats = np.empty(24 * 9 + 4)
-    S, lam = floats[: 24 * 9].reshape((24, 9)), floats[24 * 9 :]
-    ids = np.empty((24, 2), np.int64)
+    floats = np.empty(ROWS * 9 + 4)
+    S, lam = floats[: ROWS * 9].reshape((ROWS, 9)), floats[ROWS * 9 :]
+    ids = np.empty((FIRST_FACE, 2), np.int64)
     v = scale(-1.0, p_AB)
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)

@@ -29,7 +29,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import INNER_BALL_SPARE, PARALLEL, SAME_DIRECTION
 
-__all__ = ["is_least_depth"]
+__all__ = ["inner_radius", "is_least_depth"]
 
 
 @lean_kernel
@@ -72,7 +72,7 @@ def _ball_in_cylinder(h, q, m):
 
 
 @lean_kernel
-def _inner_radius(core, R, p, hulls, q, m):
+def inner_radius(core, R, p, hulls, q, m):
     """Return the radius (m) of the largest ball in a core that touches its surface at q.
 
     m is the core's unit outward normal at q. 0 where the surface has an edge or a corner.
@@ -100,5 +100,5 @@ def is_least_depth(core_A, core_B, R, p, hulls, a, b, n, depth, size):
     a, b, n, depth: witnesses and unit normal out of B into A of cores that overlap (m).
     """
     needed = depth + INNER_BALL_SPARE * size
-    found = _inner_radius(core_A, IDENTITY, ORIGIN, hulls, a, scale(-1.0, n))
-    return found > needed or found + _inner_radius(core_B, R, p, hulls, b, n) > needed
+    found = inner_radius(core_A, IDENTITY, ORIGIN, hulls, a, scale(-1.0, n))
+    return found > needed or found + inner_radius(core_B, R, p, hulls, b, n) > needed

@@ -1,23 +1,51 @@
-"""A contact of two cores in short: lift one off the other, see where they part, and prove it.
+"""A contact of two cores in short: by a look at all features, or by lifting one off the other.
+
+Overlapping polytopes and cylinders have few directions in which they can be least deep, and these
+are all visited (``other_depths``). Other cores are lifted apart, to see where they part.
 
 Moved apart along a direction, overlapping cores have a distance, and GJK finds it in a few steps
 since it is not small. The features nearest then are most often those of least depth, and the same
 for cores that are apart by little. They are polished at the true poses, and the result is taken
-only with a proof: the polish' own where the cores are apart, that of ``inner_ball`` where they
-overlap. All else is left to GJK and EPA at the true poses.
+only with a proof: the polish' own where the cores are apart, that of ``inner_ball`` or of
+``other_depths`` where they overlap. All else is left to GJK and EPA at the true poses.
 """
 
 import math
 
 from scene_graph_ros.geometry.jit import lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import SCAN_LIMIT
-from scene_graph_ros.geometry.narrowphase.cores import BOX, CYLINDER, HULL, IDENTITY, is_curved
+from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE, SCAN_LIMIT
+from scene_graph_ros.geometry.narrowphase.cores import (
+    BOX,
+    CYLINDER,
+    HULL,
+    IDENTITY,
+    is_curved,
+    placed_support,
+    support,
+)
 from scene_graph_ros.geometry.narrowphase.gjk import gjk, OVERLAP
 from scene_graph_ros.geometry.narrowphase.inner_ball import is_least_depth
+from scene_graph_ros.geometry.narrowphase.known_features import contact_of_known
+from scene_graph_ros.geometry.narrowphase.other_depths import (
+    are_polytopes_or_cylinders,
+    LESS,
+    look_for_less,
+    NONE_LESS,
+)
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
-from scene_graph_ros.geometry.spatial.vectors import axpy, column, dot, norm, scale, unit
-from scene_graph_ros.geometry.tolerances import FLAT_MINIMUM
+from scene_graph_ros.geometry.spatial.vectors import (
+    axpy,
+    column,
+    dot,
+    norm,
+    rotate,
+    rotate_inverse,
+    scale,
+    transpose,
+    unit,
+)
+from scene_graph_ros.geometry.tolerances import EPSILON, FLAT_MINIMUM, TIE
 
 __all__ = ["FOUND", "SEPARATED", "UNKNOWN", "lifted_contact"]
 
@@ -51,10 +79,31 @@ def _try(core_A, core_B, R, p, hulls, n, distance, best):
 
 
 @lean_kernel
+def _try_faces(core_A, core_B, R, p, hulls, distance, best):
+    """Return the larger of the known separation and those along the normals of A's faces."""
+    first, last = face_range(hulls, core_A[1])
+    for f in range(first, last, FACE_STRIDE):
+        out = (hulls[f], hulls[f + 1], hulls[f + 2])
+        if dot(out, p) > 0.0:  # the others face away from B
+            b, _ = placed_support(core_B, hulls, R, p, scale(-1.0, out), -1)
+            along = dot(out, b) - hulls[f + 3]
+            if along > distance:
+                distance, best = along, scale(-1.0, out)
+    return distance, best
+
+
+@lean_kernel
 def _first_direction(core_A, core_B, R, p, hulls):
-    """Return (separation, n) of the best of the line of origins and boxes' and cylinders' axes."""
+    """Return (separation, n) of the best of the line of origins and the normals of planes."""
     n = unit(scale(-1.0, p), (1.0, 0.0, 0.0))
     distance = separation(core_A, core_B, R, p, hulls, n)
+    if core_A[0] == HULL:
+        distance, n = _try_faces(core_A, core_B, R, p, hulls, distance, n)
+    if core_B[0] == HULL:
+        q = scale(-1.0, rotate_inverse(R, p))
+        m = rotate_inverse(R, scale(-1.0, n))
+        distance, m = _try_faces(core_B, core_A, transpose(R), q, hulls, distance, m)
+        n = rotate(R, scale(-1.0, m))
     for k in range(3):
         if core_A[0] == BOX or (core_A[0] == CYLINDER and k == 2):
             axis = column(IDENTITY, k)
@@ -79,7 +128,7 @@ def _lift(core_A, core_B, R, p, hulls, n, distance, S, ids, lam):
         scale(height, n),
         0,
         math.inf,
-        FIRST_GUESS,
+        FIRST_GUESS if is_curved(core_A) or is_curved(core_B) else 0.0,
         0.0,
         S,
         ids,
@@ -95,21 +144,44 @@ def _lift(core_A, core_B, R, p, hulls, n, distance, S, ids, lam):
 
 
 @lean_kernel
-def lifted_contact(core_A, core_B, R, p, hulls, limit, S, ids, lam):
-    """Return (status, distance, a, b, n, error) of two cores, where that is soon proven.
+def _searched(core_A, core_B, R, p, hulls, n, distance, S, ids):
+    """Return (is proven, n, a, b, distance, error) of the least depth of all directions.
 
-    ``SEPARATED``: the cores are ``distance`` > ``limit`` apart along n, or more in other
-    directions. ``FOUND``: the distance is exact to ``error`` (m) and the normal unique.
-    ``UNKNOWN``: no more is known than before.
+    n: one that is not much deeper, which saves most of the others. Without a proof, n and the
+    distance along it are the best found.
     """
+    a, _ = support(core_A, hulls, scale(-1.0, n), -1)
+    b, _ = placed_support(core_B, hulls, R, p, n, -1)
+    size = norm(a) + norm(b) + norm(p)
+    known = scale(0.0, n)
+    depth = (1.0 + TIE * EPSILON) * (TIE * EPSILON * size - distance)
+    verdict, m, where, index = look_for_less(
+        core_A, core_B, R, p, hulls, a, b, known, depth, size, S
+    )
+    if verdict == LESS:
+        n = m
+        proven, m, a, b, found, error, stiffness = contact_of_known(
+            core_A, core_B, R, p, hulls, n, where, index, size, S, ids
+        )
+        if proven and found < 0.0 and stiffness >= FLAT_MINIMUM * size:
+            return True, m, a, b, found, error
+        distance = separation(core_A, core_B, R, p, hulls, n)
+    return False, n, a, b, distance, math.inf
+
+
+@lean_kernel
+def _is_proven_least(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
+    """Tell whether no direction but n, of a stationary depth, is as little deep."""
+    if is_least_depth(core_A, core_B, R, p, hulls, a, b, n, depth, size):
+        return True
+    verdict, _, _, _ = look_for_less(core_A, core_B, R, p, hulls, a, b, n, depth, size, S)
+    return verdict == NONE_LESS
+
+
+@lean_kernel
+def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
+    """Do the same as ``lifted_contact`` by lifting, first along n, ``distance`` being along it."""
     a = b = (0.0, 0.0, 0.0)
-    if not (_is_simple(core_A, hulls) and _is_simple(core_B, hulls)):
-        return UNKNOWN, 0.0, a, b, a, math.inf
-    distance, n = _first_direction(core_A, core_B, R, p, hulls)
-    if distance > limit:
-        return SEPARATED, distance, a, b, n, math.inf
-    if distance > 0.0 and not (is_curved(core_A) or is_curved(core_B)):
-        return UNKNOWN, distance, a, b, n, math.inf  # GJK is exact, and as fast
     for _ in range(LIFTS):
         count, v, size = _lift(core_A, core_B, R, p, hulls, n, distance, S, ids, lam)
         if count == 0:
@@ -123,12 +195,38 @@ def lifted_contact(core_A, core_B, R, p, hulls, limit, S, ids, lam):
         proven, n, a, b, distance, error, stiffness = refine(
             core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 1
         )
-        if proven:
-            if distance >= 0.0:
-                return FOUND, distance, a, b, n, error
-            if stiffness < FLAT_MINIMUM * size:
-                break
-            if is_least_depth(core_A, core_B, R, p, hulls, a, b, n, -distance, size):
-                return FOUND, distance, a, b, n, error
-            break
+        if not proven:
+            continue
+        if distance >= 0.0:
+            return FOUND, distance, a, b, n, error
+        if stiffness >= FLAT_MINIMUM * size and _is_proven_least(
+            core_A, core_B, R, p, hulls, a, b, n, -distance, size, S
+        ):
+            return FOUND, distance, a, b, n, error
+        break
     return UNKNOWN, distance, a, b, n, math.inf
+
+
+@lean_kernel
+def lifted_contact(core_A, core_B, R, p, hulls, limit, S, ids, lam):
+    """Return (status, distance, a, b, n, error) of two cores, where that is soon proven.
+
+    ``SEPARATED``: the cores are ``distance`` > ``limit`` apart along n, or more in other
+    directions. ``FOUND``: the distance is exact to ``error`` (m) and the normal unique.
+    ``UNKNOWN``: no more is known than before.
+    """
+    a = b = (0.0, 0.0, 0.0)
+    if not (_is_simple(core_A, hulls) and _is_simple(core_B, hulls)):
+        return UNKNOWN, 0.0, a, b, a, math.inf
+    distance, n = _first_direction(core_A, core_B, R, p, hulls)
+    if distance < 0.0 and are_polytopes_or_cylinders(core_A, core_B, hulls):
+        proven, n, a, b, distance, error = _searched(
+            core_A, core_B, R, p, hulls, n, distance, S, ids
+        )
+        if proven:
+            return FOUND, distance, a, b, n, error
+    if distance > limit:
+        return SEPARATED, distance, a, b, n, math.inf
+    if distance > 0.0 and not (is_curved(core_A) or is_curved(core_B)):
+        return UNKNOWN, distance, a, b, n, math.inf  # GJK is exact, and as fast
+    return _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam)

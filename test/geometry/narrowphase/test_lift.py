@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.narrowphase.lift import (
     SEPARATED,
     UNKNOWN,
 )
+from scene_graph_ros.geometry.narrowphase.other_depths import FIRST_FACE, MAX_FACES
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 BALL = Ellipsoid(0.1, 0.12, 0.15)
@@ -20,7 +21,7 @@ BALL = Ellipsoid(0.1, 0.12, 0.15)
 def lifted(shape_A, shape_B, p, limit=np.inf):
     """Return the lifted contact of shapes with parallel axes, B at p."""
     table = build_shape_table([shape_A, shape_B], [False, False])
-    S, ids, lam = np.zeros((24, 9)), np.zeros((24, 2), np.int64), np.zeros(4)
+    S, ids, lam = np.zeros((FIRST_FACE + MAX_FACES, 9)), np.zeros((24, 2), np.int64), np.zeros(4)
     return lifted_contact(
         plain_core(table, 0),
         plain_core(table, 1),
