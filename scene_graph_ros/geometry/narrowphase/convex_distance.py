@@ -10,7 +10,7 @@ from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import COARSE_GAP, epa, FINE_GAP, LARGE, SMALL
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
-from scene_graph_ros.geometry.narrowphase.other_depths import FIRST_FACE, MAX_FACES
+from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.restarts import (
     polish_from_everywhere,

@@ -33,10 +33,9 @@ from scene_graph_ros.geometry.narrowphase.other_depths import (
     ARC,
     are_swapped,
     FACE_OF_P,
-    LAST,
     PLANE_OF_Q,
-    vertex_of,
 )
+from scene_graph_ros.geometry.narrowphase.polytope_rows import LAST, vertex_of
 from scene_graph_ros.geometry.narrowphase.refine import contact
 from scene_graph_ros.geometry.spatial.vectors import (
     add,

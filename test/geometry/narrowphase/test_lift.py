@@ -12,7 +12,7 @@ from scene_graph_ros.geometry.narrowphase.lift import (
     SEPARATED,
     UNKNOWN,
 )
-from scene_graph_ros.geometry.narrowphase.other_depths import FIRST_FACE, MAX_FACES
+from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 BALL = Ellipsoid(0.1, 0.12, 0.15)

@@ -11,13 +11,12 @@ from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.known_features import contact_of_known
 from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact
 from scene_graph_ros.geometry.narrowphase.other_depths import (
-    FIRST_FACE,
     LESS,
     look_for_less,
-    MAX_FACES,
     NONE_LESS,
     UNDECIDED,
 )
+from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 
 BOX = Box(0.2, 0.3, 0.14)
 HULL = rounded_hull(0.3, 12)
