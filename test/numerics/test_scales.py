@@ -11,9 +11,6 @@ import pytest
 
 SCALES = [(gap, scale) for gap in (0.01, 0.0, -0.01) for scale in (1e-4, 1e-2, 1e2, 1e4)]
 SCALED: list[KnownFault] = []
-TINY = [
-    KnownFault((0.0,), ".*mesh triangles.*", "tight", 3e-7, "the normal between two points"),
-]
 
 
 @functools.cache
@@ -62,10 +59,10 @@ def _tiny(distance):
     return complaints(cases, bound=1e-9)
 
 
-@pytest.mark.parametrize(("distance", "fault"), outcomes([1e-3, 1e-8, 0.0, -1e-9, -1e-3], TINY))
-def test_a_body_a_million_times_smaller(distance, fault):
+@pytest.mark.parametrize("distance", [1e-3, 1e-8, 1e-12, 1e-15, 0.0, -1e-15, -1e-9, -1e-3])
+def test_a_body_a_million_times_smaller(distance):
     """Beside, touching and inside the larger one, also where it is deep by 5000 of its sizes."""
-    assert judged(_tiny(distance), distance, fault, TINY) == []
+    assert _tiny(distance) == []
 
 
 @functools.cache

@@ -163,8 +163,7 @@ def complaints(cases, answers=None, *, bound=1e-12, directions=None):
 
     The normal has a bound of its own: between two points ``phi`` apart the direction is known to
     the rounding of a position, over ``phi``; that times L is what the gap along it may be off. It
-    has to separate the bodies also when they touch, to 1e-9 L; so it has next to contact, but for
-    triangles, whose normals between two corners come from the positions alone.
+    has to separate the bodies also when they touch, to 1e-9 L; so it has next to contact.
     """
     answers = solve(cases) if answers is None else answers
     found = []
@@ -173,8 +172,7 @@ def complaints(cases, answers=None, *, bound=1e-12, directions=None):
         phi = abs(answers.distance[k])
         of_normal = 1e-9
         if phi > 1e-12 * L:
-            of_normal = 16.0 * EPSILON * L / phi
-            of_normal = min(of_normal, 1e-8 if any(case.triangles) else 1e-9)
+            of_normal = min(16.0 * EPSILON * L / phi, 1e-9)
         # A body much smaller than its distance from the other is placed to this rounding.
         rounding = 16.0 * EPSILON * np.linalg.norm(case.X_WB[:3, 3] - case.X_WA[:3, 3])
         bounds = {"unit": 1e-12, "tight": (bound + of_normal) * L + rounding}

@@ -3,7 +3,8 @@
 K is the convex shape, a core with a radius r; M is the mesh, in whose frame all is computed.
 
 - Apart (K's core touches no triangle and is not inside): the distance to the nearest triangle,
-  minus r. It is exact; so is the depth of a K whose core is still outside.
+  minus r. It is exact; so is the depth of a K whose core is still outside. Next to contact the
+  normal is that of all the triangles in contact (``contact_normal``), touching as well.
 - Inside (M is closed, K's core is inside and touches no triangle): K leaves across the plane
   through the mesh's point nearest to its core, at a right angle to the way there.
 - Cut (K's core touches triangles): K leaves across the plane of one of the triangles that it
@@ -23,7 +24,14 @@ import numpy as np
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
-from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support, TRIANGLE
+from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support
+from scene_graph_ros.geometry.query.distance.contact_normal import (
+    corners_of,
+    normal_to_core,
+    TOUCHING,
+    triangle_core,
+)
+from scene_graph_ros.geometry.query.distance.triangle_triangle import reach_of
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -36,15 +44,11 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     transpose,
 )
-from scene_graph_ros.geometry.tolerances import COINCIDENCE
+from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
-__all__ = ["box_gap", "core_bounds", "distance_convex_mesh", "is_in_box", "triangle_core"]
+__all__ = ["box_gap", "core_bounds", "distance_convex_mesh", "is_in_box"]
 
 _FIRST_CAPACITY = 64
-
-TOUCHING = 4.0
-"""In units of the tolerance at which triangles count as cut: a core no deeper in any of them only
-touches the mesh, and its way out is no plane's but that of the contact."""
 
 
 @inlined_kernel
@@ -79,24 +83,6 @@ def is_in_box(lower, upper, row, p):
 
 
 @lean_kernel
-def triangle_core(vertices, triangles, t):
-    """Return triangle t as a core."""
-    a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
-    params = (
-        vertices[a, 0],
-        vertices[a, 1],
-        vertices[a, 2],
-        vertices[b, 0],
-        vertices[b, 1],
-        vertices[b, 2],
-        vertices[c, 0],
-        vertices[c, 1],
-        vertices[c, 2],
-    )
-    return (TRIANGLE, -1, 0.0, params)
-
-
-@lean_kernel
 def _triangle_gap(lower, upper, params):
     """Return the distance between a box and a triangle's bounding box."""
     total = 0.0
@@ -108,19 +94,39 @@ def _triangle_gap(lower, upper, params):
     return math.sqrt(total)
 
 
+@lean_kernel
+def _is_closer(surfaces, new, old, tolerance):
+    """Return whether the contact (distance, triangle, point, normal) is better than another.
+
+    Of contacts as near as each other it is the one whose plane the other's triangle is behind:
+    beside the border of a face, distances tell to half the digits only which side it is.
+    """
+    if abs(new[0] - old[0]) > tolerance:
+        return new[0] < old[0]
+    vertices, triangles = surfaces.vertices, surfaces.triangles
+    beyond_new = reach_of(corners_of(vertices, triangles, old[1]), new[3], new[2])
+    beyond_old = reach_of(corners_of(vertices, triangles, new[1]), old[3], old[2])
+    if abs(beyond_new - beyond_old) > tolerance:
+        return beyond_new < beyond_old
+    return new[0] < old[0]
+
+
 @merged_kernel
-def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance, allowed):
+def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, rounding, allowed):
     """Return (distance, p_MN, n, unique, cuts, count) of surface k and a core of radius 0.
 
     The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
-    of it into the core; or the ``count`` triangles that the core touches, in ``cuts``, and what it
-    is to the one it reaches deepest into.
+    of it into the core; or the ``count`` triangles within ``tolerance`` of the core, in ``cuts``,
+    and what it is to the one it is nearest to or reaches deepest into. ``box`` holds the bounds
+    of the core; ``rounding`` is that of distances.
     """
     cuts = np.empty(_FIRST_CAPACITY, np.int64)
     stack = np.empty(MAX_DEPTH + 1, np.int64)
-    lower, upper = core_bounds(core, hulls, R_MK, p_MK)
-    best, p_MN, n, is_unique = bound, p_MK, (0.0, 0.0, 1.0), True
-    found, count, depth, deepest = False, 0, 1, math.inf
+    lower, upper = box
+    # ``best`` is the least distance that is worth a look, ``nearest`` that of the contact.
+    best, p_MN, n, is_unique = max(bound, tolerance), p_MK, (0.0, 0.0, 1.0), True
+    nearest, nearest_triangle = math.inf, -1
+    count, depth = 0, 1
     stack[0] = surfaces.node_start[k]
     while depth > 0:
         depth -= 1
@@ -143,6 +149,8 @@ def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance, allowed):
             distance, a, _, m, unique, _ = convex_distance(
                 triangle, core, R_MK, p_MK, hulls, best, allowed
             )
+            if distance > best:
+                continue
             if distance <= tolerance:
                 if count == cuts.shape[0]:
                     longer = np.empty(2 * count, np.int64)
@@ -150,13 +158,12 @@ def _search(surfaces, k, core, hulls, R_MK, p_MK, bound, tolerance, allowed):
                     cuts = longer
                 cuts[count] = t
                 count += 1
-                if not best <= tolerance or distance < deepest:
-                    deepest, p_MN, n, is_unique = distance, a, scale(-1.0, m), unique
-                best, found = tolerance, True
-            elif distance < best or (distance == best and not found):
-                best, p_MN, n, is_unique, found = distance, a, scale(-1.0, m), unique, True
-    best = deepest if count > 0 else best
-    return best if found else math.inf, p_MN, n, is_unique, cuts, count
+            m = scale(-1.0, m)
+            new, old = (distance, t, a, m), (nearest, nearest_triangle, p_MN, n)
+            if nearest_triangle < 0 or _is_closer(surfaces, new, old, rounding):
+                nearest, nearest_triangle, p_MN, n, is_unique = distance, t, a, m, unique
+                best = min(best, max(distance + rounding, tolerance))
+    return nearest, p_MN, n, is_unique, cuts, count
 
 
 @inlined_kernel
@@ -248,11 +255,24 @@ def _over_triangles(vertices, triangles, normals, core, hulls, R, p, cuts, count
     return x
 
 
+@lean_kernel
+def _furthest(box):
+    """Return the largest coordinate of a box's corners."""
+    lower, upper = box
+    largest = 0.0
+    for axis in range(3):
+        largest = max(largest, -lower[axis], upper[axis])
+    return largest
+
+
 @kernel
 def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound, allowed):
     """Return (phi, p_MCk, p_MCm, nhat_MK_M, unique): nhat points out of the mesh into K."""
-    tolerance = COINCIDENCE * size
     bare = (core[0], core[1], 0.0, core[3])
+    box = core_bounds(bare, hulls, R_MK, p_MK)
+    # Coordinates, and so distances, are as exact as the larger of the two permits.
+    larger = max(size, _furthest(box))
+    tolerance = COINCIDENCE * larger
     some_point, _ = placed_support(bare, hulls, R_MK, p_MK, (1.0, 0.0, 0.0), -1)
     is_inside = False
     if surfaces.is_closed[k] and is_in_box(
@@ -260,9 +280,15 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
     ):
         is_inside = point_mesh(surfaces, k, size, some_point, math.inf)[0] < 0.0
     reach = math.inf if is_inside else max(bound, 0.0) + core[2]
-    distance, p_MN, n, unique, cuts, count = _search(
-        surfaces, k, bare, hulls, R_MK, p_MK, reach, tolerance, allowed
-    )
+    within = tolerance
+    for _ in range(2):
+        distance, p_MN, n, unique, cuts, count = _search(
+            surfaces, k, bare, box, hulls, R_MK, p_MK, reach, within, tolerance, allowed
+        )
+        if count > 0 or is_inside or not distance <= NEAR_CONTACT * larger:
+            break
+        # Next to contact: all the triangles that are as near as the nearest.
+        within = distance + tolerance
     if distance == math.inf:
         return math.inf, p_MK, p_MK, n, False
     if count == 0 and not is_inside:
@@ -272,17 +298,16 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
         n = scale(-1.0, n)
         depth, x = _depth_behind(core, hulls, R_MK, p_MK, n, dot(n, p_MN))
     else:
-        if (
-            core[2] == 0.0
-            and distance >= -TOUCHING * tolerance
+        if within > tolerance or (
+            distance >= -TOUCHING * tolerance
             and not _is_within(surfaces, k, size, core, hulls, R_MK, p_MK)
         ):
-            phi, _, _, n_hull, is_unique, _ = convex_distance(
-                mesh_core, core, R_MK, p_MK, hulls, math.inf, 0.0
+            contact = (distance, p_MN, n, unique)
+            n, unique = normal_to_core(
+                surfaces, bare, mesh_core, hulls, R_MK, p_MK, cuts, count, contact, larger
             )
-            if phi >= -TOUCHING * tolerance:
-                n, unique = scale(-1.0, n_hull), is_unique
-            return distance, axpy(distance, n, p_MN), p_MN, n, unique
+            phi = distance - core[2]
+            return phi, axpy(phi, n, p_MN), p_MN, n, unique
         depth, n, x, unique = _leave_cuts(
             surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance
         )

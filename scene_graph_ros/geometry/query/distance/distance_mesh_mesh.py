@@ -1,12 +1,14 @@
 """Signed distance of two meshes, each measured by its triangles.
 
 - Apart (no triangles cut each other, no mesh is inside the other): the distance of the nearest
-  triangles, exact.
+  triangles, exact. Next to contact the normal is that of all the pairs in contact
+  (``contact_normal``); pairs that overlap by rounding only touch.
 - Inside (one mesh is wholly inside the other, which is closed): it leaves across the plane through
   the outer mesh's point nearest to it, at a right angle to the way there.
 - Cut: the deepest vertex of one that is inside the other, which must be closed, leaves by its
-  nearest point. Where no vertex is inside, of each pair of triangles that cut each other one
-  leaves across the other's plane, the shallower way, and the deepest pair decides.
+  nearest point. Where no vertex is inside by more than rounding, of each pair of triangles that
+  cut each other one leaves across the other's plane, the shallower way, and the deepest pair
+  decides.
 
 Inside and cut, they may also leave as their convex hulls would, if that is shorter: a translation
 that separates them for certain.
@@ -20,8 +22,18 @@ from scene_graph_ros.geometry.jit import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support
+from scene_graph_ros.geometry.query.distance.contact_normal import (
+    corners_of,
+    normal_of_triangles,
+    TOUCHING,
+    touching_point,
+    touching_triangles,
+)
 from scene_graph_ros.geometry.query.distance.distance_convex_mesh import is_in_box
-from scene_graph_ros.geometry.query.distance.triangle_triangle import distance_triangle_triangle
+from scene_graph_ros.geometry.query.distance.triangle_triangle import (
+    distance_triangle_triangle,
+    reach_of,
+)
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -33,12 +45,13 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
 )
-from scene_graph_ros.geometry.tolerances import COINCIDENCE
+from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
 __all__ = ["distance_mesh_mesh"]
 
 _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 _ORIGIN = (0.0, 0.0, 0.0)
+_FIRST_CAPACITY = 64
 _ZEROS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -69,15 +82,6 @@ def _diagonal(lower, upper, node):
     for axis in range(3):
         total += upper[node, axis] - lower[node, axis]
     return total
-
-
-@lean_kernel
-def _corners(vertices, triangles, t):
-    return (
-        load_vector(vertices, triangles[t, 0]),
-        load_vector(vertices, triangles[t, 1]),
-        load_vector(vertices, triangles[t, 2]),
-    )
 
 
 @lean_kernel
@@ -117,19 +121,46 @@ def _part(first, second, n_first, n_second, first_is_closed, second_is_closed):
     return depth, x, n
 
 
-@merged_kernel
-def _search(surfaces, k, m, R, p, bound, tolerance):
-    """Return (distance, x, n, depth, y, m): the nearest triangles of two surfaces, or their cut.
+@lean_kernel
+def _is_closer(new, old, tolerance):
+    """Return whether the contact (distance, point, normal, first, second) is better than another.
 
-    ``distance`` is inf beyond ``bound``, and 0 where triangles cut each other; then the deepest
-    pair leaves by ``depth``, along m, from y. n points out of the second surface into the first.
+    Of contacts as near as each other it is the one between whose planes the other's triangles are
+    not: beside the border of a face, distances tell to half the digits only which side it is.
     """
+    if abs(new[0] - old[0]) > tolerance:
+        return new[0] < old[0]
+    beyond_new, beyond_old = _reach_between(new, old), _reach_between(old, new)
+    if abs(beyond_new - beyond_old) > tolerance:
+        return beyond_new < beyond_old
+    return new[0] < old[0]
+
+
+@lean_kernel
+def _reach_between(contact, other):
+    """Return how far the triangles of the other contact reach between the planes of a contact."""
+    distance, x, n = contact[0], contact[1], contact[2]
+    first = reach_of(other[3], scale(-1.0, n), x)
+    return max(first, reach_of(other[4], n, axpy(-distance, n, x)))
+
+
+@merged_kernel
+def _search(surfaces, k, m, R, p, bound, tolerance, rounding):
+    """Return (distance, x, n, depth, y, m, pairs, count): the nearest triangles, or their cut.
+
+    ``distance`` is inf beyond ``bound``. n points out of the second surface into the first. Where
+    triangles are within ``tolerance`` of each other, or cut, they are the ``count`` ``pairs``, and
+    of those that cut or are that near the deepest leaves by ``depth``, along m, from y.
+    ``rounding`` is that of distances.
+    """
+    pairs, count = np.empty((_FIRST_CAPACITY, 2), np.int64), 0
     stack = np.empty((2 * MAX_DEPTH + 2, 2), np.int64)
     lower, upper = surfaces.node_lower, surfaces.node_upper
     left, right = surfaces.node_left, surfaces.node_right
-    best, x, n = bound, p, (0.0, 0.0, 1.0)
+    # ``best`` is the least distance that is worth a look, ``nearest`` that of the contact.
+    best, x, n = max(bound, tolerance), p, (0.0, 0.0, 1.0)
+    nearest, first_nearest, second_nearest = math.inf, (x, x, x), (x, x, x)
     depth, y, out = -1.0, p, (0.0, 0.0, 1.0)
-    found = False
     stack[0] = (surfaces.node_start[k], surfaces.node_start[m])
     size = 1
     while size > 0:
@@ -153,17 +184,30 @@ def _search(surfaces, k, m, R, p, bound, tolerance):
             continue
         for j in range(-1 - left[b], -1 - left[b] + right[b]):
             s = surfaces.order[j]
-            c0, c1, c2 = _corners(surfaces.vertices, surfaces.triangles, s)
+            c0, c1, c2 = corners_of(surfaces.vertices, surfaces.triangles, s)
             other = (add(rotate(R, c0), p), add(rotate(R, c1), p), add(rotate(R, c2), p))
             n_other = rotate(R, load_vector(surfaces.normals, s))
             for i in range(-1 - left[a], -1 - left[a] + right[a]):
                 t = surfaces.order[i]
-                triangle = _corners(surfaces.vertices, surfaces.triangles, t)
+                triangle = corners_of(surfaces.vertices, surfaces.triangles, t)
                 n_triangle = load_vector(surfaces.normals, t)
                 distance, point, normal = distance_triangle_triangle(
                     triangle, other, n_triangle, n_other
                 )
+                if distance > best:
+                    continue
+                new = (distance, point, normal, triangle, other)
+                old = (nearest, x, n, first_nearest, second_nearest)
+                if nearest == math.inf or _is_closer(new, old, rounding):
+                    nearest, x, n, first_nearest, second_nearest = new
+                    best = min(best, max(distance + rounding, tolerance))
                 if distance <= tolerance:
+                    if count == pairs.shape[0]:
+                        longer = np.empty((2 * count, 2), np.int64)
+                        longer[:count] = pairs
+                        pairs = longer
+                    pairs[count, 0], pairs[count, 1] = t, s
+                    count += 1
                     way, start, direction = _part(
                         triangle,
                         other,
@@ -174,10 +218,7 @@ def _search(surfaces, k, m, R, p, bound, tolerance):
                     )
                     if way > depth:
                         depth, y, out = way, start, direction
-                    best, found = 0.0, True
-                elif distance < best or (distance == best and not found):
-                    best, x, n, found = distance, point, normal, True
-    return best if found else math.inf, x, n, depth, y, out
+    return nearest, x, n, depth, y, out, pairs, count
 
 
 @kernel
@@ -213,25 +254,28 @@ def _is_inside(surfaces, k, m, size, R, p):
 
 
 @merged_kernel
-def _leave(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, found):
-    """Return (depth, p_ACa, nhat_BA_A) of meshes of which one is inside the other, or that cut."""
-    distance, x, n, depth, y, out = found
-    if distance > 0.0:
-        # One is inside the other. n points from B's nearest point to A's, the way back.
-        n = scale(-1.0, n)
-        a, _ = placed_support(hull_A, hulls, _IDENTITY, _ORIGIN, scale(-1.0, n), -1)
-        b, _ = placed_support(hull_B, hulls, R, p, n, -1)
-        if _is_inside(surfaces, k, m, size, *_inverse(R, p)):
-            # A leaves across the plane at B's point x + distance n.
-            return dot(n, subtract(x, a)) + distance, a, n
-        # B leaves along -n, across the plane at A's point x.
-        depth = dot(n, subtract(b, x))
-        return depth, axpy(-depth, n, b), n
+def _leave_containment(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, distance, x, n):
+    """Return (depth, p_ACa, nhat_BA_A) of meshes of which one is inside the other.
+
+    n points from B's nearest point, x - distance n, to A's, x: the way back.
+    """
+    n = scale(-1.0, n)
+    a, _ = placed_support(hull_A, hulls, _IDENTITY, _ORIGIN, scale(-1.0, n), -1)
+    b, _ = placed_support(hull_B, hulls, R, p, n, -1)
+    if _is_inside(surfaces, k, m, size, *_inverse(R, p)):
+        # A leaves across the plane at B's point x + distance n.
+        return dot(n, subtract(x, a)) + distance, a, n
+    # B leaves along -n, across the plane at A's point x.
+    depth = dot(n, subtract(b, x))
+    return depth, axpy(-depth, n, b), n
+
+
+@merged_kernel
+def _leave_by_vertex(surfaces, k, m, size, R, p):
+    """Return (depth, p_ACa, nhat_BA_A) of the deepest vertex inside; depth -1 if none is."""
     R_BA, p_BA = _inverse(R, p)
     first, x_B, n_B = _deepest_vertex(surfaces, k, m, size, R_BA, p_BA)
     second, x_A, n_A = _deepest_vertex(surfaces, m, k, size, R, p)
-    if first < 0.0 and second < 0.0:
-        return depth, y, out
     if first >= second:
         return first, add(rotate(R, x_B), p), rotate(R, n_B)
     return second, axpy(second, n_A, x_A), scale(-1.0, n_A)
@@ -243,6 +287,32 @@ def _inverse(R, p):
     return transposed, scale(-1.0, rotate_inverse(R, p))
 
 
+@merged_kernel
+def _leave_cut(surfaces, k, m, size, R, p, pairs, count, by_pair, by_hull):
+    """Return (distance, p_ACa, p_ACb, nhat_BA_A, unique) of meshes that touch or cut each other.
+
+    ``by_pair`` is the way out of the pair of triangles that overlap most: (depth, point of A,
+    normal); ``by_hull`` is what the convex hulls would answer.
+    """
+    phi, n_hull, unique = by_hull[0], by_hull[3], by_hull[4]
+    slack = TOUCHING * COINCIDENCE * size
+    if phi >= -slack:
+        x = touching_point(surfaces, R, p, pairs, count, n_hull, phi, size)
+        return phi, x, axpy(-phi, n_hull, x), n_hull, unique
+    depth, x, n = _leave_by_vertex(surfaces, k, m, size, R, p)
+    if depth <= slack:
+        is_touching, gap, y, out, is_only_one = touching_triangles(
+            surfaces, R, p, pairs, count, size
+        )
+        if is_touching:
+            return gap, y, axpy(-gap, out, y), out, is_only_one
+        # Nothing but sides cut each other: that a vertex is on a surface says nothing of them.
+        depth, x, n = by_pair
+    if phi > -depth:
+        return by_hull
+    return -depth, x, axpy(depth, n, x), n, True
+
+
 @kernel
 def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
     tolerance = COINCIDENCE * size
@@ -250,17 +320,36 @@ def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
     contained = _is_inside(surfaces, k, m, size, R_BA, p_BA)
     contained = contained or _is_inside(surfaces, m, k, size, R, p)
     reach = math.inf if contained else max(bound, 0.0)
-    found = _search(surfaces, k, m, R, p, reach, tolerance)
-    distance, x, n = found[0], found[1], found[2]
+    within = tolerance
+    for _ in range(2):
+        distance, x, n, depth, y, out, pairs, count = _search(
+            surfaces, k, m, R, p, reach, within, tolerance
+        )
+        if count > 0 or contained or not distance <= NEAR_CONTACT * size:
+            break
+        # Next to contact: all the triangles that are as near as the nearest.
+        within = distance + tolerance
     if distance == math.inf:
         return math.inf, x, x, n, False
-    if distance > 0.0 and not contained:
+    if count == 0 and not contained:
         return distance, x, axpy(-distance, n, x), n, True
-    depth, p_ACa, nhat = _leave(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, found)
     phi, a, b, n_hull, unique, _ = convex_distance(hull_A, hull_B, R, p, hulls, math.inf, 0.0)
+    if within > tolerance:
+        if phi >= distance - TOUCHING * tolerance:
+            n = n_hull
+        else:
+            contact = (distance, x, n)
+            _, _, n = normal_of_triangles(surfaces, R, p, pairs, count, contact, size)
+        return distance, x, axpy(-distance, n, x), n, True
+    if count > 0:
+        by_pair, by_hull = (depth, y, out), (phi, a, b, n_hull, unique)
+        return _leave_cut(surfaces, k, m, size, R, p, pairs, count, by_pair, by_hull)
+    depth, y, out = _leave_containment(
+        surfaces, k, m, size, hulls, hull_A, hull_B, R, p, distance, x, n
+    )
     if phi > -depth:
         return phi, a, b, n_hull, unique
-    return -depth, p_ACa, axpy(depth, nhat, p_ACa), nhat, True
+    return -depth, y, axpy(depth, out, y), out, True
 
 
 @merged_kernel

@@ -7,7 +7,7 @@ each other where an edge of one passes through the other.
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.query.distance.segments import nearest_on_segments
 from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -19,8 +19,9 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     unit,
 )
+from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
-__all__ = ["distance_triangle_triangle"]
+__all__ = ["distance_triangle_triangle", "reach_of"]
 
 
 @kernel
@@ -57,10 +58,42 @@ def _cut(first, second, n_first, n_second):
     return False
 
 
+@lean_kernel
+def reach_of(triangle, n, x):
+    """Return how far a triangle reaches beyond the plane through x, along n."""
+    a, b, c = triangle
+    return max(dot(n, subtract(a, x)), dot(n, subtract(b, x)), dot(n, subtract(c, x)))
+
+
+@lean_kernel
+def _reach_between(first, second, contact):
+    """Return how far the triangles reach between the planes of a contact (square, x, y, n)."""
+    _, x, y, n = contact
+    return max(reach_of(first, scale(-1.0, n), x), reach_of(second, n, y))
+
+
+@lean_kernel
+def _better(first, second, new, old, rounding):
+    """Return the better of two contacts (square, x, y, n).
+
+    Of two as near as each other, to ``rounding``, it is the one whose planes have the triangles
+    behind them: beside an edge, distances tell to half the digits only whether it is the nearest.
+    """
+    # No less than the root of the square plus twice the rounding, squared.
+    if new[0] > 1.01 * old[0] + 404.0 * rounding * rounding:
+        return old
+    if not abs(math.sqrt(new[0]) - math.sqrt(old[0])) <= rounding:
+        return new if new[0] < old[0] else old
+    beyond_new = _reach_between(first, second, new)
+    beyond_old = _reach_between(first, second, old)
+    if abs(beyond_new - beyond_old) <= rounding:
+        return new if new[0] < old[0] else old
+    return new if beyond_new < beyond_old else old
+
+
 @kernel
-def _between_edges(first, second, least):
-    """Return (square, x, y, n): the nearest points of two edges, where closer than sqrt(least)."""
-    best, x, y, n = math.inf, first[0], second[0], (0.0, 0.0, 0.0)
+def _between_edges(first, second, best, rounding):
+    """Return the better of a contact and those of the nine pairs of edges."""
     for i in range(3):
         p, q = _pick(first, i), _pick(first, (i + 1) % 3)
         h, c = scale(0.5, subtract(q, p)), scale(0.5, add(p, q))
@@ -68,13 +101,24 @@ def _between_edges(first, second, least):
             r, s = _pick(second, j), _pick(second, (j + 1) % 3)
             k, d = scale(0.5, subtract(s, r)), subtract(scale(0.5, add(r, s)), c)
             u, v, m = nearest_on_segments(d, h, k)
-            on_first, on_second = axpy(u, h, c), axpy(v, k, add(c, d))
-            gap = subtract(on_first, on_second)
-            square = dot(gap, gap)
-            if square < least:
-                best, least, x, y = square, square, on_first, on_second
+            x, y = axpy(u, h, c), axpy(v, k, add(c, d))
+            gap = subtract(x, y)
+            if dot(m, m) > 0.0:
                 n = m if dot(m, gap) >= 0.0 else scale(-1.0, m)
-    return best, x, y, n
+            else:
+                n = unit(gap, best[3])
+            best = _better(first, second, (dot(gap, gap), x, y, n), best, rounding)
+    return best
+
+
+@lean_kernel
+def _largest(triangle):
+    """Return the largest coordinate of a triangle."""
+    a, b, c = triangle
+    largest = 0.0
+    for axis in range(3):
+        largest = max(largest, abs(a[axis]), abs(b[axis]), abs(c[axis]))
+    return largest
 
 
 @kernel
@@ -86,26 +130,22 @@ def distance_triangle_triangle(first, second, n_first, n_second):
     """
     if _cut(first, second, n_first, n_second):
         return 0.0, first[0], n_second
-    least, x, n = math.inf, first[0], n_second
+    rounding = COINCIDENCE * max(_largest(first), _largest(second))
+    best = (math.inf, first[0], second[0], n_second)
     for k in range(3):
         corner = _pick(first, k)
         y, square, feature = nearest_on_triangle(corner, second[0], second[1], second[2], n_second)
-        if square < least:
-            least, x = square, corner
-            gap = subtract(corner, y)
-            n = unit(gap, n_second)
-            if feature == 0:
-                n = n_second if dot(gap, n_second) >= 0.0 else scale(-1.0, n_second)
+        gap = subtract(corner, y)
+        n = unit(gap, n_second)
+        if feature == 0:
+            n = n_second if dot(gap, n_second) >= 0.0 else scale(-1.0, n_second)
+        best = _better(first, second, (square, corner, y, n), best, rounding)
         corner = _pick(second, k)
-        y, square, feature = nearest_on_triangle(corner, first[0], first[1], first[2], n_first)
-        if square < least:
-            least, x = square, y
-            gap = subtract(y, corner)
-            n = unit(gap, n_first)
-            if feature == 0:
-                n = n_first if dot(gap, n_first) >= 0.0 else scale(-1.0, n_first)
-    square, on_first, on_second, m = _between_edges(first, second, least)
-    if square < least:
-        least, x = square, on_first
-        n = m if dot(m, m) > 0.0 else unit(subtract(on_first, on_second), n)
-    return math.sqrt(least), x, n
+        x, square, feature = nearest_on_triangle(corner, first[0], first[1], first[2], n_first)
+        gap = subtract(x, corner)
+        n = unit(gap, n_first)
+        if feature == 0:
+            n = n_first if dot(gap, n_first) >= 0.0 else scale(-1.0, n_first)
+        best = _better(first, second, (square, x, corner, n), best, rounding)
+    square, x, _, n = _between_edges(first, second, best, rounding)
+    return math.sqrt(square), x, n
