@@ -3,7 +3,8 @@
 Run it as ``python test/numerics/search.py --count 1000000 --seed 1``. Every pair is asked three
 times: as it is, with A and B exchanged, and with B moved by a nanometre. What is found is printed
 and, with ``--keep``, added to counterexamples.jsonl, which the tests read. ``--recheck`` notes
-there which of the kept ones are still open.
+there which of the kept ones are still open. ``--meshes`` looks at those pairs in which triangles
+are measured, most of them next to contact.
 """
 
 import argparse
@@ -21,6 +22,7 @@ from hard_corpus.adversarial import (  # noqa: E402
     adversarial_cases,
     case_from_text,
     KEPT,
+    mesh_cases,
     text_from_case,
     violations,
 )
@@ -37,6 +39,9 @@ def main():
     )
     parser.add_argument("--count", type=int, default=100_000, help="queries (%(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="of the first pairs (%(default)s)")
+    parser.add_argument(
+        "--meshes", action="store_true", help="only pairs with meshes measured by triangles"
+    )
     parser.add_argument("--keep", action="store_true", help="add what is found to the corpus")
     parser.add_argument("--recheck", action="store_true", help="ask the kept pairs again, only")
     options = parser.parse_args()
@@ -44,10 +49,11 @@ def main():
         return _recheck()
     pairs = -(-options.count // QUERIES_PER_CASE)
     worst, offenders, queries = {}, {}, 0
+    make = mesh_cases if options.meshes else adversarial_cases
     with tqdm(total=pairs, unit=" pairs", disable=None) as bar:
         for k in range(-(-pairs // CHUNK)):
             count = min(CHUNK, pairs - k * CHUNK)
-            cases = adversarial_cases(count, options.seed * 100_000 + k)
+            cases = make(count, options.seed * 100_000 + k)
             found = violations(cases)
             by_label = {case.label: case for case in cases}
             for complaint in found:

@@ -2,7 +2,13 @@
 
 import json
 
-from hard_corpus.adversarial import adversarial_cases, case_from_text, KEPT, violations
+from hard_corpus.adversarial import (
+    adversarial_cases,
+    case_from_text,
+    KEPT,
+    mesh_cases,
+    violations,
+)
 import numpy as np
 import pytest
 
@@ -29,6 +35,13 @@ def test_search_finds_nothing_new(seed):
     ``search.py`` asks a million of them.
     """
     cases = [case for case in adversarial_cases(4000, seed) if case.label not in OPEN]
+    assert violations(cases) == []
+
+
+@pytest.mark.parametrize("seed", [100_000, 100_001])
+def test_search_among_meshes_finds_nothing_new(seed):
+    """12 000 queries with triangles on features that meet: hulls, ridges, pits, other sizes."""
+    cases = [case for case in mesh_cases(2000, seed) if case.label not in OPEN]
     assert violations(cases) == []
 
 
