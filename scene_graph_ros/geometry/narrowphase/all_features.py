@@ -52,6 +52,9 @@ CANDIDATES = 10
 """A box has a corner, three edges and three faces along a direction; the simplex gives one. Of a
 hull's corner, the first edges are tried."""
 
+ROUNDS = 3
+"""Directions that all features are tried from."""
+
 
 @lean_kernel
 def _place(hulls, at):
@@ -197,14 +200,12 @@ def _contact_of_places(
 
 
 @lean_kernel
-def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
-    """Return (is proven, n, a, b, distance) of the contact that separates two cores most.
-
-    Starts from the normal n and the witnesses a, b; see ``refine`` for the other arguments.
-    """
+def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
+    """Do what ``polish_all`` does from one direction; return also the best direction tried."""
     allowed = AMPLIFIED * POLISH_RESIDUAL * EPSILON * size
     proven = False
     best, x, y, highest = n, a, b, separation(core_A, core_B, R, p, hulls, n) - allowed
+    ahead, furthest = n, highest + allowed
     d = scale(-1.0, n)
     for i in range(CANDIDATES):
         feature_A = _candidate(core_A, hulls, IDENTITY, ORIGIN, S, ids, lam, count, 3, d, i)
@@ -225,10 +226,31 @@ def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
                 m, q_A, q_B, distance, error = _contact_of_places(
                     feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
                 )
+            if distance > furthest:
+                ahead, furthest = m, distance
             if is_beyond_face(hulls, feature_A, IDENTITY, ORIGIN, q_A, allowed) or is_beyond_face(
                 hulls, feature_B, R, p, q_B, allowed
             ):
                 continue
             if distance >= highest and error <= allowed:
                 proven, best, x, y, highest = True, m, q_A, q_B, distance
+    return proven, best, x, y, highest, ahead
+
+
+@lean_kernel
+def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
+    """Return (is proven, n, a, b, distance) of the contact that separates two cores most.
+
+    Starts from the normal n and the witnesses a, b; see ``refine`` for the other arguments. The
+    right edges may be those of other corners, where faces are nearly parallel: without a proof,
+    it starts again from the direction of all tried that separates the cores most.
+    """
+    m = n
+    for _ in range(ROUNDS):
+        proven, best, x, y, highest, ahead = _polish_from(
+            core_A, core_B, R, p, hulls, m, a, b, size, S, ids, lam, count
+        )
+        if proven or (ahead[0] == m[0] and ahead[1] == m[1] and ahead[2] == m[2]):
+            break
+        m = ahead
     return proven, best, x, y, highest
