@@ -7,7 +7,14 @@ import numpy as np
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
-from scene_graph_ros.geometry.narrowphase.epa import COARSE_GAP, epa, FINE_GAP, LARGE, SMALL
+from scene_graph_ros.geometry.narrowphase.epa import (
+    COARSE_GAP,
+    epa,
+    FINE_GAP,
+    LARGE,
+    MEDIUM,
+    SMALL,
+)
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
@@ -78,15 +85,27 @@ def _overlap(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam):
         distance = min(separation(core_A, core_B, R, p, hulls, n), 0.0)
         return distance, a, b, n, False, 0.0
     settle_gap = 0.0
+    has_hull = core_A[0] == HULL or core_B[0] == HULL
     if is_curved(core_A) or is_curved(core_B):
-        settle_gap = FINE_GAP if core_A[0] == HULL or core_B[0] == HULL else COARSE_GAP
+        settle_gap = FINE_GAP if has_hull else COARSE_GAP
     done, n, a, b, depth, lower, unique = epa(
         core_A, core_B, R, p, hulls, size, settle_gap, tolerance, SMALL, S, ids, lam
     )
     if not done:
         expand_to_tetrahedron(core_A, core_B, R, p, hulls, 0, S, ids)
         done, n, a, b, depth, lower, unique = epa(
-            core_A, core_B, R, p, hulls, size, settle_gap, tolerance, LARGE, S, ids, lam
+            core_A,
+            core_B,
+            R,
+            p,
+            hulls,
+            size,
+            settle_gap,
+            tolerance,
+            LARGE if has_hull else MEDIUM,
+            S,
+            ids,
+            lam,
         )
     return -depth, a, b, n, unique, max(depth - lower, 0.0)
 

@@ -40,14 +40,17 @@ from scene_graph_ros.geometry.tolerances import (
     TIE,
 )
 
-__all__ = ["COARSE_GAP", "FINE_GAP", "LARGE", "SMALL", "epa"]
+__all__ = ["COARSE_GAP", "FINE_GAP", "LARGE", "MEDIUM", "SMALL", "epa"]
 
 SMALL = 96
 """Corners of the first workspace: enough for primitives, and it stays in the first-level cache."""
 
-LARGE = 1024
-"""Corners of the second workspace, for large hulls whose faces nearly tie."""
+MEDIUM = 256
+"""Corners of the second workspace of smooth cores: what is still open then nearly ties all along a
+valley, and no number of corners tells it apart."""
 
+LARGE = 1024
+"""Corners of the second workspace for hulls, whose many faces may nearly tie."""
 
 MAX_MINIMA = 16
 """Directions of locally least depth that are told apart; a ring of ties fills them."""
