@@ -13,6 +13,18 @@ from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import feature_at
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
+from scene_graph_ros.geometry.narrowphase.minima import (
+    best_minimum,
+    COLUMNS,
+    DEPTH,
+    FALLBACK,
+    has_features,
+    MAX_MINIMA,
+    nearby_minimum,
+    note_features,
+    STIFFNESS,
+    store_minimum,
+)
 from scene_graph_ros.geometry.narrowphase.polytope import (
     add_corner,
     ALIVE,
@@ -52,14 +64,8 @@ valley, and no number of corners tells it apart."""
 LARGE = 1024
 """Corners of the second workspace for hulls, whose many faces may nearly tie."""
 
-MAX_MINIMA = 16
-"""Directions of locally least depth that are told apart; a ring of ties fills them."""
-
 BASIN_COSINE = math.cos(0.2)
 """A polished direction further than this from where it started belongs to another face."""
-
-FALLBACK = MAX_MINIMA
-"""The row of ``minima`` that holds the least extent seen so far, polished or not."""
 
 COARSE_GAP = 1e-2
 """Share of the depth: the gap at which a face is first polished. Between smooth cores it is taken
@@ -67,10 +73,6 @@ to have no other minimum from there on (``settle_gap``)."""
 
 FINE_GAP = 1e-3
 """The same for hulls, many faces of which may nearly tie, and for a face whose polish led far."""
-
-DEPTH = 9
-STIFFNESS = 10
-FEATURES = 11
 
 
 @lean_kernel
@@ -122,39 +124,6 @@ def _load_nearest(S, ids, faces, planes, face_count, f, rounding, S_out, ids_out
 
 
 @lean_kernel
-def _store_minimum(minima, row, n, a, b, depth, stiffness):
-    for c in range(3):
-        minima[row, c] = n[c]
-        minima[row, 3 + c] = a[c]
-        minima[row, 6 + c] = b[c]
-    minima[row, DEPTH] = depth
-    minima[row, STIFFNESS] = stiffness
-
-
-@lean_kernel
-def _nearby_minimum(minima, found, n, cosine):
-    """Return the row of the least known minimum within an angle of n, or -1."""
-    nearby, depth = -1, math.inf
-    for i in range(found):
-        along = minima[i, 0] * n[0] + minima[i, 1] * n[1] + minima[i, 2] * n[2]
-        if along > cosine and minima[i, DEPTH] < depth:
-            nearby, depth = i, minima[i, DEPTH]
-    return nearby
-
-
-@lean_kernel
-def _best_minimum(minima, found, rounding):
-    """Return the row of least depth; a polished one wins a tie with the fallback."""
-    best = FALLBACK
-    depth = minima[FALLBACK, DEPTH] + rounding
-    for i in range(found):
-        if minima[i, DEPTH] <= depth:
-            best = i
-            depth = minima[i, DEPTH]
-    return best
-
-
-@lean_kernel
 def _is_tied(
     core_A,
     core_B,
@@ -191,30 +160,6 @@ def _is_tied(
 
 
 @lean_kernel
-def _has_features(minima, row, feature_A, feature_B):
-    """Return whether a minimum was last reached from these features."""
-    return (
-        minima[row, FEATURES] == feature_A[0]
-        and minima[row, FEATURES + 4] == feature_B[0]
-        and minima[row, FEATURES + 1] == feature_A[1][0]
-        and minima[row, FEATURES + 2] == feature_A[1][1]
-        and minima[row, FEATURES + 3] == feature_A[1][2]
-        and minima[row, FEATURES + 5] == feature_B[1][0]
-        and minima[row, FEATURES + 6] == feature_B[1][1]
-        and minima[row, FEATURES + 7] == feature_B[1][2]
-    )
-
-
-@lean_kernel
-def _note_features(minima, row, feature_A, feature_B):
-    minima[row, FEATURES] = feature_A[0]
-    minima[row, FEATURES + 4] = feature_B[0]
-    for c in range(3):
-        minima[row, FEATURES + 1 + c] = feature_A[1][c]
-        minima[row, FEATURES + 5 + c] = feature_B[1][c]
-
-
-@lean_kernel
 def _settle(
     core_A,
     core_B,
@@ -238,14 +183,14 @@ def _settle(
     The row is -1 where the face has to be divided further: one that is not yet ``is_final`` only
     supplies a candidate, and one that leads far away is believed when it ``is_fine``.
     """
-    near = _nearby_minimum(minima, found, n, BASIN_COSINE)
+    near = nearby_minimum(minima, found, n, BASIN_COSINE)
     is_higher = near >= 0 and minima[near, DEPTH] <= extent
     if is_higher and not is_final:
         return -1, found
     feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, scale(-1.0, n))
     feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
     # Two minima may be close to each other, but not with the same features.
-    if is_higher and _has_features(minima, near, feature_A, feature_B):
+    if is_higher and has_features(minima, near, feature_A, feature_B):
         return near, found
     a, b = weighted_points(S, lam, count)
     proven, m, a, b, distance, _, stiffness = refine(
@@ -253,12 +198,12 @@ def _settle(
     )
     if not proven or stiffness < -FLAT_MINIMUM * size:
         return -1, found
-    row = _nearby_minimum(minima, found, m, SAME_DIRECTION)
+    row = nearby_minimum(minima, found, m, SAME_DIRECTION)
     if row < 0:
         row = found
         found += 1
-        _store_minimum(minima, row, m, a, b, -distance, stiffness)
-    _note_features(minima, row, feature_A, feature_B)
+        store_minimum(minima, row, m, a, b, -distance, stiffness)
+    note_features(minima, row, feature_A, feature_B)
     is_near = dot(m, n) > BASIN_COSINE or (is_fine and -distance <= extent)
     return row if is_final and is_near else -1, found
 
@@ -274,7 +219,7 @@ def _polish_fallback(
         core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 2
     )
     if proven and -distance <= extent + TIE * EPSILON * size:
-        _store_minimum(minima, FALLBACK, m, a, b, -distance, math.inf)
+        store_minimum(minima, FALLBACK, m, a, b, -distance, math.inf)
 
 
 @lean_kernel
@@ -312,7 +257,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
         if extent < depth or gap <= enough:
             depth = min(extent, depth)
             a, b = weighted_points(S0, lam, count)
-            _store_minimum(minima, FALLBACK, n, a, b, extent, math.inf)
+            store_minimum(minima, FALLBACK, n, a, b, extent, math.inf)
         if gap <= enough:
             if gap <= rounding:
                 _polish_fallback(
@@ -353,7 +298,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
                 minima,
                 found,
             )
-            best = _best_minimum(minima, found, math.inf)
+            best = best_minimum(minima, found, math.inf)
             settled = minima[best, DEPTH] if found > 0 else settled
             if row >= 0:
                 faces[f, CLOSED] = 1
@@ -367,7 +312,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
         if face_count < 0:
             face_count = 0
             break
-    return finished, lower, _best_minimum(minima, found, TIE * EPSILON * size), face_count, found
+    return finished, lower, best_minimum(minima, found, TIE * EPSILON * size), face_count, found
 
 
 @kernel
@@ -383,10 +328,10 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, capacity, S0, 
     all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
     """
     # One allocation of each type takes a seventh of the time of one for each array.
-    floats = np.empty(17 * capacity + 19 * (FALLBACK + 1))
+    floats = np.empty(17 * capacity + COLUMNS * (FALLBACK + 1))
     S = floats[: 9 * capacity].reshape((capacity, 9))
     planes = floats[9 * capacity : 17 * capacity].reshape((2 * capacity, 4))
-    minima = floats[17 * capacity :].reshape((FALLBACK + 1, 19))
+    minima = floats[17 * capacity :].reshape((FALLBACK + 1, COLUMNS))
     integers = np.empty(20 * capacity + MAX_HORIZON, np.int64)
     ids = integers[: 2 * capacity].reshape((capacity, 2))
     faces = integers[2 * capacity : 18 * capacity].reshape((2 * capacity, 8))
