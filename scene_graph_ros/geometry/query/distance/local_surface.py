@@ -156,7 +156,7 @@ def _hull(hulls, k, size, p, m):
 
 @inlined_kernel
 def _mesh(surfaces, k, size, p, m):
-    _, triangle, _, _ = nearest_triangle(surfaces, k, p, math.inf, KINK * size, size)
+    _, triangle, _, _ = nearest_triangle(surfaces, k, p, math.inf, KINK * size, size, 0.0)
     n = load_vector(surfaces.normals, triangle)
     a = load_vector(surfaces.vertices, surfaces.triangles[triangle, 0])
     b = load_vector(surfaces.vertices, surfaces.triangles[triangle, 1])

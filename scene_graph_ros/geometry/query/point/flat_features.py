@@ -2,6 +2,7 @@
 
 from scene_graph_ros.geometry.jit import kernel
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, subtract
+from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
 
 __all__ = ["nearest_on_segment", "nearest_on_triangle", "way_from_segment"]
 
@@ -63,7 +64,11 @@ def nearest_on_triangle(p, a, b, c, n):
             offset = way_from_segment(p, start, end, t)
             square = dot(offset, offset)
             # A corner and a point next to it may be equally near to rounding: the latter is right.
-            if square < least or (square == least and 0.0 < t < 1.0):
+            is_inner, is_nearer = 0.0 < t < 1.0, square < least
+            slack = GJK_ROUNDING * EPSILON * square
+            if is_inner != (feature <= 3) and abs(square - least) <= slack:
+                is_nearer = is_inner
+            if is_nearer:
                 best, least, feature = x, square, k + 1
                 if t == 0.0:
                     feature = k + 4

@@ -13,6 +13,13 @@ from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_segment,
     nearest_on_triangle,
 )
+from scene_graph_ros.geometry.query.point.mesh_cone import (
+    box_square,
+    corners_at,
+    ends_of,
+    turned_into_cone,
+    way_from_feature,
+)
 from scene_graph_ros.geometry.spatial.vectors import (
     dot,
     load_vector,
@@ -21,24 +28,15 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     unit,
 )
-from scene_graph_ros.geometry.tolerances import COINCIDENCE, WITNESS_SPLIT
+from scene_graph_ros.geometry.tolerances import (
+    COINCIDENCE,
+    EPSILON,
+    GJK_ROUNDING,
+    NEAR_CONTACT,
+    WITNESS_SPLIT,
+)
 
 __all__ = ["border_feature", "nearest_triangle", "point_mesh"]
-
-
-@lean_kernel
-def _box_square(p, lower, upper, node):
-    """Return the squared distance from p to a node's box."""
-    total = 0.0
-    for axis in range(3):
-        gap = max(lower[node, axis] - p[axis], p[axis] - upper[node, axis], 0.0)
-        total += gap * gap
-    return total
-
-
-@inlined_kernel
-def _corner(surfaces, triangle, corner):
-    return load_vector(surfaces.vertices, surfaces.triangles[triangle, corner])
 
 
 @lean_kernel
@@ -48,13 +46,46 @@ def _rank(feature):
 
 
 @inlined_kernel
-def nearest_triangle(surfaces, k, p, bound, tolerance, split):
+def _progress(surfaces, triangle, feature, p):
+    """Return (vertex, s): how far from its nearer end the point of an edge nearest to p is."""
+    first, last = ends_of(surfaces, triangle, feature)
+    a, b = load_vector(surfaces.vertices, first), load_vector(surfaces.vertices, last)
+    edge = subtract(b, a)
+    length = norm(edge)
+    from_first, from_last = dot(subtract(p, a), edge), -dot(subtract(p, b), edge)
+    if from_first <= from_last:
+        return first, from_first / length
+    return last, from_last / length
+
+
+@inlined_kernel
+def _is_preferred(surfaces, p, new, old):
+    """Tell which of two equally near triangles, (distance, triangle, feature), p is nearest to.
+
+    What is nearest with its face wins over an edge, and that over a corner: if they meet, it is
+    nearer, by less than rounding. Of two edges at one vertex, that wins along which p is further.
+    """
+    distance, triangle, feature = new
+    best, previous, other = old
+    if _rank(feature) != _rank(other):
+        return _rank(feature) < _rank(other)
+    if _rank(feature) == 1:
+        vertex, s = _progress(surfaces, triangle, feature, p)
+        same, least = _progress(surfaces, previous, other, p)
+        if vertex == same:
+            return s > least
+    return distance < best
+
+
+@inlined_kernel
+def nearest_triangle(surfaces, k, p, bound, tolerance, split, rounding):
     """Return (x, triangle, feature, unique): the nearest point of surface k to p.
 
     ``triangle`` is -1 where nothing is nearer than ``bound``. ``unique`` is False where another
-    point, further than ``split`` away, is as near to within ``tolerance``. Of equally near
-    triangles, one nearest with its face or an edge wins over one with a corner, as it is nearer by
-    less than rounding; then the first in the order of traversal, which depends on nothing but p.
+    point, further than ``split`` away, is as near to within ``tolerance``. Distances that differ
+    by ``rounding`` do not tell triangles apart, which would turn the way there by the root of what
+    they are off: of those, their features tell which is nearest, and else the order of traversal,
+    which depends on nothing but p.
     """
     stack = traversal_stack()
     stack[0] = surfaces.node_start[k]
@@ -63,31 +94,35 @@ def nearest_triangle(surfaces, k, p, bound, tolerance, split):
     while depth > 0:
         depth -= 1
         node = stack[depth]
-        reach = best + tolerance
-        if _box_square(p, surfaces.node_lower, surfaces.node_upper, node) > reach * reach:
+        reach = best + max(tolerance, rounding + GJK_ROUNDING * EPSILON * best)
+        if box_square(p, surfaces.node_lower, surfaces.node_upper, node) > reach * reach:
             continue
         left, right = surfaces.node_left[node], surfaces.node_right[node]
         if left >= 0:
-            near = _box_square(p, surfaces.node_lower, surfaces.node_upper, left)
-            far = _box_square(p, surfaces.node_lower, surfaces.node_upper, right)
+            near = box_square(p, surfaces.node_lower, surfaces.node_upper, left)
+            far = box_square(p, surfaces.node_lower, surfaces.node_upper, right)
             stack[depth] = right if near <= far else left
             stack[depth + 1] = left if near <= far else right
             depth += 2
             continue
         for slot in range(-1 - left, -1 - left + right):
             t = surfaces.order[slot]
-            a, b, c = _corner(surfaces, t, 0), _corner(surfaces, t, 1), _corner(surfaces, t, 2)
+            a, b, c = corners_at(surfaces, t)
             n = load_vector(surfaces.normals, t)
             candidate, square, place = nearest_on_triangle(p, a, b, c, n)
             distance = math.sqrt(square)
-            if distance > best + tolerance:
+            slack = rounding + GJK_ROUNDING * EPSILON * distance
+            if distance > best + max(tolerance, slack):
                 continue
-            if triangle >= 0 and distance >= best - tolerance:
+            if triangle >= 0 and abs(distance - best) <= tolerance:
                 unique = unique and norm(subtract(candidate, x)) <= split
             elif distance < best:
                 unique = True
-            is_flatter = distance == best and _rank(place) < _rank(feature)
-            if distance < best or is_flatter:
+            is_nearer = distance < best
+            if triangle >= 0 and abs(distance - best) <= slack:
+                new, old = (distance, t, place), (best, triangle, feature)
+                is_nearer = _is_preferred(surfaces, p, new, old)
+            if is_nearer:
                 best, x, triangle, feature = distance, candidate, t, place
     return x, triangle, feature, unique
 
@@ -130,27 +165,28 @@ def point_mesh(surfaces, k, size, p_GQ, bound):
     """
     tolerance = COINCIDENCE * size
     p_GN, triangle, feature, unique = nearest_triangle(
-        surfaces, k, p_GQ, bound, tolerance, WITNESS_SPLIT * size
+        surfaces, k, p_GQ, bound, tolerance, WITNESS_SPLIT * size, tolerance
     )
     if triangle < 0:
         return math.inf, p_GQ, (1.0, 0.0, 0.0), False
-    a = _corner(surfaces, triangle, 0)
+    a, b, c = corners_at(surfaces, triangle)
     if feature == 0 and norm(subtract(p_GQ, p_GN)) <= tolerance:
-        b, c = _corner(surfaces, triangle, 1), _corner(surfaces, triangle, 2)
         feature = border_feature(p_GQ, a, b, c, tolerance)
     normal = _pseudonormal(surfaces, triangle, feature)
-    offset = subtract(p_GQ, p_GN)
     is_closed = surfaces.is_closed[k]
     if feature == 0:
         height = dot(normal, subtract(p_GQ, a))
         if not is_closed and height < 0.0:
             return -height, p_GN, scale(-1.0, normal), unique
         return height, p_GN, normal, unique
+    offset = way_from_feature(surfaces, triangle, feature, p_GQ)
     phi = norm(offset)
     if phi <= tolerance:
         is_flat = 1.0 - dot(normal, load_vector(surfaces.normals, triangle)) <= COINCIDENCE
         return phi, p_GN, normal, is_flat
     grad_G = unit(offset, normal)
+    if phi < NEAR_CONTACT * size:
+        grad_G = turned_into_cone(surfaces, k, size, triangle, feature, p_GN, grad_G)
     if is_closed and dot(offset, normal) < 0.0:
         return -phi, p_GN, scale(-1.0, grad_G), unique
     return phi, p_GN, grad_G, unique

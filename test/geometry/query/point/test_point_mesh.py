@@ -133,3 +133,45 @@ def test_threshold_keeps_the_inside():
     points = np.array([(0.5, 1.0, 0.5), (1.5, 1.0, 1.8), (5.0, 0.0, 0.0)])
     assert [a.distance for a in measure_points(mesh, points, threshold=0.1)] == [-0.5]
     assert [a.distance for a in measure_points(mesh, points, threshold=0.6)] == [-0.5, 0.5]
+
+
+def _points_next_to_features(vertices, faces, rng, count):
+    """Return points above and below faces near their borders, edges near their ends, vertices."""
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    points = []
+    for k in range(count):
+        t = rng.integers(len(faces))
+        weights = 10.0 ** rng.uniform(-14.0, 0.0, 3)
+        if k % 3:
+            weights[rng.integers(3)] = 0.0
+        if k % 3 == 2:
+            weights = np.eye(3)[rng.integers(3)]
+        at = np.any(np.isin(faces, faces[t][weights > 0.0]), axis=1)
+        n = normals[t] if k % 3 == 0 else rng.dirichlet(np.full(at.sum(), 0.3)) @ normals[at]
+        height = rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(-11.0, 0.0)
+        points.append(weights / weights.sum() @ corners[t] + height * n / np.linalg.norm(n))
+    return np.array(points)
+
+
+def test_no_triangle_at_the_nearest_point_is_nearer_yet():
+    """At a right angle to the gradient, however near, is a plane that no triangle there crosses.
+
+    This is what makes a point the nearest; the gradient of a difference of two near points, or of
+    an edge next to a face that is nearer by less than rounding, is off by 1e-9 to 1e-4.
+    """
+    rng = np.random.default_rng(8)
+    surface = trimesh.creation.icosphere(1, radius=1.0)
+    faces = np.array(surface.faces)
+    vertices = np.array(surface.vertices) * rng.uniform(0.6, 1.0, (len(surface.vertices), 1))
+    points = _points_next_to_features(vertices, faces, rng, 600)
+    for answer in measure_points(Mesh(vertices=vertices, faces=faces), points):
+        x, way = answer.p_GN, np.copysign(1.0, answer.distance) * answer.grad_W
+        beside = [
+            vertices[face] - x
+            for face in faces
+            if np.linalg.norm(nearest_on_triangle(x, *vertices[face]) - x) <= 1e-14
+        ]
+        assert len(beside) > 0
+        assert np.max(np.concatenate(beside) @ way) <= 1e-10
