@@ -89,7 +89,7 @@ SAME_DIRECTION = 1.0 - 1e-10
 
 NEIGHBORHOOD = 1.0 - 5e-9
 """Cosine: within this of the direction of the least depth (1e-4 rad), equal depths are the same
-one, and bounds of the depth on a curved body may stay below it, as they do by 1e-9 L."""
+one, and bounds of the depth on a curved body may stay a little below it."""
 
 BOX_ROUNDING = 8.0 * EPSILON
 """Relative to the coordinates that enter: bounding boxes are grown by this, so that rounding

@@ -160,12 +160,13 @@ def _searched(core_A, core_B, R, p, hulls, n, distance, S, ids):
     )
     if verdict == LESS:
         n = m
-        proven, m, a, b, found, error, stiffness = contact_of_known(
-            core_A, core_B, R, p, hulls, n, where, index, size, S, ids
-        )
-        if proven and found < 0.0 and stiffness >= FLAT_MINIMUM * size:
-            return True, m, a, b, found, error
         distance = separation(core_A, core_B, R, p, hulls, n)
+        if distance < 0.0:  # or else they are apart, and the search ended there
+            proven, m, a, b, found, error, stiffness = contact_of_known(
+                core_A, core_B, R, p, hulls, n, where, index, size, S, ids
+            )
+            if proven and found < 0.0 and stiffness >= FLAT_MINIMUM * size:
+                return True, m, a, b, found, error
     return False, n, a, b, distance, math.inf
 
 

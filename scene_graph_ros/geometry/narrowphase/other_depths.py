@@ -84,8 +84,9 @@ cylinder's side, an edge of P."""
 MAX_CUTS = 64
 """Directions tried on an arc. Each halves what is left around a minimum, or more."""
 
-SLACK = 1e5
-"""In units of a tie: what is left open around the least depth, which no bound ever reaches."""
+SLACK = 1e3
+"""In units of a tie: what is left open around the least depth on a curved body, as no bound ever
+reaches it."""
 
 
 @lean_kernel
@@ -138,6 +139,7 @@ def _visit_arc(v, core_Q, hulls, near, far, best, index, tie, S):
     w = subtract(v, (S[near, 3], S[near, 4], S[near, 5]))
     for c in range(6):
         S[0, c] = S[far, c]
+    is_smooth = core_Q[0] == CYLINDER or core_Q[0] == ELLIPSOID
     top = 0
     for _ in range(MAX_CUTS):
         e = (S[top, 0], S[top, 1], S[top, 2])
@@ -146,7 +148,7 @@ def _visit_arc(v, core_Q, hulls, near, far, best, index, tie, S):
         m = axpy(-dot(rest, e), d, scale(dot(rest, d), e))
         lower = dot(w, m)  # times the length of m
         enough = best[1] + tie
-        if dot(d, best[2]) > NEIGHBORHOOD and dot(e, best[2]) > NEIGHBORHOOD:
+        if is_smooth and dot(d, best[2]) > NEIGHBORHOOD and dot(e, best[2]) > NEIGHBORHOOD:
             enough = best[1] - SLACK * tie
         if lower < 0.0 or lower * lower < enough * abs(enough) * dot(m, m):
             m = unit(m, d)
@@ -154,12 +156,12 @@ def _visit_arc(v, core_Q, hulls, near, far, best, index, tie, S):
             depth = dot(subtract(v, q), m)
             is_exact = depth <= dot(w, m) + tie  # then nothing between is less than at m
             best = _better(best, depth, m, ARC, index, tie)
-            if best[1] < 0.0:
-                return best
             if best[0] == LESS and best[1] == depth:
                 for c in range(3):
                     S[LAST, c] = v[c] - w[c]
                     S[LAST, 3 + c] = v[c] - x[c]
+            if best[1] < 0.0:
+                return best
             if not is_exact:
                 top += 1
                 if top == LAST:
