@@ -190,7 +190,8 @@ def _settle(
     feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, scale(-1.0, n))
     feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
     # Two minima may be close to each other, but not with the same features.
-    if is_higher and has_features(minima, near, feature_A, feature_B):
+    is_known = is_higher and has_features(minima, near, feature_A, feature_B)
+    if is_known and (is_fine or minima[near, STIFFNESS] < math.inf):
         return near, found
     a, b = weighted_points(S, lam, count)
     proven, m, a, b, distance, _, stiffness = refine(
@@ -204,7 +205,9 @@ def _settle(
         found += 1
         store_minimum(minima, row, m, a, b, -distance, stiffness)
     note_features(minima, row, feature_A, feature_B)
-    is_near = dot(m, n) > BASIN_COSINE or (is_fine and -distance <= extent)
+    # Around a face is a rim, beside which it may be less deep.
+    cosine = BASIN_COSINE if stiffness < math.inf else SAME_DIRECTION
+    is_near = dot(m, n) > cosine or (is_fine and -distance <= extent)
     return row if is_final and is_near else -1, found
 
 

@@ -241,11 +241,12 @@ def violations(cases):
         if any(case.triangles) and min(phi, near[k]) < BOUND * L:
             continue  # docs/meshes.md: a local rule, and an estimate for two meshes
         step = np.linalg.norm(beside.X_WB[:3, 3] - case.X_WB[:3, 3])
+        far = max(np.linalg.norm(X[:3, 3]) for X in (case.X_WA, case.X_WB))
         excesses = {"swapped": abs(other[k] - phi), "steep": abs(near[k] - phi) - step}
         found += [
             Complaint(excess / L, case.label, name, case.truth)
             for name, excess in excesses.items()
-            if not excess <= BOUND * L + 1e-15 * np.linalg.norm(case.X_WB[:3, 3])
+            if not excess <= BOUND * L + 1e-15 * far
         ]
     for case, gap in zip(cases, answers.gap, strict=True):
         if not gap >= -16.0 * EPSILON * size(case):
