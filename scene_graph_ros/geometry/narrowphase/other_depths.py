@@ -81,8 +81,8 @@ ARC = 3
 """Where a direction comes from: a face of P, one of Q or a cylinder's end, a vertex of P against a
 cylinder's side, an edge of P."""
 
-MAX_CUTS = 64
-"""Directions tried on an arc. Each halves what is left around a minimum, or more."""
+MAX_CUTS = 192
+"""Parts of an arc that are looked at. Each cut halves what is left around a minimum, or more."""
 
 SLACK = 1e3
 """In units of a tie: what is left open around the least depth on a curved body, as no bound ever
