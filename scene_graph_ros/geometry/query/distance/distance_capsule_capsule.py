@@ -26,16 +26,18 @@ def _crossing_normal(axis_B):
 
 
 @kernel
-def _across_axes(offset, s, t, axis_B):
+def _across_axes(offset, s, t, h, k, axis_B, rounding):
     """Return the offset between two axes' nearest points without its rounding along the axes.
 
-    Between the ends the way is at a right angle to the axis; for axes that nearly meet, rounding
-    would turn it.
+    Between the ends the way is at a right angle to the axis, and at an end it leads away from the
+    axis; for axes that nearly meet, rounding would turn it. An end is where s (t) is 1 or -1 to
+    within ``rounding`` (m) of the place, h (k) being half the length of A's (B's) axis.
     """
-    if abs(s) < 1.0:
+    if (1.0 - abs(s)) * h > rounding or s * offset[2] > 0.0:
         offset = (offset[0], offset[1], 0.0)
-    if abs(t) < 1.0:
-        offset = axpy(-dot(offset, axis_B), axis_B, offset)
+    along = dot(offset, axis_B)
+    if (1.0 - abs(t)) * k > rounding or t * along < 0.0:
+        offset = axpy(-along, axis_B, offset)
     return offset
 
 
@@ -51,9 +53,11 @@ def distance_capsule_capsule(size_A, size_B, R_AB, p_AB):
     h, k = (0.0, 0.0, size_A[1]), scale(size_B[1], axis_B)
     s, t, normal = nearest_on_segments(p_AB, h, k)
     p_AQa = scale(s, h)
-    offset = _across_axes(subtract(p_AQa, axpy(t, k, p_AB)), s, t, axis_B)
-    distance = norm(offset)
     length = max(size_A[0] + size_A[1], size_B[0] + size_B[1])
+    rounding = COINCIDENCE * (length + norm(p_AB))
+    offset = subtract(p_AQa, axpy(t, k, p_AB))
+    offset = _across_axes(offset, s, t, size_A[1], size_B[1], axis_B, rounding)
+    distance = norm(offset)
     unique = distance > COINCIDENCE * length
     if not unique:
         nhat_BA_A = _crossing_normal(axis_B)
