@@ -39,7 +39,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     transpose,
 )
-from scene_graph_ros.geometry.tolerances import COINCIDENCE
+from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
 __all__ = ["distance_box_box"]
 
@@ -159,6 +159,20 @@ def _nearest(size_A, size_B, R, p, n):
     return x, y
 
 
+@kernel
+def _clamped(size, x):
+    """Return the point of a box nearest to x.
+
+    Squares of distances hide which of the nearest edges' points are the right ones, up to the root
+    of rounding beside each other; of each other's nearest points there is only one such pair.
+    """
+    return (
+        min(max(x[0], -size[0]), size[0]),
+        min(max(x[1], -size[1]), size[1]),
+        min(max(x[2], -size[2]), size[2]),
+    )
+
+
 @lean_kernel
 def distance_box_box(size_A, size_B, R_AB, p_AB, max_distance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique).
@@ -192,6 +206,10 @@ def distance_box_box(size_A, size_B, R_AB, p_AB, max_distance):
     if depth <= tolerance:
         x, y = _nearest(size_A, size_B, R, p_AB, n)
         gap = subtract(x, y)
+        if dot(gap, gap) > NEAR_CONTACT * NEAR_CONTACT * largest * largest:
+            x = _clamped(size_A, y)
+            y = add(rotate(R, _clamped(size_B, rotate_inverse(R, subtract(x, p_AB)))), p_AB)
+            gap = subtract(x, y)
         tolerance += COINCIDENCE * norm(gap)
         n = separating_normal(size_A, size_B, R, p_AB, n, gap, tolerance)
         phi = dot(gap, n)
