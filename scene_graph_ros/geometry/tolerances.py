@@ -67,7 +67,8 @@ WITNESS_SPLIT = 1e-9
 the nearest point is not unique; closer ones are one point seen from two triangles."""
 
 PARALLEL_LINES = 64.0 * EPSILON
-"""Sine of an angle: lines closer to parallel than this have a common normal that is rounding."""
+"""Sine of an angle: lines closer to parallel than this have a common normal that is rounding, if
+they are as long as they are far from the origin; shorter ones in proportion."""
 
 POLISH_RESIDUAL = 32.0
 """In units of EPSILON times the pair's largest coordinate: what may be left of a - b = phi n at a

@@ -40,6 +40,9 @@ MAX_STEP = 0.5
 CURVATURE_FLOOR = 1e-12
 """Relative to the pair's size: a smaller second derivative does not fix the normal."""
 
+SMALL_ANGLE = 0.1
+"""Sine of an angle: the cross product of unit vectors this close to parallel loses a digit."""
+
 
 @lean_kernel
 def _newton_step(g, h, floor):
@@ -148,6 +151,35 @@ def _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size):
 
 
 @lean_kernel
+def _are_parallel(feature_A, feature_B, m):
+    """Return whether two lines have no common normal but rounding; m is e x f.
+
+    The ends of a line are rounded as much as they are far from the origin, so the direction of a
+    short line is known to fewer digits. Lines that are taken for parallel are so to that rounding.
+    """
+    a, b = feature_A[1], feature_B[1]
+    short = min(feature_A[5], feature_B[5])
+    long = max(feature_A[5], feature_B[5])
+    reach = dot(a, a) + dot(b, b) + long * long
+    return dot(m, m) * short * short <= PARALLEL_LINES * PARALLEL_LINES * reach
+
+
+@lean_kernel
+def _across_lines(e, f, m, n):
+    """Return the unit vector across the lines e and f, on the side of n; m is e x f.
+
+    A cross product of nearly parallel vectors is rounding by as much as it is short, also along
+    them. The difference of such vectors is exact, and so what of it is across e leaves no more of
+    the normal along either line than rounding.
+    """
+    if norm(m) < SMALL_ANGLE:
+        w = subtract(f, scale(math.copysign(1.0, dot(e, f)), e))
+        m = cross(e, unit(axpy(-dot(w, e), e, w), m))
+    m = unit(m, n)
+    return m if dot(m, n) > 0.0 else scale(-1.0, m)
+
+
+@lean_kernel
 def contact_normal(feature_A, feature_B, core_A, core_B, R, n, size):
     """Return (n, stiffness): the stationary normal of two features near the unit vector n.
 
@@ -162,9 +194,8 @@ def contact_normal(feature_A, feature_B, core_A, core_B, R, n, size):
         e = feature_A[2]
         if feature_B[0] == LINE:
             m = cross(e, feature_B[2])
-            if norm(m) > PARALLEL_LINES:
-                m = unit(m, n)
-                return m if dot(m, n) > 0.0 else scale(-1.0, m), math.inf
+            if not _are_parallel(feature_A, feature_B, m):
+                return _across_lines(e, feature_B[2], m, n), math.inf
         return _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size)
     if feature_B[0] == LINE:
         e = feature_B[2]
@@ -179,10 +210,9 @@ def _line_parameters(feature_A, feature_B, a, b):
     rest = subtract(b, a)
     cosine = dot(e, f)
     m = cross(e, f)
-    sine2 = dot(m, m)
-    if sine2 > PARALLEL_LINES * PARALLEL_LINES:
+    if not _are_parallel(feature_A, feature_B, m):
         # The error of t along nearly parallel lines is large; s must have the same.
-        t = dot(cross(rest, e), m) / sine2
+        t = dot(cross(rest, e), m) / dot(m, m)
         return dot(e, axpy(t, f, rest)), t
     start = dot(e, rest)
     sign = 1.0 if cosine > 0.0 else -1.0
