@@ -3,17 +3,33 @@
 A depth is a minimum over all directions, and many may nearly tie: all around the axis of a
 cylinder, or on both sides of a sliver. Then EPA runs out of corners before it has told them
 apart. The directions in which cores have edges, faces and sides are few, and next to the best of
-them is the least depth.
+them is the least depth. Of a hull's faces the best one is enough: deep inside of something round,
+a hull is least deep behind that face.
 """
 
 import math
 
 from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
-from scene_graph_ros.geometry.narrowphase.cores import BOX, CYLINDER, IDENTITY
+from scene_graph_ros.geometry.narrowphase.cores import (
+    BOX,
+    CYLINDER,
+    HULL,
+    IDENTITY,
+    placed_support,
+)
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.refine import separation
-from scene_graph_ros.geometry.spatial.vectors import axpy, column, dot, scale
+from scene_graph_ros.geometry.spatial.vectors import (
+    axpy,
+    column,
+    dot,
+    rotate,
+    rotate_inverse,
+    scale,
+    transpose,
+)
 from scene_graph_ros.geometry.tolerances import EPSILON, SAME_DIRECTION, TIE
 
 __all__ = ["polish_from_everywhere", "separation_of_faces"]
@@ -52,6 +68,31 @@ def separation_of_faces(core_A, core_B, R, p, hulls, n):
 
 
 @lean_kernel
+def _best_face(core_A, core_B, R, p, hulls, n):
+    """Return (is given, the direction into the hull A at its face that is the least deep in B)."""
+    highest, best = -math.inf, n
+    if core_A[0] == HULL:
+        first, last = face_range(hulls, core_A[1])
+        for f in range(first, last, FACE_STRIDE):
+            out = (hulls[f], hulls[f + 1], hulls[f + 2])
+            b, _ = placed_support(core_B, hulls, R, p, scale(-1.0, out), -1)
+            along = dot(out, b) - hulls[f + 3]
+            if along > highest:
+                highest, best = along, scale(-1.0, out)
+    return highest > -math.inf, best
+
+
+@lean_kernel
+def _best_face_of_either(core_A, core_B, R, p, hulls, n, is_B):
+    """Do the same for A or for B; the direction is out of B into A."""
+    if not is_B:
+        return _best_face(core_A, core_B, R, p, hulls, n)
+    q = scale(-1.0, rotate_inverse(R, p))
+    is_given, m = _best_face(core_B, core_A, transpose(R), q, hulls, n)
+    return is_given, scale(-1.0, rotate(R, m))
+
+
+@lean_kernel
 def _direction(core, R, index):
     """Return (is given, a direction to start from) of those that belong to one core."""
     if index < AXES:
@@ -70,7 +111,7 @@ def polish_from_everywhere(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, l
     """
     proven, best, x, y, highest = False, n, a, b, separation(core_A, core_B, R, p, hulls, n)
     each = AXES + AROUND
-    for k in range(2 * each + 2):
+    for k in range(2 * each + 4):
         m = n
         if k > 0:
             is_given = True
@@ -78,8 +119,11 @@ def polish_from_everywhere(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, l
                 m = scale(-1.0, n)
             elif k < each + 2:
                 is_given, m = _direction(core_A, IDENTITY, k - 2)
-            else:
+            elif k < 2 * each + 2:
                 is_given, m = _direction(core_B, R, k - each - 2)
+            else:
+                is_B = k == 2 * each + 3
+                is_given, m = _best_face_of_either(core_A, core_B, R, p, hulls, n, is_B)
             if not is_given:
                 continue
             if separation(core_A, core_B, R, p, hulls, m) < highest - NEARBY * size:
