@@ -15,10 +15,12 @@ from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 __all__ = [
     "LANES",
     "LANE_NUMBERS",
+    "LANE_ROWS",
+    "LAST_PLACE",
     "POLYGON_CORNERS",
     "STACK_SIZE",
+    "answer_numbers",
     "lane_numbers",
-    "lane_rows",
     "polygon_buffer",
     "traversal_stack",
 ]
@@ -34,6 +36,13 @@ LANES = 32
 
 LANE_NUMBERS = 22
 """Numbers of a lane, in ``query.point.lanes``."""
+
+LANE_ROWS = 8
+"""For so many rows answers in lanes are kept before they are put into results."""
+
+LAST_PLACE = (1 << 62) - 1
+"""``place & LAST_PLACE`` is the place, and tells the compiler that it does not count from the end,
+so that it does not look for that each time."""
 
 _WORD_BYTES = 8
 
@@ -74,9 +83,9 @@ if numba_config.DISABLE_JIT:
         """Return an uninitialized array of ``LANE_NUMBERS * LANES`` float64."""
         return np.empty(LANE_NUMBERS * LANES)
 
-    def lane_rows():
-        """Return an uninitialized array of ``2 * LANES`` int64."""
-        return np.empty(2 * LANES, np.int64)
+    def answer_numbers():
+        """Return an uninitialized array of ``8 * LANES * LANE_ROWS`` float64."""
+        return np.empty(8 * LANES * LANE_ROWS)
 
 else:
     _NUMBERS = types.Array(types.float64, 1, "C")
@@ -99,6 +108,6 @@ else:
         return _NUMBERS(), _lowered(_NUMBERS, (LANE_NUMBERS * LANES,))
 
     @intrinsic
-    def lane_rows(typing_context):
-        """Return an uninitialized array of ``2 * LANES`` int64."""
-        return _STACK(), _lowered(_STACK, (2 * LANES,))
+    def answer_numbers(typing_context):
+        """Return an uninitialized array of ``8 * LANES * LANE_ROWS`` float64."""
+        return _NUMBERS(), _lowered(_NUMBERS, (8 * LANES * LANE_ROWS,))

@@ -76,13 +76,15 @@ class Memory:
     It changes how fast an answer is found, never the answer.
     """
 
-    __slots__ = ("pairs", "spare")
+    __slots__ = ("answers", "pairs", "spare")
 
     def __init__(self) -> None:
         self.pairs: tuple[Any, Any] = (None, None)
         """The arrays of a model, and what the search for its candidate pairs remembers."""
         self.spare: dict[Role, tuple[RoleArrays, Poses]] = {}
         """The last world poses of the geometries with a role, and the rows they are for."""
+        self.answers: Any = None
+        """What hands out the memory of answers to points."""
 
     def take_poses(self, role: Role, rows: RoleArrays) -> Poses | None:
         """Return poses of the same rows that nobody looks at any more; anchored ones are right."""

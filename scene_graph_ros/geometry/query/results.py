@@ -7,8 +7,9 @@ names as the records' fields, read-only, so nothing is copied for who wants numb
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+import threading
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic, overload, TypeVar
 
@@ -32,6 +33,9 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Record = TypeVar("Record")
+
+Column = NDArray[Any] | Callable[[], NDArray[Any]]
+"""A column, or what returns it when somebody looks at it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -128,6 +132,36 @@ class SignedDistanceToPoint:
     """Index of Q in a batch of points."""
 
 
+class _LateColumns(Mapping[str, NDArray[Any]]):
+    """Read-only columns, some of which are made when they are first looked at."""
+
+    __slots__ = ("_columns",)
+
+    def __init__(self, columns: Mapping[str, Column]) -> None:
+        self._columns = dict(columns)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        column = self._columns[name]
+        if callable(column):
+            made = column()
+            made.setflags(write=False)
+            with _MAKING:
+                column = self._columns[name]
+                if callable(column):
+                    self._columns[name] = column = made
+        return column
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
+
+
+_MAKING = threading.Lock()
+"""Whoever makes a column first makes it for all."""
+
+
 class ResultTable(Sequence[Record], Generic[Record]):
     """An immutable sequence of records over columns; a slice is a table on the same columns."""
 
@@ -135,12 +169,14 @@ class ResultTable(Sequence[Record], Generic[Record]):
     _ids: ClassVar[tuple[str, ...]] = ("id_A", "id_B")
     __slots__ = ("_columns", "_length")
 
-    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
-        """Take columns of equal length; they are made read-only."""
-        for column in columns.values():
+    def __init__(self, columns: Mapping[str, Column]) -> None:
+        """Take columns of equal length, at least one as an array; they are made read-only."""
+        arrays = {name: c for name, c in columns.items() if not callable(c)}
+        for column in arrays.values():
             column.setflags(write=False)
-        self._columns = MappingProxyType(dict(columns))
-        self._length = len(next(iter(columns.values())))
+        late = len(arrays) < len(columns)
+        self._columns = _LateColumns(columns) if late else MappingProxyType(arrays)
+        self._length = len(next(iter(arrays.values())))
 
     @property
     def columns(self) -> Mapping[str, NDArray[Any]]:

@@ -23,9 +23,11 @@ from scene_graph_ros.geometry.query.distance.driver import (
 )
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
 from scene_graph_ros.geometry.query.point.all_rows import group_by_kind
-from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.query.point.batch import distance_points, distances_to_all
+from scene_graph_ros.geometry.query.point.reuse import AnswerMemory
 from scene_graph_ros.geometry.query.results import (
     CandidatePairs,
+    Column,
     Penetrations,
     PointDistances,
     SignedDistancePairs,
@@ -240,17 +242,20 @@ def point_distances(
     snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int = 1
 ) -> PointDistances:
     """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
-    proximity, state = snapshot.proximity, snapshot.state
-    kinds = state.cached("table of points", lambda: group_by_kind(proximity.table))
-    point, id_G, phi, p_GN, grad_W, unique = distance_points(
-        proximity.table,
-        snapshot.X_WG,
-        p_WQs,
-        threshold,
-        threads,
-        labels=proximity.ids,
-        kinds=kinds,
-    )
+    table, ids, X_WG = snapshot.proximity.table, snapshot.proximity.ids, snapshot.X_WG
+    point: Column
+    id_G: Column
+    if threshold == math.inf:
+        m, n = len(p_WQs), len(ids)
+        kinds = snapshot.state.cached("table of points", lambda: group_by_kind(table))
+        answers = _answer_memory(snapshot).take(m * n)
+        columns = distances_to_all(table, kinds, X_WG, p_WQs, threads, answers)
+        # Where each answer has its place, these are known without looking.
+        point, id_G = lambda: np.repeat(np.arange(m), n), lambda: np.tile(ids, m)
+    else:
+        point, row, *rest = distance_points(table, X_WG, p_WQs, threshold, threads)
+        id_G, columns = ids[row], tuple(rest)
+    phi, p_GN, grad_W, unique = columns
     return PointDistances(
         {
             "point": point,
@@ -261,3 +266,11 @@ def point_distances(
             "is_grad_W_unique": unique,
         }
     )
+
+
+def _answer_memory(snapshot: Snapshot) -> AnswerMemory:
+    """Return what the context of a snapshot hands out for answers to points."""
+    memory = snapshot.memory
+    if memory.answers is None:
+        memory.answers = AnswerMemory()
+    return memory.answers

@@ -5,7 +5,11 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry.model.ids import GeometryId
-from scene_graph_ros.geometry.query.results import PenetrationAsPointPair, Penetrations
+from scene_graph_ros.geometry.query.results import (
+    PenetrationAsPointPair,
+    Penetrations,
+    PointDistances,
+)
 
 
 @pytest.fixture(name="table")
@@ -76,3 +80,37 @@ def test_repr_and_pickle(table):
     copy = pickle.loads(pickle.dumps(table))
     assert np.array_equal(copy.p_WCa, table.p_WCa)
     assert not copy.p_WCa.flags.writeable
+
+
+def test_late_columns_are_made_once_when_looked_at():
+    """A column may be given as what makes it: it is made at the first look, once, read-only."""
+    made = []
+
+    def make():
+        made.append(1)
+        return np.array([4, 7, 9])
+
+    table = PointDistances(
+        {
+            "point": lambda: np.zeros(3, np.int64),
+            "id_G": make,
+            "p_GN": np.eye(3),
+            "distance": np.array([0.1, 0.2, 0.3]),
+            "grad_W": np.eye(3),
+            "is_grad_W_unique": np.ones(3, np.bool_),
+        }
+    )
+    assert len(table) == 3
+    assert list(table.columns)[:2] == ["point", "id_G"]
+    assert not made
+    assert table.id_G is table.columns["id_G"]
+    assert table[1].id_G == GeometryId(7)
+    assert table[1:].id_G.tolist() == [7, 9]
+    assert made == [1]
+    with pytest.raises(ValueError, match="read-only"):
+        table.id_G[0] = 1
+    with pytest.raises(AttributeError, match="has no column"):
+        table.nothing  # noqa: B018
+    assert len(table.columns) == 6
+    copy = pickle.loads(pickle.dumps(table))
+    assert copy.id_G.tolist() == [4, 7, 9]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel
 from scene_graph_ros.geometry.query.point.all_rows import answer_all, group_by_kind, KindTable
 from scene_graph_ros.geometry.query.point.dispatch import distance_point_within
+from scene_graph_ros.geometry.query.point.many_points import Answers
 from scene_graph_ros.geometry.spatial.vectors import (
     load_rotation,
     load_translation,
@@ -24,7 +25,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
-__all__ = ["distance_points"]
+__all__ = ["distance_points", "distances_to_all", "new_answers"]
 
 _FIRST_CAPACITY = 64
 Result = TypeVar("Result")
@@ -117,6 +118,16 @@ def _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, colum
 Columns = tuple[NDArray[Any], ...]
 
 
+def new_answers(count: int) -> Answers:
+    """Return flat columns for ``count`` answers, unset."""
+    return (
+        np.empty(count),
+        np.empty(3 * count),
+        np.empty(3 * count),
+        np.empty(count, np.bool_),
+    )
+
+
 def _new_columns(capacity: int) -> Columns:
     """Return the columns (point, row, phi, p_GN, grad_W, unique), unset."""
     return (
@@ -150,65 +161,58 @@ def distance_points(
     p_WQs: NDArray[np.float64],
     threshold: float,
     threads: int = 1,
-    *,
-    labels: NDArray[np.int64] | None = None,
-    kinds: KindTable | None = None,
 ) -> Columns:
     """Return the signed distances phi <= threshold of (m, 3) points to all n rows of a table.
 
     ``X_WG`` is (n, 4, 4). Returned are the columns (point, row, phi, p_GN, grad_W, unique), of
     shapes (k,), (k,), (k,), (k, 3), (k, 3), (k,), sorted by point, then row: the fields of
-    ``distance_point``, the nearest point in the row's frame G, the gradient in W. With ``labels``
-    (n,), the second column has ``labels[row]``. A row whose bounding box is further away than the
-    threshold is skipped. The points are shared out among ``threads`` >= 1; each answer is computed
-    the same way whoever computes it. ``kinds`` is the table's ``group_by_kind``, if it is known.
+    ``distance_point``, the nearest point in the row's frame G, the gradient in W. A row whose
+    bounding box is further away than the threshold is skipped. The points are shared out among
+    ``threads`` >= 1; each answer is computed the same way whoever computes it.
     """
-    parts = max(min(threads, len(p_WQs)), 1)
-    shares = [range(k * len(p_WQs) // parts, (k + 1) * len(p_WQs) // parts) for k in range(parts)]
     if threshold == math.inf:
-        kinds = group_by_kind(table) if kinds is None else kinds
-        labels = np.arange(len(X_WG)) if labels is None else labels
-        return _distances_to_all(table, kinds, X_WG, p_WQs, labels, shares)
-    columns = _distances_within(table, X_WG, p_WQs, threshold, shares)
-    return columns if labels is None else (columns[0], labels[columns[1]], *columns[2:])
-
-
-def _distances_to_all(
-    table: Any,
-    kinds: KindTable,
-    X_WG: NDArray[np.float64],
-    p_WQs: NDArray[np.float64],
-    labels: NDArray[np.int64],
-    shares: list[range],
-) -> Columns:
-    """Answer without a threshold: each answer has its place, no row is left out."""
-    columns = _new_columns(len(p_WQs) * len(X_WG))
-
-    def answer(share: range) -> None:
-        answer_all(table, kinds, X_WG, p_WQs, labels, share, columns)
-
-    _for_each(answer, shares)
-    return columns
-
-
-def _distances_within(
-    table: Any,
-    X_WG: NDArray[np.float64],
-    p_WQs: NDArray[np.float64],
-    threshold: float,
-    shares: list[range],
-) -> Columns:
-    """Answer with a threshold: rows are left out for their boxes."""
+        m, n = len(p_WQs), len(X_WG)
+        kinds, answers = group_by_kind(table), new_answers(m * n)
+        columns = distances_to_all(table, kinds, X_WG, p_WQs, threads, answers)
+        return np.repeat(np.arange(m), n), np.tile(np.arange(n), m), *columns
     boxes, n = _world_boxes(table, X_WG), len(X_WG)
 
     def answer(share: range) -> Columns:
         room = _new_columns(min(len(share) * n, _FIRST_CAPACITY + len(share)))
         return _answer_some(table, X_WG, p_WQs, boxes, threshold, share, room)
 
-    filled = _for_each(answer, shares)
+    filled = _for_each(answer, _shares(len(p_WQs), threads))
     if len(filled) == 1:
         return filled[0]
     return tuple(np.concatenate(same) for same in zip(*filled, strict=True))
+
+
+def distances_to_all(
+    table: Any,
+    kinds: KindTable,
+    X_WG: NDArray[np.float64],
+    p_WQs: NDArray[np.float64],
+    threads: int,
+    answers: Answers,
+) -> Columns:
+    """Return the signed distances of (m, 3) points to all n rows of a table, none left out.
+
+    They are written to ``answers``, flat columns for m n of them. Returned are (phi, p_GN, grad_W,
+    unique), in their shapes, as ``distance_points`` does; point q and row i have row q n + i.
+    """
+
+    def answer(share: range) -> None:
+        answer_all(table, kinds, X_WG, p_WQs, share, answers)
+
+    _for_each(answer, _shares(len(p_WQs), threads))
+    phi, p_GN, grad_W, unique = answers
+    return phi, p_GN.reshape(-1, 3), grad_W.reshape(-1, 3), unique
+
+
+def _shares(count: int, threads: int) -> list[range]:
+    """Share the points out among threads."""
+    parts = max(min(threads, count), 1)
+    return [range(k * count // parts, (k + 1) * count // parts) for k in range(parts)]
 
 
 def _for_each(answer: Callable[[range], Result], shares: list[range]) -> list[Result]:

@@ -7,7 +7,7 @@ the lanes beside it, and is bit for bit that of the kernel for one point: arithm
 """
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import LANE_NUMBERS, LANES
+from scene_graph_ros.geometry.meshes.scratch import LANES, LAST_PLACE
 from scene_graph_ros.geometry.query.point.point_box import point_box
 from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
@@ -29,8 +29,9 @@ from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, sub
 __all__ = [
     "POSE_NUMBERS",
     "answer_lanes",
-    "clear_lanes",
+    "enter_frame",
     "enter_frames",
+    "keep_answers",
     "leave_frames",
     "question",
     "read_lane",
@@ -55,13 +56,6 @@ _C, _D, _SIGMA, _IS_OPEN, _IS_HARD = (LANES * k for k in (14, 17, 19, 20, 21))
 
 _STEPS = 6
 """Newton steps of ellipsoids in lanes; more are left to the kernel for one point."""
-
-
-@inlined_kernel
-def clear_lanes(lanes):
-    """Let lanes that are not used hold a point and a size that cost no time."""
-    for k in range(LANE_NUMBERS * LANES):
-        lanes[k] = 1.0
 
 
 @inlined_kernel
@@ -133,6 +127,29 @@ def leave_frames(lanes, poses, tile):
     for j in range(LANES):
         gradient = rotate(_rotation(poses, tile, j), triple(lanes, _GRADIENT, j))
         set_triple(lanes, _GRADIENT, j, gradient)
+
+
+@lean_kernel
+def enter_frame(lanes, points, size, R_WG, p_WG):
+    """Ask all lanes about one shape and a point each, p_WQ, the first triple in ``points``."""
+    for j in range(LANES):
+        offset = subtract(triple(points, 0, j), p_WG)
+        write_lane(lanes, j, size, rotate_inverse(R_WG, offset))
+
+
+@lean_kernel
+def keep_answers(lanes, R_WG, answers, first):
+    """Write all lanes' answers from ``answers[first]`` on, the gradients expressed in W.
+
+    They are phi, p_GN, grad_W, and 1 or 0 for unique or not, each for all lanes.
+    """
+    first &= LAST_PLACE
+    for j in range(LANES):
+        answers[first + j] = lanes[_PHI + j]
+        set_triple(answers, first + LANES, j, triple(lanes, _NEAREST, j))
+        gradient = rotate(R_WG, triple(lanes, _GRADIENT, j))
+        set_triple(answers, first + 4 * LANES, j, gradient)
+        answers[first + 7 * LANES + j] = lanes[_UNIQUE + j]
 
 
 @inlined_kernel
@@ -233,21 +250,21 @@ def _end_ellipsoids(lanes):
 
 
 @lean_kernel
-def _ellipsoids(lanes, count):
+def _ellipsoids(lanes):
     _begin_ellipsoids(lanes)
     for _ in range(_STEPS):
         if _step_ellipsoids(lanes) == 0:
             break
     _end_ellipsoids(lanes)
-    for j in range(count):
+    for j in range(LANES):
         if lanes[_IS_OPEN + j] != 0.0 or lanes[_IS_HARD + j] != 0.0:
             size, p_GQ = question(lanes, j)
             set_answer(lanes, j, point_ellipsoid(size, p_GQ))
 
 
 @lean_kernel
-def answer_lanes(lanes, kind, count):
-    """Answer the first ``count`` lanes, all about shapes of one kind with a closed form."""
+def answer_lanes(lanes, kind):
+    """Answer all lanes, all about shapes of one kind with a closed form."""
     if kind == _SPHERE:
         _spheres(lanes)
     elif kind == _CAPSULE:
@@ -259,4 +276,4 @@ def answer_lanes(lanes, kind, count):
     elif kind == _HALF_SPACE:
         _half_spaces(lanes)
     else:
-        _ellipsoids(lanes, count)
+        _ellipsoids(lanes)

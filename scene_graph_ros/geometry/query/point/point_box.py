@@ -55,9 +55,10 @@ def point_box(size, p_GQ):
         near[1] if outside else face[1],
         near[2] if outside else face[2],
     )
+    inverse = 1.0 / distance
     grad_G = (
-        offset[0] / distance if outside else axis[0],
-        offset[1] / distance if outside else axis[1],
-        offset[2] / distance if outside else axis[2],
+        offset[0] * inverse if outside else axis[0],
+        offset[1] * inverse if outside else axis[1],
+        offset[2] * inverse if outside else axis[2],
     )
     return distance if outside else depth, p_GN, grad_G, outside or is_only

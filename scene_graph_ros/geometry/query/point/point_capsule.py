@@ -18,10 +18,11 @@ def point_capsule(size, p_GQ):
     offset = (p_GQ[0], p_GQ[1], p_GQ[2] - z)
     distance = norm(offset)
     unique = distance > COINCIDENCE * (radius + half_length)
+    inverse = 1.0 / distance
     grad_G = (
-        offset[0] / distance if unique else 1.0,
-        offset[1] / distance if unique else 0.0,
-        offset[2] / distance if unique else 0.0,
+        offset[0] * inverse if unique else 1.0,
+        offset[1] * inverse if unique else 0.0,
+        offset[2] * inverse if unique else 0.0,
     )
     p_GN = (radius * grad_G[0], radius * grad_G[1], radius * grad_G[2] + z)
     return distance - radius, p_GN, grad_G, unique

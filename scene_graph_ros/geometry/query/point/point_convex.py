@@ -31,7 +31,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON, GJK_ROUNDING
 
-__all__ = ["leave_hull", "point_convex", "point_hull"]
+__all__ = ["leave_corner", "leave_hull", "point_convex", "point_hull"]
 
 TURNS = 8
 """A normal has two degrees of freedom: the corners next to x that hold it are few."""
@@ -185,16 +185,15 @@ def _into_cone(blocks, start, size, x, n):
 
 
 @inlined_kernel
-def _nearest_corner(blocks, start, size, p):
+def _nearest_corner(blocks, start, size, p, a):
     """Return (is_found, x): the corner, or the point of an edge, of a hull nearest to p far away.
 
-    Steps lead from the corner most likely to be nearest to the one furthest towards p; between two
-    corners x is on their segment, and a third that is further towards p than x makes one of its
-    segments with them the next. Where no corner is, x is the nearest point, because the hull is
-    convex. Not found are points nearer than ``size`` to the first corner, and those that are
+    Steps lead from corner ``a``, probably the nearest one, to the one furthest towards p; between
+    two corners x is on their segment, and a third that is further towards p than x makes one of
+    its segments with them the next. Where no corner is, x is the nearest point, because the hull
+    is convex. Not found are points nearer than ``size`` to the first corner, and those that are
     nearest to a face, where no segment is nearer than the last.
     """
-    a = likely_vertex(blocks, start, p)
     p_A = _vertex(blocks, a)
     n = subtract(p, p_A)
     least = dot(n, n)
@@ -203,9 +202,9 @@ def _nearest_corner(blocks, start, size, p):
     b, p_B, x = a, p_A, p_A
     for _ in range(_CORNER_STEPS):
         c = furthest_vertex(blocks, start, n, b)
-        if c in (a, b):
-            return True, x
         p_C = _vertex(blocks, c)
+        if c in (a, b) or (a == b and dot(p_C, n) <= dot(p_A, n)):
+            return True, x
         from_a, t = nearest_on_segment(p, p_A, p_C)
         n_a = subtract(p, from_a)
         square = dot(n_a, n_a)
@@ -251,7 +250,7 @@ def leave_hull(p_GQ, p_GN, size):
     """Return (phi, grad_G, is_far): the way out to Q, and whether it may be taken for a normal."""
     offset = subtract(p_GQ, p_GN)
     phi = norm(offset)
-    return phi, unit(offset, offset), phi > _FAR * size
+    return phi, scale(1.0 / phi, offset), phi > _FAR * size
 
 
 @inlined_kernel
@@ -261,7 +260,13 @@ def point_hull(blocks, start, size, p_GQ):
     Inside, of equally near faces the first in the hull's order is chosen, and ``unique`` is
     False; so it is on an edge or a vertex. A flat hull is all surface: phi is nowhere negative.
     """
-    is_found, p_GN = _nearest_corner(blocks, start, size, p_GQ)
+    return leave_corner(blocks, start, size, p_GQ, likely_vertex(blocks, start, p_GQ))
+
+
+@lean_kernel
+def leave_corner(blocks, start, size, p_GQ, a):
+    """Return what ``point_hull`` does, given the ``likely_vertex``, a."""
+    is_found, p_GN = _nearest_corner(blocks, start, size, p_GQ, a)
     if is_found:
         phi, grad_G, is_far = leave_hull(p_GQ, p_GN, size)
         if is_far:

@@ -20,15 +20,17 @@ def point_cylinder(size, p_GQ):
     tolerance = COINCIDENCE * max(radius, half_length)
     rho = math.sqrt(x * x + y * y)
     off_axis = rho > tolerance
-    ux, uy = x / rho if off_axis else 1.0, y / rho if off_axis else 0.0
+    inverse = 1.0 / rho
+    ux, uy = x * inverse if off_axis else 1.0, y * inverse if off_axis else 0.0
     sign = -1.0 if z < -tolerance else 1.0
     side, end = rho - radius, sign * z - half_length
     inside = max(side, end) <= tolerance
     at_end = end >= side - tolerance if inside else side <= 0.0
     at_side = not at_end and (inside or end <= 0.0)
     rim = math.sqrt(side * side + end * end)
-    a = 0.0 if at_end else (1.0 if at_side else side / rim)
-    b = 1.0 if at_end else (0.0 if at_side else end / rim)
+    inverse = 1.0 / rim
+    a = 0.0 if at_end else (1.0 if at_side else side * inverse)
+    b = 1.0 if at_end else (0.0 if at_side else end * inverse)
     p_GN = (
         x if at_end else radius * ux,
         y if at_end else radius * uy,

@@ -16,9 +16,10 @@ def point_sphere(size, p_GQ):
     radius = size[0]
     distance = norm(p_GQ)
     unique = distance > COINCIDENCE * radius
+    inverse = 1.0 / distance
     grad_G = (
-        p_GQ[0] / distance if unique else 1.0,
-        p_GQ[1] / distance if unique else 0.0,
-        p_GQ[2] / distance if unique else 0.0,
+        p_GQ[0] * inverse if unique else 1.0,
+        p_GQ[1] * inverse if unique else 0.0,
+        p_GQ[2] * inverse if unique else 0.0,
     )
     return distance - radius, scale(radius, grad_G), grad_G, unique

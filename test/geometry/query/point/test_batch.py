@@ -84,15 +84,15 @@ def test_points_in_step_are_answered_as_alone():
         np.testing.assert_array_equal(column, expected)
 
 
-def test_labels_stand_for_rows():
-    """With labels, the second column has those of the rows, with a threshold and without."""
-    table, X_WG, points = scene(21, 11)
-    labels = np.arange(21) * 10 + 3
-    for threshold in (0.5, np.inf):
-        plain = distance_points(table, X_WG, points, threshold)
-        labelled = distance_points(table, X_WG, points, threshold, labels=labels)
-        np.testing.assert_array_equal(labelled[1], labels[plain[1]])
-        np.testing.assert_array_equal(labelled[2], plain[2])
+def test_any_number_of_points_and_rows():
+    """Numbers of points and rows that fill no block and no tile are answered as alone, too."""
+    for count, rows in ((1, 40), (5, 3), (33, 7), (40, 600), (70, 1100), (127, 300)):
+        table, X_WG, _ = scene(rows, count)
+        points = np.random.default_rng(rows).uniform(0, 2, (count, 3))
+        together = distance_points(table, X_WG, points, np.inf)
+        alone = distance_points(table, X_WG, points, 1e6)
+        for column, expected in zip(together, alone, strict=True):
+            np.testing.assert_array_equal(column, expected)
 
 
 def test_sorted_by_point_then_row():
