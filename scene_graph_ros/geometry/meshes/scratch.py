@@ -16,7 +16,6 @@ __all__ = [
     "LANES",
     "LANE_NUMBERS",
     "LANE_ROWS",
-    "LAST_PLACE",
     "POLYGON_CORNERS",
     "STACK_SIZE",
     "answer_numbers",
@@ -39,10 +38,6 @@ LANE_NUMBERS = 22
 
 LANE_ROWS = 8
 """For so many rows answers in lanes are kept before they are put into results."""
-
-LAST_PLACE = (1 << 62) - 1
-"""``place & LAST_PLACE`` is the place, and tells the compiler that it does not count from the end,
-so that it does not look for that each time."""
 
 _WORD_BYTES = 8
 

@@ -104,10 +104,11 @@ class Context(ModelOwner):
                 rows, given = stacked_poses(self._state, poses)
             else:
                 rows, given = layout.source_rows[source_id], self._batch(source_id, layout, poses)
-            self._own_poses()
-            bad, status = store_poses(given, rows, self._X_PF)
+            X_PF = self._own_poses(len(rows))
+            bad, status = store_poses(given, rows, X_PF)
             if status != VALID:
                 raise refuse_frame_pose(layout.names[rows[bad]], status, given[bad])
+            self._X_PF, self._poses_are_shared = X_PF, False
             self._pose_version = next(_pose_versions)
 
     def set_frame_pose(self, source_id: SourceId, frame_id: FrameId, X_PF: Any) -> None:
@@ -196,11 +197,15 @@ class Context(ModelOwner):
             )
         return given
 
-    def _own_poses(self) -> None:
-        """Make the poses writable: a snapshot keeps the array it was given."""
-        if self._poses_are_shared:
-            self._X_PF = self._X_PF.copy()
-            self._poses_are_shared = False
+    def _own_poses(self, count: int) -> NDArray[np.float64]:
+        """Return poses to write ``count`` of to: a snapshot keeps the array it was given."""
+        if not self._poses_are_shared:
+            return self._X_PF
+        if count + 1 < len(self._X_PF):
+            return self._X_PF.copy()
+        result = np.empty_like(self._X_PF)  # all but the world's are going to be written
+        result[0] = self._X_PF[0]
+        return result
 
     def _fit_layout(self) -> FrameLayout:
         """Bring the poses into the rows of the current model; new frames start at identity."""

@@ -24,6 +24,8 @@ class FrameLayout(NamedTuple):
     row: dict[FrameId, int]
     parent: IntArray
     """(f,) row of each frame's parent; the world is its own."""
+    is_flat: bool
+    """Whether the parent of every frame is the world."""
     source_rows: dict[SourceId, IntArray]
     """Rows of a source's frames in the order of their registration."""
 
@@ -51,11 +53,13 @@ def frame_layout(records: Iterable[FrameRecord], sources: Iterable[SourceId]) ->
     rows: dict[SourceId, list[int]] = {source_id: [] for source_id in sources}
     for i, record in enumerate(frames[1:], start=1):
         rows[record.source_id].append(i)
+    parent = np.array([row[record.parent_id] for record in frames], dtype=np.int64)
     return FrameLayout(
         ids=tuple(record.id for record in frames),
         names=tuple(record.name for record in frames),
         row=row,
-        parent=np.array([row[record.parent_id] for record in frames], dtype=np.int64),
+        parent=parent,
+        is_flat=not parent.any(),
         source_rows={s: np.array(r, dtype=np.int64) for s, r in rows.items()},
     )
 

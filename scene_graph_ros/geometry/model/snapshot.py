@@ -180,8 +180,12 @@ class Snapshot:
             with self._lock:
                 result = self._X_WF
                 if result is None:
-                    result = np.empty_like(self._X_PF)
-                    world_poses(self._state.layout().parent, self._X_PF, result)
+                    layout = self._state.layout()
+                    if layout.is_flat:
+                        result = self._X_PF
+                    else:
+                        result = np.empty_like(self._X_PF)
+                        world_poses(layout.parent, self._X_PF, result)
                     self._X_WF = result
         return result
 

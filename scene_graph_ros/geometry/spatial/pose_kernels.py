@@ -3,6 +3,8 @@
 import math
 
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.spatial.pose_products import compose_pose
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
     QUATERNION_NORM_DEFECT,
@@ -19,7 +21,6 @@ __all__ = [
     "REFLECTION",
     "VALID",
     "check_poses",
-    "compose_pose",
     "invert_poses",
     "poses_from_quaternions_kernel",
     "quaternions_from_poses_kernel",
@@ -83,6 +84,54 @@ def _pose_status(X, i):
     return VALID
 
 
+@lean_kernel
+def _count_defects(X):
+    """Return how many poses are invalid, and how many rotations are not so to rounding.
+
+    There are no branches, so that the compiler takes eight poses at once.
+    """
+    invalid = rough = 0
+    for i in range(X.shape[0]):
+        a, b, c = X[i, 0, 0], X[i, 0, 1], X[i, 0, 2]
+        d, e, f = X[i, 1, 0], X[i, 1, 1], X[i, 1, 2]
+        g, h, k = X[i, 2, 0], X[i, 2, 1], X[i, 2, 2]
+        square_x, square_y = abs(a * a + d * d + g * g - 1.0), abs(b * b + e * e + h * h - 1.0)
+        square_z = abs(c * c + f * f + k * k - 1.0)
+        xy, xz, yz = (
+            abs(a * b + d * e + g * h),
+            abs(a * c + d * f + g * k),
+            abs(b * c + e * f + h * k),
+        )
+        # Written so that what is not a number is invalid, too.
+        is_valid = (
+            (square_x <= ROTATION_DEFECT)
+            & (square_y <= ROTATION_DEFECT)
+            & (square_z <= ROTATION_DEFECT)
+            & (xy <= ROTATION_DEFECT)
+            & (xz <= ROTATION_DEFECT)
+            & (yz <= ROTATION_DEFECT)
+            & (a * (e * k - f * h) - b * (d * k - f * g) + c * (d * h - e * g) >= 0.0)
+            & (abs(X[i, 0, 3]) <= MAX_COORDINATE)
+            & (abs(X[i, 1, 3]) <= MAX_COORDINATE)
+            & (abs(X[i, 2, 3]) <= MAX_COORDINATE)
+            & (abs(X[i, 3, 0]) <= ROTATION_DEFECT)
+            & (abs(X[i, 3, 1]) <= ROTATION_DEFECT)
+            & (abs(X[i, 3, 2]) <= ROTATION_DEFECT)
+            & (abs(X[i, 3, 3] - 1.0) <= ROTATION_DEFECT)
+        )
+        is_smooth = (
+            (square_x <= ROTATION_ROUNDING)
+            & (square_y <= ROTATION_ROUNDING)
+            & (square_z <= ROTATION_ROUNDING)
+            & (xy <= ROTATION_ROUNDING)
+            & (xz <= ROTATION_ROUNDING)
+            & (yz <= ROTATION_ROUNDING)
+        )
+        invalid += 0 if is_valid else 1
+        rough += 0 if is_smooth else 1
+    return invalid, rough
+
+
 @kernel
 def check_poses(X):
     """Return (row, status) of the first invalid pose, or (-1, VALID)."""
@@ -124,12 +173,14 @@ def store_poses(X, rows, out):
 
     Returns (row, status) of the first invalid pose; then nothing was written.
     """
+    invalid, rough = _count_defects(X)
+    if invalid > 0:
+        for i in range(X.shape[0]):
+            status = _pose_status(X, i)
+            if status != VALID:
+                return i, status
     for i in range(X.shape[0]):
-        status = _pose_status(X, i)
-        if status != VALID:
-            return i, status
-    for i in range(X.shape[0]):
-        k = rows[i]
+        k = rows[i] & LAST_PLACE
         for row in range(3):
             for column in range(4):
                 out[k, row, column] = X[i, row, column]
@@ -137,32 +188,9 @@ def store_poses(X, rows, out):
         out[k, 3, 1] = 0.0
         out[k, 3, 2] = 0.0
         out[k, 3, 3] = 1.0
-        _polish_rotation(out, k)
+        if rough > 0:
+            _polish_rotation(out, k)
     return -1, VALID
-
-
-@lean_kernel
-def _load_row(X, i, row):
-    return (X[i, row, 0], X[i, row, 1], X[i, row, 2], X[i, row, 3])
-
-
-@lean_kernel
-def compose_pose(X_AB, i, X_BC, j, X_AC, k):
-    """Write ``X_AB[i] X_BC[j]`` to ``X_AC[k]``, another row or array than both.
-
-    All four columns are computed alike, which the compiler does in one register.
-    """
-    x, y, z = _load_row(X_BC, j, 0), _load_row(X_BC, j, 1), _load_row(X_BC, j, 2)
-    for row in range(3):
-        r0, r1, r2, p = _load_row(X_AB, i, row)
-        X_AC[k, row, 0] = r0 * x[0] + r1 * y[0] + r2 * z[0] + 0.0
-        X_AC[k, row, 1] = r0 * x[1] + r1 * y[1] + r2 * z[1] + 0.0
-        X_AC[k, row, 2] = r0 * x[2] + r1 * y[2] + r2 * z[2] + 0.0
-        X_AC[k, row, 3] = r0 * x[3] + r1 * y[3] + r2 * z[3] + p
-    X_AC[k, 3, 0] = 0.0
-    X_AC[k, 3, 1] = 0.0
-    X_AC[k, 3, 2] = 0.0
-    X_AC[k, 3, 3] = 1.0
 
 
 @lean_kernel
@@ -186,7 +214,8 @@ def world_poses(parent, X_PF, X_WF):
 @lean_kernel
 def world_poses_of_children(rows, frame, X_WF, X_FG, X_WG):
     """Place geometries on their frames: ``X_WG[i] = X_WF[frame[i]] X_FG[i]`` for i in rows."""
-    for i in rows:
+    for slot in range(rows.shape[0]):
+        i = rows[slot]
         compose_pose(X_WF, frame[i], X_FG, i, X_WG, i)
 
 

@@ -6,8 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.geometry.spatial.pose_kernels import (
+    BAD_BOTTOM_ROW,
+    FAR_AWAY,
+    NOT_FINITE,
+    NOT_ORTHONORMAL,
+    REFLECTION,
+    store_poses,
+    VALID,
+    world_poses,
+    world_poses_of_children,
+)
 from scene_graph_ros.geometry.spatial.poses import (
     as_pose,
     as_poses,
@@ -274,3 +286,56 @@ def test_pose_from_xyz_rpy_is_rigid(xyz, rpy):
     X = pose_from_xyz_rpy(xyz, rpy)
     assert defect(X) <= ROTATION_ROUNDING
     assert X[:3, 3].tolist() == list(xyz)
+
+
+@pytest.mark.parametrize(
+    ("entry", "value", "status"),
+    [
+        ((0, 3), np.nan, NOT_FINITE),
+        ((3, 0), np.inf, NOT_FINITE),
+        ((1, 1), np.nan, NOT_FINITE),
+        ((3, 3), 1.0 + 1e-5, BAD_BOTTOM_ROW),
+        ((2, 3), -1e13, FAR_AWAY),
+        ((0, 0), -1.0, REFLECTION),
+        ((1, 2), 1e-5, NOT_ORTHONORMAL),
+    ],
+)
+def test_one_bad_pose_among_many_is_found(entry, value, status):
+    """Wherever it is among poses that are checked in step, it is named, and nothing is written."""
+    for count in (1, 7, 8, 19):
+        for bad in range(count):
+            poses = np.tile(np.eye(4), (count, 1, 1))
+            poses[(bad, *entry)] = value
+            out = np.full((count, 4, 4), 7.0)
+            assert store_poses(poses, np.arange(count), out) == (bad, status)
+            assert (out == 7.0).all()
+
+
+def test_one_rough_pose_among_many_is_made_rigid():
+    """A rotation off by 1e-8 becomes orthonormal to rounding, those beside it stay as they are."""
+    poses = np.tile(np.eye(4), (19, 1, 1))
+    poses[:, :3, :3] = Rotation.random(19, random_state=1).as_matrix()
+    rough = poses.copy()
+    rough[11, 0, 1] += 1e-8
+    out = np.empty_like(poses)
+    assert store_poses(rough, np.arange(19)[::-1].copy(), out)[1] == VALID
+    others = np.arange(19) != 7
+    np.testing.assert_allclose(out[others], poses[::-1][others], rtol=0.0, atol=1e-15)
+    R = out[7, :3, :3]
+    np.testing.assert_allclose(R.T @ R, np.eye(3), rtol=0.0, atol=ROTATION_ROUNDING)
+    np.testing.assert_allclose(R, poses[11, :3, :3], rtol=0.0, atol=1e-8)
+
+
+def test_product_of_poses_is_that_of_matrices():
+    """World poses down a chain of frames, and of geometries on them, are products of matrices."""
+    X = np.tile(np.eye(4), (5, 1, 1))
+    X[:, :3, :3] = Rotation.random(5, random_state=2).as_matrix()
+    X[:, :3, 3] = np.arange(15.0).reshape(5, 3)
+    X[0] = np.eye(4)
+    X_WF, X_WG = np.empty_like(X), np.empty_like(X)
+    world_poses(np.array([0, 0, 1, 2, 1]), X, X_WF)
+    for i, parent in ((1, 0), (2, 1), (3, 2), (4, 1)):
+        np.testing.assert_allclose(X_WF[i], X_WF[parent] @ X[i], rtol=1e-15, atol=1e-14)
+    rows, frame = np.array([3, 0, 1, 2, 4]), np.array([4, 3, 2, 1, 0], dtype=np.int32)
+    world_poses_of_children(rows, frame, X_WF, X, X_WG)
+    np.testing.assert_allclose(X_WG, X_WF[frame] @ X, rtol=1e-15, atol=1e-13)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import lane_numbers, LANES, LAST_PLACE
+from scene_graph_ros.geometry.meshes.scratch import lane_numbers, LANES
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hulls, LANE_CORNERS
@@ -32,6 +32,7 @@ from scene_graph_ros.geometry.query.point.many_points import (
 )
 from scene_graph_ros.geometry.query.point.point_convex import point_hull
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import (
     load_rotation,
     load_translation,

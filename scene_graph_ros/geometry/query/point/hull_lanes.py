@@ -7,7 +7,7 @@ are answered by then; for the others ``point_convex`` goes on from that corner.
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import HEADER, STRIDE
-from scene_graph_ros.geometry.meshes.scratch import LANES, LAST_PLACE
+from scene_graph_ros.geometry.meshes.scratch import LANES
 from scene_graph_ros.geometry.query.point.lanes import (
     question,
     set_answer,
@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.query.point.lanes import (
     triple,
 )
 from scene_graph_ros.geometry.query.point.point_convex import leave_corner, leave_hull
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import dot, subtract
 
 __all__ = ["LANE_CORNERS", "answer_hull", "answer_hulls"]

@@ -7,7 +7,7 @@ the lanes beside it, and is bit for bit that of the kernel for one point: arithm
 """
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import LANES, LAST_PLACE
+from scene_graph_ros.geometry.meshes.scratch import LANES
 from scene_graph_ros.geometry.query.point.point_box import point_box
 from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
@@ -24,6 +24,7 @@ from scene_graph_ros.geometry.query.point.point_ellipsoid import (
 from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
 from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, subtract
 
 __all__ = [

@@ -13,7 +13,6 @@ from scene_graph_ros.geometry.meshes.scratch import (
     answer_numbers,
     lane_numbers,
     LANES,
-    LAST_PLACE,
 )
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
 from scene_graph_ros.geometry.query.point.lane_rows import ANSWER, put_square, SQUARE
@@ -28,6 +27,7 @@ from scene_graph_ros.geometry.query.point.lanes import (
 from scene_graph_ros.geometry.query.point.point_convex import point_hull
 from scene_graph_ros.geometry.query.point.streaming import copy, finish_streams, stream
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import load_rotation, load_translation, load_vector
 
 __all__ = ["Answers", "answer_many_points", "new_room"]

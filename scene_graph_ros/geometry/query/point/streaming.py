@@ -11,7 +11,7 @@ import numba.core.config as numba_config
 from numba.extending import intrinsic
 
 from scene_graph_ros.geometry.jit import lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import LAST_PLACE
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 
 __all__ = ["copy", "finish_streams", "stream"]
 

@@ -1,0 +1,7 @@
+"""What tells the compiler that a place in an array is not negative."""
+
+__all__ = ["LAST_PLACE"]
+
+LAST_PLACE = (1 << 62) - 1
+"""``place & LAST_PLACE`` is the place; a negative one would count from the end of the array, which
+is else looked for at each use."""
