@@ -73,6 +73,7 @@ def _compile_pairs() -> None:
 def _compile_points() -> None:
     table, X_WG = _two_spheres()
     distance_points(table, X_WG, np.zeros((1, 3)), 1.0)
+    distance_points(table, X_WG, np.zeros((2, 3)), np.inf)
     mesh = build_shape_table([Mesh(vertices=_TETRAHEDRON, faces=_FACES)], [False])
     distance_points(mesh, X_WG[:1], np.zeros((1, 3)), np.inf)
     vectors = np.zeros((1, 3))
@@ -212,6 +213,7 @@ def ask_everything() -> None:
     query.compute_signed_distance_pair_closest_points(pairs[0].id_A, pairs[0].id_B)
     query.compute_signed_distance_to_point([0.0, 0.0, 1.0])
     query.compute_signed_distance_to_points(np.zeros((3, 3)), 0.5)
+    query.compute_signed_distance_to_points(np.zeros((50, 3)))
     _compile_surfaces()
     _compile_deformable()
 
