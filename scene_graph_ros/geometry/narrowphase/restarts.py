@@ -40,9 +40,6 @@ AXES = 6
 AROUND = 16
 """Directions around a cylinder's axis."""
 
-BESIDE = math.cos(0.2)
-"""Cosine: EPA takes directions of least depth that are further apart for two."""
-
 NEARBY = 0.02
 """Relative to the pair's size: a direction that separates by so much less than the best one known
 is not polished. Between two of those around an axis, a depth varies by less."""
@@ -50,20 +47,19 @@ is not polished. Between two of those around an axis, a depth varies by less."""
 
 @lean_kernel
 def separation_of_faces(core_A, core_B, R, p, hulls, n):
-    """Return the largest separation along normals of boxes' and cylinders' faces beside n.
+    """Return the largest separation along normals of boxes' and cylinders' faces but n.
 
-    Two of them may be so close to each other that EPA takes them for one minimum. -inf where
-    there are none but n.
+    Two of them may be so close to each other that EPA takes them for one minimum, next to n or
+    where another direction is as deep. -inf where there are none but n.
     """
     highest = -math.inf
     for k in range(6):
         core = core_A if k < 3 else core_B
         axis = column(IDENTITY if k < 3 else R, k % 3)
         if core[0] == BOX or (core[0] == CYLINDER and k % 3 == 2):
-            cosine = dot(axis, n)
-            if BESIDE < abs(cosine) < SAME_DIRECTION:
-                m = axis if cosine > 0.0 else scale(-1.0, axis)
-                highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
+            for m in (axis, scale(-1.0, axis)):
+                if dot(m, n) < SAME_DIRECTION:
+                    highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
     return highest
 
 
