@@ -91,10 +91,14 @@ def _hull_face(hulls, hull, R, p, d):
 
 
 @lean_kernel
-def is_beyond_face(hulls, feature, R, p, x, allowed):
-    """Return whether the point x of the plane of a hull's face is outside of its polygon."""
+def _edge_before(hulls, feature, R, p, x, allowed):
+    """Return a hull's face, or that edge of it beyond which the point x of its plane lies most.
+
+    Any other feature is returned as it is.
+    """
+    best = feature
     if feature[0] != FACE or not feature[4] > 0.0:
-        return False
+        return best
     face = int(feature[4]) - 1
     n = _place(hulls, face)
     q = rotate_inverse(R, subtract(x, p))
@@ -104,10 +108,21 @@ def is_beyond_face(hulls, feature, R, p, x, allowed):
     for slot in range(corners + 1, last + 1):
         b = _place(hulls, int(hulls[slot]))
         e = subtract(b, a)
-        if dot(cross(n, e), subtract(q, a)) < -allowed * norm(e):
-            return True
+        length = norm(e)
+        beyond = -dot(cross(n, e), subtract(q, a))
+        if beyond > allowed * length:
+            allowed = beyond / length
+            middle = add(rotate(R, axpy(0.5, e, a)), p)
+            e = rotate(R, scale(1.0 / length, e))
+            best = (LINE, middle, e, 0.0, -0.5 * length, 0.5 * length)
         a = b
-    return False
+    return best
+
+
+@lean_kernel
+def is_beyond_face(hulls, feature, R, p, x, allowed):
+    """Return whether the point x of the plane of a hull's face is outside of its polygon."""
+    return _edge_before(hulls, feature, R, p, x, allowed)[0] != feature[0]
 
 
 @lean_kernel
@@ -228,10 +243,16 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
                 )
             if distance > furthest:
                 ahead, furthest = m, distance
-            if is_beyond_face(hulls, feature_A, IDENTITY, ORIGIN, q_A, allowed) or is_beyond_face(
-                hulls, feature_B, R, p, q_B, allowed
-            ):
-                continue
+            edge_A = _edge_before(hulls, feature_A, IDENTITY, ORIGIN, q_A, allowed)
+            edge_B = _edge_before(hulls, feature_B, R, p, q_B, allowed)
+            if edge_A[0] != feature_A[0] or edge_B[0] != feature_B[0]:
+                m, _, _, _, q_A, q_B, distance, error = contact(
+                    edge_A, edge_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+                )
+                if is_beyond_face(hulls, edge_A, IDENTITY, ORIGIN, q_A, allowed) or is_beyond_face(
+                    hulls, edge_B, R, p, q_B, allowed
+                ):
+                    continue
             if distance >= highest and error <= allowed:
                 proven, best, x, y, highest = True, m, q_A, q_B, distance
     return proven, best, x, y, highest, ahead
