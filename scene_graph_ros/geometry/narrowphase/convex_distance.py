@@ -3,8 +3,9 @@
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.jit import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import (
@@ -17,15 +18,16 @@ from scene_graph_ros.geometry.narrowphase.epa import (
 )
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
 from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
+from scene_graph_ros.geometry.narrowphase.lift_by_kind import lifted_contact_by_kind
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.restarts import (
     polish_from_everywhere,
     separation_of_faces,
 )
-from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
+from scene_graph_ros.geometry.narrowphase.simplex import simplex_normal, weighted_points
 from scene_graph_ros.geometry.narrowphase.tetrahedron import expand_to_tetrahedron
-from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, norm, scale, subtract, unit
+from scene_graph_ros.geometry.spatial.vectors import axpy, dot, norm, scale, subtract
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,
     GJK_ROUNDING,
@@ -34,7 +36,7 @@ from scene_graph_ros.geometry.tolerances import (
     TIE,
 )
 
-__all__ = ["convex_distance"]
+__all__ = ["Workspace", "convex_distance", "convex_distance_in", "new_workspace"]
 
 FIRST_GAP = 1e-3
 """Relative gap at which GJK's contact of curved cores is first polished; squared each time."""
@@ -44,20 +46,16 @@ ATTEMPTS = 4
 ROWS = FIRST_FACE + MAX_FACES
 """Of the workspace: the simplex, the corners beside it, and directions of ``other_depths``."""
 
+Workspace = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
+"""A simplex and more (ROWS, 9), its weights (4,), and the indices of its corners."""
+
 LIFT = 0.25
 """Of the pair's largest coordinate: how far apart cores are moved to find their witnesses."""
 
 
-@lean_kernel
-def _simplex_normal(S, count, v):
-    """Return the unit direction of v, from the simplex where that is more accurate."""
-    n = unit(v, (0.0, 0.0, 1.0))
-    if count == 3:
-        e = (S[1, 0] - S[0, 0], S[1, 1] - S[0, 1], S[1, 2] - S[0, 2])
-        f = (S[2, 0] - S[0, 0], S[2, 1] - S[0, 1], S[2, 2] - S[0, 2])
-        m = unit(cross(e, f), n)
-        n = m if dot(m, n) > 0.0 else scale(-1.0, m)
-    return n
+def new_workspace() -> Workspace:
+    """Return a workspace for ``convex_distance_in``, for one thread."""
+    return np.empty((ROWS, 9)), np.empty(4), np.empty((FIRST_FACE, 2), np.int64)
 
 
 @lean_kernel
@@ -131,7 +129,7 @@ def _apart(core_A, core_B, R, p, hulls, v, limit, tolerance, S, ids, lam):
         )
         if status == OVERLAP:
             return False, True, count, distance, lower, size, a, b, n, gap
-        n = _simplex_normal(S, count, v)
+        n = simplex_normal(S, count, v)
         if status == FAR:
             return True, False, count, math.inf, lower, size, a, b, n, gap
         a, b = weighted_points(S, lam, count)
@@ -220,36 +218,12 @@ def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, si
 
 
 @lean_kernel
-def _in_short(core_A, core_B, R, p, hulls, limit, S, ids, lam):
-    """Return (is done, the answer of ``convex_distance``) by way of a lifted contact."""
-    status, distance, a, b, n, gap = lifted_contact(
-        core_A, core_B, R, p, hulls, limit, S, ids, lam
-    )
-    if status == SEPARATED:
-        return True, _far(core_A, core_B, distance, n)
-    return status == FOUND, _finish(core_A, core_B, distance, a, b, n, True, gap)
-
-
-@kernel
-def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
-    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of two cores (see ``cores``).
-
-    Positions are in A's frame, from its origin (m). ``gap`` is the difference of the upper and
-    the lower bound of the distance; the answer is taken as soon as it is at most ``tolerance``
-    (m) and the sign is certain, or polished to rounding with 0. A ``phi`` beyond ``max_distance``
-    is only a lower bound, and comes without witnesses.
-    """
-    floats = np.empty(ROWS * 9 + 4)
-    S, lam = floats[: ROWS * 9].reshape((ROWS, 9)), floats[ROWS * 9 :]
-    ids = np.empty((FIRST_FACE, 2), np.int64)
+def _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids):
+    """Return what ``convex_distance`` does by GJK, and by EPA where they overlap."""
     v = scale(-1.0, p_AB)
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
     limit = max_distance + core_A[2] + core_B[2]
-    if tolerance == 0.0:
-        done, answer = _in_short(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
-        if done:
-            return answer
     done, is_overlapping, count, distance, lower, size, a, b, n, gap = _apart(
         core_A, core_B, R_AB, p_AB, hulls, v, limit, tolerance, S, ids, lam
     )
@@ -268,3 +242,53 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
         if proven:
             distance, n, a, b, gap = least, m, x, y, 0.0
     return _finish(core_A, core_B, distance, a, b, n, unique, gap)
+
+
+@merged_kernel
+def convex_distance_in(work, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
+    """Do the same as ``convex_distance`` in a ``Workspace``, sooner for cores of shapes in order.
+
+    More code is compiled for that, and once more for every caller: it is for the loop over all
+    pairs of a scene.
+    """
+    S, lam, ids = work
+    if tolerance == 0.0:
+        limit = max_distance + core_A[2] + core_B[2]
+        status, distance, a, b, n, gap = lifted_contact_by_kind(
+            core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam
+        )
+        if status == SEPARATED:
+            return _far(core_A, core_B, distance, n)
+        if status == FOUND:
+            return _finish(core_A, core_B, distance, a, b, n, True, gap)
+    return _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids)
+
+
+@lean_kernel
+def _lifted_or_in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids):
+    if tolerance == 0.0:
+        limit = max_distance + core_A[2] + core_B[2]
+        status, distance, a, b, n, gap = lifted_contact(
+            core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam
+        )
+        if status == SEPARATED:
+            return _far(core_A, core_B, distance, n)
+        if status == FOUND:
+            return _finish(core_A, core_B, distance, a, b, n, True, gap)
+    return _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids)
+
+
+@kernel
+def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of two cores (see ``cores``).
+
+    Positions are in A's frame, from its origin (m). ``gap`` is the difference of the upper and
+    the lower bound of the distance; the answer is taken as soon as it is at most ``tolerance``
+    (m) and the sign is certain, or polished to rounding with 0. A ``phi`` beyond ``max_distance``
+    is only a lower bound, and comes without witnesses.
+    """
+    S, lam = np.empty((ROWS, 9)), np.empty(4)
+    ids = np.empty((FIRST_FACE, 2), np.int64)
+    return _lifted_or_in_full(
+        core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
+    )

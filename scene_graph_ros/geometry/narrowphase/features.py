@@ -16,7 +16,7 @@ where the smooth ones of both features agree with the cores' (equations in ``pol
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -45,7 +45,7 @@ __all__ = [
     "SMOOTH",
     "VERTEX",
     "box_feature",
-    "curvature",
+    "curved_support",
     "cylinder_feature",
     "feature_at",
     "feature_support",
@@ -162,7 +162,7 @@ def _polytope_feature_at(S, ids, count, side, d):
     return FACE, a, n if dot(n, d) > 0.0 else scale(-1.0, n), 0.0, 0.0, 0.0
 
 
-@lean_kernel
+@inlined_kernel
 def feature_at(core, R, p, S, ids, lam, count, side, d):
     """Return the feature of a core that a simplex of the Minkowski difference points to.
 
@@ -179,7 +179,7 @@ def feature_at(core, R, p, S, ids, lam, count, side, d):
     return _polytope_feature_at(S, ids, count, side, d)
 
 
-@lean_kernel
+@inlined_kernel
 def feature_support(feature, core, R, d):
     """Return the feature's support point along the unit vector d; on a LINE that at s = 0."""
     kind, c, e, r = feature[0], feature[1], feature[2], feature[3]
@@ -199,33 +199,37 @@ def feature_support(feature, core, R, d):
     return c
 
 
-@lean_kernel
-def curvature(feature, core, R, d, t, u):
-    """Return the rows (tt, tu, uu) of the second derivative of the feature's support function.
+@inlined_kernel
+def curved_support(feature, core, R, d, t, u):
+    """Return (point, tt, tu, uu): the support point along d, and how it moves as d does.
 
-    t and u are orthogonal to d: these are the radii of curvature of the feature's surface (m).
+    d need not be a unit vector. tt, tu and uu are rows t H u of the second derivative H of the
+    feature's support function at d: at a unit vector, and along vectors orthogonal to it, its
+    surface's radii of curvature (m). On a LINE, d has to be orthogonal to it, and s is 0.
     """
-    kind, e, r = feature[0], feature[2], feature[3]
-    if kind == LINE:
-        return r, 0.0, r
-    if kind == RIM:
-        radial = axpy(-dot(d, e), e, d)
-        length = norm(radial)
-        if not length > 0.0:
-            return 0.0, 0.0, 0.0
-        m = cross(e, scale(1.0 / length, radial))
-        mt, mu = dot(m, t), dot(m, u)
-        r = r / length
-        return r * mt * mt, r * mt * mu, r * mu * mu
+    kind, c, e, r = feature[0], feature[1], feature[2], feature[3]
     if kind == SMOOTH:
         axes = core[3]
         q, t, u = rotate_inverse(R, d), rotate_inverse(R, t), rotate_inverse(R, u)
         q = (axes[0] * q[0], axes[1] * q[1], axes[2] * q[2])
-        t = (axes[0] * t[0], axes[1] * t[1], axes[2] * t[2])
-        u = (axes[0] * u[0], axes[1] * u[1], axes[2] * u[2])
-        length = norm(q)
-        q = scale(1.0 / length, q)
+        inverse = 1.0 / norm(q)
+        q = scale(inverse, q)
+        at = add(rotate(R, (axes[0] * q[0], axes[1] * q[1], axes[2] * q[2])), c)
         # With q the unit vector along (axes d): t (1 - q q^T) u, written as cross products.
-        tq, uq = cross(t, q), cross(u, q)
-        return dot(tq, tq) / length, dot(tq, uq) / length, dot(uq, uq) / length
-    return 0.0, 0.0, 0.0
+        tq = cross((axes[0] * t[0], axes[1] * t[1], axes[2] * t[2]), q)
+        uq = cross((axes[0] * u[0], axes[1] * u[1], axes[2] * u[2]), q)
+        return at, dot(tq, tq) * inverse, dot(tq, uq) * inverse, dot(uq, uq) * inverse
+    if kind in (RIM, LINE):
+        radial = axpy(-dot(d, e), e, d)
+        length = norm(radial)
+        if not length > 0.0:
+            return c, 0.0, 0.0, 0.0
+        inverse = 1.0 / length
+        radial = scale(inverse, radial)
+        m = cross(e, radial)
+        mt, mu = dot(m, t), dot(m, u)
+        # Nearly along e, what is left of d is small, and so is no more orthogonal to rounding.
+        at = axpy(r, axpy(-dot(radial, e), e, radial), c)
+        stretch = r * inverse
+        return at, stretch * mt * mt, stretch * mt * mu, stretch * mu * mu
+    return c, 0.0, 0.0, 0.0

@@ -13,7 +13,16 @@ from scene_graph_ros.geometry.narrowphase.simplex import closest_on_simplex, CON
 from scene_graph_ros.geometry.spatial.vectors import dot, scale, subtract
 from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
 
-__all__ = ["CONVERGED", "FAR", "MAX_ITERATIONS", "OVERLAP", "STALLED", "gjk", "store_support"]
+__all__ = [
+    "CONVERGED",
+    "FAR",
+    "MAX_ITERATIONS",
+    "OVERLAP",
+    "STALLED",
+    "gjk",
+    "gjk_inlined",
+    "store_support",
+]
 
 MAX_ITERATIONS = 128
 """Polytopes need about ten; a smooth pair gains a factor of its gap each time."""
@@ -59,8 +68,8 @@ def _is_repeated(S, count):
     return False
 
 
-@lean_kernel
-def gjk(
+@inlined_kernel
+def gjk_inlined(
     core_A,
     core_B,
     R,
@@ -115,3 +124,37 @@ def gjk(
         if length >= old:
             return STALLED, count, v, lower, size
     return STALLED, count, v, lower, size
+
+
+@lean_kernel
+def gjk(
+    core_A,
+    core_B,
+    R,
+    p,
+    hulls,
+    v,
+    count,
+    max_distance,
+    relative_gap,
+    absolute_gap,
+    S,
+    ids,
+    lam,
+):
+    """Do the same as ``gjk_inlined``, as a call."""
+    return gjk_inlined(
+        core_A,
+        core_B,
+        R,
+        p,
+        hulls,
+        v,
+        count,
+        max_distance,
+        relative_gap,
+        absolute_gap,
+        S,
+        ids,
+        lam,
+    )

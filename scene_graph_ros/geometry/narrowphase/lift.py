@@ -12,7 +12,7 @@ only with a proof: the polish' own where the cores are apart, that of ``inner_ba
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE, SCAN_LIMIT
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
@@ -23,7 +23,7 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     placed_support,
     support,
 )
-from scene_graph_ros.geometry.narrowphase.gjk import gjk, OVERLAP
+from scene_graph_ros.geometry.narrowphase.gjk import CONVERGED, FAR, gjk_inlined, OVERLAP
 from scene_graph_ros.geometry.narrowphase.inner_ball import is_least_depth
 from scene_graph_ros.geometry.narrowphase.known_features import contact_of_known
 from scene_graph_ros.geometry.narrowphase.other_depths import (
@@ -32,8 +32,8 @@ from scene_graph_ros.geometry.narrowphase.other_depths import (
     look_for_less,
     NONE_LESS,
 )
-from scene_graph_ros.geometry.narrowphase.refine import refine, separation
-from scene_graph_ros.geometry.narrowphase.simplex import weighted_points
+from scene_graph_ros.geometry.narrowphase.refine import refine_inlined, separation_inlined
+from scene_graph_ros.geometry.narrowphase.simplex import simplex_normal, weighted_points
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
@@ -45,7 +45,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     transpose,
     unit,
 )
-from scene_graph_ros.geometry.tolerances import EPSILON, FLAT_MINIMUM, TIE
+from scene_graph_ros.geometry.tolerances import EPSILON, FLAT_MINIMUM, GJK_ROUNDING, TIE
 
 __all__ = ["FOUND", "SEPARATED", "UNKNOWN", "lifted_contact"]
 
@@ -60,25 +60,26 @@ LIFTS = 2
 """The second time, they are lifted along the normal that the first one found."""
 
 FIRST_GUESS = 0.05
-"""Relative gap at which the lifted cores' distance tells well enough which features are near."""
+"""Relative gap at which the lifted cores' distance tells well enough which features are near; the
+second time it is the square."""
 
 
-@lean_kernel
+@inlined_kernel
 def _is_simple(core, hulls):
     """Return whether a core's features are few enough to be guessed, and its support is fast."""
     return core[0] != HULL or hulls[core[1]] <= SCAN_LIMIT
 
 
-@lean_kernel
+@inlined_kernel
 def _try(core_A, core_B, R, p, hulls, n, distance, best):
     """Return the larger of the known separation and that along the line of n, and its normal."""
     if dot(n, p) > 0.0:
         n = scale(-1.0, n)
-    along = separation(core_A, core_B, R, p, hulls, n)
+    along = separation_inlined(core_A, core_B, R, p, hulls, n)
     return (along, n) if along > distance else (distance, best)
 
 
-@lean_kernel
+@inlined_kernel
 def _try_faces(core_A, core_B, R, p, hulls, distance, best):
     """Return the larger of the known separation and those along the normals of A's faces."""
     first, last = face_range(hulls, core_A[1])
@@ -92,14 +93,14 @@ def _try_faces(core_A, core_B, R, p, hulls, distance, best):
     return distance, best
 
 
-@lean_kernel
+@inlined_kernel
 def _first_direction(core_A, core_B, R, p, hulls):
     """Return (separation, n) of the best of the line of origins and the normals of planes."""
     n = unit(scale(-1.0, p), (1.0, 0.0, 0.0))
-    distance = separation(core_A, core_B, R, p, hulls, n)
-    if core_A[0] == HULL:
+    distance = separation_inlined(core_A, core_B, R, p, hulls, n)
+    if core_A[0] == HULL and distance < 0.0:
         distance, n = _try_faces(core_A, core_B, R, p, hulls, distance, n)
-    if core_B[0] == HULL:
+    if core_B[0] == HULL and distance < 0.0:
         q = scale(-1.0, rotate_inverse(R, p))
         m = rotate_inverse(R, scale(-1.0, n))
         distance, m = _try_faces(core_B, core_A, transpose(R), q, hulls, distance, m)
@@ -114,12 +115,15 @@ def _first_direction(core_A, core_B, R, p, hulls):
     return distance, n
 
 
-@lean_kernel
-def _lift(core_A, core_B, R, p, hulls, n, distance, S, ids, lam):
-    """Return (rows in the simplex, its closest point, size), at true poses; no rows: no answer."""
+@inlined_kernel
+def _lift(core_A, core_B, R, p, hulls, n, distance, guess, S, ids, lam):
+    """Return (rows in the simplex, its closest point, the separation along it, size).
+
+    All at true poses; no rows: no answer, and a separation of -inf: it is not known.
+    """
     height = LIFT * max(norm(p), abs(distance))
     shift = max(height - distance, 0.0)
-    status, count, v, _, size = gjk(
+    status, count, v, lower, size = gjk_inlined(
         core_A,
         core_B,
         R,
@@ -128,22 +132,23 @@ def _lift(core_A, core_B, R, p, hulls, n, distance, S, ids, lam):
         scale(height, n),
         0,
         math.inf,
-        FIRST_GUESS if is_curved(core_A) or is_curved(core_B) else 0.0,
+        guess if is_curved(core_A) or is_curved(core_B) else 0.0,
         0.0,
         S,
         ids,
         lam,
     )
     if status == OVERLAP:
-        return 0, v, size
+        return 0, v, -math.inf, size
     for i in range(count):
         for c in range(3):
             S[i, c] -= shift * n[c]
             S[i, 6 + c] += shift * n[c]
-    return count, v, size
+    along = lower - shift * dot(n, unit(v, n)) if status == CONVERGED else -math.inf
+    return count, v, along, size
 
 
-@lean_kernel
+@inlined_kernel
 def _searched(core_A, core_B, R, p, hulls, n, distance, S, ids):
     """Return (is proven, n, a, b, distance, error) of the least depth of all directions.
 
@@ -160,7 +165,7 @@ def _searched(core_A, core_B, R, p, hulls, n, distance, S, ids):
     )
     if verdict == LESS:
         n = m
-        distance = separation(core_A, core_B, R, p, hulls, n)
+        distance = separation_inlined(core_A, core_B, R, p, hulls, n)
         if distance < 0.0:  # or else they are apart, and the search ended there
             proven, m, a, b, found, error, stiffness = contact_of_known(
                 core_A, core_B, R, p, hulls, n, where, index, size, S, ids
@@ -170,30 +175,32 @@ def _searched(core_A, core_B, R, p, hulls, n, distance, S, ids):
     return False, n, a, b, distance, math.inf
 
 
-@lean_kernel
+@inlined_kernel
 def _is_proven_least(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
     """Tell whether no direction but n, of a stationary depth, is as little deep."""
     if is_least_depth(core_A, core_B, R, p, hulls, a, b, n, depth, size):
         return True
+    if are_polytopes_or_cylinders(core_A, core_B, hulls):
+        return False  # all was visited before, in vain
     verdict, _, _, _ = look_for_less(core_A, core_B, R, p, hulls, a, b, n, depth, size, S)
     return verdict == NONE_LESS
 
 
-@lean_kernel
+@inlined_kernel
 def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
     """Do the same as ``lifted_contact`` by lifting, first along n, ``distance`` being along it."""
     a = b = (0.0, 0.0, 0.0)
+    guess = FIRST_GUESS
     for _ in range(LIFTS):
-        count, v, size = _lift(core_A, core_B, R, p, hulls, n, distance, S, ids, lam)
+        count, v, along, size = _lift(core_A, core_B, R, p, hulls, n, distance, guess, S, ids, lam)
+        guess *= guess
         if count == 0:
             break
         a, b = weighted_points(S, lam, count)
         n = unit(v, n)
-        if limit < math.inf:
-            distance = separation(core_A, core_B, R, p, hulls, n)
-            if distance > limit:
-                return SEPARATED, distance, a, b, n, math.inf
-        proven, n, a, b, distance, error, stiffness = refine(
+        if along > limit:
+            return SEPARATED, along, a, b, n, math.inf
+        proven, n, a, b, distance, error, stiffness = refine_inlined(
             core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 1
         )
         if not proven:
@@ -208,7 +215,27 @@ def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
     return UNKNOWN, distance, a, b, n, math.inf
 
 
-@lean_kernel
+@inlined_kernel
+def _apart_polytopes(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
+    """Do the same as ``lifted_contact`` for polytopes that are ``distance`` > 0 apart along n.
+
+    Nothing needs to be polished: GJK's last simplex is exact.
+    """
+    status, count, v, lower, size = gjk_inlined(
+        core_A, core_B, R, p, hulls, scale(distance, n), 0, limit, 0.0, 0.0, S, ids, lam
+    )
+    n = simplex_normal(S, count, v)
+    a, b = weighted_points(S, lam, count)
+    if status == FAR:
+        return SEPARATED, lower, a, b, n, math.inf
+    distance = norm(v)
+    error = distance - lower
+    if status == OVERLAP or error > GJK_ROUNDING * EPSILON * size:
+        return UNKNOWN, distance, a, b, n, math.inf
+    return FOUND, distance, a, b, n, error
+
+
+@inlined_kernel
 def lifted_contact(core_A, core_B, R, p, hulls, limit, S, ids, lam):
     """Return (status, distance, a, b, n, error) of two cores, where that is soon proven.
 
@@ -229,5 +256,5 @@ def lifted_contact(core_A, core_B, R, p, hulls, limit, S, ids, lam):
     if distance > limit:
         return SEPARATED, distance, a, b, n, math.inf
     if distance > 0.0 and not (is_curved(core_A) or is_curved(core_B)):
-        return UNKNOWN, distance, a, b, n, math.inf  # GJK is exact, and as fast
+        return _apart_polytopes(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam)
     return _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam)

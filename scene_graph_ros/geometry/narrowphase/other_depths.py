@@ -123,7 +123,7 @@ def _visit_faces(core_P, R_P, p_P, core_Q, hulls, y, best, tie, S):
     return best
 
 
-@lean_kernel
+@inlined_kernel
 def _visit_arc(v, core_Q, hulls, near, far, best, index, tie, S):
     """Return what is known after the arc between the directions in rows ``near`` and ``far``.
 
@@ -243,14 +243,14 @@ def _look(core_P, R_P, p_P, core_Q, hulls, y, least, known, tie, S):
     return best
 
 
-@lean_kernel
+@inlined_kernel
 def are_swapped(core_A, core_B, hulls):
     """Return whether B is taken for P, as the only polytope, or the one with fewer edges."""
     edges_A, edges_B = edge_count(core_A, hulls), edge_count(core_B, hulls)
     return edges_A == 0 or 0 < edges_B < edges_A
 
 
-@lean_kernel
+@inlined_kernel
 def are_polytopes_or_cylinders(core_A, core_B, hulls):
     """Return whether all directions of a pair can be looked through without knowing a contact."""
     edges_A, edges_B = edge_count(core_A, hulls), edge_count(core_B, hulls)
@@ -259,7 +259,7 @@ def are_polytopes_or_cylinders(core_A, core_B, hulls):
     )
 
 
-@lean_kernel
+@inlined_kernel
 def look_for_less(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
     """Look for another direction m out of B into A that is no deeper than ``depth`` > 0.
 

@@ -9,10 +9,10 @@ An edge or a cylinder's side forces n to be orthogonal to it, a face fixes n alt
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY
 from scene_graph_ros.geometry.narrowphase.features import (
-    curvature,
+    curved_support,
     FACE,
     feature_support,
     LINE,
@@ -23,19 +23,35 @@ from scene_graph_ros.geometry.spatial.vectors import (
     cross,
     dot,
     norm,
+    orthogonal_pair,
     scale,
     subtract,
     unit,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, PARALLEL_LINES
 
-__all__ = ["MAX_NEWTON", "contact_normal", "contact_points"]
+__all__ = ["contact_of_features"]
 
 MAX_NEWTON = 24
 """Quadratic convergence takes four to six; the rest is for damped steps on needles."""
 
+MAX_HALVINGS = 6
+"""In all. More are needed only where the highest phi is at a kink, where a feature ends."""
+
 MAX_STEP = 0.5
 """Radians. A longer Newton step leaves the region that its second derivative describes."""
+
+ROUNDING_LEFT = 2.0
+"""Of the pair's size times EPSILON: what rounding leaves of a gradient."""
+
+HELD_UP = 500.0
+"""A gradient this many times larger that does not get smaller is one that rounding holds up."""
+
+FAR_OUT = 1.0
+"""How far from the point of contact a plane may stand for the sphere."""
+
+WELL_CONDITIONED = 4e-3
+"""A Hessian's determinant over its mean eigenvalue's square: where one is 1e-3 of the other."""
 
 CURVATURE_FLOOR = 1e-12
 """Relative to the pair's size: a smaller second derivative does not fix the normal."""
@@ -51,23 +67,14 @@ def _newton_step(g, h, floor):
 
 
 @lean_kernel
-def _plane_step(g0, g1, h00, h01, h11, floor):
-    """Return (step along t, along u, smallest eigenvalue) for the negated Hessian h.
+def _stiff_step(g0, g1, h00, h01, h11, floor):
+    """Return the step (along t, along u) for the negated Hessian h, one eigenvector by another.
 
     The eigenvalues enter by their magnitude, so the step ascends also at a saddle.
     """
     mean = 0.5 * (h00 + h11)
     half = 0.5 * (h00 - h11)
     radius = math.sqrt(half * half + h01 * h01)
-    low, high = mean - radius, mean + radius
-    if low > 1e-3 * high:
-        determinant = h00 * h11 - h01 * h01
-        s = (h11 * g0 - h01 * g1) / determinant
-        q = (h00 * g1 - h01 * g0) / determinant
-        length = math.sqrt(s * s + q * q)
-        if length > MAX_STEP:
-            s, q = s * MAX_STEP / length, q * MAX_STEP / length
-        return s, q, low
     # Unit eigenvector of the larger eigenvalue, from the better conditioned of two formulas.
     c, s = half + radius, h01
     if half < 0.0:
@@ -77,71 +84,119 @@ def _plane_step(g0, g1, h00, h01, h11, floor):
         c, s = c / length, s / length
     else:
         c, s = 1.0, 0.0
-    along = _newton_step(c * g0 + s * g1, high, floor)
-    across = _newton_step(c * g1 - s * g0, low, floor)
-    return c * along - s * across, s * along + c * across, low
+    along = _newton_step(c * g0 + s * g1, mean + radius, floor)
+    across = _newton_step(c * g1 - s * g0, mean - radius, floor)
+    return c * along - s * across, s * along + c * across
 
 
-@lean_kernel
-def _normal_on_sphere(feature_A, feature_B, core_A, core_B, R, n, size):
-    """Return (is converged, n, smallest eigenvalue of the negated Hessian)."""
-    enough = EPSILON * size
+@inlined_kernel
+def _least_curvature(s, q, tt, tu, uu):
+    """Return the smallest eigenvalue of H at n = x / |x|, x = n0 + s t + q u, along its tangents.
+
+    tt, tu, uu: H at x along t and u, whose parts orthogonal to n have the products 1 - s^2 / x^2,
+    - s q / x^2 and 1 - q^2 / x^2; their determinant is 1 / x^2.
+    """
+    square = 1.0 + s * s + q * q
+    middle = 0.5 * (tt * (1.0 + s * s) + uu * (1.0 + q * q) + 2.0 * tu * s * q)
+    determinant = square * (tt * uu - tu * tu)
+    root = math.sqrt(max(middle * middle - determinant, 0.0))
+    return math.sqrt(square) * (middle - root)
+
+
+@inlined_kernel
+def _on_sphere(feature_A, feature_B, core_A, core_B, R, n, size):
+    """Return (n, stiffness, a, b) of two features whose normal is free.
+
+    Newton's method goes over a plane that touches the sphere at a normal n0 not far: x = n0 + s t
+    + q u is the normal where a - b lies along it, and needs no square root to stay one.
+    """
+    enough = ROUNDING_LEFT * EPSILON * size
+    floor = CURVATURE_FLOOR * size
+    t, u = orthogonal_pair(n)
+    s = q = 0.0
+    x = n
     error = math.inf
-    best = n
-    low = 0.0
-    best_low = 0.0
+    best = (x, n, n)
+    curvature = (s, q, 0.0, 0.0, 0.0)
+    ds = dq = 0.0
+    highest = -math.inf
+    halvings = 0
     for _ in range(MAX_NEWTON):
-        d = scale(-1.0, n)
-        rest = subtract(
-            feature_support(feature_A, core_A, IDENTITY, d),
-            feature_support(feature_B, core_B, R, n),
-        )
-        phi = dot(n, rest)
-        t = any_orthogonal(n)
-        u = cross(n, t)
-        g0, g1 = dot(t, rest), dot(u, rest)
-        A = curvature(feature_A, core_A, IDENTITY, d, t, u)
-        B = curvature(feature_B, core_B, R, n, t, u)
-        s, q, low = _plane_step(
-            g0, g1, A[0] + B[0] + phi, A[1] + B[1], A[2] + B[2] + phi, CURVATURE_FLOOR * size
-        )
-        length = math.sqrt(g0 * g0 + g1 * g1)
-        if length < error:
-            error = length
-            best = n
-            best_low = low
-        elif error < 1e3 * enough:
+        a, A00, A01, A11 = curved_support(feature_A, core_A, IDENTITY, scale(-1.0, x), t, u)
+        b, B00, B01, B11 = curved_support(feature_B, core_B, R, x, t, u)
+        rest = subtract(a, b)
+        level = dot(n, rest)
+        phi = dot(x, rest) / norm(x)
+        if phi < highest - HELD_UP * enough:
+            halvings += 1
+            if halvings > MAX_HALVINGS:
+                break
+            ds, dq = 0.5 * ds, 0.5 * dq  # the step was too long: half of it leads back
+            s, q = s - ds, q - dq
+            x = axpy(s, t, axpy(q, u, n))
+            continue
+        highest = phi
+        g0, g1 = dot(t, rest) - s * level, dot(u, rest) - q * level
+        tt, tu, uu = A00 + B00, A01 + B01, A11 + B11
+        left = g0 * g0 + g1 * g1
+        if left < error:
+            error = left
+            best = (x, a, b)
+            curvature = (s, q, tt, tu, uu)
+        elif error < HELD_UP * HELD_UP * enough * enough:
             break
-        if length <= enough:
+        if left <= enough * enough:
             break
-        n = unit(axpy(s, t, axpy(q, u, n)), n)
-    return best, best_low
+        st, sq = s * tt + q * tu, s * tu + q * uu
+        h00, h01 = tt + s * st + level, tu + s * sq
+        h10, h11 = tu + q * st, uu + q * sq + level
+        determinant = h00 * h11 - h01 * h10
+        mean = 0.5 * (h00 + h11)
+        if mean > 0.0 and determinant > WELL_CONDITIONED * mean * mean:
+            inverse = 1.0 / determinant
+            ds, dq = (h11 * g0 - h01 * g1) * inverse, (h00 * g1 - h10 * g0) * inverse
+            square = ds * ds + dq * dq
+            if square > MAX_STEP * MAX_STEP:
+                shorter = MAX_STEP / math.sqrt(square)
+                ds, dq = ds * shorter, dq * shorter
+            s, q = s + ds, q + dq
+            x = axpy(s, t, axpy(q, u, n))
+            if s * s + q * q <= FAR_OUT * FAR_OUT:
+                continue
+        elif s == 0.0 and q == 0.0:
+            s, q = ds, dq = _stiff_step(g0, g1, h00, h01, h11, floor)
+            x = axpy(s, t, axpy(q, u, n))
+            continue
+        n = unit(x, n)
+        t, u = orthogonal_pair(n)
+        s = q = 0.0
+        x = n
+    s, q, tt, tu, uu = curvature
+    n = unit(best[0], n)
+    low = _least_curvature(s, q, tt, tu, uu) + dot(n, subtract(best[1], best[2]))
+    return n, low, best[1], best[2]
 
 
-@lean_kernel
+@inlined_kernel
 def _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size):
     """Return (n, negated second derivative) where n is kept orthogonal to e."""
-    enough = EPSILON * size
+    enough = ROUNDING_LEFT * EPSILON * size
     error = math.inf
     n = unit(axpy(-dot(n, e), e, n), any_orthogonal(e))
     best = n
     best_low = 0.0
     for _ in range(MAX_NEWTON):
-        d = scale(-1.0, n)
-        rest = subtract(
-            feature_support(feature_A, core_A, IDENTITY, d),
-            feature_support(feature_B, core_B, R, n),
-        )
         t = cross(e, n)
+        a, A, _, _ = curved_support(feature_A, core_A, IDENTITY, scale(-1.0, n), t, t)
+        b, B, _, _ = curved_support(feature_B, core_B, R, n, t, t)
+        rest = subtract(a, b)
         g = dot(t, rest)
-        A = curvature(feature_A, core_A, IDENTITY, d, t, t)
-        B = curvature(feature_B, core_B, R, n, t, t)
-        h = A[0] + B[0] + dot(n, rest)
+        h = A + B + dot(n, rest)
         if abs(g) < error:
             error = abs(g)
             best = n
             best_low = h
-        elif error < 1e3 * enough:
+        elif error < HELD_UP * enough:
             break
         if abs(g) <= enough:
             break
@@ -179,28 +234,40 @@ def _across_lines(e, f, m, n):
     return m if dot(m, n) > 0.0 else scale(-1.0, m)
 
 
-@lean_kernel
-def contact_normal(feature_A, feature_B, core_A, core_B, R, n, size):
-    """Return (n, stiffness): the stationary normal of two features near the unit vector n.
+@inlined_kernel
+def _is_turning(feature):
+    """Return whether a feature leaves the normal two degrees of freedom."""
+    return feature[0] != FACE and feature[0] != LINE
 
-    ``stiffness`` is the smallest eigenvalue of the negated Hessian over the free directions (m):
-    positive at a strict local maximum of phi, ``inf`` where the features leave no freedom.
-    """
+
+@inlined_kernel
+def _normal(feature_A, feature_B, core_A, core_B, R, n, size):
+    """Return (n, stiffness) of two features, one of them a FACE or a LINE."""
     if feature_A[0] == FACE:
         return scale(-1.0, feature_A[2]), math.inf
     if feature_B[0] == FACE:
         return feature_B[2], math.inf
-    if feature_A[0] == LINE:
-        e = feature_A[2]
-        if feature_B[0] == LINE:
-            m = cross(e, feature_B[2])
-            if not _are_parallel(feature_A, feature_B, m):
-                return _across_lines(e, feature_B[2], m, n), math.inf
-        return _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size)
-    if feature_B[0] == LINE:
-        e = feature_B[2]
-        return _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size)
-    return _normal_on_sphere(feature_A, feature_B, core_A, core_B, R, n, size)
+    e = feature_A[2] if feature_A[0] == LINE else feature_B[2]
+    if feature_A[0] == LINE and feature_B[0] == LINE:
+        m = cross(e, feature_B[2])
+        if not _are_parallel(feature_A, feature_B, m):
+            return _across_lines(e, feature_B[2], m, n), math.inf
+    return _normal_on_circle(feature_A, feature_B, core_A, core_B, R, e, n, size)
+
+
+@inlined_kernel
+def contact_of_features(feature_A, feature_B, core_A, core_B, R, n, a, b, size):
+    """Return (n, stiffness, a, b): the stationary contact of two features near the unit vector n.
+
+    ``stiffness`` is the smallest eigenvalue of the negated Hessian over the free directions (m):
+    positive at a strict local maximum of phi, ``inf`` where the features leave no freedom. See
+    ``_contact_points`` for the witnesses.
+    """
+    if _is_turning(feature_A) and _is_turning(feature_B):
+        return _on_sphere(feature_A, feature_B, core_A, core_B, R, n, size)
+    n, stiffness = _normal(feature_A, feature_B, core_A, core_B, R, n, size)
+    a, b = _contact_points(feature_A, feature_B, core_A, core_B, R, n, a, b)
+    return n, stiffness, a, b
 
 
 @lean_kernel
@@ -254,8 +321,8 @@ def _middle_of_discs(face_A, face_B):
     return axpy(0.5 * (low + high) / length, q, face_A[1])
 
 
-@lean_kernel
-def contact_points(feature_A, feature_B, core_A, core_B, R, n, a, b):
+@inlined_kernel
+def _contact_points(feature_A, feature_B, core_A, core_B, R, n, a, b):
     """Return the witness points (a, b) of two features for their normal n.
 
     The a and b given are near: they are used where the features leave the points a choice (a line

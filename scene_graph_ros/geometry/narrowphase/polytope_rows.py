@@ -6,7 +6,7 @@ face: four directions around it divide the circle of its normals instead.
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import (
     edge_range,
     EDGE_STRIDE,
@@ -63,7 +63,7 @@ BELOW_CENTRE = 8
 how far Q's witness and Q's centre are below the face."""
 
 
-@lean_kernel
+@inlined_kernel
 def edge_count(core, hulls):
     """Return how many edges a polytope has, 0 for what is none or has too many."""
     if core[0] == SEGMENT:
@@ -76,7 +76,7 @@ def edge_count(core, hulls):
     return 0
 
 
-@lean_kernel
+@inlined_kernel
 def face_count(core, hulls):
     """Return how many faces a polytope has."""
     if core[0] == HULL:
@@ -84,7 +84,7 @@ def face_count(core, hulls):
     return 6 if core[0] == BOX else 4
 
 
-@lean_kernel
+@inlined_kernel
 def face_of(core, R, p, hulls, f):
     """Return (outward normal, offset from the origin) of a polytope's face f."""
     if core[0] == HULL:
@@ -105,7 +105,7 @@ def face_of(core, R, p, hulls, f):
     return d, dot(p, d)
 
 
-@lean_kernel
+@inlined_kernel
 def edge_of(core, R, p, hulls, k):
     """Return (row of one face, row of the other, a point of the edge they share) of edge k."""
     if core[0] == SEGMENT:
@@ -122,7 +122,7 @@ def edge_of(core, R, p, hulls, k):
     return FIRST_FACE + int(hulls[e + 1]), FIRST_FACE + int(hulls[e + 2]), v
 
 
-@lean_kernel
+@inlined_kernel
 def vertex_count(core, hulls):
     """Return how many vertices a polytope has."""
     if core[0] == HULL:
@@ -130,7 +130,7 @@ def vertex_count(core, hulls):
     return 8 if core[0] == BOX else 2
 
 
-@lean_kernel
+@inlined_kernel
 def vertex_of(core, R, p, hulls, k):
     """Return the vertex k of a placed polytope or segment."""
     h = core[3]
@@ -148,7 +148,7 @@ def vertex_of(core, R, p, hulls, k):
     return add(rotate(R, q), p)
 
 
-@lean_kernel
+@inlined_kernel
 def ends_at(core, hulls, k, vertex):
     """Return whether the edge k of a polytope ends at a vertex; all of a segment's do."""
     if core[0] == BOX:
@@ -161,7 +161,7 @@ def ends_at(core, hulls, k, vertex):
     return True
 
 
-@lean_kernel
+@inlined_kernel
 def fill(core_Q, hulls, v, S, row):
     """Find the support point of Q for the row of a face that v is a point of, unless known."""
     if S[row, DEPTH] == math.inf:

@@ -8,7 +8,7 @@ ones it proves that the depth is stationary.
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -29,7 +29,7 @@ from scene_graph_ros.geometry.narrowphase.features import (
     RIM,
     VERTEX,
 )
-from scene_graph_ros.geometry.narrowphase.polish import contact_normal, contact_points
+from scene_graph_ros.geometry.narrowphase.polish import contact_of_features
 from scene_graph_ros.geometry.narrowphase.slide import slide
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -46,7 +46,15 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
 
-__all__ = ["AMPLIFIED", "clamp", "contact", "refine", "separation"]
+__all__ = [
+    "AMPLIFIED",
+    "clamp",
+    "contact",
+    "refine",
+    "refine_inlined",
+    "separation",
+    "separation_inlined",
+]
 
 MAX_SWITCHES = 8
 """A cylinder has three kinds of features and a box three; a path through them is this short."""
@@ -65,12 +73,18 @@ INSIDE_CONE = 1e-3
 feature must be what is wrong with a contact."""
 
 
-@lean_kernel
-def separation(core_A, core_B, R, p, hulls, n):
+@inlined_kernel
+def separation_inlined(core_A, core_B, R, p, hulls, n):
     """Return the gap between A and B along n: a lower bound of their distance for every n."""
     a, _ = support(core_A, hulls, scale(-1.0, n), -1)
     b, _ = placed_support(core_B, hulls, R, p, n, -1)
     return dot(n, subtract(a, b))
+
+
+@lean_kernel
+def separation(core_A, core_B, R, p, hulls, n):
+    """Do the same as ``separation_inlined``, as a call."""
+    return separation_inlined(core_A, core_B, R, p, hulls, n)
 
 
 @lean_kernel
@@ -102,7 +116,7 @@ def _clamp_to_triangle(S, ids, count, side, a):
     return a
 
 
-@lean_kernel
+@inlined_kernel
 def clamp(core, R, p, feature, S, ids, count, side, a):
     """Return the point a moved onto the feature's extent on the core."""
     kind = core[0]
@@ -229,15 +243,18 @@ def _corner_feature(core, hulls, R, p, feature, d):
     return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0
 
 
-@lean_kernel
-def contact(feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count):
+@inlined_kernel
+def contact_inlined(
+    feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+):
     """Return (n, stiffness, free a, free b, a, b, distance, error) of two features' contact.
 
     The free points are those of the features before they are clamped to their extent.
     """
-    n, stiffness = contact_normal(feature_A, feature_B, core_A, core_B, R, n, size)
-    a_free, b_free = contact_points(feature_A, feature_B, core_A, core_B, R, n, a, b)
-    distance = separation(core_A, core_B, R, p, hulls, n)
+    n, stiffness, a_free, b_free = contact_of_features(
+        feature_A, feature_B, core_A, core_B, R, n, a, b, size
+    )
+    distance = separation_inlined(core_A, core_B, R, p, hulls, n)
     a = clamp(core_A, IDENTITY, ORIGIN, feature_A, S, ids, count, 3, a_free)
     b = clamp(core_B, R, p, feature_B, S, ids, count, 6, b_free)
     error = norm(axpy(-distance, n, subtract(a, b)))
@@ -253,19 +270,27 @@ def contact(feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S,
 
 
 @lean_kernel
-def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guesses):
+def contact(feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count):
+    """Do the same as ``contact_inlined``, as a call."""
+    return contact_inlined(
+        feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+    )
+
+
+@inlined_kernel
+def refine_inlined(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guesses):
     """Return (is proven, n, a, b, distance, error, stiffness) of the contact near a simplex.
 
     n, a, b: the normal and the witness points known so far; without a proof a and b come back
     with that normal of all tried which separates the cores most. ``error`` bounds the distance's
-    error (m) where the cores are apart; ``stiffness`` is that of ``polish.contact_normal``. The
-    first guess are the features that the simplex spans; with two ``guesses`` then the corners of
-    polytopes that lie furthest along the normal.
+    error (m) where the cores are apart; ``stiffness`` is that of ``polish``. The first guess are
+    the features that the simplex spans; with two ``guesses`` then the corners of polytopes that
+    lie furthest along the normal.
     """
     d = scale(-1.0, n)
     allowed = POLISH_RESIDUAL * EPSILON * size
-    best = n
-    highest = separation(core_A, core_B, R, p, hulls, n)
+    start = best = n
+    highest = -math.inf
     nearly = (n, a, b, highest, math.inf, 0.0)
     for guess in range(guesses):
         feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, d)
@@ -273,14 +298,17 @@ def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guess
         if guess > 0:
             feature_A = _corner_feature(core_A, hulls, IDENTITY, ORIGIN, feature_A, d)
             feature_B = _corner_feature(core_B, hulls, R, p, feature_B, n)
+        before_A, before_B = feature_A, feature_B
         for _ in range(MAX_SWITCHES):
             if feature_A[0] == NONE or feature_B[0] == NONE:
                 break
-            m, stiffness, a_free, b_free, q_A, q_B, distance, error = contact(
+            m, stiffness, a_free, b_free, q_A, q_B, distance, error = contact_inlined(
                 feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
             )
             if error <= allowed:
                 return True, m, q_A, q_B, distance, error, stiffness
+            if highest == -math.inf:
+                highest = separation(core_A, core_B, R, p, hulls, start)
             if error < nearly[4]:
                 nearly = (m, q_A, q_B, distance, error, stiffness)
             if distance > highest:
@@ -289,10 +317,20 @@ def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guess
                 core_A, hulls, IDENTITY, ORIGIN, feature_A, a_free, scale(-1.0, m), allowed
             )
             next_B = _switch(core_B, hulls, R, p, feature_B, b_free, m, allowed)
-            if next_A == feature_A and next_B == feature_B:
+            is_same = next_A == feature_A and next_B == feature_B
+            if is_same or (next_A == before_A and next_B == before_B):  # to and fro
                 break
+            before_A, before_B = feature_A, feature_B
             feature_A, feature_B = next_A, next_B
     if nearly[4] <= AMPLIFIED * allowed:
         return True, nearly[0], nearly[1], nearly[2], nearly[3], nearly[4], nearly[5]
+    if highest == -math.inf:
+        highest = separation(core_A, core_B, R, p, hulls, start)
     error = norm(axpy(-highest, best, subtract(a, b)))
     return False, best, a, b, highest, error, 0.0
+
+
+@lean_kernel
+def refine(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guesses):
+    """Do the same as ``refine_inlined``, as a call."""
+    return refine_inlined(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guesses)

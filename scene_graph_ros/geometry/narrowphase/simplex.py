@@ -9,10 +9,10 @@ its relative accuracy; the closest point inside a triangle is taken along the tr
 import math
 
 from scene_graph_ros.geometry.jit import lean_kernel
-from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale
+from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale, unit
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 
-__all__ = ["CONTAINS", "closest_on_simplex", "weighted_points"]
+__all__ = ["CONTAINS", "closest_on_simplex", "simplex_normal", "weighted_points"]
 
 CONTAINS = 4
 """The count returned for a tetrahedron that contains the origin."""
@@ -200,3 +200,15 @@ def weighted_points(S, lam, count):
         by += lam[i] * S[i, 7]
         bz += lam[i] * S[i, 8]
     return (ax, ay, az), (bx, by, bz)
+
+
+@lean_kernel
+def simplex_normal(S, count, v):
+    """Return the unit direction of v, from the simplex where that is more accurate."""
+    n = unit(v, (0.0, 0.0, 1.0))
+    if count == 3:
+        e = (S[1, 0] - S[0, 0], S[1, 1] - S[0, 1], S[1, 2] - S[0, 2])
+        f = (S[2, 0] - S[0, 0], S[2, 1] - S[0, 1], S[2, 2] - S[0, 2])
+        m = unit(cross(e, f), n)
+        n = m if dot(m, n) > 0.0 else scale(-1.0, m)
+    return n

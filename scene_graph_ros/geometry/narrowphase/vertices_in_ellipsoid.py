@@ -62,7 +62,7 @@ def _is_inside(axes, q, depth):
     return False
 
 
-@lean_kernel
+@inlined_kernel
 def _middle(core, R, hulls, vertex, S):
     """Return a unit vector amid the normals of the faces around a vertex."""
     if core[0] == SEGMENT:
@@ -110,7 +110,7 @@ def _is_proven(v, y, S, first, least, known, tie):
     )
 
 
-@lean_kernel
+@inlined_kernel
 def _is_triangle_deeper(v, core_Q, hulls, y, least, known, tie, S):
     """Return whether D exceeds ``least`` in the spherical triangle in the first rows.
 
@@ -145,7 +145,7 @@ def _is_triangle_deeper(v, core_Q, hulls, y, least, known, tie, S):
     return False
 
 
-@lean_kernel
+@inlined_kernel
 def _is_cone_deeper(core_P, R_P, p_P, core_Q, hulls, vertex, y, least, known, tie, S):
     """Return whether D exceeds ``least`` between all normals of the faces around a vertex."""
     v = vertex_of(core_P, R_P, p_P, hulls, vertex)

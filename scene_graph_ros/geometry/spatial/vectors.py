@@ -19,6 +19,7 @@ __all__ = [
     "load_translation",
     "load_vector",
     "norm",
+    "orthogonal_pair",
     "relative_pose",
     "rotate",
     "rotate_inverse",
@@ -28,6 +29,10 @@ __all__ = [
     "transpose",
     "unit",
 ]
+
+
+LEAST_SQUARE, LARGEST_SQUARE = 1e-200, 1e200
+"""Outside of them, squares of components may under- or overflow."""
 
 
 @kernel
@@ -79,13 +84,15 @@ def norm(a):
 @kernel
 def unit(a, fallback):
     """Return a / |a|, or ``fallback`` where a is zero or too small to have a direction."""
-    largest = max(abs(a[0]), abs(a[1]), abs(a[2]))
-    if not largest > 0.0:
-        return fallback
-    # Scaling first keeps the squares of tiny and huge vectors inside the range of doubles.
-    x, y, z = a[0] / largest, a[1] / largest, a[2] / largest
-    length = math.sqrt(x * x + y * y + z * z)
-    return (x / length, y / length, z / length)
+    square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+    if not LEAST_SQUARE < square < LARGEST_SQUARE:
+        largest = max(abs(a[0]), abs(a[1]), abs(a[2]))
+        if not largest > 0.0:
+            return fallback
+        a = (a[0] / largest, a[1] / largest, a[2] / largest)
+        square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+    length = math.sqrt(square)
+    return (a[0] / length, a[1] / length, a[2] / length)
 
 
 @kernel
@@ -97,6 +104,21 @@ def any_orthogonal(a):
     if ay <= az:
         return unit((a[2], 0.0, -a[0]), (1.0, 0.0, 0.0))
     return unit((-a[1], a[0], 0.0), (1.0, 0.0, 0.0))
+
+
+@kernel
+def orthogonal_pair(n):
+    """Return unit vectors t and u = n x t orthogonal to the unit vector n.
+
+    Tom Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+    """
+    sign = math.copysign(1.0, n[2])
+    a = -1.0 / (sign + n[2])
+    b = n[0] * n[1] * a
+    return (
+        (1.0 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]),
+        (b, sign + n[1] * n[1] * a, -n[1]),
+    )
 
 
 @kernel

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.jit import inlined_kernel, merged_kernel
-from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
+from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance_in
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -72,7 +72,7 @@ def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance, tolerance):
 
 
 @merged_kernel
-def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
+def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
     if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
         zero = (0.0, 0.0, 0.0)
@@ -86,7 +86,8 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
             table, i, j, R_AB, p_AB, max_distance, tolerance
         )
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
-    return convex_distance(
+    return convex_distance_in(
+        work,
         core_of(table, i),
         core_of(table, j),
         R_AB,
@@ -98,14 +99,14 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
 
 
 @merged_kernel
-def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance):
+def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of rows i (A) and j (B), in A's frame.
 
     ``p_ACa - p_ACb = phi nhat_BA_A``; the unit normal points out of B into A, and is ``unique``
     unless it is a choice. ``gap`` bounds the error of phi (m): at most ``tolerance``, or rounding
     where that is 0 and for all pairs with a closed form. Where phi is found to exceed
     ``max_distance``, it may be any lower bound above that, without witnesses. Two half spaces
-    give phi = nan, the only pair that has no answer.
+    give phi = nan, the only pair that has no answer. ``work``: a Workspace of ``convex_distance``.
     """
     # A mesh measured by its triangles comes after one measured by its hull.
     swap = table.kind[i] > table.kind[j] or (
@@ -116,7 +117,7 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance):
         p_AB = scale(-1.0, rotate_inverse(R_AB, p_AB))
         R_AB = transpose(R_AB)
     phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = _distance_ordered(
-        table, i, j, R_AB, p_AB, max_distance, tolerance
+        table, i, j, R_AB, p_AB, max_distance, tolerance, work
     )
     if swap:
         # What was computed is in the frame of the other shape, which is A there.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -42,7 +43,7 @@ EXACT = Accuracy.EXACT.bound
 
 
 @lean_kernel
-def _solve(table, X_WG, pairs, max_distance, keep, accuracy, columns):
+def _solve(table, X_WG, pairs, max_distance, keep, accuracy, columns, work):
     """Write the kept pairs into ``columns``; return how many, and the pair without an answer."""
     rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps = columns
     count = 0
@@ -53,7 +54,7 @@ def _solve(table, X_WG, pairs, max_distance, keep, accuracy, columns):
         R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
         size = max(table.scale[i], table.scale[j])
         phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = distance_pair(
-            table, i, j, R_AB, p_AB, max_distance, accuracy * size
+            table, i, j, R_AB, p_AB, max_distance, accuracy * size, work
         )
         if math.isnan(phi):
             return count, k
@@ -115,7 +116,9 @@ def solve_pairs(
         np.empty(m),
     )
     loose = accuracy if accuracy > EXACT else 0.0
-    count, failed = _solve(table, X_WG, pairs, float(max_distance), keep, loose, columns)
+    count, failed = _solve(
+        table, X_WG, pairs, float(max_distance), keep, loose, columns, new_workspace()
+    )
     kept = tuple(column[:count] for column in columns)
     if certify:
         rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, _, gap = kept

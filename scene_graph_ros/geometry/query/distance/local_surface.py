@@ -10,7 +10,7 @@ import math
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
-from scene_graph_ros.geometry.narrowphase.features import curvature, SMOOTH
+from scene_graph_ros.geometry.narrowphase.features import curved_support, SMOOTH
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
 from scene_graph_ros.geometry.query.point.point_mesh import border_feature, nearest_triangle
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -111,7 +111,9 @@ def _cylinder(size, p, m):
 def _ellipsoid(core, m):
     t = any_orthogonal(m)
     u = cross(m, t)
-    tt, tu, uu = curvature((SMOOTH, ORIGIN, ORIGIN, 0.0, 0.0, 0.0), core, IDENTITY, m, t, u)
+    _, tt, tu, uu = curved_support(
+        (SMOOTH, ORIGIN, ORIGIN, 0.0, 0.0, 0.0), core, IDENTITY, m, t, u
+    )
     angle = 0.5 * math.atan2(2.0 * tu, tt - uu)
     c, s = math.cos(angle), math.sin(angle)
     first = axpy(s, u, scale(c, t))

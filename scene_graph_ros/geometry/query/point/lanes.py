@@ -29,7 +29,6 @@ from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, sub
 
 __all__ = [
     "POSE_NUMBERS",
-    "answer_ellipsoid",
     "answer_lanes",
     "enter_frame",
     "enter_frames",
@@ -205,24 +204,19 @@ def _half_spaces(lanes):
         set_answer(lanes, j, point_half_space(p_GQ))
 
 
-@inlined_kernel
-def _begin_ellipsoid(lanes, j, size, p_GQ):
-    _, _, _, _, _, c, d, is_plain = set_up(size, p_GQ)
-    low, high = bracket(c, d)
-    is_open = is_plain and is_tight(low, high)
-    set_triple(lanes, _C, j, c)
-    lanes[_D + j] = d[0]
-    lanes[_D + LANES + j] = d[1]
-    lanes[_SIGMA + j] = first_sigma(c, d, low, high)
-    lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
-    lanes[_IS_HARD + j] = 0.0 if is_open else 1.0
-
-
 @lean_kernel
 def _begin_ellipsoids(lanes):
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
-        _begin_ellipsoid(lanes, j, size, p_GQ)
+        _, _, _, _, _, c, d, is_plain = set_up(size, p_GQ)
+        low, high = bracket(c, d)
+        is_open = is_plain and is_tight(low, high)
+        set_triple(lanes, _C, j, c)
+        lanes[_D + j] = d[0]
+        lanes[_D + LANES + j] = d[1]
+        lanes[_SIGMA + j] = first_sigma(c, d, low, high)
+        lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
+        lanes[_IS_HARD + j] = 0.0 if is_open else 1.0
 
 
 @inlined_kernel
@@ -246,54 +240,27 @@ def _step_ellipsoids(lanes):
     return count
 
 
-@inlined_kernel
-def _end_ellipsoid(lanes, j, size, p_GQ):
-    axis_i, axis_j, axis_k, e, _, _, _, _ = set_up(size, p_GQ)
-    c, d = _equation(lanes, j)
-    sigma = lanes[_SIGMA + j]
-    set_answer(lanes, j, place_plain(p_GQ, axis_i, axis_j, axis_k, e, c, d, sigma))
-
-
 @lean_kernel
 def _end_ellipsoids(lanes):
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
-        _end_ellipsoid(lanes, j, size, p_GQ)
-
-
-@lean_kernel
-def _solve_ellipsoids(lanes):
-    for _ in range(_STEPS):
-        if _step_ellipsoids(lanes) == 0:
-            break
-
-
-@lean_kernel
-def _answer_hard_ellipsoids(lanes):
-    """Answer one by one where a few steps did not."""
-    for j in range(LANES):
-        if lanes[_IS_OPEN + j] != 0.0 or lanes[_IS_HARD + j] != 0.0:
-            size, p_GQ = question(lanes, j)
-            set_answer(lanes, j, point_ellipsoid(size, p_GQ))
+        axis_i, axis_j, axis_k, e, _, _, _, _ = set_up(size, p_GQ)
+        c, d = _equation(lanes, j)
+        sigma = lanes[_SIGMA + j]
+        set_answer(lanes, j, place_plain(p_GQ, axis_i, axis_j, axis_k, e, c, d, sigma))
 
 
 @lean_kernel
 def _ellipsoids(lanes):
     _begin_ellipsoids(lanes)
-    _solve_ellipsoids(lanes)
+    for _ in range(_STEPS):
+        if _step_ellipsoids(lanes) == 0:
+            break
     _end_ellipsoids(lanes)
-    _answer_hard_ellipsoids(lanes)
-
-
-@lean_kernel
-def answer_ellipsoid(lanes, size):
-    """Answer all lanes, all about one ellipsoid: what depends on its size is computed once."""
     for j in range(LANES):
-        _begin_ellipsoid(lanes, j, size, triple(lanes, _POINT, j))
-    _solve_ellipsoids(lanes)
-    for j in range(LANES):
-        _end_ellipsoid(lanes, j, size, triple(lanes, _POINT, j))
-    _answer_hard_ellipsoids(lanes)
+        if lanes[_IS_OPEN + j] != 0.0 or lanes[_IS_HARD + j] != 0.0:
+            size, p_GQ = question(lanes, j)
+            set_answer(lanes, j, point_ellipsoid(size, p_GQ))
 
 
 @lean_kernel

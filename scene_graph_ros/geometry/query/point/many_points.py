@@ -17,7 +17,6 @@ from scene_graph_ros.geometry.meshes.scratch import (
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
 from scene_graph_ros.geometry.query.point.lane_rows import ANSWER, put_square, SQUARE
 from scene_graph_ros.geometry.query.point.lanes import (
-    answer_ellipsoid,
     answer_lanes,
     enter_frame,
     keep_answers,
@@ -37,7 +36,6 @@ Answers = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], N
 """Flat columns phi (k,), p_GN (3 k,), grad_W (3 k,) and unique (k,)."""
 
 _CONVEX = int(ShapeKind.CONVEX)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
 _MESH = int(ShapeKind.MESH)
 
 _ROOM = 1 << 14
@@ -85,18 +83,15 @@ def _put(answers, slots, room, at, stride):
 def _answer_row(kinds, i, points, lanes, R_WG, p_WG):
     """Answer all lanes about row i."""
     kind = kinds.kind[i]
-    size = load_vector(kinds.size, i)
-    enter_frame(lanes, points, size, R_WG, p_WG)
+    enter_frame(lanes, points, load_vector(kinds.size, i), R_WG, p_WG)
     if kind == _CONVEX:
         start = kinds.block[i]
         if kinds.blocks[start] <= SCAN_LIMIT:
             answer_hull(lanes, kinds.blocks, start)
         else:
             for j in range(LANES):
-                _, p_GQ = question(lanes, j)
+                size, p_GQ = question(lanes, j)
                 set_answer(lanes, j, point_hull(kinds.blocks, start, size[0], p_GQ))
-    elif kind == _ELLIPSOID:
-        answer_ellipsoid(lanes, size)
     elif kind != _MESH:
         answer_lanes(lanes, kind)
 
