@@ -35,6 +35,8 @@ REFENCED = 2
 SEARCHED = 3
 """Searches of all pairs."""
 
+MAX_MERGED = 200
+"""So many new pairs are sorted and merged into the list; more, and the whole list is sorted."""
 MAX_REFENCED = 64
 """When more boxes leave at once, all pairs are searched, which then takes less time."""
 STEPS = 4.0
@@ -137,6 +139,42 @@ def _meet(fence, i, margin, first, meets):
         )
 
 
+@inlined_kernel
+def _is_after(pairs, a, others, b):
+    """Tell whether pair a comes after pair b of others."""
+    first = others[b, 0]
+    return pairs[a, 0] > first or (pairs[a, 0] == first and pairs[a, 1] > others[b, 1])
+
+
+@lean_kernel
+def _sort(pairs, first, last):
+    """Sort a few pairs, those from first to last, by insertion."""
+    for k in range(first + 1, last):
+        i, j = pairs[k, 0], pairs[k, 1]
+        at = k
+        while at > first and (
+            pairs[at - 1, 0] > i or (pairs[at - 1, 0] == i and pairs[at - 1, 1] > j)
+        ):
+            pairs[at, 0], pairs[at, 1] = pairs[at - 1, 0], pairs[at - 1, 1]
+            at -= 1
+        pairs[at, 0], pairs[at, 1] = i, j
+
+
+@lean_kernel
+def _merge(pairs, count, others):
+    """Merge sorted others into the ``count`` sorted pairs, after which there is room for them."""
+    a, b = count - 1, len(others) - 1
+    for at in range(count + len(others) - 1, -1, -1):
+        if b < 0:
+            break
+        if a >= 0 and _is_after(pairs, a, others, b):
+            pairs[at, 0], pairs[at, 1] = pairs[a, 0], pairs[a, 1]
+            a -= 1
+        else:
+            pairs[at, 0], pairs[at, 1] = others[b, 0], others[b, 1]
+            b -= 1
+
+
 @kernel
 def _look_up(fence, frame, filter_bits, margin, is_out, pairs, counters):
     """Return the list with the pairs of rows that are out replaced, sorted."""
@@ -147,6 +185,7 @@ def _look_up(fence, frame, filter_bits, margin, is_out, pairs, counters):
         if not (is_out[pairs[k, 0]] or is_out[pairs[k, 1]]):
             found[count, 0], found[count, 1] = pairs[k, 0], pairs[k, 1]
             count += 1
+    kept = count
     meets = np.empty(n, np.bool_)
     for i in range(n):
         if not is_out[i]:
@@ -166,7 +205,11 @@ def _look_up(fence, frame, filter_bits, margin, is_out, pairs, counters):
                 found[count, 0] = min(i, j)
                 found[count, 1] = max(i, j)
                 count += 1
-    return sorted_pairs(found, count, n)
+    if count - kept > MAX_MERGED:
+        return sorted_pairs(found, count, n)
+    _sort(found, kept, count)
+    _merge(found, kept, found[kept:count].copy())
+    return found[:count]
 
 
 @kernel
