@@ -21,18 +21,22 @@ from scene_graph_ros.geometry.narrowphase.cores import (
 )
 from scene_graph_ros.geometry.narrowphase.features import (
     box_feature,
+    curved_support,
     cylinder_feature,
     FACE,
     feature_at,
+    feature_support,
     LINE,
     NONE,
     RIM,
+    SMOOTH,
     VERTEX,
 )
 from scene_graph_ros.geometry.narrowphase.nearest_places import nearest_places
 from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, clamp, contact, separation
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
+    any_orthogonal,
     axpy,
     column,
     cross,
@@ -51,6 +55,9 @@ __all__ = ["is_beyond_face", "polish_all"]
 CANDIDATES = 10
 """A box has a corner, three edges and three faces along a direction; the simplex gives one. Of a
 hull's corner, the first edges are tried."""
+
+AXIS_STEPS = 96
+"""Steps that first multiply and then halve a bracket of numbers of any size."""
 
 ROUNDS = 3
 """Directions that all features are tried from."""
@@ -215,6 +222,64 @@ def _contact_of_places(
 
 
 @lean_kernel
+def _beside_axis(k00, k01, k11, g0, g1, radius):
+    """Return (is found, x, y): v = (x, y) with (K + s) v = g and s |v| = radius, K + s positive.
+
+    s |v| grows with s, up to |g|.
+    """
+    half = 0.5 * (k00 - k11)
+    low = max(math.sqrt(half * half + k01 * k01) - 0.5 * (k00 + k11), 0.0)
+    high = low + radius
+    x = y = 0.0
+    is_bracketed = False
+    for _ in range(AXIS_STEPS):
+        s = 0.5 * (low + high) if is_bracketed else high
+        determinant = (k00 + s) * (k11 + s) - k01 * k01
+        x = ((k11 + s) * g0 - k01 * g1) / determinant
+        y = ((k00 + s) * g1 - k01 * g0) / determinant
+        if s * math.sqrt(x * x + y * y) > radius:
+            high, is_bracketed = s, True
+        elif is_bracketed:
+            low = s
+        else:
+            low, high = s, 4.0 * high
+    return is_bracketed, x, y
+
+
+@lean_kernel
+def _from_axis(feature_A, feature_B, core_A, core_B, R, n):
+    """Return (is found, a normal beside a rim's axis at which the rim touches a smooth surface).
+
+    Along its axis a rim has no support point, so no step leads away from there. Next to it the
+    gap along n + v is, to second order, that along n plus g . v - r |v| - v . K v / 2, with r the
+    rim's radius; the v of its maximum solves (K + s) v = g, where s |v| = r.
+    """
+    is_A = feature_A[0] == RIM
+    if not (is_A and feature_B[0] == SMOOTH) and not (feature_B[0] == RIM and not is_A):
+        return False, n
+    rim, smooth, core = feature_A, feature_B, core_B
+    n = scale(-1.0, feature_A[2])
+    if is_A:
+        rest = subtract(rim[1], feature_support(smooth, core, R, n))
+        d = n
+    else:
+        rim, smooth, core = feature_B, feature_A, core_A
+        n = rim[2]
+        d = scale(-1.0, n)
+        rest = subtract(feature_support(smooth, core, IDENTITY, d), rim[1])
+    t = any_orthogonal(n)
+    u = cross(n, t)
+    g0, g1 = dot(t, rest), dot(u, rest)
+    if smooth[0] != SMOOTH or not g0 * g0 + g1 * g1 > rim[3] * rim[3]:
+        return False, n
+    _, k00, k01, k11 = curved_support(smooth, core, R if is_A else IDENTITY, d, t, u)
+    phi = dot(n, rest)
+    k00, k11 = k00 + phi, k11 + phi
+    is_found, x, y = _beside_axis(k00, k01, k11, g0, g1, rim[3])
+    return is_found, unit(axpy(x, t, axpy(y, u, n)), n)
+
+
+@lean_kernel
 def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
     """Do what ``polish_all`` does from one direction; return also the best direction tried."""
     allowed = AMPLIFIED * POLISH_RESIDUAL * EPSILON * size
@@ -240,6 +305,26 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
             ):
                 m, q_A, q_B, distance, error = _contact_of_places(
                     feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
+                )
+            is_found, start = False, n
+            if error > allowed:
+                is_found, start = _from_axis(feature_A, feature_B, core_A, core_B, R, n)
+            if is_found:
+                m, _, _, _, q_A, q_B, distance, error = contact(
+                    feature_A,
+                    feature_B,
+                    core_A,
+                    core_B,
+                    R,
+                    p,
+                    hulls,
+                    start,
+                    a,
+                    b,
+                    size,
+                    S,
+                    ids,
+                    count,
                 )
             if distance > furthest:
                 ahead, furthest = m, distance
