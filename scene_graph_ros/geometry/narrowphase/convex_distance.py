@@ -179,7 +179,7 @@ def _lifted(core_A, core_B, R, p, hulls, n, depth, size, S, ids, lam):
     return math.inf if is_overlapping else rest, a, b
 
 
-@lean_kernel
+@merged_kernel
 def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, size, known):
     """Return (distance, a, b, n, unique, gap) of cores that overlap or nearly touch.
 
@@ -264,7 +264,7 @@ def convex_distance_in(work, core_A, core_B, R_AB, p_AB, hulls, max_distance, to
     return _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids)
 
 
-@lean_kernel
+@merged_kernel
 def _lifted_or_in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids):
     if tolerance == 0.0:
         limit = max_distance + core_A[2] + core_B[2]

@@ -14,7 +14,7 @@ algorithm", 1976). As nobody knows the size of the features, the steps get short
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import placed_support, TRIANGLE
 from scene_graph_ros.geometry.query.distance.triangle_triangle import distance_triangle_triangle
@@ -90,7 +90,7 @@ def _gap_to_core(surfaces, core, hulls, R, p, triangles, count, n):
     return dot(n, x) - highest
 
 
-@kernel
+@merged_kernel
 def _settled(surfaces, core, hulls, R, p, triangles, count, distance, n, size):
     """Return (is found, n): a direction along which a core is ``distance`` from triangles."""
     enough = distance - COINCIDENCE * size
@@ -128,7 +128,7 @@ def _keep_those_at(surfaces, x, triangles, count, tolerance):
     return kept
 
 
-@kernel
+@merged_kernel
 def normal_to_core(surfaces, core, mesh_core, hulls, R, p, triangles, count, contact, size):
     """Return (n, unique) of a core without a radius that is placed at R, p in a surface's frame.
 

@@ -233,7 +233,7 @@ def _is_within(surfaces, k, size, core, hulls, R_MK, p_MK):
     return point_mesh(surfaces, k, size, middle, math.inf)[0] < 0.0
 
 
-@lean_kernel
+@merged_kernel
 def _over_triangles(vertices, triangles, normals, core, hulls, R, p, cuts, count, n, depth, x):
     """Return a point of a core that is as deep as x behind a plane, and behind a cut triangle.
 
