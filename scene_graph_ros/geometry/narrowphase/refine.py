@@ -277,15 +277,25 @@ def contact(feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S,
     )
 
 
+@lean_kernel
+def _unproven(nearly, n, a, b, highest, allowed):
+    """Return what ``refine`` does without a proof, from the contact that came nearest to one."""
+    error = norm(axpy(-highest, n, subtract(a, b)))
+    if nearly[4] < error and nearly[3] >= highest - allowed:
+        return False, nearly[0], nearly[1], nearly[2], nearly[3], nearly[4], nearly[5]
+    return False, n, a, b, highest, error, 0.0
+
+
 @inlined_kernel
 def refine_inlined(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, guesses):
     """Return (is proven, n, a, b, distance, error, stiffness) of the contact near a simplex.
 
     n, a, b: the normal and the witness points known so far; without a proof a and b come back
-    with that normal of all tried which separates the cores most. ``error`` bounds the distance's
-    error (m) where the cores are apart; ``stiffness`` is that of ``polish``. The first guess are
-    the features that the simplex spans; with two ``guesses`` then the corners of polytopes that
-    lie furthest along the normal.
+    with that normal of all tried which separates the cores most, or as the contact that separates
+    them as much and misses a proof by less. ``error`` bounds the distance's error (m) where the
+    cores are apart; ``stiffness`` is that of ``polish``. The first guess are the features that
+    the simplex spans; with two ``guesses`` then the corners of polytopes that lie furthest along
+    the normal.
     """
     d = scale(-1.0, n)
     allowed = POLISH_RESIDUAL * EPSILON * size
@@ -326,8 +336,7 @@ def refine_inlined(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, coun
         return True, nearly[0], nearly[1], nearly[2], nearly[3], nearly[4], nearly[5]
     if highest == -math.inf:
         highest = separation(core_A, core_B, R, p, hulls, start)
-    error = norm(axpy(-highest, best, subtract(a, b)))
-    return False, best, a, b, highest, error, 0.0
+    return _unproven(nearly, best, a, b, highest, allowed)
 
 
 @lean_kernel
