@@ -248,31 +248,33 @@ def _beside_axis(k00, k01, k11, g0, g1, radius):
 
 @lean_kernel
 def _from_axis(feature_A, feature_B, core_A, core_B, R, n):
-    """Return (is found, a normal beside a rim's axis at which the rim touches a smooth surface).
+    """Return (is found, a normal beside a rim's axis at which it touches what is smooth there).
 
-    Along its axis a rim has no support point, so no step leads away from there. Next to it the
-    gap along n + v is, to second order, that along n plus g . v - r |v| - v . K v / 2, with r the
-    rim's radius; the v of its maximum solves (K + s) v = g, where s |v| = r.
+    That is an ellipsoid, or another rim. Along its axis a rim has no support point, so no step
+    leads away from there. Next to it the gap along n + v is, to second order, that along n plus
+    g . v - r |v| - v . K v / 2, with r the rim's radius; the v of its maximum solves
+    (K + s) v = g, where s |v| = r.
     """
     is_A = feature_A[0] == RIM
-    if not (is_A and feature_B[0] == SMOOTH) and not (feature_B[0] == RIM and not is_A):
-        return False, n
-    rim, smooth, core = feature_A, feature_B, core_B
-    n = scale(-1.0, feature_A[2])
+    if is_A and feature_B[0] == RIM:
+        is_A = abs(dot(n, feature_A[2])) >= abs(dot(n, feature_B[2]))
+    rim, other, core = feature_B, feature_A, core_A
     if is_A:
-        rest = subtract(rim[1], feature_support(smooth, core, R, n))
-        d = n
-    else:
-        rim, smooth, core = feature_B, feature_A, core_A
-        n = rim[2]
-        d = scale(-1.0, n)
-        rest = subtract(feature_support(smooth, core, IDENTITY, d), rim[1])
+        rim, other, core = feature_A, feature_B, core_B
+    if rim[0] != RIM or not (other[0] == SMOOTH or other[0] == RIM):
+        return False, n
+    d = scale(-1.0, rim[2])
+    n = d if is_A else rim[2]
+    R_other = R if is_A else IDENTITY
+    rest = subtract(rim[1], feature_support(other, core, R_other, d))
+    if not is_A:
+        rest = scale(-1.0, rest)
     t = any_orthogonal(n)
     u = cross(n, t)
     g0, g1 = dot(t, rest), dot(u, rest)
-    if smooth[0] != SMOOTH or not g0 * g0 + g1 * g1 > rim[3] * rim[3]:
+    if not g0 * g0 + g1 * g1 > rim[3] * rim[3]:
         return False, n
-    _, k00, k01, k11 = curved_support(smooth, core, R if is_A else IDENTITY, d, t, u)
+    _, k00, k01, k11 = curved_support(other, core, R_other, d, t, u)
     phi = dot(n, rest)
     k00, k11 = k00 + phi, k11 + phi
     is_found, x, y = _beside_axis(k00, k01, k11, g0, g1, rim[3])
