@@ -48,6 +48,10 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
 __all__ = ["box_gap", "core_bounds", "distance_convex_mesh", "is_in_box"]
 
+KNOWN_ERROR = 1e-11
+"""Relative to the larger size: as much of a distance's known error may make an overlap touching.
+Errors of contacts next to each other are small; where depths nearly tie, the bound says little."""
+
 _FIRST_CAPACITY = 64
 
 
@@ -113,19 +117,19 @@ def _is_closer(surfaces, new, old, tolerance):
 
 @merged_kernel
 def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, rounding, allowed):
-    """Return (distance, p_MN, n, unique, cuts, count) of surface k and a core of radius 0.
+    """Return (distance, error, p_MN, n, unique, cuts, count) of surface k and a bare core.
 
     The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
     of it into the core; or the ``count`` triangles within ``tolerance`` of the core, in ``cuts``,
-    and what it is to the one it is nearest to or reaches deepest into. ``box`` holds the bounds
-    of the core; ``rounding`` is that of distances.
+    and what it is to the one it is nearest to or reaches deepest into. ``error`` bounds that of
+    the distance; ``box`` holds the bounds of the core; ``rounding`` is that of distances.
     """
     cuts = np.empty(_FIRST_CAPACITY, np.int64)
     stack = np.empty(MAX_DEPTH + 1, np.int64)
     lower, upper = box
     # ``best`` is the least distance that is worth a look, ``nearest`` that of the contact.
     best, p_MN, n, is_unique = max(bound, tolerance), p_MK, (0.0, 0.0, 1.0), True
-    nearest, nearest_triangle = math.inf, -1
+    nearest, nearest_triangle, error = math.inf, -1, 0.0
     count, depth = 0, 1
     stack[0] = surfaces.node_start[k]
     while depth > 0:
@@ -146,7 +150,7 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
             triangle = triangle_core(surfaces.vertices, surfaces.triangles, t)
             if _triangle_gap(lower, upper, triangle[3]) > best:
                 continue
-            distance, a, _, m, unique, _ = convex_distance(
+            distance, a, _, m, unique, gap = convex_distance(
                 triangle, core, R_MK, p_MK, hulls, best, allowed
             )
             if distance > best:
@@ -162,8 +166,9 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
             new, old = (distance, t, a, m), (nearest, nearest_triangle, p_MN, n)
             if nearest_triangle < 0 or _is_closer(surfaces, new, old, rounding):
                 nearest, nearest_triangle, p_MN, n, is_unique = distance, t, a, m, unique
+                error = gap
                 best = min(best, max(distance + rounding, tolerance))
-    return nearest, p_MN, n, is_unique, cuts, count
+    return nearest, error, p_MN, n, is_unique, cuts, count
 
 
 @inlined_kernel
@@ -282,7 +287,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
     reach = math.inf if is_inside else max(bound, 0.0) + core[2]
     within = tolerance
     for _ in range(2):
-        distance, p_MN, n, unique, cuts, count = _search(
+        distance, error, p_MN, n, unique, cuts, count = _search(
             surfaces, k, bare, box, hulls, R_MK, p_MK, reach, within, tolerance, allowed
         )
         if count > 0 or is_inside or not distance <= NEAR_CONTACT * larger:
@@ -298,9 +303,9 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
         n = scale(-1.0, n)
         depth, x = _depth_behind(core, hulls, R_MK, p_MK, n, dot(n, p_MN))
     else:
+        touching = TOUCHING * tolerance + min(error, KNOWN_ERROR * larger)
         if within > tolerance or (
-            distance >= -TOUCHING * tolerance
-            and not _is_within(surfaces, k, size, core, hulls, R_MK, p_MK)
+            distance >= -touching and not _is_within(surfaces, k, size, core, hulls, R_MK, p_MK)
         ):
             contact = (distance, p_MN, n, unique)
             n, unique = normal_to_core(
