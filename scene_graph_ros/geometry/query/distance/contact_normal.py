@@ -299,16 +299,20 @@ def touching_triangles(surfaces, R, p, pairs, count, size):
     surface and n a direction out of the second in which they are ``distance`` apart.
     """
     slack = TOUCHING * COINCIDENCE * size
-    gap, n = -math.inf, (0.0, 0.0, 1.0)
+    highest, gap, n, first = -math.inf, -math.inf, (0.0, 0.0, 1.0), 0
     for c in range(count):
-        gap = -math.inf
+        own, direction = -math.inf, n
         for start in _normals_of(surfaces, R, pairs[c]):
             between, m = _settled_pairs(surfaces, R, p, pairs[c : c + 1], 1, 0.0, start, size)
-            if between > gap:
-                gap, n = between, m
-        if gap < -slack:
-            return False, gap, p, n, False
-    x = touching_point(surfaces, R, p, pairs[count - 1 :], 1, n, gap, size)
+            if between > own:
+                own, direction = between, m
+        if own < -slack:
+            return False, own, p, direction, False
+        if c == 0 or dot(direction, n) < SAME_DIRECTION:
+            between = _gap_of_triangles(surfaces, R, p, pairs, count, direction)
+            if between > highest:
+                highest, gap, n, first = between, own, direction, c
+    x = touching_point(surfaces, R, p, pairs[first:], 1, n, gap, size)
     kept, least, m = normal_of_triangles(surfaces, R, p, pairs, count, (0.0, x, n), size)
     if kept == 0:
         return True, gap, x, n, False
