@@ -237,7 +237,7 @@ def _look(core_P, R_P, p_P, core_Q, hulls, y, least, known, tie, S):
     if (
         best[0] == NONE_LESS
         and core_Q[0] == ELLIPSOID
-        and not are_vertices_deeper(core_P, R_P, p_P, core_Q, hulls, y, least, known, tie, S)
+        and not are_vertices_deeper(core_P, R_P, p_P, core_Q, hulls, y, least, known, tie)
     ):
         return UNDECIDED, least, known, FACE_OF_P, 0
     return best

@@ -38,7 +38,6 @@ __all__ = [
     "MAX_FACES",
     "edge_count",
     "edge_of",
-    "ends_at",
     "face_count",
     "face_of",
     "fill",
@@ -47,8 +46,7 @@ __all__ = [
 ]
 
 FIRST_FACE = 36
-"""The row of the workspace where faces begin; before it is a stack of directions on an arc, or of
-spherical triangles, three rows each."""
+"""The row of the workspace where faces begin; before it is a stack of directions on an arc."""
 
 LAST = FIRST_FACE - 1
 """The row before the faces."""
@@ -146,19 +144,6 @@ def vertex_of(core, R, p, hulls, k):
     else:
         q = (0.0, 0.0, h[0] if k & 1 else -h[0])
     return add(rotate(R, q), p)
-
-
-@inlined_kernel
-def ends_at(core, hulls, k, vertex):
-    """Return whether the edge k of a polytope ends at a vertex; all of a segment's do."""
-    if core[0] == BOX:
-        i, j = (k // 4 + 1) % 3, (k // 4 + 2) % 3
-        return (k & 1 == 0) == (vertex >> i & 1 == 1) and (k & 2 == 0) == (vertex >> j & 1 == 1)
-    if core[0] == HULL:
-        e = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
-        place = core[1] + HEADER + STRIDE * vertex
-        return hulls[e] == place or hulls[e + 3] == place
-    return True
 
 
 @inlined_kernel
