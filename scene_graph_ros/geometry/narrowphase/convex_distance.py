@@ -137,7 +137,9 @@ def _apart(core_A, core_B, R, p, hulls, v, limit, tolerance, S, ids, lam):
         gap = distance - lower
         if 0.0 < tolerance >= gap and (lower > radius or distance <= radius):
             return True, False, count, distance, lower, size, a, b, n, gap
-        if not curved and gap <= GJK_ROUNDING * EPSILON * size:
+        misfit = norm(axpy(-distance, n, subtract(a, b)))
+        is_exact = max(gap / GJK_ROUNDING, misfit / POLISH_RESIDUAL) <= EPSILON * size
+        if not curved and is_exact:
             break
         proven, n, a, b, lower, error, _ = refine(
             core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 1

@@ -42,10 +42,17 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate,
     rotate_inverse,
     scale,
+    subtract,
     transpose,
     unit,
 )
-from scene_graph_ros.geometry.tolerances import EPSILON, FLAT_MINIMUM, GJK_ROUNDING, TIE
+from scene_graph_ros.geometry.tolerances import (
+    EPSILON,
+    FLAT_MINIMUM,
+    GJK_ROUNDING,
+    POLISH_RESIDUAL,
+    TIE,
+)
 
 __all__ = ["FOUND", "SEPARATED", "UNKNOWN", "lifted_contact"]
 
@@ -219,7 +226,8 @@ def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
 def _apart_polytopes(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
     """Do the same as ``lifted_contact`` for polytopes that are ``distance`` > 0 apart along n.
 
-    Nothing needs to be polished: GJK's last simplex is exact.
+    Nothing needs to be polished: GJK's last simplex is exact, unless it is so slender that its
+    weights and its nearest point tell different witnesses.
     """
     status, count, v, lower, size = gjk_inlined(
         core_A, core_B, R, p, hulls, scale(distance, n), 0, limit, 0.0, 0.0, S, ids, lam
@@ -230,7 +238,12 @@ def _apart_polytopes(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, la
         return SEPARATED, lower, a, b, n, math.inf
     distance = norm(v)
     error = distance - lower
-    if status == OVERLAP or error > GJK_ROUNDING * EPSILON * size:
+    misfit = norm(axpy(-distance, n, subtract(a, b)))
+    if (
+        status == OVERLAP
+        or error > GJK_ROUNDING * EPSILON * size
+        or misfit > POLISH_RESIDUAL * EPSILON * size
+    ):
         return UNKNOWN, distance, a, b, n, math.inf
     return FOUND, distance, a, b, n, error
 
