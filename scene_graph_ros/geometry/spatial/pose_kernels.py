@@ -4,7 +4,13 @@ import math
 
 from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
-from scene_graph_ros.geometry.spatial.pose_products import compose_pose
+from scene_graph_ros.geometry.spatial.pose_vectors import (
+    compose_pose,
+    copy_pose,
+    INVALID,
+    pose_defects,
+    ROUGH,
+)
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
     QUATERNION_NORM_DEFECT,
@@ -84,54 +90,6 @@ def _pose_status(X, i):
     return VALID
 
 
-@lean_kernel
-def _count_defects(X):
-    """Return how many poses are invalid, and how many rotations are not so to rounding.
-
-    There are no branches, so that the compiler takes eight poses at once.
-    """
-    invalid = rough = 0
-    for i in range(X.shape[0]):
-        a, b, c = X[i, 0, 0], X[i, 0, 1], X[i, 0, 2]
-        d, e, f = X[i, 1, 0], X[i, 1, 1], X[i, 1, 2]
-        g, h, k = X[i, 2, 0], X[i, 2, 1], X[i, 2, 2]
-        square_x, square_y = abs(a * a + d * d + g * g - 1.0), abs(b * b + e * e + h * h - 1.0)
-        square_z = abs(c * c + f * f + k * k - 1.0)
-        xy, xz, yz = (
-            abs(a * b + d * e + g * h),
-            abs(a * c + d * f + g * k),
-            abs(b * c + e * f + h * k),
-        )
-        # Written so that what is not a number is invalid, too.
-        is_valid = (
-            (square_x <= ROTATION_DEFECT)
-            & (square_y <= ROTATION_DEFECT)
-            & (square_z <= ROTATION_DEFECT)
-            & (xy <= ROTATION_DEFECT)
-            & (xz <= ROTATION_DEFECT)
-            & (yz <= ROTATION_DEFECT)
-            & (a * (e * k - f * h) - b * (d * k - f * g) + c * (d * h - e * g) >= 0.0)
-            & (abs(X[i, 0, 3]) <= MAX_COORDINATE)
-            & (abs(X[i, 1, 3]) <= MAX_COORDINATE)
-            & (abs(X[i, 2, 3]) <= MAX_COORDINATE)
-            & (abs(X[i, 3, 0]) <= ROTATION_DEFECT)
-            & (abs(X[i, 3, 1]) <= ROTATION_DEFECT)
-            & (abs(X[i, 3, 2]) <= ROTATION_DEFECT)
-            & (abs(X[i, 3, 3] - 1.0) <= ROTATION_DEFECT)
-        )
-        is_smooth = (
-            (square_x <= ROTATION_ROUNDING)
-            & (square_y <= ROTATION_ROUNDING)
-            & (square_z <= ROTATION_ROUNDING)
-            & (xy <= ROTATION_ROUNDING)
-            & (xz <= ROTATION_ROUNDING)
-            & (yz <= ROTATION_ROUNDING)
-        )
-        invalid += 0 if is_valid else 1
-        rough += 0 if is_smooth else 1
-    return invalid, rough
-
-
 @kernel
 def check_poses(X):
     """Return (row, status) of the first invalid pose, or (-1, VALID)."""
@@ -173,22 +131,18 @@ def store_poses(X, rows, out):
 
     Returns (row, status) of the first invalid pose; then nothing was written.
     """
-    invalid, rough = _count_defects(X)
-    if invalid > 0:
+    defects = 0
+    for i in range(X.shape[0]):
+        defects |= pose_defects(X, i)
+    if defects & INVALID:
         for i in range(X.shape[0]):
             status = _pose_status(X, i)
             if status != VALID:
                 return i, status
     for i in range(X.shape[0]):
         k = rows[i] & LAST_PLACE
-        for row in range(3):
-            for column in range(4):
-                out[k, row, column] = X[i, row, column]
-        out[k, 3, 0] = 0.0
-        out[k, 3, 1] = 0.0
-        out[k, 3, 2] = 0.0
-        out[k, 3, 3] = 1.0
-        if rough > 0:
+        copy_pose(X, i, out, k)
+        if defects & ROUGH:
             _polish_rotation(out, k)
     return -1, VALID
 
@@ -204,9 +158,7 @@ def world_poses(parent, X_PF, X_WF):
             X_WF[0, row, column] = 1.0 if row == column else 0.0
     for i in range(1, X_PF.shape[0]):
         if parent[i] == 0:
-            for row in range(4):
-                for column in range(4):
-                    X_WF[i, row, column] = X_PF[i, row, column]
+            copy_pose(X_PF, i, X_WF, i)
         else:
             compose_pose(X_WF, parent[i], X_PF, i, X_WF, i)
 
