@@ -48,6 +48,7 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
+from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
@@ -67,7 +68,7 @@ def _two_spheres() -> tuple[ShapeTable, np.ndarray]:
 
 def _compile_pairs() -> None:
     table, X_WG = _two_spheres()
-    solve_pairs(table, X_WG, np.array([[0, 1]]), 1.0, WITHIN)
+    solve_pairs(hold(table), X_WG, np.array([[0, 1]]), 1.0, WITHIN)
 
 
 def _compile_points() -> None:

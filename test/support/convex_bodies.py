@@ -23,6 +23,7 @@ from scene_graph_ros.geometry import (
     Mesh,
     Sphere,
 )
+from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
@@ -222,7 +223,7 @@ def answer(shape_A, shape_B, X_AB, *, X_WA=None, max_distance=np.inf):
     table = build_shape_table([shape_A, shape_B], [False, False])
     X_WG = np.ascontiguousarray([X_WA, X_WA @ X_AB])
     pairs = np.array([[0, 1]])
-    columns = solve_pairs(table, X_WG, pairs, float(max_distance), WITHIN)
+    columns = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
     assert columns[-1] == NO_FAILURE
     _, phi, p_ACa, p_BCb, _, _, nhat, unique, gap, _ = columns
     X_AB = relative(X_WA, X_WA @ X_AB)

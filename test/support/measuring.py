@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.point.batch import distance_points
@@ -57,7 +58,7 @@ def measure(
     table = table._replace(exact=np.array(triangles))
     X_WG = np.ascontiguousarray(np.stack([X_WA, X_WB]))
     pairs = np.array([[0, 1]], dtype=np.int64)
-    columns = solve_pairs(table, X_WG, pairs, float(max_distance), WITHIN)
+    columns = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
     _, phi, _, _, p_WCa, p_WCb, nhat, unique, _, _ = columns
     scale = float(table.scale.max())
     return Pair(phi[0], p_WCa[0], p_WCb[0], nhat[0], bool(unique[0]), scale)

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.errors import UnsupportedPairError
+from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import (
     FIRST_PENETRATION,
@@ -103,8 +104,9 @@ def _solve(
             snapshot, pairs, max_distance, keep, lambda row: describe(snapshot, row), query
         )
     else:
+        held = snapshot.state.cached("table of pairs", lambda: hold(proximity.table))
         *columns, failed = solve_pairs(
-            proximity.table,
+            held,
             snapshot.X_WG,
             pairs,
             max_distance,

@@ -7,6 +7,7 @@ import numpy as np
 from hard_corpus.bodies import extent, outside
 from hard_corpus.sites import gaps, pose
 from scene_graph_ros.geometry import HalfSpace
+from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
 
@@ -89,7 +90,7 @@ def solve(cases, max_distance=np.inf, *, certify=False):
     X_WG = np.ascontiguousarray(np.array([X for c in cases for X in (c.X_WA, c.X_WB)]))
     pairs = np.arange(2 * len(cases)).reshape(-1, 2)
     rows, *columns, failed = solve_pairs(
-        table, X_WG, pairs, float(max_distance), WITHIN, certify=certify
+        hold(table), X_WG, pairs, float(max_distance), WITHIN, certify=certify
     )
     assert failed == NO_FAILURE
     assert len(rows) == len(cases), "a distance is nan or beyond infinity"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.meshes.held_table import borrowed_table, HeldTable
 from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
@@ -43,8 +44,9 @@ EXACT = Accuracy.EXACT.bound
 
 
 @lean_kernel
-def _solve(table, X_WG, pairs, max_distance, keep, accuracy, columns, work):
+def _solve(places, X_WG, pairs, max_distance, keep, accuracy, columns, work):
     """Write the kept pairs into ``columns``; return how many, and the pair without an answer."""
+    table = borrowed_table(places)
     rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps = columns
     count = 0
     for k in range(pairs.shape[0]):
@@ -77,7 +79,7 @@ def _solve(table, X_WG, pairs, max_distance, keep, accuracy, columns, work):
 
 
 def solve_pairs(
-    table: tuple[Any, ...],
+    held: HeldTable,
     X_WG: NDArray[np.float64],
     pairs: NDArray[np.int64],
     max_distance: float,
@@ -88,7 +90,7 @@ def solve_pairs(
     """Compute the signed distance of pairs of rows and keep those asked for.
 
     Args:
-        table: a ShapeTable of n rows.
+        held: a ShapeTable of n rows.
         X_WG: (n, 4, 4).
         pairs: (m, 2) rows (A, B).
         max_distance: in metres; 0 for penetrations.
@@ -117,10 +119,10 @@ def solve_pairs(
     )
     loose = accuracy if accuracy > EXACT else 0.0
     count, failed = _solve(
-        table, X_WG, pairs, float(max_distance), keep, loose, columns, new_workspace()
+        held.places, X_WG, pairs, float(max_distance), keep, loose, columns, new_workspace()
     )
     kept = tuple(column[:count] for column in columns)
     if certify:
         rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, _, gap = kept
-        certify_pairs(table, X_WG, rows, phi, p_ACa, p_BCb, nhat_BA_W, gap)
+        certify_pairs(held.table, X_WG, rows, phi, p_ACa, p_BCb, nhat_BA_W, gap)
     return (*kept, failed)

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
 from scene_graph_ros.geometry.accuracy import Accuracy
+from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import PENETRATIONS, solve_pairs, WITHIN
 
@@ -51,7 +52,7 @@ def constructed(name_A, name_B, exact_B=False):
 def test_error_is_within_the_promise(name_A, name_B, tier):
     """Distance within the bound and its certificate, the sign right, the identity to rounding."""
     table, X_WG, pairs, truths = constructed(name_A, name_B)
-    columns = solve_pairs(table, X_WG, pairs, np.inf, WITHIN, tier.bound, True)
+    columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound, True)
     _, phi, _, _, p_WCa, p_WCb, nhat, _, gap, _ = columns
     size = max(table.scale)
     assert np.abs(phi - truths).max() <= tier.bound * size
@@ -65,7 +66,7 @@ def test_error_is_within_the_promise(name_A, name_B, tier):
 def test_exact_answers_prove_themselves(name_A, name_B):
     """At the exact tier, the certificate of a pair that is apart is at rounding."""
     table, X_WG, pairs, truths = constructed(name_A, name_B)
-    columns = solve_pairs(table, X_WG, pairs, np.inf, WITHIN, certify=True)
+    columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, certify=True)
     phi, gap = columns[1], columns[8]
     # Poses in the world are rounded at 1 m, for shapes of 0.2 m.
     assert gap[truths > 0.0].max() <= 1e-14
@@ -77,7 +78,7 @@ def test_penetrating_pairs_are_the_same_at_every_tier(tier):
     """Which pairs penetrate does not depend on the tier, only how deep they are said to be."""
     for name_A, name_B in PAIRS:
         table, X_WG, pairs, truths = constructed(name_A, name_B)
-        rows = solve_pairs(table, X_WG, pairs, 0.0, PENETRATIONS, tier.bound)[0]
+        rows = solve_pairs(hold(table), X_WG, pairs, 0.0, PENETRATIONS, tier.bound)[0]
         assert np.array_equal(rows[:, 0], np.flatnonzero(truths < 0.0))
 
 
@@ -87,7 +88,7 @@ def test_triangles_apart_keep_the_promise(name_A):
     table, X_WG, pairs, truths = constructed(name_A, "mesh", exact_B=True)
     apart = truths > 0.0
     for tier in LOOSE:
-        columns = solve_pairs(table, X_WG, pairs[apart], np.inf, WITHIN, tier.bound)
+        columns = solve_pairs(hold(table), X_WG, pairs[apart], np.inf, WITHIN, tier.bound)
         assert np.abs(columns[1] - truths[apart]).max() <= tier.bound * max(table.scale)
 
 
@@ -96,7 +97,7 @@ def test_a_looser_tier_stops_earlier(pair):
     """Iterations really end at the gap that is asked for: the certificate shows it is used."""
     table, X_WG, pairs, _ = constructed(*pair)
     gaps = [
-        solve_pairs(table, X_WG, pairs, np.inf, WITHIN, tier.bound, True)[8].max()
+        solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound, True)[8].max()
         for tier in (Accuracy.QUICK, Accuracy.STANDARD)
     ]
     size = max(table.scale)
@@ -109,7 +110,7 @@ def test_certificate_exposes_a_wrong_answer():
     from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 
     table, X_WG, pairs, truths = constructed("cylinder", "ellipsoid")
-    columns = solve_pairs(table, X_WG, pairs, np.inf, WITHIN)
+    columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN)
     rows, phi, p_ACa, p_BCb, _, _, nhat, _, _, _ = columns
     deep = truths < 0.0
     for k, wrong in ((1, p_ACa + 1e-6), (2, p_BCb - 1e-6), (3, nhat + np.array([1e-3, 0.0, 0.0]))):

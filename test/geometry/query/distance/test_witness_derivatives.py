@@ -8,6 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
+from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
@@ -65,7 +66,7 @@ def solved(table, X_WA, X_WB):
     n = len(X_WA)
     pairs = np.stack([np.arange(n), np.arange(n, 2 * n)], axis=1)
     X_WG = np.ascontiguousarray(np.concatenate([X_WA, X_WB]))
-    return X_WG, solve_pairs(table, X_WG, pairs, np.inf, WITHIN)[:-1]
+    return X_WG, solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN)[:-1]
 
 
 def differences(table, X_WA, X_WB):
@@ -211,6 +212,6 @@ def test_no_pairs():
     """Nothing in, nothing out, of the right shapes."""
     table = build_shape_table([Sphere(1.0), Sphere(1.0)], [False, False])
     X_WG = np.tile(np.eye(4), (2, 1, 1))
-    columns = solve_pairs(table, X_WG, np.zeros((0, 2), np.int64), np.inf, WITHIN)[:-1]
+    columns = solve_pairs(hold(table), X_WG, np.zeros((0, 2), np.int64), np.inf, WITHIN)[:-1]
     found = witness_derivatives(table, X_WG, columns)
     assert found["dp_WCa_dX_WA"].shape == (0, 3, 6)
