@@ -17,7 +17,12 @@ from scene_graph_ros.geometry.narrowphase.epa import (
     SMALL,
 )
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
-from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
+from scene_graph_ros.geometry.narrowphase.lift import (
+    FOUND,
+    lifted_contact,
+    NO_ANSWER,
+    SEPARATED,
+)
 from scene_graph_ros.geometry.narrowphase.lift_by_kind import lifted_contact_by_kind
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
@@ -247,6 +252,19 @@ def _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam,
 
 
 @merged_kernel
+def _lifted_or_in_full(
+    lifted, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
+):
+    """Return what ``convex_distance`` does, given what ``lifted_contact`` found."""
+    status, distance, a, b, n, gap = lifted
+    if status == SEPARATED:
+        return _far(core_A, core_B, distance, n)
+    if status == FOUND:
+        return _finish(core_A, core_B, distance, a, b, n, True, gap)
+    return _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids)
+
+
+@merged_kernel
 def convex_distance_in(work, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     """Do the same as ``convex_distance`` in a ``Workspace``, sooner for cores of shapes in order.
 
@@ -254,30 +272,13 @@ def convex_distance_in(work, core_A, core_B, R_AB, p_AB, hulls, max_distance, to
     pairs of a scene.
     """
     S, lam, ids = work
+    lifted = NO_ANSWER
     if tolerance == 0.0:
         limit = max_distance + core_A[2] + core_B[2]
-        status, distance, a, b, n, gap = lifted_contact_by_kind(
-            core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam
-        )
-        if status == SEPARATED:
-            return _far(core_A, core_B, distance, n)
-        if status == FOUND:
-            return _finish(core_A, core_B, distance, a, b, n, True, gap)
-    return _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids)
-
-
-@merged_kernel
-def _lifted_or_in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids):
-    if tolerance == 0.0:
-        limit = max_distance + core_A[2] + core_B[2]
-        status, distance, a, b, n, gap = lifted_contact(
-            core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam
-        )
-        if status == SEPARATED:
-            return _far(core_A, core_B, distance, n)
-        if status == FOUND:
-            return _finish(core_A, core_B, distance, a, b, n, True, gap)
-    return _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids)
+        lifted = lifted_contact_by_kind(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
+    return _lifted_or_in_full(
+        lifted, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
+    )
 
 
 @kernel
@@ -291,6 +292,10 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
     """
     S, lam = np.empty((ROWS, 9)), np.empty(4)
     ids = np.empty((FIRST_FACE, 2), np.int64)
+    lifted = NO_ANSWER
+    if tolerance == 0.0:
+        limit = max_distance + core_A[2] + core_B[2]
+        lifted = lifted_contact(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
     return _lifted_or_in_full(
-        core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
+        lifted, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
     )

@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     HULL,
     IDENTITY,
     is_curved,
+    ORIGIN,
     placed_support,
     support,
 )
@@ -54,11 +55,14 @@ from scene_graph_ros.geometry.tolerances import (
     TIE,
 )
 
-__all__ = ["FOUND", "SEPARATED", "UNKNOWN", "lifted_contact"]
+__all__ = ["FOUND", "NO_ANSWER", "SEPARATED", "UNKNOWN", "lifted_contact"]
 
 UNKNOWN = 0
 FOUND = 1
 SEPARATED = 2
+
+NO_ANSWER = (UNKNOWN, 0.0, ORIGIN, ORIGIN, ORIGIN, math.inf)
+"""What ``lifted_contact`` returns where it is not tried."""
 
 LIFT = 0.5
 """How far cores are moved apart, relative to the distance of their origins or to their depth."""

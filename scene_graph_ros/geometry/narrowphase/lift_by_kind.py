@@ -5,7 +5,6 @@ code is compiled, and all of it is merged into one function: that takes a third 
 calls which find out again and again what they have to do.
 """
 
-import math
 from typing import Any
 
 from scene_graph_ros.geometry.jit import lean_kernel, merged_kernel
@@ -14,14 +13,11 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     CYLINDER,
     ELLIPSOID,
     HULL,
-    ORIGIN,
     SEGMENT,
 )
-from scene_graph_ros.geometry.narrowphase.lift import lifted_contact, UNKNOWN
+from scene_graph_ros.geometry.narrowphase.lift import lifted_contact, NO_ANSWER
 
 __all__ = ["lifted_contact_by_kind"]
-
-NO_ANSWER = (UNKNOWN, 0.0, ORIGIN, ORIGIN, ORIGIN, math.inf)
 
 
 def _compiled_for(kind_A: int, kind_B: int) -> Any:

@@ -9,7 +9,7 @@ around a vertex it is the vertex. So the least depth is found
 * on an arc, where D is bounded from below by the planes through support points of C = {a - b}, as
   in the expanding polytope algorithm, but in one dimension, or
 * within the arcs around a vertex, along which that leaves Q the soonest: across a cylinder's side
-  that is in closed form; inside an ellipsoid there are bounds.
+  that is in closed form, and inside an ellipsoid but for a root.
 
 Most faces and arcs need no support point: a point c of Q that is r below two faces proves that D
 is at least r at both and on the arc between them.
