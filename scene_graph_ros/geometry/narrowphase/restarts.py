@@ -18,17 +18,21 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     HULL,
     IDENTITY,
     placed_support,
+    TRIANGLE,
 )
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.refine import separation
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
+    cross,
     dot,
     rotate,
     rotate_inverse,
     scale,
+    subtract,
     transpose,
+    unit,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, SAME_DIRECTION, TIE
 
@@ -46,27 +50,22 @@ is not polished. Between two of those around an axis, a depth varies by less."""
 
 
 @lean_kernel
-def separation_of_faces(core_A, core_B, R, p, hulls, n):
-    """Return the largest separation along normals of boxes' and cylinders' faces but n.
-
-    Two of them may be so close to each other that EPA takes them for one minimum, next to n or
-    where another direction is as deep. -inf where there are none but n.
-    """
-    highest = -math.inf
-    for k in range(6):
-        core = core_A if k < 3 else core_B
-        axis = column(IDENTITY if k < 3 else R, k % 3)
-        if core[0] == BOX or (core[0] == CYLINDER and k % 3 == 2):
-            for m in (axis, scale(-1.0, axis)):
-                if dot(m, n) < SAME_DIRECTION:
-                    highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
-    return highest
-
-
-@lean_kernel
 def _best_face(core_A, core_B, R, p, hulls, n):
-    """Return (is given, the direction into the hull A at its face that is the least deep in B)."""
+    """Return (is given, the direction into the hull A at its face that is the least deep in B).
+
+    A triangle is a hull with two faces.
+    """
     highest, best = -math.inf, n
+    if core_A[0] == TRIANGLE:
+        c = core_A[3]
+        o = (c[0], c[1], c[2])
+        e, f = subtract((c[3], c[4], c[5]), o), subtract((c[6], c[7], c[8]), o)
+        up = unit(cross(e, f), n)
+        for out in (up, scale(-1.0, up)):
+            b, _ = placed_support(core_B, hulls, R, p, scale(-1.0, out), -1)
+            along = dot(out, subtract(b, o))
+            if along > highest:
+                highest, best = along, scale(-1.0, out)
     if core_A[0] == HULL:
         first, last = face_range(hulls, core_A[1])
         for f in range(first, last, FACE_STRIDE):
@@ -86,6 +85,29 @@ def _best_face_of_either(core_A, core_B, R, p, hulls, n, is_B):
     q = scale(-1.0, rotate_inverse(R, p))
     is_given, m = _best_face(core_B, core_A, transpose(R), q, hulls, n)
     return is_given, scale(-1.0, rotate(R, m))
+
+
+@lean_kernel
+def separation_of_faces(core_A, core_B, R, p, hulls, n):
+    """Return the largest separation along normals of cores' faces but n, less those of hulls.
+
+    Two of them may be so close to each other that EPA takes them for one minimum, next to n or
+    where another direction is as deep. -inf where there are none but n.
+    """
+    highest = -math.inf
+    for k in range(6):
+        core = core_A if k < 3 else core_B
+        axis = column(IDENTITY if k < 3 else R, k % 3)
+        if core[0] == BOX or (core[0] == CYLINDER and k % 3 == 2):
+            for m in (axis, scale(-1.0, axis)):
+                if dot(m, n) < SAME_DIRECTION:
+                    highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
+    for k in range(2):
+        if (core_B if k == 1 else core_A)[0] == TRIANGLE:
+            _, m = _best_face_of_either(core_A, core_B, R, p, hulls, n, k == 1)
+            if dot(m, n) < SAME_DIRECTION:
+                highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
+    return highest
 
 
 @lean_kernel

@@ -303,7 +303,14 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
         n = scale(-1.0, n)
         depth, x = _depth_behind(core, hulls, R_MK, p_MK, n, dot(n, p_MN))
     else:
-        touching = TOUCHING * tolerance + min(error, KNOWN_ERROR * larger)
+        depth, way, x, is_only_way = _leave_cuts(
+            surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance
+        )
+        touching = TOUCHING * tolerance
+        if within <= tolerance and depth - core[2] <= touching:
+            # One triangle's depth may be off by more, where it is tiny beside the core.
+            distance = max(distance, core[2] - depth)
+        touching += min(error, KNOWN_ERROR * larger)
         if within > tolerance or (
             distance >= -touching and not _is_within(surfaces, k, size, core, hulls, R_MK, p_MK)
         ):
@@ -313,9 +320,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
             )
             phi = distance - core[2]
             return phi, axpy(phi, n, p_MN), p_MN, n, unique
-        depth, n, x, unique = _leave_cuts(
-            surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance
-        )
+        n, unique = way, is_only_way
         x = _over_triangles(
             surfaces.vertices,
             surfaces.triangles,
