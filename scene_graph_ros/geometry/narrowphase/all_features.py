@@ -18,6 +18,8 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     ORIGIN,
     placed_support,
     SEGMENT,
+    TRIANGLE,
+    triangle_corners,
 )
 from scene_graph_ros.geometry.narrowphase.features import (
     box_feature,
@@ -133,6 +135,21 @@ def is_beyond_face(hulls, feature, R, p, x, allowed):
 
 
 @lean_kernel
+def _triangle_feature(core, R, p, d, index):
+    """Return a triangle's face (0) or one of its edges (1 to 3), or a feature of kind NONE."""
+    o, u, v = triangle_corners(core, R, p)
+    if index == 0:
+        n = unit(cross(subtract(u, o), subtract(v, o)), d)
+        return FACE, o, n if dot(n, d) > 0.0 else scale(-1.0, n), 0.0, 0.0, 0.0
+    if index > 3:
+        return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
+    x, y = (o, u) if index == 1 else ((u, v) if index == 2 else (v, o))
+    h = scale(0.5, subtract(y, x))
+    half = norm(h)
+    return LINE, add(x, h), unit(h, d), 0.0, -half, half
+
+
+@lean_kernel
 def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
     """Return a feature of a core that may face along d, or one of kind NONE."""
     none = (NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0)
@@ -154,6 +171,8 @@ def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
             return _hull_face(hulls, core[1], R, p, d)
         _, corner_at = placed_support(core, hulls, R, p, d, -1)
         return _hull_edge(hulls, R, p, corner_at, index - 3)
+    if core[0] == TRIANGLE:
+        return _triangle_feature(core, R, p, d, index - 2)
     if core[0] == SEGMENT and index == 2:
         half = core[3][0]
         return LINE, p, column(R, 2), 0.0, -half, half

@@ -38,6 +38,7 @@ __all__ = [
     "is_curved",
     "placed_support",
     "support",
+    "triangle_corners",
 ]
 
 POINT = 0
@@ -124,3 +125,14 @@ def placed_support(core, hulls, R, p, d, hint):
     """Return (point, index) like ``support`` for a core at pose (R, p), d in the outer frame."""
     local, index = support(core, hulls, rotate_inverse(R, d), hint)
     return add(rotate(R, local), p), index
+
+
+@lean_kernel
+def triangle_corners(core, R, p):
+    """Return the corners of a TRIANGLE at pose (R, p)."""
+    c = core[3]
+    return (
+        add(rotate(R, (c[0], c[1], c[2])), p),
+        add(rotate(R, (c[3], c[4], c[5])), p),
+        add(rotate(R, (c[6], c[7], c[8])), p),
+    )

@@ -18,6 +18,8 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     ORIGIN,
     placed_support,
     support,
+    TRIANGLE,
+    triangle_corners,
 )
 from scene_graph_ros.geometry.narrowphase.features import (
     box_feature,
@@ -93,8 +95,23 @@ def _clip(x, h):
 
 
 @lean_kernel
-def _clamp_to_triangle(S, ids, count, side, a):
-    """Return a, or a corner of its simplex where a lies outside of the simplex' triangle."""
+def _clamp_to_triangle(o, u, v, a):
+    """Return the point a of the plane through o, u and v, or o where it is out of the triangle."""
+    e, f = subtract(u, o), subtract(v, o)
+    m = cross(e, f)
+    q = subtract(a, o)
+    mm = dot(m, m)
+    s = dot(cross(q, f), m)
+    t = dot(cross(e, q), m)
+    slack = POLISH_RESIDUAL * EPSILON * mm
+    if s < -slack or t < -slack or s + t > mm + slack:
+        return o
+    return a
+
+
+@lean_kernel
+def _clamp_to_simplex(S, ids, count, side, a):
+    """Do the same for the triangle of the core's corners in a simplex."""
     owner = side // 3 - 1
     i = 1
     while i < count and ids[i, owner] == ids[0, owner]:
@@ -102,18 +119,12 @@ def _clamp_to_triangle(S, ids, count, side, a):
     k = i + 1
     while k < count and (ids[k, owner] == ids[0, owner] or ids[k, owner] == ids[i, owner]):
         k += 1
-    o = (S[0, side], S[0, side + 1], S[0, side + 2])
-    e = subtract((S[i, side], S[i, side + 1], S[i, side + 2]), o)
-    f = subtract((S[k, side], S[k, side + 1], S[k, side + 2]), o)
-    m = cross(e, f)
-    q = subtract(a, o)
-    mm = dot(m, m)
-    u = dot(cross(q, f), m)
-    v = dot(cross(e, q), m)
-    slack = POLISH_RESIDUAL * EPSILON * mm
-    if u < -slack or v < -slack or u + v > mm + slack:
-        return o
-    return a
+    return _clamp_to_triangle(
+        (S[0, side], S[0, side + 1], S[0, side + 2]),
+        (S[i, side], S[i, side + 1], S[i, side + 2]),
+        (S[k, side], S[k, side + 1], S[k, side + 2]),
+        a,
+    )
 
 
 @inlined_kernel
@@ -137,7 +148,10 @@ def clamp(core, R, p, feature, S, ids, count, side, a):
         q = subtract(a, feature[1])
         radial = norm(q)
         return a if radial <= feature[3] else axpy(feature[3] / radial, q, feature[1])
-    return _clamp_to_triangle(S, ids, count, side, a)
+    if kind == TRIANGLE:
+        o, u, v = triangle_corners(core, R, p)
+        return _clamp_to_triangle(o, u, v, a)
+    return _clamp_to_simplex(S, ids, count, side, a)
 
 
 @lean_kernel

@@ -17,8 +17,10 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     CYLINDER,
     HULL,
     IDENTITY,
+    ORIGIN,
     placed_support,
     TRIANGLE,
+    triangle_corners,
 )
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.refine import separation
@@ -57,10 +59,8 @@ def _best_face(core_A, core_B, R, p, hulls, n):
     """
     highest, best = -math.inf, n
     if core_A[0] == TRIANGLE:
-        c = core_A[3]
-        o = (c[0], c[1], c[2])
-        e, f = subtract((c[3], c[4], c[5]), o), subtract((c[6], c[7], c[8]), o)
-        up = unit(cross(e, f), n)
+        o, u, v = triangle_corners(core_A, IDENTITY, ORIGIN)
+        up = unit(cross(subtract(u, o), subtract(v, o)), n)
         for out in (up, scale(-1.0, up)):
             b, _ = placed_support(core_B, hulls, R, p, scale(-1.0, out), -1)
             along = dot(out, subtract(b, o))
