@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.broadphase.aabb import box_geometry, world_boxes
+from scene_graph_ros.geometry.broadphase.aabb import box_geometry, CORNER, world_boxes
+from scene_graph_ros.geometry.broadphase.extents import centres_of
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.broadphase.tracking import COUNTERS, track
@@ -29,12 +30,13 @@ class _Tracker:
         self.pairs = np.empty((0, 2), np.int64)
         self.is_new = True
         self.memory = (
-            np.full((n, 3, 4), np.nan),
-            np.zeros((n, 3)),
-            np.zeros((n, 3)),
+            np.full((n, 4, 4), np.nan),
+            np.zeros((n, CORNER)),
+            np.zeros((n, CORNER)),
             np.zeros((6, n)),
             np.zeros(n),
             np.zeros(n, np.bool_),
+            np.zeros(n + 1, np.int64),
             np.zeros(COUNTERS, np.int64),
         )
 
@@ -50,6 +52,7 @@ class PairMemory:
         """Take a model of n rows, as ``candidate_pairs`` does."""
         self._table = table
         self._geometry = box_geometry(table)
+        self._centres = centres_of(table)
         self._frame = frame
         self._filter_bits = filter_bits
         self._is_half_space = table.kind == ShapeKind.HALF_SPACE
@@ -71,7 +74,7 @@ class PairMemory:
         """Return the candidate pairs, less those that are soon seen to be further apart."""
         pairs: Pairs = self.candidate_pairs(X_WG, margin)
         if len(pairs):
-            pairs = drop_separated(self._geometry, X_WG, pairs, margin)
+            pairs = drop_separated(self._geometry[0], self._centres, X_WG, pairs, margin)
         return pairs
 
     def counters(self, margin: float) -> NDArray[np.int64]:

@@ -20,6 +20,8 @@ from scene_graph_ros.geometry.broadphase.pair_tests import (
     is_pair_wanted,
 )
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.spatial.pose_vectors import remember_pose
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
 __all__ = ["BOUNDED", "COUNTERS", "LOOKED_AT", "REFENCED", "SEARCHED", "track"]
@@ -56,21 +58,6 @@ def _are_near(lower, upper, is_half_space, X_WG, i, j, margin):
 
 
 @inlined_kernel
-def _has_moved(X_WG, X_last, i):
-    """Tell whether the pose of row i is another one than before, and remember it."""
-    moved = False
-    for row in range(3):
-        for column in range(4):
-            if X_WG[i, row, column] != X_last[i, row, column]:
-                moved = True
-    if moved:
-        for row in range(3):
-            for column in range(4):
-                X_last[i, row, column] = X_WG[i, row, column]
-    return moved
-
-
-@inlined_kernel
 def _fence(lower, upper, fence, step, i):
     """Put a new fence around the box of row i, with room for steps like its last."""
     width = 0.0
@@ -97,22 +84,26 @@ def _is_inside(lower, upper, fence, i):
 
 
 @lean_kernel
-def _move(
-    geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, counters
-):
-    """Bring the boxes of ``rows`` up to date; mark those out of their fence and count them."""
-    out = 0
-    for i in rows:
-        if not _has_moved(X_WG, X_last, i):
+def _move(geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, out):
+    """Bring the boxes of ``rows`` up to date; return how many moved.
+
+    Those that are out of their fence are marked, and listed in ``out`` after their number.
+    """
+    bounded = count = 0
+    for row in rows:
+        i = row & LAST_PLACE
+        if not remember_pose(X_WG, i, X_last, i):
             continue
-        counters[BOUNDED] += 1
+        bounded += 1
         x, y, z = lower[i, 0], lower[i, 1], lower[i, 2]
         bound_row(geometry, X_WG, i, lower, upper)
-        step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
         if is_half_space[i] or not _is_inside(lower, upper, fence, i):
+            step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
             is_out[i] = True
-            out += 1
-    return out
+            count += 1
+            out[count] = i
+    out[0] = count
+    return bounded
 
 
 @inlined_kernel
@@ -123,12 +114,12 @@ def _grown(low, high, margin):
 
 
 @lean_kernel
-def _meet(fence, i, margin, first, meets):
-    """Write into ``meets`` which fences from row ``first`` on come within margin of row i's."""
+def _meet(fence, i, margin, meets):
+    """Write into ``meets`` which fences come within ``margin`` of row i's."""
     x, X = _grown(fence[0, i], fence[3, i], margin)
     y, Y = _grown(fence[1, i], fence[4, i], margin)
     z, Z = _grown(fence[2, i], fence[5, i], margin)
-    for j in range(first, fence.shape[1]):
+    for j in range(fence.shape[1]):
         meets[j] = (
             (x <= fence[3, j])
             & (y <= fence[4, j])
@@ -176,35 +167,37 @@ def _merge(pairs, count, others):
 
 
 @kernel
-def _look_up(fence, frame, filter_bits, margin, is_out, pairs, counters):
-    """Return the list with the pairs of rows that are out replaced, sorted."""
+def _look_up(fence, frame, filter_bits, margin, is_out, out, pairs, counters):
+    """Return the list with the pairs of the rows in ``out`` replaced, sorted."""
     n = fence.shape[1]
     found = np.empty((len(pairs) + 16 * MAX_REFENCED, 2), np.int64)
     count = 0
     for k in range(len(pairs)):
-        if not (is_out[pairs[k, 0]] or is_out[pairs[k, 1]]):
-            found[count, 0], found[count, 1] = pairs[k, 0], pairs[k, 1]
-            count += 1
+        i, j = pairs[k, 0] & LAST_PLACE, pairs[k, 1] & LAST_PLACE
+        found[count & LAST_PLACE, 0], found[count & LAST_PLACE, 1] = i, j
+        count += not (is_out[i] | is_out[j])
     kept = count
-    meets = np.empty(n, np.bool_)
-    for i in range(n):
-        if not is_out[i]:
-            continue
-        counters[REFENCED] += 1
-        counters[LOOKED_AT] += n
-        _meet(fence, i, margin, 0, meets)
-        for j in range(n):
-            # A half space meets all: what is infinite has no fence.
-            if not meets[j] or i == j or (is_out[j] and j < i):
+    words = np.zeros((n + 7) // 8, np.int64)
+    meets = words.view(np.bool_)
+    counters[REFENCED] += len(out)
+    counters[LOOKED_AT] += len(out) * n
+    for i in out:
+        _meet(fence, i, margin, meets)
+        for word in range(len(words)):
+            if words[word] == 0:
                 continue
-            if is_pair_wanted(frame, filter_bits, i, j):
-                if count == len(found):
-                    longer = np.empty((2 * count, 2), np.int64)
-                    longer[:count] = found
-                    found = longer
-                found[count, 0] = min(i, j)
-                found[count, 1] = max(i, j)
-                count += 1
+            for j in range(8 * word, min(8 * word + 8, n)):
+                # A half space meets all: what is infinite has no fence.
+                if not meets[j] or i == j or (is_out[j] and j < i):
+                    continue
+                if is_pair_wanted(frame, filter_bits, i, j):
+                    if count == len(found):
+                        longer = np.empty((2 * count, 2), np.int64)
+                        longer[:count] = found
+                        found = longer
+                    found[count, 0] = min(i, j)
+                    found[count, 1] = max(i, j)
+                    count += 1
     if count - kept > MAX_MERGED:
         return sorted_pairs(found, count, n)
     _sort(found, kept, count)
@@ -241,29 +234,33 @@ def track(geometry, X_WG, rows, is_half_space, frame, filter_bits, margin, memor
         frame: (n,) int32, as in ``candidate_pairs``.
         filter_bits: as there.
         margin: finite, >= 0, in metres; always the same for the same memory.
-        memory: X_last (n, 3, 4), lower, upper (n, 3), fence (6, n), step (n,), is_out (n,) bool,
-            counters (COUNTERS,); written to.
+        memory: X_last (n, 4, 4), lower, upper (n, CORNER), fence (6, n), step (n,), is_out (n,)
+            bool, out (n + 1,), counters (COUNTERS,); written to.
         pairs: (k, 2), the list that the last call returned.
         is_new: whether there was no last call: everything is computed.
 
     """
-    X_last, lower, upper, fence, step, is_out, counters = memory
-    n = len(lower)
-    out = _move(
-        geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, counters
+    X_last, lower, upper, fence, step, is_out, out, counters = memory
+    counters[BOUNDED] += _move(
+        geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, out
     )
-    if is_new or out > 0:
-        for i in range(n):
-            if is_new:
-                step[i] = 0.0
-            if is_new or is_out[i] or out > MAX_REFENCED:
-                _fence(lower, upper, fence, step, i)
-        if is_new or out > MAX_REFENCED:
-            counters[SEARCHED] += 1
-            pairs = _search(fence, is_half_space, X_WG, frame, filter_bits, margin)
-        else:
-            pairs = _look_up(fence, frame, filter_bits, margin, is_out, pairs, counters)
+    count = out[0]
+    if is_new or count > MAX_REFENCED:
+        if is_new:
+            step[:] = 0.0
+        for i in range(len(lower)):
+            _fence(lower, upper, fence, step, i)
         is_out[:] = False
+        counters[SEARCHED] += 1
+        pairs = _search(fence, is_half_space, X_WG, frame, filter_bits, margin)
+    elif count > 0:
+        for i in out[1 : count + 1]:
+            _fence(lower, upper, fence, step, i)
+        pairs = _look_up(
+            fence, frame, filter_bits, margin, is_out, out[1 : count + 1], pairs, counters
+        )
+        for i in out[1 : count + 1]:
+            is_out[i] = False
     counters[LOOKED_AT] += len(pairs)
     result = np.empty((len(pairs) + 1, 2), np.int64)  # one place to write what is not kept
     count = _select(lower, upper, is_half_space, X_WG, margin, pairs, result)

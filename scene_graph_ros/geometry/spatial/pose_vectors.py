@@ -9,95 +9,30 @@ from numba.core import types
 import numba.core.config as numba_config
 from numba.extending import intrinsic
 
+from scene_graph_ros.geometry.spatial.vector_code import numbers, VectorCode
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
     ROTATION_DEFECT,
     ROTATION_ROUNDING,
 )
 
-__all__ = ["INVALID", "ROUGH", "compose_pose", "copy_pose", "pose_defects"]
+__all__ = [
+    "INVALID",
+    "ROUGH",
+    "compose_pose",
+    "copy_pose",
+    "pose_defects",
+    "remember_pose",
+]
 
 ROUGH = 1
 """The rotation is not orthonormal to rounding."""
 INVALID = 2
 """The pose is not rigid, or so far away that it has to be looked at again."""
 
-_NUMBERS = 16
-"""Numbers of a pose."""
-_FOUR = ir.VectorType(ir.DoubleType(), 4)
 _NEXT = (1, 2, 0, 3)
 _BEFORE = (2, 0, 1, 3)
 """Columns of a row, the first three in a circle."""
-
-
-def _numbers(*values):
-    return ir.Constant(_FOUR, list(values))
-
-
-class _Code:
-    """Generates code with rows of poses as vectors."""
-
-    def __init__(self, context, builder, signature):
-        self.context, self.builder, self._kinds = context, builder, signature.args
-
-    def integer(self, value):
-        return self.context.get_constant(types.intp, value)
-
-    def place(self, argument, array, pose):
-        """Return a pointer to the first number of a pose in an argument."""
-        data = self.context.make_array(self._kinds[argument])(self.context, self.builder, array)
-        return self.builder.gep(
-            data.data, [self.builder.mul(pose, self.context.get_constant(types.intp, _NUMBERS))]
-        )
-
-    def row(self, pose, row):
-        """Return a pointer to a row of a pose."""
-        return self.builder.bitcast(
-            self.builder.gep(pose, [self.integer(4 * row)]), _FOUR.as_pointer()
-        )
-
-    def load(self, pose, row):
-        return self.builder.load(self.row(pose, row), align=8)
-
-    def write(self, rows, pose):
-        """Write the first three rows of a pose, and the last."""
-        for row, vector in enumerate([*rows, _numbers(0.0, 0.0, 0.0, 1.0)]):
-            self.builder.store(vector, self.row(pose, row), align=8)
-
-    def order(self, vector, places):
-        """Return the numbers of a vector in another order."""
-        mask = ir.Constant(ir.VectorType(ir.IntType(32), 4), list(places))
-        return self.builder.shuffle_vector(vector, vector, mask)
-
-    def repeated(self, number):
-        first = self.builder.insert_element(
-            ir.Constant(_FOUR, ir.Undefined), number, ir.Constant(ir.IntType(32), 0)
-        )
-        return self.order(first, [0] * 4)
-
-    def sum(self, vectors):
-        total = vectors[0]
-        for vector in vectors[1:]:
-            total = self.builder.fadd(total, vector)
-        return total
-
-    def product(self, a, b):
-        return self.builder.fmul(a, b)
-
-    def magnitude(self, vector):
-        fabs = self.builder.module.declare_intrinsic(
-            "llvm.fabs.v4f64", fnty=ir.FunctionType(_FOUR, [_FOUR])
-        )
-        return self.builder.call(fabs, [vector])
-
-    def all_within(self, pairs):
-        """Return whether all numbers of vectors are at most the limits beside them; nan is not."""
-        within = [self.builder.fcmp_ordered("<=", vector, limit) for vector, limit in pairs]
-        total = within[0]
-        for some in within[1:]:
-            total = self.builder.and_(total, some)
-        bits = self.builder.bitcast(total, ir.IntType(4))
-        return self.builder.icmp_unsigned("==", bits, ir.Constant(ir.IntType(4), 15))
 
 
 def _write_product(code, left, right, product):
@@ -105,16 +40,16 @@ def _write_product(code, left, right, product):
     axes = [code.load(right, row) for row in range(3)]
     rows = []
     for row in range(3):
-        numbers = [
+        factors = [
             builder.load(builder.gep(left, [code.integer(4 * row + column)]))
             for column in range(4)
         ]
         terms = [
-            code.product(code.repeated(number), axis)
-            for number, axis in zip(numbers, axes, strict=False)
+            code.product(code.repeated(factor), axis)
+            for factor, axis in zip(factors, axes, strict=False)
         ]
         offset = builder.insert_element(
-            _numbers(0.0, 0.0, 0.0, 0.0), numbers[3], ir.Constant(ir.IntType(32), 3)
+            numbers(0.0, 0.0, 0.0, 0.0), factors[3], ir.Constant(ir.IntType(32), 3)
         )
         rows.append(code.sum([*terms, offset]))
     code.write(rows, product)
@@ -126,13 +61,13 @@ def _defects(code, pose):
     ahead = [code.order(row, _NEXT) for row in rows]
     # The squares of the columns, the last being the place, and the products of two of the others.
     squares = code.sum([code.product(row, row) for row in rows])
-    lengths = code.magnitude(builder.fsub(squares, _numbers(1.0, 1.0, 1.0, 0.0)))
+    lengths = code.magnitude(builder.fsub(squares, numbers(1.0, 1.0, 1.0, 0.0)))
     pairs = zip(rows, ahead, strict=True)
     angles = code.magnitude(code.sum([code.product(row, next_row) for row, next_row in pairs]))
-    bottom = code.magnitude(builder.fsub(code.load(pose, 3), _numbers(0.0, 0.0, 0.0, 1.0)))
+    bottom = code.magnitude(builder.fsub(code.load(pose, 3), numbers(0.0, 0.0, 0.0, 1.0)))
     far = MAX_COORDINATE * MAX_COORDINATE
     valid, smooth = [
-        _numbers(limit, limit, limit, far) for limit in (ROTATION_DEFECT, ROTATION_ROUNDING)
+        numbers(limit, limit, limit, far) for limit in (ROTATION_DEFECT, ROTATION_ROUNDING)
     ]
     across = builder.fsub(
         code.product(ahead[1], code.order(rows[2], _BEFORE)),
@@ -145,7 +80,7 @@ def _defects(code, pose):
     ]
     is_valid = builder.and_(
         code.all_within(
-            [(lengths, valid), (angles, valid), (bottom, _numbers(*[ROTATION_DEFECT] * 4))]
+            [(lengths, valid), (angles, valid), (bottom, numbers(*[ROTATION_DEFECT] * 4))]
         ),
         builder.fcmp_ordered(">=", code.sum(parts), ir.Constant(ir.DoubleType(), 0.0)),
     )
@@ -154,6 +89,17 @@ def _defects(code, pose):
         builder.select(is_smooth, code.integer(0), code.integer(ROUGH)),
         builder.select(is_valid, code.integer(0), code.integer(INVALID)),
     )
+
+
+def _remember(code, given, known):
+    builder = code.builder
+    rows = [code.load(given, row) for row in range(3)]
+    is_other = ir.Constant(ir.IntType(4), 0)
+    for row, vector in enumerate(rows):
+        differs = builder.fcmp_unordered("!=", vector, code.load(known, row))
+        is_other = builder.or_(is_other, builder.bitcast(differs, ir.IntType(4)))
+    code.write(rows, known)
+    return builder.icmp_unsigned("!=", is_other, ir.Constant(ir.IntType(4), 0))
 
 
 def _compose_plainly(X_AB, i, X_BC, j, X_AC, k):
@@ -170,6 +116,12 @@ def _compose_plainly(X_AB, i, X_BC, j, X_AC, k):
 def _copy_plainly(X, i, copy, k):
     copy[k, :3] = X[i, :3]
     copy[k, 3] = [0.0, 0.0, 0.0, 1.0]
+
+
+def _remember_plainly(X, i, known, k):
+    is_other = bool((X[i, :3] != known[k, :3]).any())
+    _copy_plainly(X, i, known, k)
+    return is_other
 
 
 def _defects_plainly(X, i):
@@ -196,6 +148,7 @@ def _defects_plainly(X, i):
 
 if numba_config.DISABLE_JIT:
     compose_pose, copy_pose, pose_defects = _compose_plainly, _copy_plainly, _defects_plainly
+    remember_pose = _remember_plainly
 else:
 
     @intrinsic
@@ -203,7 +156,7 @@ else:
         """Write ``X_AB[i] X_BC[j]`` to ``X_AC[k]``."""
 
         def lower(context, builder, signature, arguments):
-            code = _Code(context, builder, signature)
+            code = VectorCode(context, builder, signature)
             places = [code.place(k, *arguments[k : k + 2]) for k in (0, 2, 4)]
             _write_product(code, *places)
             return context.get_dummy_value()
@@ -218,7 +171,7 @@ else:
         """Write ``X[i]`` to ``copy[k]``, with a last row as it has to be."""
 
         def lower(context, builder, signature, arguments):
-            code = _Code(context, builder, signature)
+            code = VectorCode(context, builder, signature)
             given, place = code.place(0, *arguments[:2]), code.place(2, *arguments[2:])
             code.write([code.load(given, row) for row in range(3)], place)
             return context.get_dummy_value()
@@ -229,11 +182,25 @@ else:
         return types.void(*kinds), lower
 
     @intrinsic
+    def remember_pose(typing_context, X, i, known, k):
+        """Write ``X[i]`` to ``known[k]``; return whether another pose was there."""
+
+        def lower(context, builder, signature, arguments):
+            code = VectorCode(context, builder, signature)
+            given, place = code.place(0, *arguments[:2]), code.place(2, *arguments[2:])
+            return _remember(code, given, place)
+
+        kinds = (X, types.intp, known, types.intp)
+        if not all(kind.layout == "C" for kind in kinds[::2]):
+            return None
+        return types.boolean(*kinds), lower
+
+    @intrinsic
     def pose_defects(typing_context, X, i):
         """Return what there is against ``X[i]``: ROUGH, INVALID, both or 0."""
 
         def lower(context, builder, signature, arguments):
-            code = _Code(context, builder, signature)
+            code = VectorCode(context, builder, signature)
             return _defects(code, code.place(0, *arguments))
 
         return (types.intp(X, types.intp), lower) if X.layout == "C" else None

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Sphere
-from scene_graph_ros.geometry.broadphase.aabb import box_geometry
+from scene_graph_ros.geometry.broadphase.extents import centres_of, extents_of
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 
@@ -28,7 +28,7 @@ def are_kept(A, X_WA, B, X_WB, margin: float = 0.0) -> bool:
     table = build_shape_table([A, B], [False, False])
     X_WG = np.array([X_WA, X_WB])
     pairs = np.array([[0, 1]])
-    return len(drop_separated(box_geometry(table), X_WG, pairs, margin)) == 1
+    return len(drop_separated(extents_of(table), centres_of(table), X_WG, pairs, margin)) == 1
 
 
 def pose(p, R=None) -> np.ndarray:
@@ -73,12 +73,22 @@ def test_touching_is_kept_and_the_margin_counts(gap: float) -> None:
 def test_boxes_whose_bounds_meet_are_dropped() -> None:
     """A cube turned by 45 degrees leaves its bound's corners empty: a ball there is no pair.
 
-    The face x + y = 0.5 sqrt(2) is 0.5 from the origin; the ball's centre is 0.71 from it, so
-    they are 0.11 apart, though the ball reaches into the bound, which ends at 0.71.
+    The cube's face with the normal (1, 1, 0) is 0.5 from the origin; the ball's centre is 0.71
+    along it, so they are 0.11 apart, though the ball reaches into the bound, which ends at 0.71.
     """
     turned = pose([0, 0, 0], Rotation.from_euler("z", 45, degrees=True))
-    assert not are_kept(Box(1, 1, 1), turned, Sphere(0.1), pose([0.5, 0.5, 0.45]))
-    assert are_kept(Box(1, 1, 1), turned, Sphere(0.1), pose([0.5, 0.5, 0.45]), 0.12)
+    assert not are_kept(Box(1, 1, 1), turned, Sphere(0.1), pose([0.5, 0.5, 0.0]))
+    assert are_kept(Box(1, 1, 1), turned, Sphere(0.1), pose([0.5, 0.5, 0.0]), 0.12)
+
+
+def test_hulls_are_bounded_by_a_ball_and_by_a_box() -> None:
+    """Along the diagonal of a hull's box, the ball around it ends before the box does."""
+    hull = Convex(vertices=OCTAHEDRON)  # 0.3 at most; its box reaches 0.52 along the diagonal
+    diagonal = np.ones(3) / np.sqrt(3)
+    assert not are_kept(hull, pose([0, 0, 0]), Sphere(0.1), pose(0.41 * diagonal))
+    flat = Convex(vertices=OCTAHEDRON * [1, 1, 0.1])
+    assert not are_kept(flat, pose([0, 0, 0]), Sphere(0.1), pose([0, 0, 0.14]))
+    assert are_kept(flat, pose([0, 0, 0]), Sphere(0.1), pose([0, 0, 0.12]))
 
 
 def test_half_spaces_are_never_dropped() -> None:

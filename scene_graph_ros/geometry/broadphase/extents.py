@@ -1,0 +1,81 @@
+"""How far shapes reach along a direction: one formula for all kinds, and so without a branch.
+
+Along the unit vector u, with components x in G, a shape reaches from its centre c as far as
+
+    |(a_0 x_0, a_1 x_1, a_2 x_2)| + b_0 |x_0| + b_1 |x_1| + b_2 |x_2| + r
+
+both ways: an ellipsoid has semi-axes a, a box half extents b, a ball the radius r, a capsule r and
+one b, a cylinder two a and one b. A hull is in its box in G, and also in a ball around its centre.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+
+__all__ = [
+    "BALL",
+    "BOX_PART",
+    "NUMBERS",
+    "RADIUS",
+    "ROUND_PART",
+    "centres_of",
+    "extents_of",
+    "half_extent",
+]
+
+FloatArray = NDArray[np.float64]
+
+NUMBERS = 8
+"""Of a row of extents."""
+ROUND_PART, RADIUS, BOX_PART = 0, 3, 4
+"""Where it has a, r and b."""
+BALL = 3
+"""Where a row of centres has the radius of the ball around c: infinite if it tells no more."""
+
+
+def extents_of(table: ShapeTable) -> FloatArray:
+    """Return the (n, NUMBERS) rows for ``half_extent``; a half space reaches infinitely far."""
+    kind, size = table.kind, table.size
+    rows = np.zeros((len(kind), NUMBERS))
+
+    def fill(wanted: ShapeKind, *places: tuple[int, int]) -> None:
+        for place, column in places:
+            rows[kind == wanted, place] = size[kind == wanted, column]
+
+    fill(ShapeKind.SPHERE, (RADIUS, 0))
+    fill(ShapeKind.CAPSULE, (RADIUS, 0), (BOX_PART + 2, 1))
+    fill(ShapeKind.BOX, *((BOX_PART + axis, axis) for axis in range(3)))
+    fill(ShapeKind.CYLINDER, (ROUND_PART, 0), (ROUND_PART + 1, 0), (BOX_PART + 2, 1))
+    fill(ShapeKind.ELLIPSOID, *((ROUND_PART + axis, axis) for axis in range(3)))
+    rows[kind == ShapeKind.HALF_SPACE, RADIUS] = math.inf
+    is_hull = table.hull >= 0
+    rows[is_hull, BOX_PART : BOX_PART + 3] = 0.5 * (table.upper - table.lower)[is_hull]
+    return rows
+
+
+def centres_of(table: ShapeTable) -> FloatArray:
+    """Return (n, 4): the centre in G, and the radius of a ball around it that holds the row."""
+    rows = np.zeros((len(table.kind), 4))
+    rows[:, BALL] = math.inf
+    hulls = table.hulls
+    for i in np.flatnonzero(table.hull >= 0):
+        centre = 0.5 * (table.lower[i] + table.upper[i])
+        first, last = hulls.vertex_start[table.hull[i] : table.hull[i] + 2]
+        rows[i, :3] = centre
+        rows[i, BALL] = np.linalg.norm(hulls.vertices[first:last] - centre, axis=1).max()
+    return rows
+
+
+@inlined_kernel
+def half_extent(extents, i, x, y, z):
+    """Return how far row i, less its radius, reaches along (x, y, z) in G, times the length."""
+    a, b, c = extents[i, 0] * x, extents[i, 1] * y, extents[i, 2] * z
+    flat = extents[i, 4] * abs(x) + extents[i, 5] * abs(y) + extents[i, 6] * abs(z)
+    return math.sqrt(a * a + b * b + c * c) + flat
