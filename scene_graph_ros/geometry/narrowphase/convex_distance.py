@@ -17,12 +17,7 @@ from scene_graph_ros.geometry.narrowphase.epa import (
     SMALL,
 )
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
-from scene_graph_ros.geometry.narrowphase.lift import (
-    FOUND,
-    lifted_contact,
-    NO_ANSWER,
-    SEPARATED,
-)
+from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
 from scene_graph_ros.geometry.narrowphase.lift_by_kind import lifted_contact_by_kind
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
@@ -272,10 +267,8 @@ def convex_distance_in(work, core_A, core_B, R_AB, p_AB, hulls, max_distance, to
     pairs of a scene.
     """
     S, lam, ids = work
-    lifted = NO_ANSWER
-    if tolerance == 0.0:
-        limit = max_distance + core_A[2] + core_B[2]
-        lifted = lifted_contact_by_kind(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
+    limit = max_distance + core_A[2] + core_B[2]
+    lifted = lifted_contact_by_kind(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
     return _lifted_or_in_full(
         lifted, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
     )
@@ -287,15 +280,14 @@ def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
 
     Positions are in A's frame, from its origin (m). ``gap`` is the difference of the upper and
     the lower bound of the distance; the answer is taken as soon as it is at most ``tolerance``
-    (m) and the sign is certain, or polished to rounding with 0. A ``phi`` beyond ``max_distance``
-    is only a lower bound, and comes without witnesses.
+    (m) and the sign is certain, or polished to rounding with 0. What ``lifted_contact`` proves is
+    always exact: it takes no longer than a looser answer. A ``phi`` beyond ``max_distance`` is
+    only a lower bound, and comes without witnesses.
     """
     S, lam = np.empty((ROWS, 9)), np.empty(4)
     ids = np.empty((FIRST_FACE, 2), np.int64)
-    lifted = NO_ANSWER
-    if tolerance == 0.0:
-        limit = max_distance + core_A[2] + core_B[2]
-        lifted = lifted_contact(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
+    limit = max_distance + core_A[2] + core_B[2]
+    lifted = lifted_contact(core_A, core_B, R_AB, p_AB, hulls, limit, S, ids, lam)
     return _lifted_or_in_full(
         lifted, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
     )

@@ -92,7 +92,17 @@ def test_triangles_apart_keep_the_promise(name_A):
         assert np.abs(columns[1] - truths[apart]).max() <= tier.bound * max(table.scale)
 
 
-@pytest.mark.parametrize("pair", [("cylinder", "ellipsoid"), ("ellipsoid", "convex")])
+@pytest.mark.parametrize("pair", [("cylinder", "ellipsoid"), ("box", "cylinder")])
+def test_what_is_soon_proven_is_exact_at_every_tier(pair):
+    """Where an exact answer takes no longer than a loose one, all tiers give that."""
+    table, X_WG, pairs, truths = constructed(*pair)
+    for tier in LOOSE:
+        columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound)
+        is_exact = np.abs(columns[1] - truths) <= 1e-12 * max(table.scale)
+        assert is_exact.mean() > 0.9
+
+
+@pytest.mark.parametrize("pair", [("cylinder", "convex"), ("ellipsoid", "convex")])
 def test_a_looser_tier_stops_earlier(pair):
     """Iterations really end at the gap that is asked for: the certificate shows it is used."""
     table, X_WG, pairs, _ = constructed(*pair)
