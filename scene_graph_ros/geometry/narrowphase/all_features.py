@@ -8,7 +8,12 @@ themselves the one that separates the cores most is taken.
 import math
 
 from scene_graph_ros.geometry.jit import lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
+from scene_graph_ros.geometry.meshes.hull_blocks import (
+    face_range,
+    FACE_STRIDE,
+    list_of_neighbors,
+    vertex,
+)
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -66,19 +71,19 @@ ROUNDS = 3
 
 
 @lean_kernel
-def _place(hulls, at):
-    """Return three numbers of a hull's block as a vector."""
+def _normal(hulls, at):
+    """Return the normal of the face at a place of a hull's block."""
     return (hulls[at], hulls[at + 1], hulls[at + 2])
 
 
 @lean_kernel
 def _hull_edge(hulls, R, p, corner, index):
     """Return an edge of a hull at the vertex at ``corner``, or a feature of kind NONE."""
-    neighbors = int(hulls[corner + 3])
+    neighbors = list_of_neighbors(hulls, corner)
     if index >= int(hulls[neighbors]):
         return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
-    a = _place(hulls, corner)
-    h = scale(0.5, subtract(_place(hulls, int(hulls[neighbors + 1 + index])), a))
+    a = vertex(hulls, corner)
+    h = scale(0.5, subtract(vertex(hulls, int(hulls[neighbors + 1 + index])), a))
     half = norm(h)
     return LINE, add(rotate(R, add(a, h)), p), rotate(R, unit(h, ORIGIN)), 0.0, -half, half
 
@@ -90,13 +95,13 @@ def _hull_face(hulls, hull, R, p, d):
     local = rotate_inverse(R, d)
     first, last = face_range(hulls, hull)
     for f in range(first, last, FACE_STRIDE):
-        cosine = dot(_place(hulls, f), local)
+        cosine = dot(_normal(hulls, f), local)
         if cosine > along:
             along, best = cosine, f
     if best < 0:
         return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
-    c = _place(hulls, int(hulls[int(hulls[best + 4]) + 1]))
-    return FACE, add(rotate(R, c), p), rotate(R, _place(hulls, best)), 0.0, best + 1.0, 0.0
+    c = vertex(hulls, int(hulls[int(hulls[best + 4]) + 1]))
+    return FACE, add(rotate(R, c), p), rotate(R, _normal(hulls, best)), 0.0, best + 1.0, 0.0
 
 
 @lean_kernel
@@ -109,13 +114,13 @@ def _edge_before(hulls, feature, R, p, x, allowed):
     if feature[0] != FACE or not feature[4] > 0.0:
         return best
     face = int(feature[4]) - 1
-    n = _place(hulls, face)
+    n = _normal(hulls, face)
     q = rotate_inverse(R, subtract(x, p))
     corners = int(hulls[face + 4])
     last = corners + int(hulls[corners])
-    a = _place(hulls, int(hulls[last]))
+    a = vertex(hulls, int(hulls[last]))
     for slot in range(corners + 1, last + 1):
-        b = _place(hulls, int(hulls[slot]))
+        b = vertex(hulls, int(hulls[slot]))
         e = subtract(b, a)
         length = norm(e)
         beyond = -dot(cross(n, e), subtract(q, a))

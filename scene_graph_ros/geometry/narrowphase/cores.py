@@ -21,7 +21,7 @@ with an index: which vertex it is, or ``CURVED`` where the core has infinitely m
 import math
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex
+from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex, vertex
 from scene_graph_ros.geometry.spatial.vectors import add, rotate, rotate_inverse
 
 __all__ = [
@@ -107,7 +107,7 @@ def support(core, hulls, d, hint):
         return (x, y, z), int(x > 0.0) + 2 * int(y > 0.0) + 4 * int(z > 0.0)
     if kind == HULL:
         k = furthest_vertex(hulls, core[1], d, hint)
-        return (hulls[k], hulls[k + 1], hulls[k + 2]), k
+        return vertex(hulls, k), k
     if kind == CYLINDER:
         return _support_cylinder(params, d), CURVED
     if kind == ELLIPSOID:

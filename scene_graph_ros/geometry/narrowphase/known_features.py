@@ -8,6 +8,7 @@ from scene_graph_ros.geometry.meshes.hull_blocks import (
     EDGE_STRIDE,
     face_range,
     FACE_STRIDE,
+    vertex,
 )
 from scene_graph_ros.geometry.narrowphase.all_features import is_beyond_face
 from scene_graph_ros.geometry.narrowphase.cores import (
@@ -75,7 +76,7 @@ def _face(core, R, p, hulls, f, d):
     if core[0] == HULL:
         at = face_range(hulls, core[1])[0] + FACE_STRIDE * f
         c = int(hulls[int(hulls[at + 4]) + 1])
-        c = add(rotate(R, (hulls[c], hulls[c + 1], hulls[c + 2])), p)
+        c = add(rotate(R, vertex(hulls, c)), p)
         e = rotate(R, (hulls[at], hulls[at + 1], hulls[at + 2]))
         return FACE, c, e, 0.0, at + 1.0, 0.0
     return _NONE
@@ -96,8 +97,8 @@ def _edge(core, R, p, hulls, k):
         e = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
         a, b = int(hulls[e]), int(hulls[e + 3])
         return _line(
-            add(rotate(R, (hulls[a], hulls[a + 1], hulls[a + 2])), p),
-            add(rotate(R, (hulls[b], hulls[b + 1], hulls[b + 2])), p),
+            add(rotate(R, vertex(hulls, a)), p),
+            add(rotate(R, vertex(hulls, b)), p),
         )
     half = core[3][0]
     return LINE, p, column(R, 2), 0.0, -half, half

@@ -12,9 +12,9 @@ from scene_graph_ros.geometry.meshes.hull_blocks import (
     EDGE_STRIDE,
     face_range,
     FACE_STRIDE,
-    HEADER,
     SCAN_LIMIT,
-    STRIDE,
+    vertex,
+    vertex_place,
 )
 from scene_graph_ros.geometry.narrowphase.cores import BOX, HULL, SEGMENT, support
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -116,7 +116,7 @@ def edge_of(core, R, p, hulls, k):
         return FIRST_FACE + 2 * i + (k & 1), FIRST_FACE + 2 * j + (k & 2) // 2, v
     e = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
     v = int(hulls[e])
-    v = add(rotate(R, (hulls[v], hulls[v + 1], hulls[v + 2])), p)
+    v = add(rotate(R, vertex(hulls, v)), p)
     return FIRST_FACE + int(hulls[e + 1]), FIRST_FACE + int(hulls[e + 2]), v
 
 
@@ -133,8 +133,7 @@ def vertex_of(core, R, p, hulls, k):
     """Return the vertex k of a placed polytope or segment."""
     h = core[3]
     if core[0] == HULL:
-        v = core[1] + HEADER + STRIDE * k
-        q = (hulls[v], hulls[v + 1], hulls[v + 2])
+        q = vertex(hulls, vertex_place(core[1], k))
     elif core[0] == BOX:
         q = (
             h[0] if k & 1 else -h[0],

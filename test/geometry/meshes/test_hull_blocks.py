@@ -10,13 +10,25 @@ from scene_graph_ros.geometry.meshes.hull_blocks import (
     EDGE_STRIDE,
     face_range,
     FACE_STRIDE,
-    HEADER,
-    STRIDE,
+    list_of_neighbors,
+    vertex,
+    vertex_number,
+    vertex_place,
 )
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 
 SEGMENT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+PLACE, NUMBER, VERTEX, LIST = (
+    getattr(f, "py_func", f) for f in (vertex_place, vertex_number, vertex, list_of_neighbors)
+)
+
+
+def numbers(start, places):
+    """Return the numbers of the vertices at places of a block."""
+    return np.array([NUMBER(int(start), int(place)) for place in places])
 
 
 def points(count):
@@ -38,12 +50,12 @@ def test_vertices_and_neighbors_are_those_of_the_rows(hulls):
         first, last = hulls.vertex_start[k : k + 2]
         assert blocks[start] == last - first
         for v in range(first, last):
-            place = start + HEADER + STRIDE * (v - first)
-            assert np.array_equal(blocks[place : place + 3], hulls.vertices[v])
-            listed = int(blocks[place + 3])
+            place = PLACE(int(start), int(v - first))
+            assert np.array_equal(VERTEX(blocks, place), hulls.vertices[v])
+            listed = LIST(blocks, place)
             found = blocks[listed + 1 : listed + 1 + int(blocks[listed])]
             rows = hulls.neighbors[hulls.neighbor_start[v] : hulls.neighbor_start[v + 1]]
-            assert sorted((found - start - HEADER) // STRIDE + first) == sorted(rows)
+            assert sorted(numbers(start, found) + first) == sorted(rows)
 
 
 def test_faces_are_those_of_the_rows(hulls):
@@ -58,7 +70,7 @@ def test_faces_are_those_of_the_rows(hulls):
         for f, listed in zip(range(rows.start, rows.stop), planes[:, 4].astype(int), strict=True):
             places = hulls.blocks[listed + 1 : listed + 1 + int(hulls.blocks[listed])]
             corners = hulls.face_vertices[slice(*hulls.face_vertex_start[f : f + 2])]
-            found = (places - start - HEADER) // STRIDE + hulls.vertex_start[k]
+            found = numbers(start, places) + hulls.vertex_start[k]
             assert np.array_equal(found, corners)
 
 
@@ -75,9 +87,7 @@ def test_edges_join_two_corners_and_two_faces(hulls):
             for face in (f, g):
                 at = hulls.face_vertex_start[hulls.face_start[k] + face :][:2]
                 corners = hulls.face_vertices[slice(*at)] - hulls.vertex_start[k]
-                assert {(a - start - HEADER) // STRIDE, (b - start - HEADER) // STRIDE} <= set(
-                    corners
-                )
+                assert set(numbers(start, [a, b])) <= set(corners)
 
 
 def test_climbs_start_near_their_end(hulls):
@@ -88,4 +98,4 @@ def test_climbs_start_near_their_end(hulls):
         middle = np.sign(d) * (1.0 + (np.abs(d) == np.abs(d).max()))
         assert d @ middle > np.cos(np.radians(36.0)) * np.linalg.norm(d) * np.linalg.norm(middle)
         place = int(hulls.blocks[start + 4 + read(tuple(d))])
-        assert (place - start - HEADER) // STRIDE == np.argmax(rows @ middle)
+        assert NUMBER(int(start), place) == np.argmax(rows @ middle)

@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.meshes.hull_blocks import HEADER, SCAN_LIMIT, STRIDE
+from scene_graph_ros.geometry.meshes.hull_blocks import CLIMB_LIMIT, vertex_number, vertex_place
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.cores import TRIANGLE
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+PLACE, NUMBER = (getattr(f, "py_func", f) for f in (vertex_place, vertex_number))
 CORNERS = (0.1, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0, 0.3)
 
 
@@ -41,27 +42,27 @@ def test_support_point_reaches_the_support_value(shape):
 
 def test_climb_from_any_vertex_ends_at_the_same_height():
     """A large hull's climb does not depend on the vertex it starts from."""
-    shape = rounded_hull(0.2, 300)
+    shape = rounded_hull(0.2, 700)
     table = build_shape_table([shape], [False])
     count = table.hulls.vertex_start[1]
-    assert count > SCAN_LIMIT
+    assert count > CLIMB_LIMIT
     d = np.array([0.3, -0.7, 0.2])
-    for start in range(0, count, 17):
-        hint = HEADER + STRIDE * start
+    for start in range(0, count, 41):
+        hint = PLACE(0, start)
         point, place = support_point(plain_core(table, 0), table.hulls.blocks, d, hint)
         assert d @ point == pytest.approx(support(shape, d), rel=1e-15)
-        assert np.array_equal(point, table.hulls.vertices[(place - HEADER) // STRIDE])
+        assert np.array_equal(point, table.hulls.vertices[NUMBER(0, place)])
 
 
 def test_climb_over_a_fine_grid_of_a_plateau():
     """Directions orthogonal to a face of a many-sided prism, where many vertices tie."""
-    angle = np.linspace(0.0, 2.0 * np.pi, 41)[:-1]
+    angle = np.linspace(0.0, 2.0 * np.pi, 301)[:-1]
     ring = np.column_stack([np.cos(angle), np.sin(angle)])
-    points = np.vstack([np.column_stack([ring, np.full(40, z)]) for z in (-1.0, 1.0)])
+    points = np.vstack([np.column_stack([ring, np.full(300, z)]) for z in (-1.0, 1.0)])
     table = build_shape_table([Convex(vertices=points)], [False])
     for d in np.vstack([np.eye(3), -np.eye(3)]):
-        for start in range(0, 80, 7):
-            hint = HEADER + STRIDE * start
+        for start in range(0, 600, 47):
+            hint = PLACE(0, start)
             point, _ = support_point(plain_core(table, 0), table.hulls.blocks, d, hint)
             assert d @ point == pytest.approx(1.0, abs=1e-15)
 

@@ -1,7 +1,7 @@
 """Signed distance of a half space to a convex hull or a mesh: the deepest vertex decides."""
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex, HEADER, STRIDE
+from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex, vertex, vertex_number
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
@@ -21,7 +21,7 @@ def _deepest_point(hulls, k, down, tolerance):
     """Return (point, depth): the middle of the vertices that lie furthest along ``down``."""
     block = hulls.block_start[k]
     place = furthest_vertex(hulls.blocks, block, down, -1)
-    best = hulls.vertex_start[k] + (place - block - HEADER) // STRIDE
+    best = hulls.vertex_start[k] + vertex_number(block, place)
     point = load_vector(hulls.vertices, best)
     depth = dot(point, down)
     is_tied = False
@@ -51,7 +51,7 @@ def distance_half_space_convex(R_AB, p_AB, table, j):
     if table.exact[j]:
         hulls = table.hulls
         place = furthest_vertex(hulls.blocks, hulls.block_start[k], down, -1)
-        p_BCb = (hulls.blocks[place], hulls.blocks[place + 1], hulls.blocks[place + 2])
+        p_BCb = vertex(hulls.blocks, place)
         depth = dot(p_BCb, down)
     else:
         p_BCb, depth = _deepest_point(table.hulls, k, down, PARALLEL * table.scale[j])

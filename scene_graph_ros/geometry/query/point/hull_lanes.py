@@ -6,7 +6,7 @@ are answered by then; for the others ``point_convex`` goes on from that corner.
 """
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import HEADER, STRIDE
+from scene_graph_ros.geometry.meshes.hull_blocks import vertex, vertex_place
 from scene_graph_ros.geometry.meshes.scratch import LANES
 from scene_graph_ros.geometry.query.point.lanes import (
     question,
@@ -38,9 +38,8 @@ def _corner_of_tile(corners, tile, j, k):
 
 
 @inlined_kernel
-def _corner(blocks, first, k):
-    at = (first + STRIDE * k) & LAST_PLACE
-    return (blocks[at], blocks[at + 1], blocks[at + 2])
+def _corner(blocks, start, k):
+    return vertex(blocks, vertex_place(start, k) & LAST_PLACE)
 
 
 @inlined_kernel
@@ -97,7 +96,7 @@ def _leave(lanes):
 def _go_on(lanes, j, blocks, start):
     """Answer lane j, which is not answered, from the corner found."""
     size, p_GQ = question(lanes, j)
-    corner = start + HEADER + STRIDE * int(lanes[_BEST + j])
+    corner = vertex_place(start, int(lanes[_BEST + j]))
     set_answer(lanes, j, leave_corner(blocks, start, size[0], p_GQ, corner))
 
 
@@ -132,18 +131,18 @@ def answer_hulls(lanes, corners, tile, count, blocks, block, rows, row):
 
 
 @lean_kernel
-def _search(lanes, blocks, first, count):
-    corner = _corner(blocks, first, 0)
+def _search(lanes, blocks, start, count):
+    corner = _corner(blocks, start, 0)
     for j in range(LANES):
         _begin(lanes, j, corner)
     for k in range(1, count):
-        number, corner = float(k), _corner(blocks, first, k)
+        number, corner = float(k), _corner(blocks, start, k)
         for j in range(LANES):
             _look_at(lanes, j, corner, number)
     for j in range(LANES):
-        _go_to(lanes, j, _corner(blocks, first, int(lanes[_BEST + j])))
+        _go_to(lanes, j, _corner(blocks, start, int(lanes[_BEST + j])))
     for k in range(count):
-        corner = _corner(blocks, first, k)
+        corner = _corner(blocks, start, k)
         for j in range(LANES):
             _look_beyond(lanes, j, corner)
 
@@ -154,7 +153,7 @@ def answer_hull(lanes, blocks, start):
 
     It has at most SCAN_LIMIT corners. The sizes of the lanes are the hull's extent.
     """
-    _search(lanes, blocks, start + HEADER, int(blocks[start]))
+    _search(lanes, blocks, start, int(blocks[start]))
     _leave(lanes)
     for j in range(LANES):
         if not is_answered(lanes, j):

@@ -11,9 +11,10 @@ from scene_graph_ros.geometry.meshes.hull_blocks import (
     face_range,
     FACE_STRIDE,
     furthest_vertex,
-    HEADER,
     likely_vertex,
-    STRIDE,
+    list_of_neighbors,
+    vertex,
+    vertex_place,
 )
 from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_segment,
@@ -46,14 +47,8 @@ and a point that needs more is looked at face by face."""
 
 
 @inlined_kernel
-def _vertex(blocks, place):
-    return (blocks[place], blocks[place + 1], blocks[place + 2])
-
-
-@inlined_kernel
-def _vertex_places(blocks, start):
-    first = start + HEADER
-    return first, first + STRIDE * int(blocks[start])
+def _normal(blocks, face):
+    return (blocks[face], blocks[face + 1], blocks[face + 2])
 
 
 @inlined_kernel
@@ -65,7 +60,7 @@ def _highest_face(blocks, start, p):
     face, height, second = -1, -math.inf, -math.inf
     first, last = face_range(blocks, start)
     for f in range(first, last, FACE_STRIDE):
-        h = dot(_vertex(blocks, f), p) - blocks[f + 3]
+        h = dot(_normal(blocks, f), p) - blocks[f + 3]
         if h > height:
             face, height, second = f, h, height
         elif h > second:
@@ -83,9 +78,9 @@ def _nearest_on_face(blocks, face, p, n):
     x, least, is_inside = p, math.inf, True
     corners = int(blocks[face + 4])
     count = int(blocks[corners])
-    a = _vertex(blocks, int(blocks[corners + count]))
+    a = vertex(blocks, int(blocks[corners + count]))
     for slot in range(corners + 1, corners + 1 + count):
-        b = _vertex(blocks, int(blocks[slot]))
+        b = vertex(blocks, int(blocks[slot]))
         if dot(cross(n, subtract(b, a)), subtract(p, a)) < 0.0:
             is_inside = False
             candidate, t = nearest_on_segment(p, a, b)
@@ -110,16 +105,17 @@ def _nearest_beyond_face(blocks, start, p, x):
     least = dot(offset, offset)
     distance = math.sqrt(least)
     way = scale(-1.0 / distance, offset) if distance > 0.0 else (0.0, 0.0, 0.0)
-    first, last = _vertex_places(blocks, start)
-    for _ in range(first, last, STRIDE):
+    count = int(blocks[start])
+    for _ in range(count):
         before = least
-        for v in range(first, last, STRIDE):
-            a = _vertex(blocks, v)
+        for k in range(count):
+            v = vertex_place(start, k)
+            a = vertex(blocks, v)
             if dot(way, subtract(a, p)) >= distance:
                 continue
-            neighbors = int(blocks[v + 3])
+            neighbors = list_of_neighbors(blocks, v)
             for slot in range(neighbors + 1, neighbors + 1 + int(blocks[neighbors])):
-                candidate, _ = nearest_on_segment(p, a, _vertex(blocks, int(blocks[slot])))
+                candidate, _ = nearest_on_segment(p, a, vertex(blocks, int(blocks[slot])))
                 offset = subtract(p, candidate)
                 square = dot(offset, offset)
                 if square < least:
@@ -135,16 +131,16 @@ def _nearest_beyond_face(blocks, start, p, x):
 def _nearest_on_edges(blocks, start, p):
     """Return (x, direction): the nearest point of a hull without faces, and along its edge."""
     best, least, direction = p, math.inf, (0.0, 0.0, 0.0)
-    first, last = _vertex_places(blocks, start)
-    for v in range(first, last, STRIDE):
-        a = _vertex(blocks, v)
+    for k in range(int(blocks[start])):
+        v = vertex_place(start, k)
+        a = vertex(blocks, v)
         offset = subtract(p, a)
         square = dot(offset, offset)
         if square < least:
             best, least = a, square
-        neighbors = int(blocks[v + 3])
+        neighbors = list_of_neighbors(blocks, v)
         for slot in range(neighbors + 1, neighbors + 1 + int(blocks[neighbors])):
-            b = _vertex(blocks, int(blocks[slot]))
+            b = vertex(blocks, int(blocks[slot]))
             direction = subtract(b, a)
             x, _ = nearest_on_segment(p, a, b)
             offset = subtract(p, x)
@@ -176,7 +172,7 @@ def _into_cone(blocks, start, size, x, n):
     """
     for _ in range(TURNS):
         v = furthest_vertex(blocks, start, n, -1)
-        q = subtract(_vertex(blocks, v), x)
+        q = subtract(vertex(blocks, v), x)
         beyond = dot(n, q)
         if beyond <= GJK_ROUNDING * EPSILON * size:
             break
@@ -194,7 +190,7 @@ def _nearest_corner(blocks, start, size, p, a):
     is convex. Not found are points nearer than ``size`` to the first corner, and those that are
     nearest to a face, where no segment is nearer than the last.
     """
-    p_A = _vertex(blocks, a)
+    p_A = vertex(blocks, a)
     n = subtract(p, p_A)
     least = dot(n, n)
     if not least > size * size:
@@ -202,7 +198,7 @@ def _nearest_corner(blocks, start, size, p, a):
     b, p_B, x = a, p_A, p_A
     for _ in range(_CORNER_STEPS):
         c = furthest_vertex(blocks, start, n, b)
-        p_C = _vertex(blocks, c)
+        p_C = vertex(blocks, c)
         if c in (a, b) or (a == b and dot(p_C, n) <= dot(p_A, n)):
             return True, x
         from_a, t = nearest_on_segment(p, p_A, p_C)
@@ -230,7 +226,7 @@ def _point_near_hull(blocks, start, size, p_GQ):
     face, height, second = _highest_face(blocks, start, p_GQ)
     if face < 0:
         return _point_wire(blocks, start, p_GQ, tolerance)
-    n = _vertex(blocks, face)
+    n = _normal(blocks, face)
     foot = axpy(-height, n, p_GQ)
     if height < -tolerance:
         return height, foot, n, second < height - tolerance

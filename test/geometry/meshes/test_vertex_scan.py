@@ -1,0 +1,55 @@
+"""The furthest of many points is that of numpy, also among points that lie as far."""
+
+import numpy as np
+import pytest
+
+import numba
+from scene_graph_ros.geometry.meshes.vertex_scan import furthest_of_groups, GROUP
+
+START = 3
+"""Where the groups begin: not at the start of a line of the cache."""
+
+
+@numba.njit
+def furthest(blocks, groups, d):
+    """Call the intrinsic, which only kernels can."""
+    return furthest_of_groups(blocks, START, groups, d[0], d[1], d[2])
+
+
+def scan(points, d):
+    """Return the number of the point furthest along d."""
+    groups = len(points) // GROUP
+    rows = np.column_stack([points, np.full(len(points), np.nan)])
+    numbers = rows.reshape(groups, GROUP, 4).swapaxes(1, 2).ravel()
+    place = furthest(np.concatenate([np.full(START, 1e9), numbers]), groups, tuple(d)) - START
+    group, lane = divmod(place, 4 * GROUP)
+    assert 0 <= lane < GROUP
+    return GROUP * group + lane
+
+
+@pytest.mark.parametrize("groups", [1, 2, 3, 63])
+def test_it_is_the_furthest(groups):
+    """Random points along random directions."""
+    rng = np.random.default_rng(groups)
+    for _ in range(50):
+        points, d = rng.normal(size=(GROUP * groups, 3)), rng.normal(size=3)
+        assert scan(points, d) == np.argmax(points @ d)
+
+
+@pytest.mark.parametrize("groups", [1, 4])
+def test_of_equal_ones_it_is_the_first(groups):
+    """Corners of a cube that come again and again, along its axes."""
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        points = rng.choice([-1.0, 1.0], size=(GROUP * groups, 3))
+        d = rng.permutation(np.eye(3))[0] * rng.choice([-1.0, 1.0])
+        assert scan(points, d) == np.argmax(points @ d)
+
+
+def test_huge_and_tiny_numbers():
+    """Whatever the scale, the heights are those of plain sums of products."""
+    points = np.random.default_rng(5).normal(size=(GROUP, 3))
+    for size in (1e-150, 1e150):
+        assert scan(size * points, np.array([0.3, 0.4, 0.5])) == np.argmax(
+            points @ [0.3, 0.4, 0.5]
+        )
