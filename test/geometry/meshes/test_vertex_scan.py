@@ -1,9 +1,9 @@
 """The furthest of many points is that of numpy, also among points that lie as far."""
 
+import numba
 import numpy as np
 import pytest
 
-import numba
 from scene_graph_ros.geometry.meshes.vertex_scan import furthest_of_groups, GROUP
 
 START = 3
