@@ -39,12 +39,13 @@ SEARCHED = 3
 
 MAX_MERGED = 200
 """So many new pairs are sorted and merged into the list; more, and the whole list is sorted."""
-MAX_REFENCED = 64
+MAX_REFENCED = 200
 """When more boxes leave at once, all pairs are searched, which then takes less time."""
-STEPS = 4.0
-"""A fence leaves room for so many steps like the last one in each direction, ..."""
-MAX_ROOM = 0.3
-"""... but for no more than this part of the box's width: wider fences meet too many others."""
+DENSE = (4.0, 0.3)
+SPARSE = (8.0, 1.0)
+"""A fence leaves room for so many steps like the last one in each direction, but for no more than
+this part of the box's width. Wide fences are left seldom, but they meet more others: where there
+are more pairs than boxes, looking at those takes longer than making new fences."""
 
 
 @inlined_kernel
@@ -58,14 +59,15 @@ def _are_near(lower, upper, is_half_space, X_WG, i, j, margin):
 
 
 @inlined_kernel
-def _fence(lower, upper, fence, step, i):
+def _fence(lower, upper, fence, step, i, is_dense):
     """Put a new fence around the box of row i, with room for steps like its last."""
+    steps, most = DENSE if is_dense else SPARSE
     width = 0.0
     for axis in range(3):
         width = max(width, upper[i, axis] - lower[i, axis])
     room = 0.0
-    if width < math.inf and STEPS * step[i] < STEPS * width:  # what jumps has no use for a fence
-        room = min(STEPS * step[i], MAX_ROOM * width)
+    if width < math.inf and step[i] < width:  # what jumps has no use for a fence
+        room = min(steps * step[i], most * width)
     for axis in range(3):
         fence[axis, i] = lower[i, axis] - room
         fence[3 + axis, i] = upper[i, axis] + room
@@ -245,17 +247,18 @@ def track(geometry, X_WG, rows, is_half_space, frame, filter_bits, margin, memor
         geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, out
     )
     count = out[0]
+    is_dense = len(pairs) > len(lower)
     if is_new or count > MAX_REFENCED:
         if is_new:
             step[:] = 0.0
         for i in range(len(lower)):
-            _fence(lower, upper, fence, step, i)
+            _fence(lower, upper, fence, step, i, is_dense)
         is_out[:] = False
         counters[SEARCHED] += 1
         pairs = _search(fence, is_half_space, X_WG, frame, filter_bits, margin)
     elif count > 0:
         for i in out[1 : count + 1]:
-            _fence(lower, upper, fence, step, i)
+            _fence(lower, upper, fence, step, i, is_dense)
         pairs = _look_up(
             fence, frame, filter_bits, margin, is_out, out[1 : count + 1], pairs, counters
         )
