@@ -169,6 +169,26 @@ def test_little_motion_is_little_work() -> None:
     assert work[BOUNDED] == 10 * 200  # anchored ones never
 
 
+def test_fences_are_wide_where_boxes_are_few() -> None:
+    """Scattered things that go on in one direction stay inside of their fences for some steps."""
+    scene = Scene(40, 0)
+    scene.X[:, :3, 3] *= 20.0
+
+    def go_on() -> np.ndarray:
+        scene.X = scene.X.copy()
+        scene.X[:, 0, 3] += 0.03
+        scene.context.set_frame_poses(scene.source, scene.X)
+        found_pairs(scene.query)
+        return scene.counters()
+
+    go_on()
+    before = go_on()  # now it is known how large steps are
+    for _ in range(4):
+        after = go_on()
+    assert (after - before)[REFENCED] == 0
+    assert (after - before)[SEARCHED] == 0
+
+
 def test_anchored_things_are_not_touched() -> None:
     """One thing that moves among a thousand anchored ones costs looks at its own pairs only."""
     scene = Scene(1, 1000)
