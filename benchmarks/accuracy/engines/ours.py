@@ -21,7 +21,7 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.errors import EngineError, UnsupportedPairError
 
-__all__ = ["Ours", "OursBatched", "OursWithFcl", "Scene"]
+__all__ = ["Ours", "OursBatched", "OursWithFcl", "Scene", "copied"]
 
 
 class Scene:
@@ -104,7 +104,7 @@ def _shapes(pairs: Sequence[KnownPair]) -> list[Any]:
     return [shape for pair in pairs for shape in (pair.shape_A, pair.shape_B)]
 
 
-def _copied(pairs: Sequence[KnownPair]) -> list[KnownPair]:
+def copied(pairs: Sequence[KnownPair]) -> list[KnownPair]:
     """Return the pairs several times; but once if a half space would be near all the others."""
     is_wide = any(isinstance(shape, HalfSpace) for shape in _shapes(pairs[:1]))
     return [*pairs] * (1 if is_wide else _COPIES)
@@ -131,7 +131,7 @@ class Ours:
 
     def penetrations(self, pairs: Sequence[KnownPair]) -> Reply:
         """See Engine; one call for the whole scene, there is none for a single pair."""
-        pairs = _copied(pairs)
+        pairs = copied(pairs)
         scene = Scene.of_pairs(SceneGraph(**self._settings), pairs)
         ask = scene.query.compute_point_pair_penetration
         table, seconds = timed(ask, scene.place)
@@ -156,7 +156,7 @@ class OursBatched(Ours):
 
     def distances(self, pairs: Sequence[KnownPair]) -> Reply:
         """See Engine."""
-        pairs = _copied(pairs)
+        pairs = copied(pairs)
         scene = Scene.of_pairs(SceneGraph(**self._settings), pairs)
         ask = scene.query.compute_signed_distance_pairwise_closest_points
         limit = _ENOUGH + max(pair.distance for pair in pairs)
