@@ -29,11 +29,12 @@ from std_msgs.msg import Header
 from msg_adapters.errors import MessageError
 from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 from scene_graph_ros.geometry.errors import InvalidPoseError
-from scene_graph_ros.geometry.spatial.pose_kernels import poses_from_quaternions_kernel, VALID
+from scene_graph_ros.geometry.spatial.pose_kernels import VALID
 from scene_graph_ros.geometry.spatial.poses import (
     poses_from_quaternions,
     quaternions_from_poses,
 )
+from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quaternions_kernel
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
 
 __all__ = [

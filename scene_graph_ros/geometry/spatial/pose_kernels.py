@@ -1,4 +1,4 @@
-"""Loops over poses: checks, products, quaternions. Poses are rows of ``(n, 4, 4)`` arrays."""
+"""Loops over poses: checks and products. Poses are rows of ``(n, 4, 4)`` arrays."""
 
 import math
 
@@ -13,7 +13,6 @@ from scene_graph_ros.geometry.spatial.pose_vectors import (
 )
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
-    QUATERNION_NORM_DEFECT,
     ROTATION_DEFECT,
     ROTATION_ROUNDING,
 )
@@ -28,8 +27,6 @@ __all__ = [
     "VALID",
     "check_poses",
     "invert_poses",
-    "poses_from_quaternions_kernel",
-    "quaternions_from_poses_kernel",
     "store_poses",
     "world_poses",
     "world_poses_of_children",
@@ -185,88 +182,3 @@ def invert_poses(X_AB, X_BA):
             )
             X_BA[i, 3, row] = 0.0
         X_BA[i, 3, 3] = 1.0
-
-
-@kernel
-def _quaternion_status(p, q, i):
-    """Tell what is wrong with row i of positions and quaternions (x, y, z, w)."""
-    square = 0.0
-    for k in range(4):
-        if not math.isfinite(q[i, k]):
-            return NOT_FINITE
-        square += q[i, k] * q[i, k]
-    for k in range(3):
-        if not math.isfinite(p[i, k]):
-            return NOT_FINITE
-        if abs(p[i, k]) > MAX_COORDINATE:
-            return FAR_AWAY
-    if not abs(math.sqrt(square) - 1.0) <= QUATERNION_NORM_DEFECT:
-        return NOT_UNIT
-    return VALID
-
-
-@kernel
-def poses_from_quaternions_kernel(p, q, X):
-    """Write poses from positions (n, 3) and quaternions (n, 4) in the order x, y, z, w.
-
-    Returns (row, status) of the first invalid row; rows from there on are not written.
-    """
-    for i in range(p.shape[0]):
-        status = _quaternion_status(p, q, i)
-        if status != VALID:
-            return i, status
-        x, y, z, w = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
-        # Diebel, Representing Attitude, eq. 125; dividing by the norm makes it a rotation.
-        s = 2.0 / (x * x + y * y + z * z + w * w)
-        X[i, 0, 0] = 1.0 - s * (y * y + z * z)
-        X[i, 0, 1] = s * (x * y - z * w)
-        X[i, 0, 2] = s * (x * z + y * w)
-        X[i, 1, 0] = s * (x * y + z * w)
-        X[i, 1, 1] = 1.0 - s * (x * x + z * z)
-        X[i, 1, 2] = s * (y * z - x * w)
-        X[i, 2, 0] = s * (x * z - y * w)
-        X[i, 2, 1] = s * (y * z + x * w)
-        X[i, 2, 2] = 1.0 - s * (x * x + y * y)
-        for row in range(3):
-            X[i, row, 3] = p[i, row]
-            X[i, 3, row] = 0.0
-        X[i, 3, 3] = 1.0
-    return -1, VALID
-
-
-@kernel
-def quaternions_from_poses_kernel(X, q):
-    """Write unit quaternions (x, y, z, w) with w >= 0; the largest component is computed first.
-
-    Shepperd's method (Journal of Guidance and Control, 1978): no loss near half turns.
-    """
-    for i in range(X.shape[0]):
-        r00, r11, r22 = X[i, 0, 0], X[i, 1, 1], X[i, 2, 2]
-        trace = r00 + r11 + r22
-        if trace >= r00 and trace >= r11 and trace >= r22:
-            x = X[i, 2, 1] - X[i, 1, 2]
-            y = X[i, 0, 2] - X[i, 2, 0]
-            z = X[i, 1, 0] - X[i, 0, 1]
-            w = 1.0 + trace
-        elif r00 >= r11 and r00 >= r22:
-            x = 1.0 + r00 - r11 - r22
-            y = X[i, 0, 1] + X[i, 1, 0]
-            z = X[i, 0, 2] + X[i, 2, 0]
-            w = X[i, 2, 1] - X[i, 1, 2]
-        elif r11 >= r22:
-            x = X[i, 0, 1] + X[i, 1, 0]
-            y = 1.0 - r00 + r11 - r22
-            z = X[i, 1, 2] + X[i, 2, 1]
-            w = X[i, 0, 2] - X[i, 2, 0]
-        else:
-            x = X[i, 0, 2] + X[i, 2, 0]
-            y = X[i, 1, 2] + X[i, 2, 1]
-            z = 1.0 - r00 - r11 + r22
-            w = X[i, 1, 0] - X[i, 0, 1]
-        length = math.sqrt(x * x + y * y + z * z + w * w)
-        if w < 0.0:
-            length = -length
-        q[i, 0] = x / length
-        q[i, 1] = y / length
-        q[i, 2] = z / length
-        q[i, 3] = w / length

@@ -15,6 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.spatial import pose_kernels as kernels
+from scene_graph_ros.geometry.spatial.quaternion_kernels import (
+    poses_from_quaternions_kernel,
+    quaternions_from_poses_kernel,
+)
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
     QUATERNION_NORM_DEFECT,
@@ -154,7 +158,7 @@ def poses_from_quaternions(
     if quaternions.shape != (len(positions), 4):
         raise InvalidPoseError(f"quaternions of poses {name} must be (n, 4): {quaternions.shape}")
     X = np.empty((len(positions), 4, 4))
-    row, status = kernels.poses_from_quaternions_kernel(positions, quaternions, X)
+    row, status = poses_from_quaternions_kernel(positions, quaternions, X)
     if status != kernels.VALID:
         value = np.concatenate([positions[row], quaternions[row]])
         raise refuse_pose(_row_name(name, row, len(positions)), status, value)
@@ -165,7 +169,7 @@ def quaternions_from_poses(X: Poses) -> NDArray[np.float64]:
     """Return unit quaternions ``(n, 4)`` in the order x, y, z, w with w >= 0."""
     batch = to_pose_array(X, "to convert").reshape(-1, 4, 4)
     result = np.empty((len(batch), 4))
-    kernels.quaternions_from_poses_kernel(batch, result)
+    quaternions_from_poses_kernel(batch, result)
     return result
 
 
