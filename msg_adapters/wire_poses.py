@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,7 @@ from msg_adapters.wire import (
     Serializer,
 )
 from msg_adapters.wire_pose_kinds import POSE_KINDS
+from scene_graph_ros.geometry.spatial.record_kernels import place_records
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
 
 __all__ = ["Layout", "PoseWire"]
@@ -82,6 +84,14 @@ class _Places:
             return np.frombuffer(data, np.float64, self.count, self.first_number)
         return np.frombuffer(data, np.uint8)[self.gather].view(np.float64)
 
+    def rows(self, width: int) -> NDArray[np.int64] | None:
+        """Return where each row of ``width`` numbers begins, None where one is not in a row."""
+        if self.gather is None:
+            return self.first_number + 8 * width * np.arange(self.count // width)
+        rows = self.gather.reshape(-1, 8 * width)
+        is_in_row = np.all(np.diff(rows, axis=1) == 1)
+        return rows[:, 0].copy() if is_in_row else None
+
     def stamp(self, data: bytes, index: int = 0) -> int:
         """Return one of the stamps in nanoseconds."""
         place = self.stamps[index]
@@ -116,6 +126,38 @@ class Layout:
             stamps = np.array(each, dtype=np.int64)
         return pose_batch(self.names if names is None else names, self.parents, stamps, rows)
 
+    @cached_property
+    def _records(self) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+        """Where the numbers of each pose begin, and the stamps of each or of all.
+
+        None where a kernel can't read them so.
+        """
+        numbers = self.places.rows(self.width)
+        stamps = np.array(self.places.stamps, dtype=np.int64)
+        if numbers is None or len(stamps) not in (1, len(numbers)):
+            return None
+        return (numbers, stamps) if np.all(stamps < numbers) else None
+
+    def place_poses(
+        self,
+        data: bytes,
+        rows: NDArray[np.int64],
+        limits: tuple[int, int, int],
+        X_PF: NDArray[np.float64],
+        stamps: NDArray[np.int64],
+    ) -> bool:
+        """Write the poses of a message to ``rows`` of ``X_PF`` ``(n, 4, 4)``, in one go.
+
+        Their stamps go to ``stamps`` ``(n,)``. ``limits`` are the stamp of poses without one, the
+        earliest and the latest that is right, in nanoseconds; nor may a pose be older than that
+        which it replaces. Returns whether there is nothing against any pose; else nothing was
+        written.
+        """
+        records = self._records
+        if records is None:
+            return False
+        return bool(place_records(data, *records, limits, rows, X_PF, stamps))
+
     def is_clean(self, data: bytes) -> bool:
         """Tell whether no number of a message is reason to refuse it, or to look closer."""
         numbers = self.places.numbers(data)
@@ -143,8 +185,8 @@ class _Recent(NamedTuple):
     """
 
     layout: Layout
-    spans: tuple[tuple[int, int], ...]
-    texts: tuple[bytes, ...]
+    texts: tuple[tuple[int, bytes], ...]
+    """Where they begin, and the bytes."""
 
     @classmethod
     def of(cls, layout: Layout, data: bytes) -> _Recent | None:
@@ -154,13 +196,12 @@ class _Recent(NamedTuple):
             return None
         inner = [p for stamp in places.stamps for p in (stamp, stamp + _STAMP_SIZE)]
         edges = [0, *inner, places.first_number]
-        spans = tuple(zip(edges[::2], edges[1::2], strict=True))
-        return cls(layout, spans, tuple(data[begin:end] for begin, end in spans))
+        spans = zip(edges[::2], edges[1::2], strict=True)
+        return cls(layout, tuple((begin, data[begin:end]) for begin, end in spans))
 
     def fits(self, data: bytes) -> bool:
         """Tell whether a message of the same size has the same bytes."""
-        pairs = zip(self.spans, self.texts, strict=True)
-        return all(data[begin:end] == text for (begin, end), text in pairs)
+        return all(data.startswith(text, begin) for begin, text in self.texts)
 
 
 @dataclass

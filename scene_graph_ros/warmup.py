@@ -54,10 +54,13 @@ from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions, quaternions_from_poses
+from scene_graph_ros.geometry.spatial.record_kernels import latest, place_records
 
-__all__ = ["ask_everything", "main", "warm_up"]
+__all__ = ["ask_everything", "main", "read_poses", "warm_up"]
 
 _TETRAHEDRON = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1]])
+_STAMP_SIZE = 8
 _FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
 
@@ -98,6 +101,19 @@ def _compile_candidates() -> None:
 
 def _compile_model() -> None:
     _scene_of_all_shapes().snapshot.X_WG  # noqa: B018
+    read_poses()
+
+
+def read_poses() -> None:
+    """Read a pose as one comes with a message, in all the ways there are."""
+    components = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
+    X = poses_from_quaternions(components[:, :3], components[:, 3:])
+    quaternions_from_poses(X)
+    data = bytes(_STAMP_SIZE) + components.tobytes()
+    numbers, rows = np.array([_STAMP_SIZE]), np.array([0])
+    times, newest = np.array([0]), np.array([0])
+    place_records(data, numbers, times, (0, 0, 0), rows, X, newest)
+    latest(newest)
 
 
 def _soft_scene() -> tuple[QueryObject, GeometryId]:
@@ -217,6 +233,7 @@ def ask_everything() -> None:
     query.compute_signed_distance_to_points(np.zeros((50, 3)))
     _compile_surfaces()
     _compile_deformable()
+    read_poses()
 
 
 class _Reporter(event.Listener):

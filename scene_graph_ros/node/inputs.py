@@ -62,14 +62,13 @@ def message_type(name: str) -> Any:
         raise UnavailableError(f"{package} is not installed, so no {name} can be read") from error
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class _Kept:
-    """A message that waits for the update; ``stamp`` in ns, 0 where it is not known."""
+    """A message that waits for the update."""
 
     data: bytes
     arrival: int
     layout: Layout | None
-    stamp: int = 0
 
 
 class Channel:
@@ -103,7 +102,7 @@ class Channel:
         statistics = self.intake.statistics
         statistics.arrived(arrival)
         layout = self._wire.find(data)
-        kept = _Kept(data, arrival, layout, 0 if layout is None else layout.stamp(data))
+        kept = _Kept(data, arrival, layout)
         with self._lock:
             if layout is not None:
                 older = self._newest.get(layout)
@@ -129,7 +128,7 @@ class Channel:
         """
         layout, frames = newer.layout, self._frames
         assert layout is not None
-        if 0 < newer.stamp < older.stamp or frames is None:
+        if frames is None or 0 < layout.stamp(newer.data) < layout.stamp(older.data):
             return False
         return (
             self._takes_all(layout, frames)
@@ -170,8 +169,11 @@ class Channel:
             return self._apply_message(data, frames, limits)
         if self.record.pose_type == JOINT_STATE:
             return self._apply_joints(layout.joints(data), frames, limits)
-        poses = layout.poses(data, self._names(layout, frames))
-        return self.intake.accept(poses, frames, limits)
+        names = self._names(layout, frames)
+        applied = self.intake.accept_bytes(data, layout, names, frames, limits)
+        if applied is None:
+            applied = self.intake.accept(layout.poses(data, names), frames, limits)
+        return applied
 
     def _names(self, layout: Layout, frames: SourceFrames) -> tuple[str, ...]:
         """Return the names of the frames that a message moves."""

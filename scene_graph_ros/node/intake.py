@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from msg_adapters.poses import PoseBatch, PoseFault
+from msg_adapters.wire_poses import Layout
 
 __all__ = [
     "CONFIGURATION_FAULTS",
@@ -30,6 +31,8 @@ __all__ = [
 
 UNSTAMPED = np.iinfo(np.int64).min
 """Stamp of a frame whose pose never came from a message, nanoseconds."""
+
+_FIRST, _LAST = int(np.iinfo(np.int64).min), int(np.iinfo(np.int64).max)
 
 _WARNINGS_KEPT = 1000
 """Distinct warnings remembered per source; further ones are only counted, so memory is bounded."""
@@ -77,6 +80,14 @@ class TimeLimits(NamedTuple):
     now: int
     max_age: int
     max_lead: int
+
+    def bounds(self) -> tuple[int, int, int]:
+        """Return the time now, the earliest and the latest stamp of a pose that may be applied."""
+        now, max_age, max_lead = self
+        if now <= 0:
+            return now, _FIRST, _LAST
+        earliest = max(now - max_age, _FIRST) if max_age > 0 else _FIRST
+        return now, earliest, min(now + max_lead, _LAST)
 
 
 @dataclass
@@ -148,6 +159,8 @@ class _Plan:
     strangers: tuple[int, ...]
     misplaced: tuple[int, ...]
     """Indices of poses that are given in another frame than the parent."""
+    takes_all: bool
+    """Whether no name is reason to refuse a pose."""
     covers_all: bool
     """Whether the poses are those of all frames in their order."""
 
@@ -203,6 +216,27 @@ class Intake:
             self._store(frames, plan.rows[chosen], batch.X_PF[chosen], stamps[chosen])
         return int(np.count_nonzero(valid))
 
+    def accept_bytes(
+        self,
+        data: bytes,
+        layout: Layout,
+        names: tuple[str, ...],
+        frames: SourceFrames,
+        limits: TimeLimits,
+    ) -> int | None:
+        """Write the poses of a message, of frames called ``names``, where all are valid.
+
+        Returns how many, or None: then nothing was written or counted, and `accept` is to judge
+        each pose for itself.
+        """
+        plan = self._plan(names, layout.parents, frames)
+        if not plan.takes_all or not layout.place_poses(
+            data, plan.rows, limits.bounds(), frames.X_PF, frames.stamps
+        ):
+            return None
+        self._count(len(names))
+        return len(names)
+
     def accept_poses(
         self,
         names: tuple[str, ...],
@@ -247,7 +281,11 @@ class Intake:
             return
         frames.X_PF[rows] = X_PF
         frames.stamps[rows] = stamps
-        self.statistics.applied_poses += int(stamps.size)
+        self._count(int(stamps.size))
+
+    def _count(self, poses: int) -> None:
+        """Count a message of which so many poses were applied."""
+        self.statistics.applied_poses += poses
         self.statistics.applied_messages += 1
 
     def takes_all(
@@ -281,8 +319,11 @@ class Intake:
         )
         usable = rows >= 0
         usable[list(misplaced)] = False
+        takes_all = bool(usable.all())
         covers_all = np.array_equal(rows, np.arange(len(frames.names)))
-        plan = _Plan(names, parents, frames, rows, usable, strangers, misplaced, covers_all)
+        plan = _Plan(
+            names, parents, frames, rows, usable, strangers, misplaced, takes_all, covers_all
+        )
         self._plans[id(names)] = plan
         return plan
 

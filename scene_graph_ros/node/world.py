@@ -20,6 +20,7 @@ from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.node.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
@@ -274,10 +275,7 @@ class World:
         return tuple(self.world_frame if p == world else inspector.get_name(p) for p in parents)
 
     def _publish(self, arrival: int | None) -> None:
-        stamps = {
-            name: int(frames.stamps.max()) if len(frames.stamps) else UNSTAMPED
-            for name, frames in self._frames.items()
-        }
+        stamps = {name: latest(frames.stamps) for name, frames in self._frames.items()}
         for name, deformables in self._deformables.items():
             stamps[name] = max(stamps[name], deformables.stamp())
         self._sequence += 1

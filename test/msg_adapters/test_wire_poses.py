@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from types import SimpleNamespace
 
 from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Twist, Vector3
@@ -113,6 +114,35 @@ def assert_same(batch, expected):
     assert batch.refused == expected.refused
 
 
+class Target:
+    """Rows to place poses in, more than there are and in another order than those."""
+
+    def __init__(self, count):
+        self.rows = np.arange(count, 0, -1)
+        self.X_PF = np.full((count + 2, 4, 4), 7.0)
+        self.stamps = np.full(count + 2, STAMP)
+
+    def place(self, layout, data, earliest=STAMP, latest=STAMP + 100):
+        """Place the poses of a message."""
+        limits = (STAMP + 50, earliest, latest)
+        return layout.place_poses(data, self.rows, limits, self.X_PF, self.stamps)
+
+    @property
+    def is_untouched(self):
+        """Whether nothing was written."""
+        return bool(np.all(self.X_PF == 7.0) and np.all(self.stamps == STAMP))
+
+
+def assert_places(layout, data, expected):
+    """Compare the poses that are placed in one go with a batch, to the last bit."""
+    target = Target(len(expected.names))
+    assert target.place(layout, data)
+    assert target.X_PF[target.rows].tobytes() == expected.X_PF.tobytes()
+    assert target.stamps[target.rows].tolist() == expected.stamps_ns.tolist()
+    assert np.all(target.X_PF[[0, -1]] == 7.0)
+    assert np.all(target.stamps[[0, -1]] == STAMP)
+
+
 # Names whose ends fall on every residue of 8 bytes, so that all paddings occur.
 NAMES = [["a" * n] for n in range(9)] + [[f"o{i}" for i in range(37)], ["x", "long name", "ß→"]]
 
@@ -126,6 +156,7 @@ def test_named_transforms_are_read_as_the_deserializer_does(rng, names, frame_id
     data, layout = known(wire, later)
     assert layout.stamp(data) == STAMP + 1
     assert_same(layout.poses(data), poses_from_multi_dof_joint_state(later))
+    assert_places(layout, data, poses_from_multi_dof_joint_state(later))
 
 
 def test_a_message_that_comes_once_is_not_probed(rng):
@@ -187,10 +218,63 @@ def test_bad_poses_are_refused_as_by_the_ordinary_way(rng):
     data, layout = known(wire, message)
     batch = layout.poses(data)
     expected = poses_from_multi_dof_joint_state(message)
+    target = Target(4)
+    assert not target.place(layout, data)
+    assert target.is_untouched
     assert [refused.name for refused in batch.refused] == ["a", "c", "d"]
     assert [r.fault for r in batch.refused] == [r.fault for r in expected.refused]
     assert (batch.names, batch.parents) == (("b",), ("world",))
     np.testing.assert_array_equal(batch.X_PF, expected.X_PF)
+
+
+@pytest.mark.parametrize(
+    ("spoil", "is_placed"),
+    [
+        (lambda t: None, True),
+        (lambda t: setattr(t.translation, "z", float("nan")), False),
+        (lambda t: setattr(t.translation, "z", float("-inf")), False),
+        (lambda t: setattr(t.translation, "z", -1.0e12), True),
+        (lambda t: setattr(t.translation, "z", -1.1e12), False),
+        (lambda t: setattr(t.rotation, "w", float("nan")), False),
+        (lambda t: setattr(t.rotation, "w", float("inf")), False),
+        (lambda t: setattr(t.rotation, "w", 1e200), False),
+        (lambda t: setattr(t, "rotation", Quaternion(w=1.00099)), True),
+        (lambda t: setattr(t, "rotation", Quaternion(w=1.00101)), False),
+        (lambda t: setattr(t, "rotation", Quaternion(w=0.0)), False),
+    ],
+)
+def test_all_poses_of_a_message_are_placed_or_none(rng, spoil, is_placed):
+    """One bad pose, the last, leaves those before it to be judged one by one."""
+    wire = taught(MULTI, multi(rng, ["a", "b", "c"]))
+    message = multi(rng, ["a", "b", "c"])
+    spoil(message.transforms[2])
+    data, layout = known(wire, message)
+    target = Target(3)
+    assert target.place(layout, data) == is_placed
+    assert target.is_untouched != is_placed
+    assert (len(layout.poses(data).refused) == 0) == is_placed
+
+
+@pytest.mark.parametrize(
+    ("stamp", "earliest", "latest", "placed"),
+    [
+        (STAMP + 5, STAMP + 5, STAMP + 5, STAMP + 5),
+        (STAMP + 5, STAMP + 6, STAMP + 9, None),
+        (STAMP + 5, STAMP, STAMP + 4, None),
+        (STAMP, STAMP - 9, STAMP, STAMP),
+        (STAMP - 1, STAMP - 9, STAMP, None),  # older than what is there
+        (0, STAMP + 50, STAMP + 50, STAMP + 50),  # stands for now
+        (0, STAMP + 51, STAMP + 99, None),
+    ],
+)
+def test_limits_of_time_hold_for_messages_placed_in_one_go(rng, stamp, earliest, latest, placed):
+    """They are inclusive; a message without a stamp is of now."""
+    wire = taught(MULTI, multi(rng, ["a"]))
+    data, layout = known(wire, multi(rng, ["a"], stamp))
+    target = Target(1)
+    assert target.place(layout, data, earliest, latest) == (placed is not None)
+    assert target.stamps[1] == (STAMP if placed is None else placed)
+    assert target.is_untouched == (placed is None)
 
 
 def test_numbers_that_look_like_marks_are_only_numbers(rng):
@@ -247,7 +331,56 @@ def test_transform_stamped(rng):
     later = stamped(rng, stamp=STAMP + 5)
     data, layout = known(wire, later)
     assert_same(layout.poses(data), poses_from_transform_stamped(later))
+    assert_places(layout, data, poses_from_transform_stamped(later))
     assert wire.find(serialize_message(stamped(rng, child="toot"))) is None
+
+
+class Transforms(SimpleNamespace):
+    """A list of stamped transforms: what a TFMessage is, where tf2_msgs is not installed."""
+
+    def __init__(self, transforms):
+        super().__init__(transforms=transforms)
+
+
+def bytes_of_transforms(message):
+    """Serialize a list of stamped transforms as CDR does, little-endian."""
+    data = struct.pack("<I", len(message.transforms))
+
+    def aligned(size):
+        return data + b"\0" * (-len(data) % size)
+
+    for t in message.transforms:
+        stamp = t.header.stamp
+        data = aligned(4) + struct.pack("<iI", stamp.sec, stamp.nanosec)
+        for text in (t.header.frame_id, t.child_frame_id):
+            encoded = text.encode() + b"\0"
+            data = aligned(4) + struct.pack("<I", len(encoded)) + encoded
+        p, q = t.transform.translation, t.transform.rotation
+        data = aligned(8) + struct.pack("<7d", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
+    return b"\0\1\0\0" + data
+
+
+def test_transforms_with_stamps_and_names_between_their_numbers(rng):
+    """Each transform has a stamp of its own, and one too old leaves all to be judged alone."""
+    names = ["a", "bcd", "efghij", "kl"]
+
+    def message(*stamps):
+        parts = zip(names, stamps, strict=True)
+        return Transforms([stamped(rng, name, STAMP + stamp) for name, stamp in parts])
+
+    first = message(1, 2, 3, 4)
+    wire = PoseWire("tf2_msgs/msg/TFMessage", bytes_of_transforms, lambda data: first)
+    for _ in range(2):
+        wire.learn(bytes_of_transforms(first), first)
+    later = message(9, 7, 0, 8)
+    data = bytes_of_transforms(later)
+    layout = wire.find(data)
+    assert_same(layout.poses(data), poses_from_tf(later))
+    assert_places(layout, data, poses_from_tf(later))
+    late = bytes_of_transforms(message(9, 7, 8, -1))
+    target = Target(4)
+    assert not target.place(wire.find(late), late)
+    assert target.is_untouched
 
 
 def test_transforms_with_stamps_of_their_own(rng):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 
 from geometry_msgs.msg import Quaternion, Transform, Vector3
 import numpy as np
@@ -18,20 +19,24 @@ from msg_adapters.wire import (
     Patchable,
 )
 from msg_adapters.wire_poses import Layout
+from scene_graph_ros.geometry import GeometryFrame, SceneGraph
+from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quaternions_kernel
+from scene_graph_ros.geometry.spatial.record_kernels import latest, place_records
 from scene_graph_ros.node.inputs import Channel
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits, UNSTAMPED
-from scene_graph_ros.node.world import SourceRecord
+from scene_graph_ros.node.world import SourceRecord, World
+from scene_graph_ros.warmup import read_poses
 
 NOW = 1_000_000_000_000
 LIMITS = TimeLimits(now=NOW, max_age=5_000_000_000, max_lead=1_000_000_000)
 NAMES = ("a", "b", "c")
 
 
-def pose_template(names):
+def pose_template(names, parent=""):
     """Return the bytes of a message about frames, with the places of stamp and poses."""
     numbers = np.array(marked_numbers(7 * len(names))).reshape(-1, 7)
     message = MultiDOFJointState(joint_names=names)
-    message.header.stamp = MARKED_TIME
+    message.header.stamp, message.header.frame_id = MARKED_TIME, parent
     for x, y, z, *q in numbers.tolist():
         rotation = Quaternion(**dict(zip("xyzw", q, strict=True)))
         message.transforms.append(Transform(translation=Vector3(x=x, y=y, z=z), rotation=rotation))
@@ -62,11 +67,15 @@ class Source:
 
     def send(self, stamp, **xs):
         """Let a message arrive that places frames at x."""
-        template = self.templates.get(tuple(xs))
+        self.send_rows(stamp, tuple(xs), [(float(x), 0, 0, 0, 0, 0, 1.0) for x in xs.values()])
+
+    def send_rows(self, stamp, names, rows, parent=""):
+        """Let a message arrive with the seven numbers of each frame."""
+        template = self.templates.get((names, parent))
         if template is None:
-            template = self.templates[tuple(xs)] = pose_template(list(xs))
+            template = self.templates[names, parent] = pose_template(list(names), parent)
         template.put_stamp(stamp)
-        template.put_numbers(np.array([(float(x), 0, 0, 0, 0, 0, 1.0) for x in xs.values()]))
+        template.put_numbers(np.array(rows))
         self.arrival += 1
         self.channel.store(template.data(), self.arrival)
 
@@ -94,16 +103,16 @@ def source():
 
 @pytest.fixture
 def read(monkeypatch):
-    """How many messages were read by their layout."""
-    count = []
-    ordinary = Layout.poses
+    """For each message that was read by its layout, whether that was done in one go."""
+    results = []
+    ordinary = Layout.place_poses
 
-    def poses(self, data, names=None):
-        count.append(1)
-        return ordinary(self, data, names)
+    def place_poses(self, *arguments):
+        results.append(ordinary(self, *arguments))
+        return results[-1]
 
-    monkeypatch.setattr(Layout, "poses", poses)
-    return count
+    monkeypatch.setattr(Layout, "place_poses", place_poses)
+    return results
 
 
 def test_of_messages_with_the_same_names_only_the_newest_is_read(source, read):
@@ -198,3 +207,71 @@ def test_what_is_taken_is_taken_once(source):
     applied = source.intake.statistics.applied_poses
     assert source.update() is None
     assert source.intake.statistics.applied_poses == applied
+
+
+def message_of_any_kind(rng, newest):
+    """Return stamp, names, numbers and parent of a message with which anything may be wrong."""
+    names = [NAMES, ("a",), ("c", "a"), ("b", "ghost"), ("c", "b", "a")][rng.integers(5)]
+    parent = ["", "world", "map"][rng.choice(3, p=[0.45, 0.45, 0.1])]
+    stamps = [0, newest + 1, newest, newest - 1, NOW - 6_000_000_000, NOW + 2_000_000_000]
+    stamp = stamps[rng.choice(6, p=[0.05, 0.6, 0.1, 0.15, 0.05, 0.05])]
+    rows = rng.normal(size=(len(names), 7))
+    rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
+    rows[:, 3:] *= rng.choice([1.0, 1.0 - 9e-4, 1.0 + 9e-4])
+    if rng.random() < 0.3:
+        column, value = [(1, np.nan), (6, np.inf), (2, 2e12), (4, 2.0)][rng.integers(4)]
+        rows[rng.integers(len(names)), column] = value
+    return stamp, names, rows, parent
+
+
+def counts(source):
+    """Return what was counted."""
+    statistics = source.intake.statistics
+    return statistics.applied_messages, statistics.applied_poses, dict(statistics.faults)
+
+
+def test_in_one_go_or_one_by_one_the_same_comes_out(read):
+    """Poses, stamps, counts and warnings are those of the ordinary way, to the last bit."""
+    fast, ordinary = Source(), Source()
+    ordinary.channel._wire.find = lambda data: None
+    rng, newest = np.random.default_rng(3), NOW - 1000
+    for _ in range(600):
+        message = message_of_any_kind(rng, newest)
+        if message[0] < NOW + LIMITS.max_lead:
+            newest = max(newest, message[0] or NOW)
+        arrivals = []
+        for one in (fast, ordinary):
+            one.send_rows(*message)
+            arrivals.append(one.update())
+        assert arrivals[0] == arrivals[1]
+        assert fast.frames.X_PF.tobytes() == ordinary.frames.X_PF.tobytes()
+        assert fast.frames.stamps.tolist() == ordinary.frames.stamps.tolist()
+        assert counts(fast) == counts(ordinary)
+    assert fast.warnings == ordinary.warnings
+    assert len(ordinary.intake.statistics.faults) == 7
+    assert read.count(True) > 100
+    assert read.count(False) > 100
+
+
+def test_bounds_of_time_stay_in_their_range():
+    """Ages and leads that no stamp can have switch the checks off, as does time 0."""
+    first, last = np.iinfo(np.int64).min, np.iinfo(np.int64).max
+    assert TimeLimits(0, 5, 5).bounds() == (0, first, last)
+    assert TimeLimits(NOW, 0, 7).bounds() == (NOW, first, NOW + 7)
+    assert TimeLimits(NOW, 10**20, 10**20).bounds() == (NOW, first, last)
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="there are no kernels")
+def test_no_message_needs_a_kernel_that_the_set_up_does_not_compile(source, read):
+    """What is given to the kernels is of the types that they were compiled for."""
+    read_poses()
+    source.send(NOW + 1, a=1, b=2, c=3)
+    source.send(NOW + 2, b=math.nan)
+    source.update()
+    assert read == [True, False]
+    graph = SceneGraph()
+    graph.register_frame(graph.register_source("arm"), GeometryFrame("link"))
+    world = World(graph)
+    world.commit({"arm"}, None)
+    for kernel in (place_records, latest, poses_from_quaternions_kernel):
+        assert len(kernel.signatures) == 1

@@ -1,0 +1,75 @@
+"""Poses among the bytes of records, with the times that they are of."""
+
+from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.spatial.quaternion_kernels import is_valid, write_pose
+from scene_graph_ros.geometry.spatial.record_bytes import number_at, seconds_at, word_at
+
+__all__ = ["latest", "place_records"]
+
+_NANOSECONDS = 10**9
+_EARLIEST = -(2**63)
+_WORD_SIZE = 4
+_NUMBER_SIZE = 8
+
+
+@lean_kernel
+def _components(data, place):
+    """Return the seven numbers of a record: position and quaternion."""
+    return (
+        number_at(data, place),
+        number_at(data, place + _NUMBER_SIZE),
+        number_at(data, place + 2 * _NUMBER_SIZE),
+        number_at(data, place + 3 * _NUMBER_SIZE),
+        number_at(data, place + 4 * _NUMBER_SIZE),
+        number_at(data, place + 5 * _NUMBER_SIZE),
+        number_at(data, place + 6 * _NUMBER_SIZE),
+    )
+
+
+@lean_kernel
+def _time_at(data, place, now):
+    """Return a time in nanoseconds; one of 0 stands for ``now``."""
+    time = seconds_at(data, place) * _NANOSECONDS + word_at(data, place + _WORD_SIZE)
+    return now if time == 0 else time
+
+
+@lean_kernel
+def place_records(data, numbers, times, limits, rows, X, newest):
+    """Write the poses of records among bytes to rows of X, and their times to ``newest``.
+
+    ``data`` are ``bytes``. Record i has position and quaternion, seven numbers, at ``numbers[i]``,
+    and belongs to row ``rows[i]``. At ``times`` are seconds and nanoseconds, 4 bytes each: of each
+    record, or one for all. ``limits`` are what stands for a time of 0, the earliest and the latest
+    time that is right, in nanoseconds; no record may be earlier than the newest of its row. All
+    places must be right. Returns whether there is nothing against any record; else nothing was
+    written.
+    """
+    now, earliest, latest = limits
+    time = _time_at(data, times[0], now)
+    is_each_timed = times.shape[0] > 1
+    for i in range(numbers.shape[0]):
+        if is_each_timed:
+            time = _time_at(data, times[i], now)
+        if time < earliest or time > latest or time < newest[rows[i] & LAST_PLACE]:
+            return False
+        p0, p1, p2, x, y, z, w = _components(data, numbers[i])
+        if not is_valid(p0, p1, p2, x, y, z, w):
+            return False
+    for i in range(numbers.shape[0]):
+        if is_each_timed:
+            time = _time_at(data, times[i], now)
+        k = rows[i] & LAST_PLACE
+        p0, p1, p2, x, y, z, w = _components(data, numbers[i])
+        write_pose(p0, p1, p2, x, y, z, w, X, k)
+        newest[k] = time
+    return True
+
+
+@lean_kernel
+def latest(times):
+    """Return the largest of times ``(n,)``, the smallest that there can be where n is 0."""
+    result = _EARLIEST
+    for i in range(times.shape[0]):
+        result = max(result, times[i])
+    return result
