@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 import itertools
+import sys
 from typing import Any
 
 import numpy as np
@@ -24,11 +25,14 @@ from scene_graph_ros.geometry.model.snapshot import (
 )
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.spatial.pose_kernels import store_poses, VALID
-from scene_graph_ros.geometry.spatial.poses import to_pose_array
+from scene_graph_ros.geometry.spatial.poses import is_for_kernels, to_pose_array
 
 __all__ = ["Context"]
 
 _pose_versions = itertools.count(1)
+
+_UNSHARED = 2
+"""References to an array that a variable and the argument of a call hold, and nobody else."""
 
 
 class Context(ModelOwner):
@@ -44,6 +48,7 @@ class Context(ModelOwner):
         self._layout = state.layout()
         self._X_PF = np.tile(np.eye(4), (len(self._layout.ids), 1, 1))
         self._poses_are_shared = False
+        self._spare = self._X_PF
         self._configurations: Mapping[GeometryId, Configuration] = NO_CONFIGURATIONS
         self._pose_version = next(_pose_versions)
         self._snapshot: Snapshot | None = None
@@ -103,7 +108,8 @@ class Context(ModelOwner):
                     self._refuse_frames(source_id, poses)
                 rows, given = stacked_poses(self._state, poses)
             else:
-                rows, given = layout.source_rows[source_id], self._batch(source_id, layout, poses)
+                rows = layout.source_rows[source_id]
+                given = self._batch(source_id, len(rows), poses)
             X_PF = self._own_poses(len(rows))
             bad, status = store_poses(given, rows, X_PF)
             if status != VALID:
@@ -185,15 +191,18 @@ class Context(ModelOwner):
                     f" {names[record.source_id]!r}: {names[source_id]!r} cannot move it"
                 )
 
-    def _batch(self, source_id: SourceId, layout: FrameLayout, poses: Any) -> NDArray[np.float64]:
+    def _batch(self, source_id: SourceId, count: int, poses: Any) -> NDArray[np.float64]:
+        """Return ``(count, 4, 4)`` poses of a source as kernels take them, unchecked."""
+        shape = (count, 4, 4)
+        if type(poses) is np.ndarray and poses.shape == shape and is_for_kernels(poses):
+            return poses
         label = f"X_PFs of source {self._state.source_names[source_id]!r}"
         if isinstance(poses, (list, tuple)):
             poses = np.array([to_pose_array(X, label) for X in poses]).reshape(-1, 4, 4)
         given = to_pose_array(poses, label)
-        expected = len(layout.source_rows[source_id])
-        if given.ndim != 3 or len(given) != expected:
+        if given.shape != shape:
             raise InvalidPoseError(
-                f"{label} must be ({expected}, 4, 4), one for each frame, not {given.shape}"
+                f"{label} must be {shape}, one for each frame, not {given.shape}"
             )
         return given
 
@@ -201,9 +210,13 @@ class Context(ModelOwner):
         """Return poses to write ``count`` of to: a snapshot keeps the array it was given."""
         if not self._poses_are_shared:
             return self._X_PF
+        spare, self._spare = self._spare, self._X_PF
         if count + 1 < len(self._X_PF):
             return self._X_PF.copy()
-        result = np.empty_like(self._X_PF)  # all but the world's are going to be written
+        # All but the world's are going to be written, whose pose is right in an array of before.
+        if len(spare) == len(self._X_PF) and sys.getrefcount(spare) == _UNSHARED:
+            return spare
+        result = np.empty(self._X_PF.shape)
         result[0] = self._X_PF[0]
         return result
 

@@ -31,6 +31,7 @@ __all__ = [
     "compose",
     "identity",
     "inverse",
+    "is_for_kernels",
     "pose_from_xyz_rpy",
     "poses_from_quaternions",
     "quaternions_from_poses",
@@ -41,6 +42,8 @@ __all__ = [
 ]
 
 Poses = NDArray[np.float64]
+
+_FLOAT64 = np.dtype(np.float64)
 
 _REASONS = {
     kernels.NOT_FINITE: "has an entry that is not finite",
@@ -63,6 +66,11 @@ def _row_name(name: str, row: int, rows: int) -> str:
 def refuse_pose(name: str, status: int, value: Any) -> InvalidPoseError:
     """Return the error that names a pose, what is wrong with it, and its value."""
     return InvalidPoseError(f"pose {name} {_REASONS[status]}: {_quote(value)}")
+
+
+def is_for_kernels(X: NDArray[Any]) -> bool:
+    """Tell whether kernels take an array of numbers as it is: to numba others are other types."""
+    return X.dtype is _FLOAT64 and X.flags.carray
 
 
 def to_pose_array(X: Any, name: str) -> Poses:

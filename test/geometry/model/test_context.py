@@ -328,6 +328,48 @@ def test_a_deep_copy_is_a_clone(world):
     assert context_copy.frame_pose(world.link1)[0, 3] == 2.0
 
 
+def of_three_frames():
+    """Return a context in which one source moves all three frames, and its id."""
+    graph = SceneGraph()
+    source = graph.register_source("source")
+    for i in range(3):
+        graph.register_frame(source, GeometryFrame(f"frame_{i}"))
+    return graph.create_default_context(), source
+
+
+def test_poses_that_somebody_looks_at_are_never_written_over():
+    """A snapshot, its array or a part of that is enough to keep them as they are."""
+    context, source = of_three_frames()
+    held = []
+    for i in range(30):
+        context.set_frame_poses(source, np.tile(yaw(0.1 * i, x=i), (3, 1, 1)))
+        snapshot = context.snapshot
+        held.append((snapshot, snapshot.X_PF, snapshot.X_PF[:], None)[i % 4])
+        del snapshot
+    for i, one in enumerate(held):
+        if one is not None:
+            X_PF = one if isinstance(one, np.ndarray) else one.X_PF
+            assert np.array_equal(X_PF[0], np.eye(4))
+            assert X_PF[1:, 0, 3].tolist() == [i] * 3
+
+
+def test_an_array_that_nobody_looks_at_is_used_again():
+    """Two arrays take turns, also after poses that were refused."""
+    context, source = of_three_frames()
+    arrays = []
+    for i in range(6):
+        context.set_frame_poses(source, np.tile(yaw(0.1, x=i), (3, 1, 1)))
+        arrays.append(weakref.ref(context.snapshot.X_PF))
+    assert arrays[5]() is arrays[3]() is not None
+    assert arrays[4]() is arrays[2]() is not arrays[5]()
+    with pytest.raises(InvalidPoseError):
+        context.set_frame_poses(source, np.zeros((3, 4, 4)))
+    assert context.snapshot.X_PF[1:, 0, 3].tolist() == [5.0] * 3
+    for i in range(3):
+        context.set_frame_poses(source, np.tile(yaw(0.1, x=i), (3, 1, 1)))
+        assert context.snapshot.X_PF[1:, 0, 3].tolist() == [i] * 3
+
+
 def test_snapshots_are_released_at_once(world):
     """Without the garbage collector: a snapshot per update must not pile up."""
     context = world.scene_graph.create_default_context()
