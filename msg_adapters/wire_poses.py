@@ -1,8 +1,8 @@
 """Poses straight from the bytes of a message, by layouts learnt from messages that came before.
 
 Publishers send the same names again and again. What such messages have in common is a *layout*:
-which bytes are always the same, where the stamps are, and where the numbers. A message that fits a
-known layout is a numpy view away from its poses; the others are for the ordinary deserializer.
+which bytes are always the same, where the stamps are, and where the numbers. Of a message that
+fits a known layout one kernel reads all poses; the others are for the ordinary deserializer.
 
 Serializers leave whatever was in memory in the bytes between fields. So bytes that may be anything
 are not compared: those behind names, if the deserializer reads the same with all of them changed,
@@ -29,8 +29,7 @@ from msg_adapters.wire import (
     Serializer,
 )
 from msg_adapters.wire_pose_kinds import POSE_KINDS
-from scene_graph_ros.geometry.spatial.record_kernels import place_records
-from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
+from scene_graph_ros.geometry.spatial.record_kernels import are_valid, place_records
 
 __all__ = ["Layout", "PoseWire"]
 
@@ -159,18 +158,12 @@ class Layout:
         return bool(place_records(data, *records, limits, rows, X_PF, stamps))
 
     def is_clean(self, data: bytes) -> bool:
-        """Tell whether no number of a message is reason to refuse it, or to look closer."""
-        numbers = self.places.numbers(data)
-        if not np.isfinite(numbers).all():
-            return False
+        """Tell whether no number of a message is reason to refuse a part of it."""
         if self.width == 1:
-            return True
-        rows = numbers.reshape(-1, self.width)
-        with np.errstate(over="ignore"):
-            defects = np.abs(np.einsum("ij,ij->i", rows[:, 3:], rows[:, 3:]) - 1.0)
-        # The square of a norm is off by twice as much as the norm.
-        is_unit = bool(np.all(defects <= QUATERNION_NORM_DEFECT))
-        return is_unit and bool(np.all(np.abs(rows[:, :3]) <= MAX_COORDINATE))
+            return bool(np.isfinite(self.places.numbers(data)).all())
+        if self._records is None:
+            return not self.poses(data).refused
+        return bool(are_valid(data, self._records[0]))
 
     def joints(self, data: bytes) -> JointBatch:
         """Return the joint positions of a JointState."""

@@ -55,7 +55,7 @@ from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions, quaternions_from_poses
-from scene_graph_ros.geometry.spatial.record_kernels import latest, place_records
+from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records
 
 __all__ = ["ask_everything", "main", "read_poses", "warm_up"]
 
@@ -112,6 +112,7 @@ def read_poses() -> None:
     data = bytes(_STAMP_SIZE) + components.tobytes()
     numbers, rows = np.array([_STAMP_SIZE]), np.array([0])
     times, newest = np.array([0]), np.array([0])
+    are_valid(data, numbers)
     place_records(data, numbers, times, (0, 0, 0), rows, X, newest)
     latest(newest)
 

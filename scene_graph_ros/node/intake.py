@@ -33,6 +33,7 @@ UNSTAMPED = np.iinfo(np.int64).min
 """Stamp of a frame whose pose never came from a message, nanoseconds."""
 
 _FIRST, _LAST = int(np.iinfo(np.int64).min), int(np.iinfo(np.int64).max)
+"""The stamps that there can be, nanoseconds."""
 
 _WARNINGS_KEPT = 1000
 """Distinct warnings remembered per source; further ones are only counted, so memory is bounded."""

@@ -275,7 +275,7 @@ class World:
         return tuple(self.world_frame if p == world else inspector.get_name(p) for p in parents)
 
     def _publish(self, arrival: int | None) -> None:
-        stamps = {name: latest(frames.stamps) for name, frames in self._frames.items()}
+        stamps = {name: int(latest(frames.stamps)) for name, frames in self._frames.items()}
         for name, deformables in self._deformables.items():
             stamps[name] = max(stamps[name], deformables.stamp())
         self._sequence += 1

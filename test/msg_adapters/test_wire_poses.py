@@ -20,7 +20,7 @@ from msg_adapters.poses import (
     poses_from_transform_stamped,
 )
 from msg_adapters.stamps import stamp_to_msg
-from msg_adapters.wire_poses import PoseWire
+from msg_adapters.wire_poses import _Places, Layout, PoseWire
 
 MULTI = "sensor_msgs/msg/MultiDOFJointState"
 CLASSES = {
@@ -252,6 +252,7 @@ def test_all_poses_of_a_message_are_placed_or_none(rng, spoil, is_placed):
     target = Target(3)
     assert target.place(layout, data) == is_placed
     assert target.is_untouched != is_placed
+    assert layout.is_clean(data) == is_placed
     assert (len(layout.poses(data).refused) == 0) == is_placed
 
 
@@ -275,6 +276,22 @@ def test_limits_of_time_hold_for_messages_placed_in_one_go(rng, stamp, earliest,
     assert target.place(layout, data, earliest, latest) == (placed is not None)
     assert target.stamps[1] == (STAMP if placed is None else placed)
     assert target.is_untouched == (placed is None)
+
+
+@pytest.mark.parametrize("is_good", [True, False])
+def test_numbers_that_are_not_in_a_row_are_read_without_the_kernel(is_good):
+    """Something between position and quaternion, as no serializer puts it, leads to no error."""
+    p, q = np.array([1.0, 2.0, 3.0]), np.array([0.0, 0.0, 0.6, 0.8 if is_good else np.nan])
+    data = bytes(4) + struct.pack("=iI", 5, 6) + p.tobytes() + b"fill" + q.tobytes()
+    gather = np.concatenate([np.arange(12, 36), np.arange(40, 72)])
+    layout = Layout(_Places(np.arange(4), (4,), 12, 7, gather), ("a",), ("",), 7)
+    target = Target(1)
+    assert not target.place(layout, data, 0)
+    assert target.is_untouched
+    assert layout.is_clean(data) == is_good
+    batch = layout.poses(data)
+    assert batch.stamps_ns.tolist() == [5_000_000_006] * is_good
+    np.testing.assert_array_equal(batch.X_PF[:, :3, 3], [p] * is_good or np.empty((0, 3)))
 
 
 def test_numbers_that_look_like_marks_are_only_numbers(rng):

@@ -21,7 +21,7 @@ from msg_adapters.wire import (
 from msg_adapters.wire_poses import Layout
 from scene_graph_ros.geometry import GeometryFrame, SceneGraph
 from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quaternions_kernel
-from scene_graph_ros.geometry.spatial.record_kernels import latest, place_records
+from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records
 from scene_graph_ros.node.inputs import Channel
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits, UNSTAMPED
 from scene_graph_ros.node.world import SourceRecord, World
@@ -266,12 +266,13 @@ def test_no_message_needs_a_kernel_that_the_set_up_does_not_compile(source, read
     """What is given to the kernels is of the types that they were compiled for."""
     read_poses()
     source.send(NOW + 1, a=1, b=2, c=3)
-    source.send(NOW + 2, b=math.nan)
+    source.send(NOW + 2, b=1)
+    source.send(NOW + 3, b=math.nan)
     source.update()
-    assert read == [True, False]
+    assert read == [True, True, False]
     graph = SceneGraph()
     graph.register_frame(graph.register_source("arm"), GeometryFrame("link"))
     world = World(graph)
     world.commit({"arm"}, None)
-    for kernel in (place_records, latest, poses_from_quaternions_kernel):
+    for kernel in (are_valid, place_records, latest, poses_from_quaternions_kernel):
         assert len(kernel.signatures) == 1

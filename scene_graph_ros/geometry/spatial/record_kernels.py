@@ -5,7 +5,7 @@ from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.quaternion_kernels import is_valid, write_pose
 from scene_graph_ros.geometry.spatial.record_bytes import number_at, seconds_at, word_at
 
-__all__ = ["latest", "place_records"]
+__all__ = ["are_valid", "latest", "place_records"]
 
 _NANOSECONDS = 10**9
 _EARLIEST = -(2**63)
@@ -35,6 +35,19 @@ def _time_at(data, place, now):
 
 
 @lean_kernel
+def are_valid(data, numbers):
+    """Tell whether there is nothing against the position and quaternion of any record.
+
+    ``data`` are ``bytes``; the seven numbers of record i begin at ``numbers[i]``.
+    """
+    for i in range(numbers.shape[0]):
+        p0, p1, p2, x, y, z, w = _components(data, numbers[i])
+        if not is_valid(p0, p1, p2, x, y, z, w):
+            return False
+    return True
+
+
+@lean_kernel
 def place_records(data, numbers, times, limits, rows, X, newest):
     """Write the poses of records among bytes to rows of X, and their times to ``newest``.
 
@@ -45,24 +58,19 @@ def place_records(data, numbers, times, limits, rows, X, newest):
     places must be right. Returns whether there is nothing against any record; else nothing was
     written.
     """
+    if not are_valid(data, numbers):
+        return False
     now, earliest, latest = limits
-    time = _time_at(data, times[0], now)
-    is_each_timed = times.shape[0] > 1
+    last = times.shape[0] - 1
     for i in range(numbers.shape[0]):
-        if is_each_timed:
-            time = _time_at(data, times[i], now)
+        time = _time_at(data, times[min(i, last)], now)
         if time < earliest or time > latest or time < newest[rows[i] & LAST_PLACE]:
             return False
-        p0, p1, p2, x, y, z, w = _components(data, numbers[i])
-        if not is_valid(p0, p1, p2, x, y, z, w):
-            return False
     for i in range(numbers.shape[0]):
-        if is_each_timed:
-            time = _time_at(data, times[i], now)
         k = rows[i] & LAST_PLACE
         p0, p1, p2, x, y, z, w = _components(data, numbers[i])
         write_pose(p0, p1, p2, x, y, z, w, X, k)
-        newest[k] = time
+        newest[k] = _time_at(data, times[min(i, last)], now)
     return True
 
 
