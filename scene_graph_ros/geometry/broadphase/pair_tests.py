@@ -3,7 +3,7 @@
 from scene_graph_ros.geometry.jit import inlined_kernel
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
-__all__ = ["box_reaches_half_space", "boxes_are_near", "is_pair_wanted"]
+__all__ = ["box_reaches_half_space", "boxes_are_near", "is_pair_wanted", "square_within"]
 
 
 @inlined_kernel
@@ -20,12 +20,18 @@ def is_pair_wanted(frame, filter_bits, i, j):
 
 
 @inlined_kernel
+def square_within(margin):
+    """Return the square of a distance that, rounded, is still one of at most ``margin``."""
+    return margin * margin * (1.0 + BOX_ROUNDING)
+
+
+@inlined_kernel
 def boxes_are_near(lower, upper, i, j, margin):
     """Tell whether the boxes of rows i and j are at most ``margin`` apart (Euclidean)."""
     x = max(lower[i, 0] - upper[j, 0], lower[j, 0] - upper[i, 0], 0.0)
     y = max(lower[i, 1] - upper[j, 1], lower[j, 1] - upper[i, 1], 0.0)
     z = max(lower[i, 2] - upper[j, 2], lower[j, 2] - upper[i, 2], 0.0)
-    return x * x + y * y + z * z <= margin * margin * (1.0 + BOX_ROUNDING)
+    return x * x + y * y + z * z <= square_within(margin)
 
 
 @inlined_kernel

@@ -16,9 +16,10 @@ from scene_graph_ros.geometry.broadphase.aabb import bound_row
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs, sorted_pairs
 from scene_graph_ros.geometry.broadphase.pair_tests import (
     box_reaches_half_space,
-    boxes_are_near,
     is_pair_wanted,
+    square_within,
 )
+from scene_graph_ros.geometry.broadphase.pair_vectors import square_of_gap
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.pose_vectors import remember_pose
@@ -49,13 +50,11 @@ are more pairs than boxes, looking at those takes longer than making new fences.
 
 
 @inlined_kernel
-def _are_near(lower, upper, is_half_space, X_WG, i, j, margin):
-    """Tell whether two boxes, or a box and a half space, come within ``margin``."""
+def _reaches_half_space(lower, upper, is_half_space, X_WG, i, j, margin):
+    """Tell whether a box and a half space come within ``margin``; two half spaces always do."""
     if is_half_space[i]:
         return is_half_space[j] or box_reaches_half_space(lower, upper, j, X_WG, i, margin)
-    if is_half_space[j]:
-        return box_reaches_half_space(lower, upper, i, X_WG, j, margin)
-    return boxes_are_near(lower, upper, i, j, margin)
+    return box_reaches_half_space(lower, upper, i, X_WG, j, margin)
 
 
 @inlined_kernel
@@ -216,11 +215,16 @@ def _search(fence, is_half_space, X_WG, frame, filter_bits, margin):
 
 @lean_kernel
 def _select(lower, upper, is_half_space, X_WG, margin, pairs, result):
+    """Write the pairs that come within ``margin`` of each other; return how many."""
+    limit = square_within(margin)
     count = 0
     for k in range(len(pairs)):
-        i, j = pairs[k, 0], pairs[k, 1]
-        result[count, 0], result[count, 1] = i, j
-        count += _are_near(lower, upper, is_half_space, X_WG, i, j, margin)
+        i, j = pairs[k, 0] & LAST_PLACE, pairs[k, 1] & LAST_PLACE
+        result[count & LAST_PLACE, 0], result[count & LAST_PLACE, 1] = i, j
+        is_near = square_of_gap(lower, upper, i, j) <= limit
+        if is_half_space[i] | is_half_space[j]:
+            is_near = _reaches_half_space(lower, upper, is_half_space, X_WG, i, j, margin)
+        count += is_near
     return count
 
 
