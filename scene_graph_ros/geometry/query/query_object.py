@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 import math
-import numbers
 from typing import Any, Protocol, TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -13,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.accuracy import Accuracy, as_accuracy, as_engine, Engine
 from scene_graph_ros.geometry.errors import (
     EngineError,
-    QueryArgumentError,
     RoleError,
     UnsupportedPairError,
 )
@@ -24,6 +22,11 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query import scene
+from scene_graph_ros.geometry.query.arguments import (
+    checked_limit,
+    checked_points,
+    checked_threads,
+)
 from scene_graph_ros.geometry.query.on_demand import on_demand
 from scene_graph_ros.geometry.query.representation import as_representation, ContactRepresentation
 from scene_graph_ros.geometry.query.results import (
@@ -38,7 +41,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.deformable.results import DeformableContact
     from scene_graph_ros.geometry.hydroelastic.contact_surface import ContactSurfaces
 
-__all__ = ["QueryObject", "checked_threads"]
+__all__ = ["QueryObject"]
 
 Result = TypeVar("Result")
 _REMEMBERED = 32
@@ -255,7 +258,7 @@ class QueryObject:
             UnsupportedPairError: two half spaces, not both anchored and not filtered.
 
         """
-        limit = _checked_limit("max_distance", max_distance)
+        limit = checked_limit("max_distance", max_distance)
         answers = self._answers()
         settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
         key = ("distances", limit, settings)
@@ -308,8 +311,8 @@ class QueryObject:
         """
         answers = self._answers()
         _check_point_settings(answers.snapshot, accuracy, engine)
-        point = _checked_points("p_WQ", p_WQ, 1)
-        limit = _checked_limit("threshold", threshold)
+        point = checked_points("p_WQ", p_WQ, 1)
+        limit = checked_limit("threshold", threshold)
         key = ("point", point.tobytes(), limit)
         return answers.get(key, lambda s: scene.point_distances(s, point.reshape(1, 3), limit))
 
@@ -330,8 +333,8 @@ class QueryObject:
         """
         snapshot = self._answers().snapshot
         _check_point_settings(snapshot, accuracy, engine)
-        points = _checked_points("p_WQs", p_WQs, 2)
-        limit = _checked_limit("threshold", threshold)
+        points = checked_points("p_WQs", p_WQs, 2)
+        limit = checked_limit("threshold", threshold)
         return scene.point_distances(snapshot, points, limit, checked_threads(threads))
 
 
@@ -356,6 +359,8 @@ def _settings(
 def _check_point_settings(
     snapshot: Snapshot, accuracy: Accuracy | str | None, engine: Engine | str | None
 ) -> None:
+    if accuracy is None and engine is None and snapshot.state.engine is Engine.NATIVE:
+        return
     chosen = _settings(snapshot, accuracy, engine).engine
     if chosen is not Engine.NATIVE:
         raise EngineError(
@@ -372,35 +377,6 @@ def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
     if row == len(ids) or ids[row] != int(geometry_id):
         raise RoleError(f"geometry {name!r} ({geometry_id!r}) has no proximity role")
     return row
-
-
-def _checked_limit(name: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, numbers.Real) or math.isnan(value):
-        raise QueryArgumentError(f"{name} must be a number of metres: {value!r}")
-    return float(value)
-
-
-def checked_threads(value: Any) -> int:
-    """Return the number of threads asked for. Raises QueryArgumentError."""
-    if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 1:
-        raise QueryArgumentError(f"threads must be an integer >= 1: {value!r}")
-    return int(value)
-
-
-def _checked_points(name: str, value: ArrayLike, dimensions: int) -> NDArray[np.float64]:
-    """Return a C-contiguous copy of points whose last axis has three finite coordinates."""
-    try:
-        points = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise QueryArgumentError(f"{name} must be numbers: {value!r}") from error
-    if points.ndim != dimensions or points.shape[-1] != 3:
-        expected = "(3,)" if dimensions == 1 else "(m, 3)"
-        raise QueryArgumentError(f"{name} must have shape {expected}, not {points.shape}")
-    if not np.isfinite(points).all():
-        row = int(np.flatnonzero(~np.isfinite(points.reshape(-1, 3)).all(axis=1))[0])
-        bad = points.reshape(-1, 3)[row].tolist()
-        raise QueryArgumentError(f"{name} must be finite: row {row} is {bad}")
-    return points
 
 
 SceneGraph.provide_queries(QueryObject)

@@ -244,7 +244,8 @@ def point_distances(
     snapshot: Snapshot, p_WQs: NDArray[np.float64], threshold: float, threads: int = 1
 ) -> PointDistances:
     """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
-    table, ids, X_WG = snapshot.proximity.table, snapshot.proximity.ids, snapshot.X_WG
+    arrays, X_WG = snapshot.proximity, snapshot.X_WG
+    table, ids = arrays.table, arrays.ids
     point: Column
     id_G: Column
     if threshold == math.inf:

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.model.snapshot import Memory
-from scene_graph_ros.geometry.query.query_object import checked_threads, QueryObject
+from scene_graph_ros.geometry.query.arguments import checked_threads
+from scene_graph_ros.geometry.query.query_object import QueryObject
 
 __all__ = ["ask_what_if"]
 
