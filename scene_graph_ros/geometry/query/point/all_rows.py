@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import lane_numbers, LANES
+from scene_graph_ros.geometry.query.point.lane_memory import lane_numbers, LANES
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hulls, LANE_CORNERS
@@ -21,9 +21,8 @@ from scene_graph_ros.geometry.query.point.lanes import (
     answer_lanes,
     enter_frames,
     leave_frames,
-    POSE_NUMBERS,
     read_lane,
-    write_pose,
+    take_poses,
 )
 from scene_graph_ros.geometry.query.point.many_points import (
     answer_many_points,
@@ -63,10 +62,12 @@ class KindTable(NamedTuple):
     blocks: np.ndarray
     """(P,) float64: the table's ``hulls.blocks``."""
     tile_rows: np.ndarray
-    """(tiles, LANES) int64: rows of one kind, the last again where it has too few. Hulls come
-    last, by their number of corners."""
+    """(tiles, LANES) int64: rows of one kind, the last again where it has too few. Tiles whose
+    rows are near each other follow each other, so that their answers are in the first cache."""
     tile_sizes: np.ndarray
     """(tiles, 3 * LANES) metres: the sizes of each tile's rows, as lanes."""
+    tile_hulls: np.ndarray
+    """(tiles,) int64: where a tile of hulls has its corners in the next two, or -1."""
     corner_count: np.ndarray
     """(hull tiles,) int64: how many corners the hulls of a tile have at most."""
     corners: np.ndarray
@@ -87,7 +88,12 @@ def group_by_kind(table: ShapeTable) -> KindTable:
     order = np.lexsort((counts, table.kind)).astype(np.int64)
     order = order[(table.kind[order] < _MESH) & ~is_large[order]]
     tiles = [_tiles(order[table.kind[order] == kind]) for kind in range(_MESH)]
-    rows, of_hulls = np.concatenate(tiles), tiles[_CONVEX]
+    of_hulls = tiles[_CONVEX]
+    hull_numbers = [np.full(len(of_kind), -1) for of_kind in tiles]
+    hull_numbers[_CONVEX] = np.arange(len(of_hulls))
+    rows = np.concatenate(tiles)
+    along = np.argsort(rows.sum(axis=1), kind="stable")
+    rows = rows[along]
     size = table.size.copy()
     size[has_hull, 0] = table.scale[has_hull]
     return KindTable(
@@ -97,6 +103,7 @@ def group_by_kind(table: ShapeTable) -> KindTable:
         blocks=hulls.blocks,
         tile_rows=rows,
         tile_sizes=_as_lanes(size[rows]),
+        tile_hulls=np.concatenate(hull_numbers).astype(np.int64)[along],
         corner_count=counts[of_hulls].max(axis=1, initial=0),
         corners=_corners(table, of_hulls),
         large_hulls=np.flatnonzero(is_large),
@@ -137,33 +144,29 @@ def _write(columns, at, phi, nearest, gradient, is_unique):
 
 
 @inlined_kernel
-def _lay_out_poses(tile_rows, X_WG, poses):
-    """Write the poses of the rows in tiles as lanes."""
-    for tile in range(tile_rows.shape[0]):
-        for j in range(LANES):
-            i = tile_rows[tile, j]
-            write_pose(poses, tile, j, load_rotation(X_WG, i), load_translation(X_WG, i))
+def _answer_tile(kinds, tile, lanes):
+    """Answer all lanes about the shapes of a tile."""
+    k = kinds.tile_hulls[tile]
+    if k < 0:
+        answer_lanes(lanes, kinds.kind[kinds.tile_rows[tile, 0]])
+    else:
+        answer_hulls(
+            lanes, kinds.corners, k, kinds.corner_count[k],
+            kinds.blocks, kinds.block, kinds.tile_rows, tile,
+        )  # fmt: skip
 
 
 @lean_kernel
-def _answer_tiles(kinds, X_WG, p_WQs, first, last, poses, columns):
-    """Answer points first to last about all rows in tiles; ``poses`` is room for their poses."""
-    n, tiles = X_WG.shape[0], kinds.tile_rows.shape[0]
-    flat_tiles = tiles - kinds.corners.shape[0]
-    lanes = lane_numbers()
-    _lay_out_poses(kinds.tile_rows, X_WG, poses)
-    for tile in range(tiles):
+def _answer_tiles(kinds, X_WG, p_WQs, first, last, columns):
+    """Answer points first to last about all rows in tiles."""
+    n = X_WG.shape[0]
+    lanes, poses = lane_numbers(), lane_numbers()
+    for tile in range(kinds.tile_rows.shape[0]):
+        take_poses(X_WG, kinds.tile_rows, tile, poses)
         for q in range(first, last):
-            enter_frames(lanes, kinds.tile_sizes, poses, tile, load_vector(p_WQs, q))
-            if tile < flat_tiles:
-                answer_lanes(lanes, kinds.kind[kinds.tile_rows[tile, 0]])
-            else:
-                k = tile - flat_tiles
-                answer_hulls(
-                    lanes, kinds.corners, k, kinds.corner_count[k],
-                    kinds.blocks, kinds.block, kinds.tile_rows, tile,
-                )  # fmt: skip
-            leave_frames(lanes, poses, tile)
+            enter_frames(lanes, kinds.tile_sizes, tile, poses, load_vector(p_WQs, q))
+            _answer_tile(kinds, tile, lanes)
+            leave_frames(lanes, poses)
             for j in range(LANES):
                 phi, nearest, gradient, unique = read_lane(lanes, j)
                 _write(columns, q * n + kinds.tile_rows[tile, j], phi, nearest, gradient, unique)
@@ -184,9 +187,9 @@ def _answer_large_hulls(kinds, X_WG, p_WQs, first, last, columns):
 
 
 @lean_kernel
-def _answer_few_points(kinds, X_WG, p_WQs, first, last, poses, columns):
+def _answer_few_points(kinds, X_WG, p_WQs, first, last, columns):
     """Answer points first to last about all rows but meshes."""
-    _answer_tiles(kinds, X_WG, p_WQs, first, last, poses, columns)
+    _answer_tiles(kinds, X_WG, p_WQs, first, last, columns)
     _answer_large_hulls(kinds, X_WG, p_WQs, first, last, columns)
 
 
@@ -223,7 +226,6 @@ def answer_all(
         is_large = len(columns[0]) > _SEEN_AGAIN
         answer_many_points(kinds, X_WG, p_WQs, first, many, is_large, new_room(len(X_WG)), columns)
     if many < last:
-        poses = np.empty((tiles, POSE_NUMBERS * LANES))
-        _answer_few_points(kinds, X_WG, p_WQs, many, last, poses, columns)
+        _answer_few_points(kinds, X_WG, p_WQs, many, last, columns)
     if len(kinds.meshes):
         _answer_meshes(table, kinds.meshes, X_WG, p_WQs, first, last, columns)

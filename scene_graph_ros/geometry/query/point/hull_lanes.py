@@ -7,7 +7,7 @@ are answered by then; for the others ``point_convex`` goes on from that corner.
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import vertex, vertex_place
-from scene_graph_ros.geometry.meshes.scratch import LANES
+from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes import (
     question,
     set_answer,
@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.query.point.lanes import (
     triple,
 )
 from scene_graph_ros.geometry.query.point.point_convex import leave_corner, leave_hull
+from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import dot, subtract
 
@@ -84,6 +85,7 @@ def _look_beyond(lanes, j, corner):
 @lean_kernel
 def _leave(lanes):
     """Answer lanes whose corner is nearest; the others are not unique, for now."""
+    use_widest_vectors()
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
         x, n = triple(lanes, _NEAREST, j), triple(lanes, _N, j)
@@ -102,6 +104,7 @@ def _go_on(lanes, j, blocks, start):
 
 @lean_kernel
 def _search_tile(lanes, corners, tile, count):
+    use_widest_vectors()
     for j in range(LANES):
         _begin(lanes, j, _corner_of_tile(corners, tile, j, 0))
     for k in range(1, count):
@@ -132,6 +135,7 @@ def answer_hulls(lanes, corners, tile, count, blocks, block, rows, row):
 
 @lean_kernel
 def _search(lanes, blocks, start, count):
+    use_widest_vectors()
     corner = _corner(blocks, start, 0)
     for j in range(LANES):
         _begin(lanes, j, corner)

@@ -1,8 +1,8 @@
-"""Turn answers that lie beside each other in lanes into rows of result columns.
+"""Turn numbers that lie beside each other in lanes into rows of columns, and the other way.
 
-Lanes hold the same number of many points; a column wants all rows of a point one after the other.
-Eight by eight, numbers are turned in the processor's registers, so that every line of the cache is
-read and written once.
+Lanes hold the same number of many points or shapes; a column wants all rows of a point one after
+the other, and a pose is a row of its own. Eight by eight, numbers are turned in the processor's
+registers, so that every line of the cache is read and written once.
 """
 
 from llvmlite import ir
@@ -10,20 +10,28 @@ from numba.core import cgutils, types
 import numba.core.config as numba_config
 from numba.extending import intrinsic
 
-from scene_graph_ros.geometry.meshes.scratch import LANE_ROWS, LANES
+from scene_graph_ros.geometry.query.point.lane_memory import LANE_ROWS, LANES
 
-__all__ = ["ANSWER", "NUMBERS", "SQUARE", "put_square"]
+__all__ = ["ANSWER", "SQUARE", "put_square", "stream_square", "take_square"]
 
-NUMBERS = 8
+_NUMBERS = 8
 """Numbers of an answer: phi, p_GN, grad_W, and whether it is unique, 1 or 0."""
-ANSWER = NUMBERS * LANES
+ANSWER = _NUMBERS * LANES
 """Numbers of the answers of all lanes about one row, number k of lane j at ``k * LANES + j``."""
 SQUARE = LANE_ROWS
 """Rows, and lanes, that are turned at once."""
 
+_POSE = 16
+_WORD = ir.IntType(64)
+_BYTE = ir.IntType(8)
+_FLAGS = ir.VectorType(_BYTE, SQUARE)
+_VECTOR = ir.VectorType(ir.DoubleType(), SQUARE)
+_HALF = ir.VectorType(ir.DoubleType(), SQUARE // 2)
+_ALL_UNIQUE = 0x0101010101010101
 
-def _put_plainly(answers, first, room, at, stride):
-    phi, p_GN, grad_W, unique = room
+
+def _put_plainly(answers, first, columns, at, stride):
+    phi, p_GN, grad_W, unique = columns
     for lane in range(SQUARE):
         for row in range(SQUARE):
             to, k = at + lane * stride + row, first + row * ANSWER + lane
@@ -33,110 +41,187 @@ def _put_plainly(answers, first, room, at, stride):
                 grad_W[3 * to + axis] = answers[k + (4 + axis) * LANES]
 
 
-def _shuffle(builder, a, b, places):
-    index = ir.VectorType(ir.IntType(32), len(places))
-    return builder.shuffle_vector(a, b, ir.Constant(index, list(places)))
+def _take_plainly(X, rows, at, number, poses, to):
+    for lane in range(SQUARE):
+        given = X[rows.flat[at + lane]].flat[number : number + SQUARE]
+        poses[to + lane :: LANES][:SQUARE] = given
 
 
-def _turned(builder, rows):
-    """Return the columns of eight vectors of eight."""
-    rows = list(rows)
-    for step in (1, 2, 4):
-        low = [p if not p & step else SQUARE + p - step for p in range(SQUARE)]
-        high = [p + step if not p & step else SQUARE + p for p in range(SQUARE)]
-        for k in range(SQUARE):
-            if not k & step:
-                a, b = rows[k], rows[k + step]
-                rows[k], rows[k + step] = (
-                    _shuffle(builder, a, b, low),
-                    _shuffle(builder, a, b, high),
-                )
-    return rows
+class _Code:
+    """Generates code about arguments that are C-contiguous arrays."""
 
-
-def _interleaved(builder, x, y, z):
-    """Return x0, y0, z0, x1, ... in three vectors."""
-    result = []
-    for part in range(3):
-        number = [divmod(SQUARE * part + p, 3) for p in range(SQUARE)]
-        xy = [k + SQUARE * axis if axis < 2 else 0 for k, axis in number]
-        xyz = [SQUARE + k if axis == 2 else p for p, (k, axis) in enumerate(number)]
-        result.append(_shuffle(builder, _shuffle(builder, x, y, xy), z, xyz))
-    return result
-
-
-class _Writer:
-    """Generates the code of ``put_square``."""
-
-    def __init__(self, context, builder, signature, arguments):
+    def __init__(self, context, builder):
         self.context, self.builder = context, builder
-        self._arrays = [
-            context.make_array(kind)(context, builder, array).data
-            for kind, array in zip(
-                [signature.args[0], *signature.args[2]],
-                [arguments[0], *cgutils.unpack_tuple(builder, arguments[2])],
-                strict=True,
-            )
-        ]
-        self._first, self._at, self._stride = arguments[1], arguments[3], arguments[4]
 
-    def _number(self, value):
+    def number(self, value):
         return self.context.get_constant(types.intp, value)
 
-    def _load(self, number):
-        """Return one number of the answers, as eight vectors of eight rows, one for each lane."""
-        builder, rows = self.builder, []
-        vector = ir.VectorType(ir.DoubleType(), SQUARE)
-        for row in range(SQUARE):
-            at = builder.add(self._first, self._number(row * ANSWER + number * LANES))
-            place = builder.bitcast(builder.gep(self._arrays[0], [at]), vector.as_pointer())
-            rows.append(builder.load(place, align=8))
-        return _turned(builder, rows)
+    def data(self, kind, array):
+        return self.context.make_array(kind)(self.context, self.builder, array).data
 
-    def _store(self, column, at, vector, align):
-        place = self.builder.gep(self._arrays[1 + column], [at])
-        place = self.builder.bitcast(place, vector.type.as_pointer())
-        self.builder.store(vector, place, align=align)
+    def _shuffle(self, a, b, places):
+        index = ir.VectorType(ir.IntType(32), len(places))
+        return self.builder.shuffle_vector(a, b, ir.Constant(index, list(places)))
+
+    def _place(self, data, at, kind):
+        return self.builder.bitcast(self.builder.gep(data, [at]), kind.as_pointer())
+
+    def _both_halves(self, data, at, other, half):
+        """Return half of the vectors at two places, as one."""
+        halves = []
+        for start in (at, other):
+            start = self.builder.add(start, self.number(half * SQUARE // 2))
+            halves.append(self.builder.load(self._place(data, start, _HALF), align=8))
+        return self._shuffle(*halves, range(SQUARE))
+
+    def turned(self, data, places):
+        """Return the eight columns of the vectors that begin at eight places of an array."""
+        columns = []
+        for half in (0, 1):
+            # Taking halves from memory is no work for the one unit that shuffles.
+            rows = [self._both_halves(data, places[k], places[k + 4], half) for k in range(4)]
+            even = [
+                self._shuffle(rows[k], rows[k + 1], (0, 8, 2, 10, 4, 12, 6, 14)) for k in (0, 2)
+            ]
+            odd = [
+                self._shuffle(rows[k], rows[k + 1], (1, 9, 3, 11, 5, 13, 7, 15)) for k in (0, 2)
+            ]
+            for order in ((0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)):
+                columns += [self._shuffle(*even, order), self._shuffle(*odd, order)]
+        return columns
+
+    def store(self, vector, data, at, is_streamed=False):
+        place = self._place(data, at, vector.type)
+        if is_streamed:
+            written = self.builder.store(vector, place, align=64)
+            one = self.builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)])
+            written.set_metadata("nontemporal", one)
+        else:
+            self.builder.store(vector, place, align=8)
+
+
+class _Writer(_Code):
+    """Generates the code of ``put_square`` and ``stream_square``."""
+
+    def __init__(self, context, builder, signature, arguments, is_streamed):
+        super().__init__(context, builder)
+        columns = cgutils.unpack_tuple(builder, arguments[2])
+        self._answers = self.data(signature.args[0], arguments[0])
+        self._columns = [
+            self.data(kind, column)
+            for kind, column in zip(signature.args[2], columns, strict=True)
+        ]
+        self._first, self._at, self._stride = arguments[1], arguments[3], arguments[4]
+        self._is_streamed = is_streamed
+
+    def _place_of(self, row, number):
+        offset = row * ANSWER + number * LANES
+        return self.builder.add(self._first, self.number(offset))
 
     def _rows(self):
         """Return the first row of each lane."""
-        builder, row, rows = self.builder, self._at, []
-        for _ in range(SQUARE):
-            rows.append(row)
-            row = builder.add(row, self._stride)
+        rows = [self._at]
+        for _ in range(SQUARE - 1):
+            rows.append(self.builder.add(rows[-1], self._stride))
         return rows
 
+    def _write_numbers(self, column, first, width, rows):
+        """Write ``width`` numbers of each row, from the number ``first`` of an answer on."""
+        order = [divmod(k, width) for k in range(SQUARE * width)]
+        starts = [self.builder.mul(row, self.number(width)) for row in rows]
+        for part in range(width):
+            places = [
+                self._place_of(row, first + axis)
+                for row, axis in order[SQUARE * part : SQUARE * (part + 1)]
+            ]
+            vectors = self.turned(self._answers, places)
+            for start, vector in zip(starts, vectors, strict=True):
+                at = self.builder.add(start, self.number(SQUARE * part))
+                self.store(vector, self._columns[column], at, self._is_streamed)
+
+    def _all_are_unique(self):
+        zeros = ir.Constant(_VECTOR, [0.0] * SQUARE)
+        everywhere = ir.Constant(_BYTE, -1)
+        for row in range(SQUARE):
+            place = self._place(self._answers, self._place_of(row, 7), _VECTOR)
+            is_unique = self.builder.fcmp_unordered("!=", self.builder.load(place, align=8), zeros)
+            everywhere = self.builder.and_(everywhere, self.builder.bitcast(is_unique, _BYTE))
+        return self.builder.icmp_unsigned("==", everywhere, ir.Constant(_BYTE, -1))
+
+    def _write_flags(self, rows):
+        unique, zeros = self._columns[3], ir.Constant(_VECTOR, [0.0] * SQUARE)
+        with self.builder.if_else(self._all_are_unique(), likely=True) as (then, otherwise):
+            with then:
+                for row in rows:
+                    place = self._place(unique, row, _WORD)
+                    self.builder.store(ir.Constant(_WORD, _ALL_UNIQUE), place, align=1)
+            with otherwise:
+                places = [self._place_of(row, 7) for row in range(SQUARE)]
+                for row, vector in zip(rows, self.turned(self._answers, places), strict=True):
+                    flags = self.builder.fcmp_unordered("!=", vector, zeros)
+                    flags = self.builder.zext(flags, _FLAGS)
+                    self.builder.store(flags, self._place(unique, row, _FLAGS), align=1)
+
     def write(self):
-        builder, three = self.builder, self._number(3)
-        for row, phi in zip(self._rows(), self._load(0), strict=True):
-            self._store(0, row, phi, 8)
-        for column, number in ((1, 1), (2, 4)):
-            axes = [self._load(number + axis) for axis in range(3)]
-            for row, *xyz in zip(self._rows(), *axes, strict=True):
-                at = builder.mul(row, three)
-                for part, vector in enumerate(_interleaved(builder, *xyz)):
-                    self._store(column, builder.add(at, self._number(SQUARE * part)), vector, 8)
-        zeros = ir.Constant(ir.VectorType(ir.DoubleType(), SQUARE), [0.0] * SQUARE)
-        for row, unique in zip(self._rows(), self._load(7), strict=True):
-            is_unique = builder.fcmp_unordered("!=", unique, zeros)
-            self._store(3, row, builder.zext(is_unique, ir.VectorType(ir.IntType(8), SQUARE)), 1)
+        rows = self._rows()
+        for column, first, width in ((0, 0, 1), (1, 1, 3), (2, 4, 3)):
+            self._write_numbers(column, first, width, rows)
+        self._write_flags(rows)
+
+
+def _take(context, builder, signature, arguments):
+    code = _Code(context, builder)
+    X, rows, poses = [code.data(signature.args[k], arguments[k]) for k in (0, 1, 4)]
+    at, number, to = arguments[2], arguments[3], arguments[5]
+    places = []
+    for lane in range(SQUARE):
+        row = builder.load(builder.gep(rows, [builder.add(at, code.number(lane))]))
+        places.append(builder.add(builder.mul(row, code.number(_POSE)), number))
+    for k, vector in enumerate(code.turned(X, places)):
+        code.store(vector, poses, builder.add(to, code.number(k * LANES)))
 
 
 if numba_config.DISABLE_JIT:
-    put_square = _put_plainly
+    put_square, stream_square, take_square = _put_plainly, _put_plainly, _take_plainly
 else:
 
+    def _writing(is_streamed):
+        def lower(context, builder, signature, arguments):
+            _Writer(context, builder, signature, arguments, is_streamed).write()
+            return context.get_dummy_value()
+
+        return lower
+
     @intrinsic
-    def put_square(typing_context, answers, first, room, at, stride):
-        """Put eight lanes' answers about eight rows into a room.
+    def put_square(typing_context, answers, first, columns, at, stride):
+        """Put eight lanes' answers about eight rows into columns.
 
         The first lane is at ``answers[first]``, its first row goes to ``at``, the next rows after
-        it, and the next lanes' rows ``stride`` further each. ``room`` is phi, p_GN, grad_W and
-        unique, all flat.
+        it, and the next lanes' rows ``stride`` further each. The columns are phi, p_GN, grad_W
+        and unique, all flat.
+        """
+        return types.void(answers, first, columns, at, stride), _writing(is_streamed=False)
+
+    @intrinsic
+    def stream_square(typing_context, answers, first, columns, at, stride):
+        """Put answers as ``put_square`` does, past the caches.
+
+        Each lane's first row has to begin a line in each column of numbers. Nobody may read
+        before ``finish_streams``.
+        """
+        return types.void(answers, first, columns, at, stride), _writing(is_streamed=True)
+
+    @intrinsic
+    def take_square(typing_context, X, rows, at, number, poses, to):
+        """Write eight numbers of eight poses as lanes, the first ones to ``poses[to]``.
+
+        The poses are those of the eight rows from ``at`` on in ``rows``, counted flat, and the
+        numbers are those from ``number`` on. All arrays are C-contiguous.
         """
 
         def lower(context, builder, signature, arguments):
-            _Writer(context, builder, signature, arguments).write()
+            _take(context, builder, signature, arguments)
             return context.get_dummy_value()
 
-        return types.void(answers, first, room, at, stride), lower
+        kinds = (X, rows, types.intp, types.intp, poses, types.intp)
+        return types.void(*kinds), lower

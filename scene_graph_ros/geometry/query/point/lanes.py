@@ -7,7 +7,8 @@ the lanes beside it, and is bit for bit that of the kernel for one point: arithm
 """
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import LANES
+from scene_graph_ros.geometry.query.point.lane_memory import LANES
+from scene_graph_ros.geometry.query.point.lane_rows import SQUARE, take_square
 from scene_graph_ros.geometry.query.point.point_box import point_box
 from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
@@ -23,12 +24,12 @@ from scene_graph_ros.geometry.query.point.point_ellipsoid import (
 )
 from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
 from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
+from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, subtract
 
 __all__ = [
-    "POSE_NUMBERS",
     "answer_lanes",
     "enter_frame",
     "enter_frames",
@@ -38,13 +39,10 @@ __all__ = [
     "read_lane",
     "set_answer",
     "set_triple",
+    "take_poses",
     "triple",
     "write_lane",
-    "write_pose",
 ]
-
-POSE_NUMBERS = 12
-"""Numbers of a pose in a tile, the shapes of all lanes: the rotation row by row, the position."""
 
 _SPHERE = int(ShapeKind.SPHERE)
 _CAPSULE = int(ShapeKind.CAPSULE)
@@ -88,15 +86,6 @@ def read_lane(lanes, j):
 
 
 @inlined_kernel
-def write_pose(poses, tile, j, R_WG, p_WG):
-    """Set the pose of lane j of a tile."""
-    for k in range(9):
-        poses[tile, k * LANES + j] = R_WG[k]
-    for k in range(3):
-        poses[tile, (9 + k) * LANES + j] = p_WG[k]
-
-
-@inlined_kernel
 def _of_tile(numbers, tile, first, j):
     """Return three numbers of lane j of a tile: its row is looked up once for all lanes."""
     return (
@@ -106,33 +95,44 @@ def _of_tile(numbers, tile, first, j):
     )
 
 
+@lean_kernel
+def take_poses(X_WG, rows, tile, poses):
+    """Write the poses of the rows of a tile as lanes: their first three rows, number by number."""
+    for j in range(0, LANES, SQUARE):
+        take_square(X_WG, rows, tile * LANES + j, 0, poses, j)
+        take_square(X_WG, rows, tile * LANES + j, SQUARE, poses, SQUARE * LANES + j)
+
+
 @inlined_kernel
-def _rotation(poses, tile, j):
-    x, y = _of_tile(poses, tile, 0, j), _of_tile(poses, tile, 3 * LANES, j)
-    z = _of_tile(poses, tile, 6 * LANES, j)
+def _rotation(poses, j):
+    x, y = triple(poses, 0, j), triple(poses, 4 * LANES, j)
+    z = triple(poses, 8 * LANES, j)
     return (x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2])
 
 
 @lean_kernel
-def enter_frames(lanes, sizes, poses, tile, p_WQ):
-    """Ask each lane about a point and a shape of a tile, whose size and pose are given."""
+def enter_frames(lanes, sizes, tile, poses, p_WQ):
+    """Ask each lane about a point and a shape of a tile, whose sizes and poses are given."""
+    use_widest_vectors()
     for j in range(LANES):
-        offset = subtract(p_WQ, _of_tile(poses, tile, 9 * LANES, j))
-        p_GQ = rotate_inverse(_rotation(poses, tile, j), offset)
+        p_WG = (poses[3 * LANES + j], poses[7 * LANES + j], poses[11 * LANES + j])
+        p_GQ = rotate_inverse(_rotation(poses, j), subtract(p_WQ, p_WG))
         write_lane(lanes, j, _of_tile(sizes, tile, 0, j), p_GQ)
 
 
 @lean_kernel
-def leave_frames(lanes, poses, tile):
+def leave_frames(lanes, poses):
     """Express the answers' gradients in W."""
+    use_widest_vectors()
     for j in range(LANES):
-        gradient = rotate(_rotation(poses, tile, j), triple(lanes, _GRADIENT, j))
+        gradient = rotate(_rotation(poses, j), triple(lanes, _GRADIENT, j))
         set_triple(lanes, _GRADIENT, j, gradient)
 
 
 @lean_kernel
 def enter_frame(lanes, points, size, R_WG, p_WG):
     """Ask all lanes about one shape and a point each, p_WQ, the first triple in ``points``."""
+    use_widest_vectors()
     for j in range(LANES):
         offset = subtract(triple(points, 0, j), p_WG)
         write_lane(lanes, j, size, rotate_inverse(R_WG, offset))
@@ -144,6 +144,7 @@ def keep_answers(lanes, R_WG, answers, first):
 
     They are phi, p_GN, grad_W, and 1 or 0 for unique or not, each for all lanes.
     """
+    use_widest_vectors()
     first &= LAST_PLACE
     for j in range(LANES):
         answers[first + j] = lanes[_PHI + j]
@@ -171,6 +172,7 @@ def set_answer(lanes, j, answer):
 
 @lean_kernel
 def _spheres(lanes):
+    use_widest_vectors()
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
         set_answer(lanes, j, point_sphere(size, p_GQ))
@@ -178,6 +180,7 @@ def _spheres(lanes):
 
 @lean_kernel
 def _capsules(lanes):
+    use_widest_vectors()
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
         set_answer(lanes, j, point_capsule(size, p_GQ))
@@ -185,6 +188,7 @@ def _capsules(lanes):
 
 @lean_kernel
 def _boxes(lanes):
+    use_widest_vectors()
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
         set_answer(lanes, j, point_box(size, p_GQ))
@@ -192,6 +196,7 @@ def _boxes(lanes):
 
 @lean_kernel
 def _cylinders(lanes):
+    use_widest_vectors()
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
         set_answer(lanes, j, point_cylinder(size, p_GQ))
@@ -199,6 +204,7 @@ def _cylinders(lanes):
 
 @lean_kernel
 def _half_spaces(lanes):
+    use_widest_vectors()
     for j in range(LANES):
         _, p_GQ = question(lanes, j)
         set_answer(lanes, j, point_half_space(p_GQ))
@@ -206,6 +212,7 @@ def _half_spaces(lanes):
 
 @lean_kernel
 def _begin_ellipsoids(lanes):
+    use_widest_vectors()
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
         _, _, _, _, _, c, d, is_plain = set_up(size, p_GQ)
@@ -227,6 +234,7 @@ def _equation(lanes, j):
 @lean_kernel
 def _step_ellipsoids(lanes):
     """Take one Newton step in every open lane; return how many are open after it."""
+    use_widest_vectors()
     count = 0
     for j in range(LANES):
         c, d = _equation(lanes, j)
@@ -242,6 +250,7 @@ def _step_ellipsoids(lanes):
 
 @lean_kernel
 def _end_ellipsoids(lanes):
+    use_widest_vectors()
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
         axis_i, axis_j, axis_k, e, _, _, _, _ = set_up(size, p_GQ)

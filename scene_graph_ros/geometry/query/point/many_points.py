@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import SCAN_LIMIT
-from scene_graph_ros.geometry.meshes.scratch import (
+from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
+from scene_graph_ros.geometry.query.point.lane_memory import (
     answer_numbers,
     lane_numbers,
     LANES,
 )
-from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
 from scene_graph_ros.geometry.query.point.lane_rows import ANSWER, put_square, SQUARE
 from scene_graph_ros.geometry.query.point.lanes import (
     answer_lanes,
