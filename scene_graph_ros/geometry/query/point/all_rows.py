@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.query.point.lane_memory import lane_numbers, LANES
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
+from scene_graph_ros.geometry.query.point.answers import Answers
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hulls, LANE_CORNERS
 from scene_graph_ros.geometry.query.point.lanes import (
@@ -24,11 +25,7 @@ from scene_graph_ros.geometry.query.point.lanes import (
     read_lane,
     take_poses,
 )
-from scene_graph_ros.geometry.query.point.many_points import (
-    answer_many_points,
-    Answers,
-    new_room,
-)
+from scene_graph_ros.geometry.query.point.many_points import answer_many_points
 from scene_graph_ros.geometry.query.point.point_convex import point_hull
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
@@ -224,7 +221,7 @@ def answer_all(
         many = last
     if first < many:
         is_large = len(columns[0]) > _SEEN_AGAIN
-        answer_many_points(kinds, X_WG, p_WQs, first, many, is_large, new_room(len(X_WG)), columns)
+        answer_many_points(kinds, X_WG, p_WQs, first, many, is_large, columns)
     if many < last:
         _answer_few_points(kinds, X_WG, p_WQs, many, last, columns)
     if len(kinds.meshes):

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel
 from scene_graph_ros.geometry.query.point.all_rows import answer_all, group_by_kind, KindTable
+from scene_graph_ros.geometry.query.point.answers import Answers, new_answers
 from scene_graph_ros.geometry.query.point.dispatch import distance_point_within
-from scene_graph_ros.geometry.query.point.many_points import Answers
 from scene_graph_ros.geometry.spatial.vectors import (
     load_rotation,
     load_translation,
@@ -25,7 +25,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
-__all__ = ["distance_points", "distances_to_all", "new_answers"]
+__all__ = ["distance_points", "distances_to_all"]
 
 _FIRST_CAPACITY = 64
 Result = TypeVar("Result")
@@ -116,16 +116,6 @@ def _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, colum
 
 
 Columns = tuple[NDArray[Any], ...]
-
-
-def new_answers(count: int) -> Answers:
-    """Return flat columns for ``count`` answers, unset."""
-    return (
-        np.empty(count),
-        np.empty(3 * count),
-        np.empty(3 * count),
-        np.empty(count, np.bool_),
-    )
 
 
 def _new_columns(capacity: int) -> Columns:

@@ -9,13 +9,10 @@ from __future__ import annotations
 import sys
 import threading
 
-from scene_graph_ros.geometry.query.point.batch import new_answers
-from scene_graph_ros.geometry.query.point.many_points import Answers
+from scene_graph_ros.geometry.query.point.answers import Answers, LARGE, new_answers
 
 __all__ = ["AnswerMemory"]
 
-_LEAST = 1 << 14
-"""Answers. Smaller memory comes from the heap, which is not cleared each time."""
 _MOST = 1 << 20
 """Answers, of 57 bytes each. The memory of more is given back to the system."""
 _KEPT = 2
@@ -25,11 +22,11 @@ _WASTE = 2
 
 
 def _references(answers: Answers) -> int:
-    """Return how many refer to one of the arrays at most: each view does to the array it is of."""
-    return max(sys.getrefcount(column) for column in answers)
+    """Return how many refer to one's memory at most: each view does, also a view of a view."""
+    return max(sys.getrefcount(column.base) for column in answers)
 
 
-_UNSHARED = _references(new_answers(1))
+_UNSHARED = _references(new_answers(LARGE))
 """What it returns where nobody has a view."""
 
 
@@ -43,8 +40,11 @@ class AnswerMemory:
         self._lock = threading.Lock()
 
     def take(self, count: int) -> Answers:
-        """Return flat columns for ``count`` answers, views of memory that nobody looks at."""
-        if not _LEAST <= count <= _MOST:
+        """Return flat columns for ``count`` answers, of memory that nobody looks at.
+
+        What is smaller than ``LARGE`` comes from the heap, which is not cleared each time.
+        """
+        if not LARGE <= count <= _MOST:
             return new_answers(count)
         with self._lock:
             chosen = self._free(count)
