@@ -17,9 +17,10 @@ from scene_graph_ros.geometry.query.point.lane_memory import lane_numbers, LANES
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.query.point.answers import Answers
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
+from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoids
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hulls, LANE_CORNERS
 from scene_graph_ros.geometry.query.point.lanes import (
-    answer_lanes,
+    answer_closed_form,
     enter_frames,
     leave_frames,
     read_lane,
@@ -42,6 +43,7 @@ __all__ = ["KindTable", "answer_all", "group_by_kind"]
 
 _CONVEX = int(ShapeKind.CONVEX)
 _MESH = int(ShapeKind.MESH)
+_ELLIPSOID = int(ShapeKind.ELLIPSOID)
 
 _SEEN_AGAIN = 1 << 16
 """Answers, of 57 bytes each: so many may still be in the caches when somebody reads them."""
@@ -144,8 +146,11 @@ def _write(columns, at, phi, nearest, gradient, is_unique):
 def _answer_tile(kinds, tile, lanes):
     """Answer all lanes about the shapes of a tile."""
     k = kinds.tile_hulls[tile]
-    if k < 0:
-        answer_lanes(lanes, kinds.kind[kinds.tile_rows[tile, 0]])
+    kind = kinds.kind[kinds.tile_rows[tile, 0]]
+    if kind == _ELLIPSOID:
+        answer_ellipsoids(lanes)
+    elif kind != _CONVEX:
+        answer_closed_form(lanes, kind)
     else:
         answer_hulls(
             lanes, kinds.corners, k, kinds.corner_count[k],

@@ -12,16 +12,6 @@ from scene_graph_ros.geometry.query.point.lane_rows import SQUARE, take_square
 from scene_graph_ros.geometry.query.point.point_box import point_box
 from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
-from scene_graph_ros.geometry.query.point.point_ellipsoid import (
-    bracket,
-    first_sigma,
-    is_last,
-    is_tight,
-    newton_step,
-    place_plain,
-    point_ellipsoid,
-    set_up,
-)
 from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
 from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
 from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
@@ -30,7 +20,7 @@ from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, subtract
 
 __all__ = [
-    "answer_lanes",
+    "answer_closed_form",
     "enter_frame",
     "enter_frames",
     "keep_answers",
@@ -51,10 +41,6 @@ _CYLINDER = int(ShapeKind.CYLINDER)
 _HALF_SPACE = int(ShapeKind.HALF_SPACE)
 
 _POINT, _SIZE, _PHI, _NEAREST, _GRADIENT, _UNIQUE = (LANES * k for k in (0, 3, 6, 7, 10, 13))
-_C, _D, _SIGMA, _IS_OPEN, _IS_HARD = (LANES * k for k in (14, 17, 19, 20, 21))
-
-_STEPS = 6
-"""Newton steps of ellipsoids in lanes; more are left to the kernel for one point."""
 
 
 @inlined_kernel
@@ -211,69 +197,7 @@ def _half_spaces(lanes):
 
 
 @lean_kernel
-def _begin_ellipsoids(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        _, _, _, _, _, c, d, is_plain = set_up(size, p_GQ)
-        low, high = bracket(c, d)
-        is_open = is_plain and is_tight(low, high)
-        set_triple(lanes, _C, j, c)
-        lanes[_D + j] = d[0]
-        lanes[_D + LANES + j] = d[1]
-        lanes[_SIGMA + j] = first_sigma(c, d, low, high)
-        lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
-        lanes[_IS_HARD + j] = 0.0 if is_open else 1.0
-
-
-@inlined_kernel
-def _equation(lanes, j):
-    return triple(lanes, _C, j), (lanes[_D + j], lanes[_D + LANES + j], 0.0)
-
-
-@lean_kernel
-def _step_ellipsoids(lanes):
-    """Take one Newton step in every open lane; return how many are open after it."""
-    use_widest_vectors()
-    count = 0
-    for j in range(LANES):
-        c, d = _equation(lanes, j)
-        sigma, is_open = lanes[_SIGMA + j], lanes[_IS_OPEN + j] != 0.0
-        step = newton_step(c, d, sigma)
-        sigma = sigma + step if is_open else sigma
-        is_open = is_open and not is_last(step, sigma)
-        lanes[_SIGMA + j] = sigma
-        lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
-        count += 1 if is_open else 0
-    return count
-
-
-@lean_kernel
-def _end_ellipsoids(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        axis_i, axis_j, axis_k, e, _, _, _, _ = set_up(size, p_GQ)
-        c, d = _equation(lanes, j)
-        sigma = lanes[_SIGMA + j]
-        set_answer(lanes, j, place_plain(p_GQ, axis_i, axis_j, axis_k, e, c, d, sigma))
-
-
-@lean_kernel
-def _ellipsoids(lanes):
-    _begin_ellipsoids(lanes)
-    for _ in range(_STEPS):
-        if _step_ellipsoids(lanes) == 0:
-            break
-    _end_ellipsoids(lanes)
-    for j in range(LANES):
-        if lanes[_IS_OPEN + j] != 0.0 or lanes[_IS_HARD + j] != 0.0:
-            size, p_GQ = question(lanes, j)
-            set_answer(lanes, j, point_ellipsoid(size, p_GQ))
-
-
-@lean_kernel
-def answer_lanes(lanes, kind):
+def answer_closed_form(lanes, kind):
     """Answer all lanes, all about shapes of one kind with a closed form."""
     if kind == _SPHERE:
         _spheres(lanes)
@@ -285,5 +209,3 @@ def answer_lanes(lanes, kind):
         _cylinders(lanes)
     elif kind == _HALF_SPACE:
         _half_spaces(lanes)
-    else:
-        _ellipsoids(lanes)

@@ -9,6 +9,7 @@ import math
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import SCAN_LIMIT
+from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoid
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
 from scene_graph_ros.geometry.query.point.lane_memory import (
     answer_numbers,
@@ -23,7 +24,7 @@ from scene_graph_ros.geometry.query.point.lane_rows import (
     stream_square,
 )
 from scene_graph_ros.geometry.query.point.lanes import (
-    answer_lanes,
+    answer_closed_form,
     enter_frame,
     keep_answers,
     question,
@@ -40,6 +41,7 @@ __all__ = ["answer_many_points"]
 
 _CONVEX = int(ShapeKind.CONVEX)
 _MESH = int(ShapeKind.MESH)
+_ELLIPSOID = int(ShapeKind.ELLIPSOID)
 
 
 @lean_kernel
@@ -79,8 +81,8 @@ def _put(answers, slots, count, columns, at, stride, is_streamed):
 @inlined_kernel
 def _answer_row(kinds, i, points, lanes, R_WG, p_WG):
     """Answer all lanes about row i."""
-    kind = kinds.kind[i]
-    enter_frame(lanes, points, load_vector(kinds.size, i), R_WG, p_WG)
+    kind, size = kinds.kind[i], load_vector(kinds.size, i)
+    enter_frame(lanes, points, size, R_WG, p_WG)
     if kind == _CONVEX:
         start = kinds.block[i]
         if kinds.blocks[start] <= SCAN_LIMIT:
@@ -89,8 +91,10 @@ def _answer_row(kinds, i, points, lanes, R_WG, p_WG):
             for j in range(LANES):
                 size, p_GQ = question(lanes, j)
                 set_answer(lanes, j, point_hull(kinds.blocks, start, size[0], p_GQ))
+    elif kind == _ELLIPSOID:
+        answer_ellipsoid(lanes, size)
     elif kind != _MESH:
-        answer_lanes(lanes, kind)
+        answer_closed_form(lanes, kind)
 
 
 @lean_kernel

@@ -165,33 +165,46 @@ def _nearest_sorted(e, y, tolerance):
 
 
 @inlined_kernel
-def set_up(size, p_GQ):
-    """Return (i, j, k, e, y, c, d, is_plain) of point Q.
+def sorted_axes(size):
+    """Return (i, j, k, e, d, s, r): all that does not depend on the point.
 
-    ``e`` are the semi-axes sorted, of axes i, j, k, and ``y`` the point's distances from the
-    planes of symmetry across them. ``c``, ``d`` are those of ``_solve``, unless Q is on the plane
-    across the shortest axis: then ``is_plain`` is False.
+    ``e`` are the semi-axes sorted, of axes i, j, k, and ``d`` those of ``_solve`` but the last;
+    a point's distances from the planes of symmetry times ``s`` are its c. ``r`` are e[2] / e[0],
+    e[2] / e[1] and 1 / e[2].
     """
     i, j, k = _sort_axes(size)
     e = (_pick(size, i), _pick(size, j), _pick(size, k))
-    least = UNDERFLOW * e[0]
-    y0, y1, y2 = abs(_pick(p_GQ, i)), abs(_pick(p_GQ, j)), abs(_pick(p_GQ, k))
-    y = (y0 if y0 > least else 0.0, y1 if y1 > least else 0.0, y2 if y2 > least else 0.0)
-    d = (_excess(e[0], e[2]), _excess(e[1], e[2]), 0.0)
-    c = (((1.0 + d[0]) / e[0]) * y[0], ((1.0 + d[1]) / e[1]) * y[1], (1.0 / e[2]) * y[2])
-    return i, j, k, e, y, c, d, y2 > COINCIDENCE * e[0]
+    d = (_excess(e[0], e[2]), _excess(e[1], e[2]))
+    inverse = 1.0 / e[2]
+    s = ((1.0 + d[0]) / e[0], (1.0 + d[1]) / e[1], inverse)
+    return i, j, k, e, d, s, (e[2] / e[0], e[2] / e[1], inverse)
 
 
 @inlined_kernel
-def place(p_GQ, i, j, k, e, t, q, unique):
-    """Return (phi, p_GN, grad_G, unique), given what ``set_up`` and ``_nearest_sorted`` return."""
+def set_up(axes, p_GQ):
+    """Return (y, c, is_plain) of point Q and ``sorted_axes``.
+
+    ``y`` are the point's distances from the planes of symmetry across the axes, and ``c`` that of
+    ``_solve``, unless Q is on the plane across the shortest axis: then ``is_plain`` is False.
+    """
+    i, j, k, e, _, s, _ = axes
+    least = UNDERFLOW * e[0]
+    y0, y1, y2 = abs(_pick(p_GQ, i)), abs(_pick(p_GQ, j)), abs(_pick(p_GQ, k))
+    y = (y0 if y0 > least else 0.0, y1 if y1 > least else 0.0, y2 if y2 > least else 0.0)
+    return y, (s[0] * y[0], s[1] * y[1], s[2] * y[2]), y2 > COINCIDENCE * e[0]
+
+
+@inlined_kernel
+def _place(axes, p_GQ, t, q, unique):
+    """Return (phi, p_GN, grad_G, unique), given what ``_nearest_sorted`` returns."""
+    i, j, k, e, _, _, r = axes
     # 1 / |q| to rounding, as q is a unit vector but for rounding.
     shrink = 1.5 - 0.5 * (q[0] * q[0] + q[1] * q[1] + q[2] * q[2])
     q = (q[0] * shrink, q[1] * shrink, q[2] * shrink)
     # The normal is x_i / e_i^2 = q_i / e_i; times e2 it neither overflows nor vanishes.
-    n = (q[0] * (e[2] / e[0]), q[1] * (e[2] / e[1]), q[2])
+    n = (q[0] * r[0], q[1] * r[1], q[2])
     steepness = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
-    phi = t * (1.0 / e[2]) * steepness
+    phi = t * r[2] * steepness
     tolerance = COINCIDENCE * e[0]
     p0, p1, p2 = _pick(p_GQ, i), _pick(p_GQ, j), _pick(p_GQ, k)
     s0 = -1.0 if p0 < -tolerance else 1.0
@@ -204,11 +217,12 @@ def place(p_GQ, i, j, k, e, t, q, unique):
 
 
 @inlined_kernel
-def place_plain(p_GQ, i, j, k, e, c, d, sigma):
+def place_plain(axes, p_GQ, c, sigma):
     """Return (phi, p_GN, grad_G, unique), given what ``set_up`` and ``_solve`` return."""
-    wa, wb, wg = _inverses(d, sigma)
+    _, _, _, e, d, _, _ = axes
+    wa, wb, wg = _inverses((d[0], d[1], 0.0), sigma)
     q = (c[0] * wa, c[1] * wb, c[2] * wg)
-    return place(p_GQ, i, j, k, e, (sigma - 1.0) * e[2] * e[2], q, True)
+    return _place(axes, p_GQ, (sigma - 1.0) * e[2] * e[2], q, True)
 
 
 @kernel
@@ -219,11 +233,13 @@ def point_ellipsoid(size, p_GQ):
     than the focal curve), the one on the positive side of the shortest axis is chosen (of equal
     axes, the first), and ``unique`` is False.
     """
-    i, j, k, e, y, c, d, is_plain = set_up(size, p_GQ)
+    axes = sorted_axes(size)
+    y, c, is_plain = set_up(axes, p_GQ)
+    e, d = axes[3], axes[4]
     if is_plain:
-        return place_plain(p_GQ, i, j, k, e, c, d, _solve(c, d))
+        return place_plain(axes, p_GQ, c, _solve(c, (d[0], d[1], 0.0)))
     t, q, unique = _nearest_sorted(e, y, COINCIDENCE * e[0])
-    return place(p_GQ, i, j, k, e, t, q, unique)
+    return _place(axes, p_GQ, t, q, unique)
 
 
 @inlined_kernel

@@ -1,0 +1,161 @@
+"""Points and ellipsoids, so many at once that the processor computes some in step.
+
+Newton's steps are taken in all lanes until none is open, by the arithmetic of ``point_ellipsoid``,
+which answers the few lanes where they would not converge fast. Where all lanes are about one
+ellipsoid, what does not depend on the point is computed once.
+"""
+
+from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.query.point.lane_memory import LANES
+from scene_graph_ros.geometry.query.point.lanes import question, set_answer
+from scene_graph_ros.geometry.query.point.point_ellipsoid import (
+    bracket,
+    first_sigma,
+    is_last,
+    is_tight,
+    newton_step,
+    place_plain,
+    point_ellipsoid,
+    set_up,
+    sorted_axes,
+)
+from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
+
+__all__ = ["answer_ellipsoid", "answer_ellipsoids"]
+
+_SIGMA, _IS_OPEN, _IS_HARD = (LANES * k for k in (19, 20, 21))
+
+_USUAL_STEPS = 2
+"""Newton steps that nearly all points need that are not close to the surface."""
+_MORE_STEPS = 4
+"""Newton steps after these, as long as a lane is open; then the kernel for one point answers."""
+
+
+@inlined_kernel
+def _step(d, c, sigma, is_open):
+    """Return (sigma, is_open) after one Newton step, none where the lane is not open."""
+    step = newton_step(c, (d[0], d[1], 0.0), sigma)
+    sigma = sigma + step if is_open else sigma
+    return sigma, is_open and not is_last(step, sigma)
+
+
+@inlined_kernel
+def _begin(lanes, j, axes, p_GQ):
+    """Take the usual steps in lane j; return whether it is open after them."""
+    d = axes[4]
+    _, c, is_plain = set_up(axes, p_GQ)
+    low, high = bracket(c, (d[0], d[1], 0.0))
+    is_open = is_plain and is_tight(low, high)
+    lanes[_IS_HARD + j] = 0.0 if is_open else 1.0
+    sigma = first_sigma(c, (d[0], d[1], 0.0), low, high)
+    for _ in range(_USUAL_STEPS):
+        sigma, is_open = _step(d, c, sigma, is_open)
+    lanes[_SIGMA + j] = sigma
+    lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
+    return is_open
+
+
+@inlined_kernel
+def _go_on(lanes, j, axes, p_GQ):
+    """Take a step more in lane j; return whether it is open after it."""
+    _, c, _ = set_up(axes, p_GQ)
+    sigma, is_open = _step(axes[4], c, lanes[_SIGMA + j], lanes[_IS_OPEN + j] != 0.0)
+    lanes[_SIGMA + j] = sigma
+    lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
+    return is_open
+
+
+@inlined_kernel
+def _end(lanes, j, axes, p_GQ):
+    _, c, _ = set_up(axes, p_GQ)
+    set_answer(lanes, j, place_plain(axes, p_GQ, c, lanes[_SIGMA + j]))
+
+
+@lean_kernel
+def _answer_hard(lanes):
+    """Answer the lanes that are still open, or never were."""
+    for j in range(LANES):
+        if lanes[_IS_OPEN + j] != 0.0 or lanes[_IS_HARD + j] != 0.0:
+            size, p_GQ = question(lanes, j)
+            set_answer(lanes, j, point_ellipsoid(size, p_GQ))
+
+
+@lean_kernel
+def _begin_all(lanes):
+    use_widest_vectors()
+    count = 0
+    for j in range(LANES):
+        size, p_GQ = question(lanes, j)
+        count += 1 if _begin(lanes, j, sorted_axes(size), p_GQ) else 0
+    return count
+
+
+@lean_kernel
+def _go_on_all(lanes):
+    use_widest_vectors()
+    count = 0
+    for j in range(LANES):
+        size, p_GQ = question(lanes, j)
+        count += 1 if _go_on(lanes, j, sorted_axes(size), p_GQ) else 0
+    return count
+
+
+@lean_kernel
+def _end_all(lanes):
+    use_widest_vectors()
+    for j in range(LANES):
+        size, p_GQ = question(lanes, j)
+        _end(lanes, j, sorted_axes(size), p_GQ)
+
+
+@lean_kernel
+def answer_ellipsoids(lanes):
+    """Answer all lanes, about an ellipsoid each."""
+    count = _begin_all(lanes)
+    for _ in range(_MORE_STEPS):
+        if count == 0:
+            break
+        count = _go_on_all(lanes)
+    _end_all(lanes)
+    _answer_hard(lanes)
+
+
+@lean_kernel
+def _begin_alike(lanes, axes):
+    use_widest_vectors()
+    count = 0
+    for j in range(LANES):
+        _, p_GQ = question(lanes, j)
+        count += 1 if _begin(lanes, j, axes, p_GQ) else 0
+    return count
+
+
+@lean_kernel
+def _go_on_alike(lanes, axes):
+    use_widest_vectors()
+    count = 0
+    for j in range(LANES):
+        _, p_GQ = question(lanes, j)
+        count += 1 if _go_on(lanes, j, axes, p_GQ) else 0
+    return count
+
+
+@lean_kernel
+def _end_alike(lanes, axes):
+    use_widest_vectors()
+    for j in range(LANES):
+        _, p_GQ = question(lanes, j)
+        _end(lanes, j, axes, p_GQ)
+
+
+@lean_kernel
+def answer_ellipsoid(lanes, size):
+    """Answer all lanes, all about the ellipsoid of this size."""
+    axes = sorted_axes(size)
+    count = _begin_alike(lanes, axes)
+    for _ in range(_MORE_STEPS):
+        if count == 0:
+            break
+        count = _go_on_alike(lanes, axes)
+    _end_alike(lanes, axes)
+    _answer_hard(lanes)
