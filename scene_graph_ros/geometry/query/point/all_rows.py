@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
-from scene_graph_ros.geometry.query.point.lane_memory import lane_numbers, LANES
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.query.point.answers import Answers
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoids
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hulls, LANE_CORNERS
+from scene_graph_ros.geometry.query.point.lane_memory import lane_numbers, LANES
 from scene_graph_ros.geometry.query.point.lanes import (
     answer_closed_form,
     enter_frames,

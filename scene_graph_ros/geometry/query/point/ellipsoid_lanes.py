@@ -41,18 +41,19 @@ def _step(d, c, sigma, is_open):
 
 @inlined_kernel
 def _begin(lanes, j, axes, p_GQ):
-    """Take the usual steps in lane j; return whether it is open after them."""
+    """Take the usual steps in lane j; return whether it is open after them, and whether hard."""
     d = axes[4]
     _, c, is_plain = set_up(axes, p_GQ)
     low, high = bracket(c, (d[0], d[1], 0.0))
     is_open = is_plain and is_tight(low, high)
-    lanes[_IS_HARD + j] = 0.0 if is_open else 1.0
+    is_hard = not is_open
     sigma = first_sigma(c, (d[0], d[1], 0.0), low, high)
     for _ in range(_USUAL_STEPS):
         sigma, is_open = _step(d, c, sigma, is_open)
     lanes[_SIGMA + j] = sigma
     lanes[_IS_OPEN + j] = 1.0 if is_open else 0.0
-    return is_open
+    lanes[_IS_HARD + j] = 1.0 if is_hard else 0.0
+    return is_open, is_hard
 
 
 @inlined_kernel
@@ -83,21 +84,23 @@ def _answer_hard(lanes):
 @lean_kernel
 def _begin_all(lanes):
     use_widest_vectors()
-    count = 0
+    open_lanes = hard_lanes = 0
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
-        count += 1 if _begin(lanes, j, sorted_axes(size), p_GQ) else 0
-    return count
+        is_open, is_hard = _begin(lanes, j, sorted_axes(size), p_GQ)
+        open_lanes += 1 if is_open else 0
+        hard_lanes += 1 if is_hard else 0
+    return open_lanes, hard_lanes
 
 
 @lean_kernel
 def _go_on_all(lanes):
     use_widest_vectors()
-    count = 0
+    open_lanes = 0
     for j in range(LANES):
         size, p_GQ = question(lanes, j)
-        count += 1 if _go_on(lanes, j, sorted_axes(size), p_GQ) else 0
-    return count
+        open_lanes += 1 if _go_on(lanes, j, sorted_axes(size), p_GQ) else 0
+    return open_lanes
 
 
 @lean_kernel
@@ -111,33 +114,36 @@ def _end_all(lanes):
 @lean_kernel
 def answer_ellipsoids(lanes):
     """Answer all lanes, about an ellipsoid each."""
-    count = _begin_all(lanes)
+    open_lanes, hard_lanes = _begin_all(lanes)
     for _ in range(_MORE_STEPS):
-        if count == 0:
+        if open_lanes == 0:
             break
-        count = _go_on_all(lanes)
+        open_lanes = _go_on_all(lanes)
     _end_all(lanes)
-    _answer_hard(lanes)
+    if open_lanes + hard_lanes > 0:
+        _answer_hard(lanes)
 
 
 @lean_kernel
 def _begin_alike(lanes, axes):
     use_widest_vectors()
-    count = 0
+    open_lanes = hard_lanes = 0
     for j in range(LANES):
         _, p_GQ = question(lanes, j)
-        count += 1 if _begin(lanes, j, axes, p_GQ) else 0
-    return count
+        is_open, is_hard = _begin(lanes, j, axes, p_GQ)
+        open_lanes += 1 if is_open else 0
+        hard_lanes += 1 if is_hard else 0
+    return open_lanes, hard_lanes
 
 
 @lean_kernel
 def _go_on_alike(lanes, axes):
     use_widest_vectors()
-    count = 0
+    open_lanes = 0
     for j in range(LANES):
         _, p_GQ = question(lanes, j)
-        count += 1 if _go_on(lanes, j, axes, p_GQ) else 0
-    return count
+        open_lanes += 1 if _go_on(lanes, j, axes, p_GQ) else 0
+    return open_lanes
 
 
 @lean_kernel
@@ -152,10 +158,11 @@ def _end_alike(lanes, axes):
 def answer_ellipsoid(lanes, size):
     """Answer all lanes, all about the ellipsoid of this size."""
     axes = sorted_axes(size)
-    count = _begin_alike(lanes, axes)
+    open_lanes, hard_lanes = _begin_alike(lanes, axes)
     for _ in range(_MORE_STEPS):
-        if count == 0:
+        if open_lanes == 0:
             break
-        count = _go_on_alike(lanes, axes)
+        open_lanes = _go_on_alike(lanes, axes)
     _end_alike(lanes, axes)
-    _answer_hard(lanes)
+    if open_lanes + hard_lanes > 0:
+        _answer_hard(lanes)

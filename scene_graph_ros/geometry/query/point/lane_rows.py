@@ -72,7 +72,7 @@ class _Code:
         for start in (at, other):
             start = self.builder.add(start, self.number(half * SQUARE // 2))
             halves.append(self.builder.load(self._place(data, start, _HALF), align=8))
-        return self._shuffle(*halves, range(SQUARE))
+        return self._shuffle(halves[0], halves[1], range(SQUARE))
 
     def turned(self, data, places):
         """Return the eight columns of the vectors that begin at eight places of an array."""
@@ -87,7 +87,7 @@ class _Code:
                 self._shuffle(rows[k], rows[k + 1], (1, 9, 3, 11, 5, 13, 7, 15)) for k in (0, 2)
             ]
             for order in ((0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)):
-                columns += [self._shuffle(*even, order), self._shuffle(*odd, order)]
+                columns += [self._shuffle(two[0], two[1], order) for two in (even, odd)]
         return columns
 
     def store(self, vector, data, at, is_streamed=False):

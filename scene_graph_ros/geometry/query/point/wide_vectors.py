@@ -4,8 +4,8 @@ For processors that have them, the compiler prefers registers of half the width,
 in programs with little such code.
 """
 
-import numba.core.config as numba_config
 from numba.core import types
+import numba.core.config as numba_config
 from numba.extending import intrinsic
 
 __all__ = ["use_widest_vectors"]

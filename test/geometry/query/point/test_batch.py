@@ -14,6 +14,8 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.query.point.all_rows import answer_all, group_by_kind
+from scene_graph_ros.geometry.query.point.answers import LARGE, new_answers
 from scene_graph_ros.geometry.query.point.batch import distance_points
 
 
@@ -86,13 +88,50 @@ def test_points_in_step_are_answered_as_alone():
 
 def test_any_number_of_points_and_rows():
     """Numbers of points and rows that fill no block and no tile are answered as alone, too."""
-    for count, rows in ((1, 40), (5, 3), (33, 7), (40, 600), (70, 1100), (127, 300)):
+    for count, rows in ((1, 40), (5, 3), (33, 7), (40, 600), (127, 300)):
         table, X_WG, _ = scene(rows, count)
         points = np.random.default_rng(rows).uniform(0, 2, (count, 3))
         together = distance_points(table, X_WG, points, np.inf)
         alone = distance_points(table, X_WG, points, 1e6)
         for column, expected in zip(together, alone, strict=True):
             np.testing.assert_array_equal(column, expected)
+
+
+def test_answers_past_the_caches():
+    """Large results have the answers of points alone, wherever a point's rows begin in a line.
+
+    Of 1000 rows each point begins a line of the cache, of 1004 each second one, of 1001 each
+    eighth; points are left over that fill no lanes.
+    """
+    for count, rows in ((70, 1000), (75, 1004), (261, 1001)):
+        table, X_WG, _ = scene(rows, count)
+        points = np.random.default_rng(rows).uniform(0, 2, (count, 3))
+        together = distance_points(table, X_WG, points, np.inf)
+        alone = distance_points(table, X_WG, points, 1e6)
+        for column, expected in zip(together, alone, strict=True):
+            np.testing.assert_array_equal(column, expected)
+
+
+def test_columns_that_begin_anywhere():
+    """Columns that begin within a line of the cache are written as those that begin one."""
+    table, X_WG, points = scene(1000, 11)
+    points = np.tile(points, (3, 1))
+    kinds, count = group_by_kind(table), 1000 * len(points)
+    lined = new_answers(count)
+    room = new_answers(count + 8)
+    shifted = (room[0][1:], room[1][2:], room[2][5:], room[3][3:])
+    for columns in (lined, shifted):
+        answer_all(table, kinds, X_WG, points, range(len(points)), columns)
+    for column, other in zip(lined, shifted, strict=True):
+        np.testing.assert_array_equal(column, other[: len(column)])
+
+
+def test_large_columns_begin_lines():
+    """Columns of many answers begin at multiples of 64 bytes; all have their sizes."""
+    assert all(column.ctypes.data % 64 == 0 for column in new_answers(LARGE))
+    for count in (0, 1, LARGE, LARGE + 1):
+        sizes = [len(column) for column in new_answers(count)]
+        assert sizes == [count, 3 * count, 3 * count, count]
 
 
 def test_sorted_by_point_then_row():
