@@ -23,8 +23,10 @@ __all__ = [
     "answer_closed_form",
     "enter_frame",
     "enter_frames",
+    "keep_answer",
     "keep_answers",
     "leave_frames",
+    "p_GQ_of_lane",
     "question",
     "read_lane",
     "set_answer",
@@ -115,13 +117,28 @@ def leave_frames(lanes, poses):
         set_triple(lanes, _GRADIENT, j, gradient)
 
 
+@inlined_kernel
+def p_GQ_of_lane(points, j, R_WG, p_WG):
+    """Return the point of a lane, p_WQ, the first triple in ``points``, in the frame G."""
+    return rotate_inverse(R_WG, subtract(triple(points, 0, j), p_WG))
+
+
 @lean_kernel
 def enter_frame(lanes, points, size, R_WG, p_WG):
     """Ask all lanes about one shape and a point each, p_WQ, the first triple in ``points``."""
     use_widest_vectors()
     for j in range(LANES):
-        offset = subtract(triple(points, 0, j), p_WG)
-        write_lane(lanes, j, size, rotate_inverse(R_WG, offset))
+        write_lane(lanes, j, size, p_GQ_of_lane(points, j, R_WG, p_WG))
+
+
+@inlined_kernel
+def keep_answer(answers, first, j, R_WG, answer):
+    """Write a lane's answer (phi, p_GN, grad_G, unique), the gradient expressed in W."""
+    phi, p_GN, grad_G, unique = answer
+    answers[first + j] = phi
+    set_triple(answers, first + LANES, j, p_GN)
+    set_triple(answers, first + 4 * LANES, j, rotate(R_WG, grad_G))
+    answers[first + 7 * LANES + j] = 1.0 if unique else 0.0
 
 
 @lean_kernel
@@ -133,11 +150,7 @@ def keep_answers(lanes, R_WG, answers, first):
     use_widest_vectors()
     first &= LAST_PLACE
     for j in range(LANES):
-        answers[first + j] = lanes[_PHI + j]
-        set_triple(answers, first + LANES, j, triple(lanes, _NEAREST, j))
-        gradient = rotate(R_WG, triple(lanes, _GRADIENT, j))
-        set_triple(answers, first + 4 * LANES, j, gradient)
-        answers[first + 7 * LANES + j] = lanes[_UNIQUE + j]
+        keep_answer(answers, first, j, R_WG, read_lane(lanes, j))
 
 
 @inlined_kernel

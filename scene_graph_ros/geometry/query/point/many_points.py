@@ -9,6 +9,7 @@ import math
 
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import SCAN_LIMIT
+from scene_graph_ros.geometry.query.point.alike_lanes import answer_shape
 from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoid
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
 from scene_graph_ros.geometry.query.point.lane_memory import (
@@ -24,7 +25,6 @@ from scene_graph_ros.geometry.query.point.lane_rows import (
     stream_square,
 )
 from scene_graph_ros.geometry.query.point.lanes import (
-    answer_closed_form,
     enter_frame,
     keep_answers,
     question,
@@ -40,7 +40,6 @@ from scene_graph_ros.geometry.spatial.vectors import load_rotation, load_transla
 __all__ = ["answer_many_points"]
 
 _CONVEX = int(ShapeKind.CONVEX)
-_MESH = int(ShapeKind.MESH)
 _ELLIPSOID = int(ShapeKind.ELLIPSOID)
 
 
@@ -79,22 +78,30 @@ def _put(answers, slots, count, columns, at, stride, is_streamed):
 
 
 @inlined_kernel
-def _answer_row(kinds, i, points, lanes, R_WG, p_WG):
-    """Answer all lanes about row i."""
+def _answer_hull(kinds, i, lanes):
+    """Answer all lanes about the hull in row i."""
+    start = kinds.block[i]
+    if kinds.blocks[start] <= SCAN_LIMIT:
+        answer_hull(lanes, kinds.blocks, start)
+    else:
+        for j in range(LANES):
+            size, p_GQ = question(lanes, j)
+            set_answer(lanes, j, point_hull(kinds.blocks, start, size[0], p_GQ))
+
+
+@inlined_kernel
+def _answer_row(kinds, i, points, lanes, R_WG, p_WG, answers, first):
+    """Write the answers of all lanes about row i from ``answers[first]`` on."""
     kind, size = kinds.kind[i], load_vector(kinds.size, i)
-    enter_frame(lanes, points, size, R_WG, p_WG)
-    if kind == _CONVEX:
-        start = kinds.block[i]
-        if kinds.blocks[start] <= SCAN_LIMIT:
-            answer_hull(lanes, kinds.blocks, start)
+    if kind in (_CONVEX, _ELLIPSOID):
+        enter_frame(lanes, points, size, R_WG, p_WG)
+        if kind == _CONVEX:
+            _answer_hull(kinds, i, lanes)
         else:
-            for j in range(LANES):
-                size, p_GQ = question(lanes, j)
-                set_answer(lanes, j, point_hull(kinds.blocks, start, size[0], p_GQ))
-    elif kind == _ELLIPSOID:
-        answer_ellipsoid(lanes, size)
-    elif kind != _MESH:
-        answer_closed_form(lanes, kind)
+            answer_ellipsoid(lanes, size)
+        keep_answers(lanes, R_WG, answers, first)
+    else:
+        answer_shape(kind, size, R_WG, p_WG, points, answers, first)
 
 
 @lean_kernel
@@ -111,9 +118,8 @@ def _answer_block(kinds, X_WG, p_WQs, begin, step, count, head, columns):
     while row < n:
         for slot in range(slots):
             i = row + slot
-            R_WG = load_rotation(X_WG, i)
-            _answer_row(kinds, i, points, lanes, R_WG, load_translation(X_WG, i))
-            keep_answers(lanes, R_WG, answers, slot * ANSWER)
+            R_WG, p_WG = load_rotation(X_WG, i), load_translation(X_WG, i)
+            _answer_row(kinds, i, points, lanes, R_WG, p_WG, answers, slot * ANSWER)
         _put(answers, slots, count, columns, begin * n + row, step * n, head >= 0)
         row += slots
         slots = min(SQUARE, n - row)
