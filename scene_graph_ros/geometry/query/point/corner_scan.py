@@ -9,7 +9,7 @@ import numba.core.config as numba_config
 from numba.extending import intrinsic
 import numpy as np
 
-from scene_graph_ros.geometry.meshes.hull_blocks import HEADER, vertex, vertex_place
+from scene_graph_ros.geometry.meshes.hull_blocks import vertex
 from scene_graph_ros.geometry.meshes.vertex_scan import GROUP
 from scene_graph_ros.geometry.query.point.lane_memory import LANES, LINE
 
@@ -41,8 +41,9 @@ def _scan_plainly(lanes, corners):
     numbers[_HEIGHT] = np.max([numbers[_REACH], *heights], axis=0)
 
 
-def _scan_hull_plainly(lanes, blocks, start, count):
-    corners = np.array([vertex(blocks, vertex_place(start, k)) for k in range(count)])
+def _scan_hull_plainly(lanes, blocks, first, count):
+    places = [first + _STRIDE * (k // GROUP) + k % GROUP for k in range(count)]
+    corners = np.array([vertex(blocks, place) for place in places])
     _scan_plainly(lanes, np.repeat(corners[:, :, None], LANES, axis=2))
 
 
@@ -186,8 +187,8 @@ else:
         ]
 
     @intrinsic
-    def scan_corners_of_hull(typing_context, lanes, blocks, start, count):
-        """Look at the first ``count`` corners of the hull in the block at ``start``.
+    def scan_corners_of_hull(typing_context, lanes, blocks, first, count):
+        """Look at ``count`` corners of a hull, whose first is at the place ``first`` of a block.
 
         For each lane is found the corner furthest along the way from the first one to the point,
         the first of several: its coordinates, its number, the way from it to the point, how far
@@ -196,8 +197,7 @@ else:
 
         def lower(context, builder, signature, arguments):
             data, vertices = _data(context, builder, signature.args, arguments)
-            first = builder.add(arguments[2], _word(HEADER))
-            corner = _of_hull(builder, vertices, first)
+            corner = _of_hull(builder, vertices, arguments[2])
             _generate(builder, data, arguments[3], corner)
             return context.get_dummy_value()
 

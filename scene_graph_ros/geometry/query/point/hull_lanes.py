@@ -72,7 +72,7 @@ def answer_hull(lanes, blocks, start):
 
     It has at most SCAN_LIMIT corners. The sizes of the lanes are the hull's extent.
     """
-    scan_corners_of_hull(lanes, blocks, start, int(blocks[start]))
+    scan_corners_of_hull(lanes, blocks, vertex_place(start, 0), int(blocks[start]))
     _leave(lanes)
     for j in range(LANES):
         if not is_answered(lanes, j):
