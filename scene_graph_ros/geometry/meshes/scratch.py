@@ -13,13 +13,8 @@ import numpy as np
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 
 __all__ = [
-    "LANES",
-    "LANE_NUMBERS",
-    "LANE_ROWS",
     "POLYGON_CORNERS",
     "STACK_SIZE",
-    "answer_numbers",
-    "lane_numbers",
     "polygon_buffer",
     "traversal_stack",
 ]
@@ -29,15 +24,6 @@ STACK_SIZE = 2 * MAX_DEPTH + 2
 
 POLYGON_CORNERS = 8
 """A quadrilateral cut by a quadrilateral has no more corners."""
-
-LANES = 32
-"""How many answers to points are computed at once, a few in each of the processor's registers."""
-
-LANE_NUMBERS = 22
-"""Numbers of a lane, in ``query.point.lanes``."""
-
-LANE_ROWS = 8
-"""For so many rows answers in lanes are kept before they are put into results."""
 
 _WORD_BYTES = 8
 
@@ -74,16 +60,7 @@ if numba_config.DISABLE_JIT:
         """Return an uninitialized array of ``(2, POLYGON_CORNERS, 3)`` float64."""
         return np.empty((2, POLYGON_CORNERS, 3))
 
-    def lane_numbers():
-        """Return an uninitialized array of ``LANE_NUMBERS * LANES`` float64."""
-        return np.empty(LANE_NUMBERS * LANES)
-
-    def answer_numbers():
-        """Return an uninitialized array of ``8 * LANES * LANE_ROWS`` float64."""
-        return np.empty(8 * LANES * LANE_ROWS)
-
 else:
-    _NUMBERS = types.Array(types.float64, 1, "C")
     _STACK = types.Array(types.int64, 1, "C")
     _BUFFER = types.Array(types.float64, 3, "C")
 
@@ -96,13 +73,3 @@ else:
     def polygon_buffer(typing_context):
         """Return an uninitialized array of ``(2, POLYGON_CORNERS, 3)`` float64."""
         return _BUFFER(), _lowered(_BUFFER, (2, POLYGON_CORNERS, 3))
-
-    @intrinsic
-    def lane_numbers(typing_context):
-        """Return an uninitialized array of ``LANE_NUMBERS * LANES`` float64."""
-        return _NUMBERS(), _lowered(_NUMBERS, (LANE_NUMBERS * LANES,))
-
-    @intrinsic
-    def answer_numbers(typing_context):
-        """Return an uninitialized array of ``8 * LANES * LANE_ROWS`` float64."""
-        return _NUMBERS(), _lowered(_NUMBERS, (8 * LANES * LANE_ROWS,))
