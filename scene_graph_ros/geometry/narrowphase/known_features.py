@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     IDENTITY,
     ORIGIN,
     placed_support,
+    SEGMENT,
 )
 from scene_graph_ros.geometry.narrowphase.features import (
     box_feature,
@@ -122,8 +123,12 @@ def _beside(core, R, p, hulls, d, tie):
 def _features(core_P, R_P, p_P, core_Q, R_Q, p_Q, hulls, d, where, index, tie, S):
     """Return the features of P and Q where they touch along d, out of P."""
     if where == FACE_OF_P:
+        if core_P[0] == SEGMENT:  # its faces are directions on the arc around it
+            touching = _edge(core_P, R_P, p_P, hulls, 0)
+        else:
+            touching = _face(core_P, R_P, p_P, hulls, index, d)
         return (
-            _face(core_P, R_P, p_P, hulls, index, d),
+            touching,
             _beside(core_Q, R_Q, p_Q, hulls, scale(-1.0, d), tie),
         )
     if where == PLANE_OF_Q:
