@@ -112,6 +112,11 @@ INNER_BALL_SPARE = 1e-6
 """Relative to the pair's size: by how much inner balls must be larger than a depth for it to be
 the least one and the only one. Rounding takes 1e-15; this leaves others deeper by far."""
 
+CONTACT_MISFIT = 1e-11
+"""Relative to the pair's size: how far a witness may be from the support point along the normal
+where what is known of the curvature there is used. It may cost the square of this over
+INNER_BALL_SPARE, which is rounding."""
+
 POINTS_BESIDE = 1e-3
 """Weight of a length that nearest points are beside each other, against one by which a direction
 fails to separate the boxes. It breaks ties: less than a size over any likely distance."""

@@ -44,7 +44,8 @@ FIRST_GAP = 1e-3
 ATTEMPTS = 4
 
 ROWS = FIRST_FACE + MAX_FACES
-"""Of the workspace: the simplex, the corners beside it, and directions of ``other_depths``."""
+"""Of the workspace: the simplex, the corners beside it, directions of ``other_depths`` or cells of
+``covering``."""
 
 Workspace = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]
 """A simplex and more (ROWS, 9), its weights (4,), and the indices of its corners."""

@@ -6,8 +6,9 @@ are all visited (``other_depths``). Other cores are lifted apart, to see where t
 Moved apart along a direction, overlapping cores have a distance, and GJK finds it in a few steps
 since it is not small. The features nearest then are most often those of least depth, and the same
 for cores that are apart by little. They are polished at the true poses, and the result is taken
-only with a proof: the polish' own where the cores are apart, that of ``inner_ball`` or of
-``other_depths`` where they overlap. All else is left to GJK and EPA at the true poses.
+only with a proof: the polish' own where the cores are apart, that of ``inner_ball``, of
+``covering`` or of ``other_depths`` where they overlap. Where ``covering`` finds a direction that
+is less deep, they are lifted along that. All else is left to GJK and EPA at the true poses.
 """
 
 import math
@@ -24,6 +25,7 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     placed_support,
     support,
 )
+from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
 from scene_graph_ros.geometry.narrowphase.gjk import CONVERGED, FAR, gjk_inlined, OVERLAP
 from scene_graph_ros.geometry.narrowphase.inner_ball import is_least_depth
 from scene_graph_ros.geometry.narrowphase.known_features import contact_of_known
@@ -32,8 +34,14 @@ from scene_graph_ros.geometry.narrowphase.other_depths import (
     LESS,
     look_for_less,
     NONE_LESS,
+    UNDECIDED,
 )
-from scene_graph_ros.geometry.narrowphase.refine import refine_inlined, separation_inlined
+from scene_graph_ros.geometry.narrowphase.polytope_rows import edge_count
+from scene_graph_ros.geometry.narrowphase.refine import (
+    refine_inlined,
+    separation,
+    separation_inlined,
+)
 from scene_graph_ros.geometry.narrowphase.simplex import simplex_normal, weighted_points
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
@@ -67,12 +75,15 @@ NO_ANSWER = (UNKNOWN, 0.0, ORIGIN, ORIGIN, ORIGIN, math.inf)
 LIFT = 0.5
 """How far cores are moved apart, relative to the distance of their origins or to their depth."""
 
-LIFTS = 2
-"""The second time, they are lifted along the normal that the first one found."""
+LIFTS = 4
+"""Where a contact is not exact, cores are lifted once more, along the normal it found; and along
+each direction that is found to be less deep."""
 
 FIRST_GUESS = 0.05
-"""Relative gap at which the lifted cores' distance tells well enough which features are near; the
-second time it is the square."""
+"""Relative gap at which the lifted cores' distance tells well enough which features are near."""
+
+NEXT_GUESS = FIRST_GUESS * FIRST_GUESS
+"""The same where it did not, or from a direction that is less deep."""
 
 
 @inlined_kernel
@@ -105,6 +116,15 @@ def _try_faces(core_A, core_B, R, p, hulls, distance, best):
 
 
 @inlined_kernel
+def _across_cylinder(core_B, R, p):
+    """Return the direction across the axis of a cylinder A in which a curved B may leave it."""
+    if core_B[0] == CYLINDER:
+        axis = column(R, 2)
+        return unit((-axis[1], axis[0], 0.0), (1.0, 0.0, 0.0))
+    return unit((-p[0], -p[1], 0.0), (1.0, 0.0, 0.0))
+
+
+@inlined_kernel
 def _first_direction(core_A, core_B, R, p, hulls):
     """Return (separation, n) of the best of the line of origins and the normals of planes."""
     n = unit(scale(-1.0, p), (1.0, 0.0, 0.0))
@@ -123,6 +143,9 @@ def _first_direction(core_A, core_B, R, p, hulls):
         if core_B[0] == BOX or (core_B[0] == CYLINDER and k == 2):
             axis = column(R, k)
             distance, n = _try(core_A, core_B, R, p, hulls, axis, distance, n)
+    if core_A[0] == CYLINDER and is_curved(core_B):
+        across = _across_cylinder(core_B, R, p)
+        distance, n = _try(core_A, core_B, R, p, hulls, across, distance, n)
     return distance, n
 
 
@@ -187,14 +210,16 @@ def _searched(core_A, core_B, R, p, hulls, n, distance, S, ids):
 
 
 @inlined_kernel
-def _is_proven_least(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
-    """Tell whether no direction but n, of a stationary depth, is as little deep."""
+def _others(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
+    """Return (status, m) as ``look_everywhere`` does for a stationary depth."""
     if is_least_depth(core_A, core_B, R, p, hulls, a, b, n, depth, size):
-        return True
+        return NONE_LESS, n
     if are_polytopes_or_cylinders(core_A, core_B, hulls):
-        return False  # all was visited before, in vain
-    verdict, _, _, _ = look_for_less(core_A, core_B, R, p, hulls, a, b, n, depth, size, S)
-    return verdict == NONE_LESS
+        return UNDECIDED, n  # all was visited before, in vain
+    verdict, m = look_everywhere(core_A, core_B, R, p, hulls, a, b, n, depth, size, S)
+    if verdict == UNDECIDED and (edge_count(core_A, hulls) > 0 or edge_count(core_B, hulls) > 0):
+        verdict, m, _, _ = look_for_less(core_A, core_B, R, p, hulls, a, b, n, depth, size, S)
+    return verdict, m
 
 
 @inlined_kernel
@@ -204,7 +229,6 @@ def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
     guess = FIRST_GUESS
     for _ in range(LIFTS):
         count, v, along, size = _lift(core_A, core_B, R, p, hulls, n, distance, guess, S, ids, lam)
-        guess *= guess
         if count == 0:
             break
         a, b = weighted_points(S, lam, count)
@@ -214,15 +238,20 @@ def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
         proven, n, a, b, distance, error, stiffness = refine_inlined(
             core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 1
         )
+        guess = NEXT_GUESS
         if not proven:
             continue
         if distance >= 0.0:
             return FOUND, distance, a, b, n, error
-        if stiffness >= FLAT_MINIMUM * size and _is_proven_least(
-            core_A, core_B, R, p, hulls, a, b, n, -distance, size, S
-        ):
+        if stiffness < FLAT_MINIMUM * size:
+            break
+        verdict, m = _others(core_A, core_B, R, p, hulls, a, b, n, -distance, size, S)
+        if verdict == NONE_LESS:
             return FOUND, distance, a, b, n, error
-        break
+        if verdict != LESS:
+            break
+        n = m
+        distance = separation(core_A, core_B, R, p, hulls, n)
     return UNKNOWN, distance, a, b, n, math.inf
 
 
