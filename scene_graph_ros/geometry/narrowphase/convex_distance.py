@@ -25,8 +25,8 @@ from scene_graph_ros.geometry.narrowphase.restarts import (
     polish_from_everywhere,
     separation_of_faces,
 )
-from scene_graph_ros.geometry.narrowphase.simplex import simplex_normal, weighted_points
-from scene_graph_ros.geometry.narrowphase.tetrahedron import expand_to_tetrahedron
+from scene_graph_ros.geometry.narrowphase.simplex import CONTAINS, simplex_normal, weighted_points
+from scene_graph_ros.geometry.narrowphase.tetrahedron import expand_to_tetrahedron, thickness
 from scene_graph_ros.geometry.spatial.vectors import axpy, dot, norm, scale, subtract
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,
@@ -42,6 +42,10 @@ FIRST_GAP = 1e-3
 """Relative gap at which GJK's contact of curved cores is first polished; squared each time."""
 
 ATTEMPTS = 4
+
+THICK = 0.05
+"""Heights over the size: a tetrahedron that GJK found around the origin is what EPA starts from,
+unless it is thinner, as planes of slender faces are known to fewer digits."""
 
 ROWS = FIRST_FACE + MAX_FACES
 """Of the workspace: the simplex, the corners beside it, directions of ``other_depths`` or cells of
@@ -79,10 +83,12 @@ def _far(core_A, core_B, lower, n):
 def _overlap(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam):
     """Return (distance, a, b, n, unique, gap) of cores that touch or overlap."""
     a, b = weighted_points(S, lam, count if count < 4 else 0)
-    rank, n, size = expand_to_tetrahedron(core_A, core_B, R, p, hulls, count, S, ids)
-    if rank < 3:
-        distance = min(separation(core_A, core_B, R, p, hulls, n), 0.0)
-        return distance, a, b, n, False, 0.0
+    thick, size = thickness(S) if count == CONTAINS else (0.0, 0.0)
+    if thick < THICK:
+        rank, n, size = expand_to_tetrahedron(core_A, core_B, R, p, hulls, count, S, ids)
+        if rank < 3:
+            distance = min(separation(core_A, core_B, R, p, hulls, n), 0.0)
+            return distance, a, b, n, False, 0.0
     settle_gap = 0.0
     has_hull = core_A[0] == HULL or core_B[0] == HULL
     if is_curved(core_A) or is_curved(core_B):

@@ -7,7 +7,7 @@ from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.spatial.vectors import any_orthogonal, cross, dot, scale, unit
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 
-__all__ = ["expand_to_tetrahedron"]
+__all__ = ["expand_to_tetrahedron", "thickness"]
 
 
 @lean_kernel
@@ -27,6 +27,26 @@ def _distance_off(S, row, rank, e, n):
     if rank == 2:
         q = cross(e, q)
     return math.sqrt(dot(q, q))
+
+
+@lean_kernel
+def thickness(S):
+    """Return (the least of a tetrahedron's three heights over its size, size); rows 0 to 3 of S.
+
+    The heights are those of corner 1 over corner 0, of corner 2 over their line, and of corner 3
+    over the plane of the three.
+    """
+    size = 0.0
+    for k in range(4):
+        for c in range(9):
+            size = max(size, abs(S[k, c]))
+    e = unit((S[1, 0] - S[0, 0], S[1, 1] - S[0, 1], S[1, 2] - S[0, 2]), (1.0, 0.0, 0.0))
+    q = (S[2, 0] - S[0, 0], S[2, 1] - S[0, 1], S[2, 2] - S[0, 2])
+    n = unit(cross(e, q), e)
+    least = min(
+        _distance_off(S, 1, 1, e, n), _distance_off(S, 2, 2, e, n), _distance_off(S, 3, 3, e, n)
+    )
+    return least / size, size
 
 
 @lean_kernel
