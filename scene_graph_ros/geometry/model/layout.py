@@ -44,6 +44,9 @@ class RoleArrays(NamedTuple):
     """(n,) 0, 1, ..."""
     moving_rows: IntArray
     """(m,) those that are not on the world frame."""
+    first_frame: int | None
+    """The frame of the first geometry, where each of the following has the next frame for itself
+    and is at its origin, so that all poses are those of frames; else None."""
 
 
 def frame_layout(records: Iterable[FrameRecord], sources: Iterable[SourceId]) -> FrameLayout:
@@ -71,11 +74,15 @@ def role_arrays(records: Iterable[GeometryRecord], layout: FrameLayout) -> RoleA
     for i, record in enumerate(chosen):
         X_FG[i] = record.X_FG
     frame = np.array([layout.row[record.frame_id] for record in chosen], dtype=np.int32)
+    all_rows = np.arange(len(chosen))
+    are_frames = len(chosen) > 0 and (frame == frame[0] + all_rows).all()
+    are_frames = are_frames and (np.eye(4) == X_FG).all()
     return RoleArrays(
         ids=np.array([int(record.id) for record in chosen], dtype=np.int64),
         geometry_ids=tuple(record.id for record in chosen),
         frame=frame,
         X_FG=X_FG,
-        all_rows=np.arange(len(chosen)),
+        all_rows=all_rows,
         moving_rows=np.flatnonzero(frame),
+        first_frame=int(frame[0]) if are_frames else None,
     )

@@ -202,15 +202,18 @@ class Snapshot:
             with self._lock:
                 result = self._X_WG.get(role)
                 if result is None:
-                    result = self.memory.take_poses(role, rows)
-                    if result is None:
-                        result = np.empty_like(rows.X_FG)
-                        world_poses_of_children(rows.all_rows, rows.frame, X_WF, rows.X_FG, result)
-                    else:
-                        moving = rows.moving_rows
-                        world_poses_of_children(moving, rows.frame, X_WF, rows.X_FG, result)
-                    self._X_WG[role] = result
-                    self.memory.spare[role] = (rows, result)
+                    result = self._X_WG[role] = self._place(role, rows, X_WF)
+        return result
+
+    def _place(self, role: Role, rows: RoleArrays, X_WF: Poses) -> Poses:
+        """Place the geometries with a role on their frames, in memory that is free if there is."""
+        if rows.first_frame is not None:
+            return X_WF[rows.first_frame : rows.first_frame + len(rows.ids)]
+        moving, result = rows.moving_rows, self.memory.take_poses(role, rows)
+        if result is None:
+            moving, result = rows.all_rows, np.empty_like(rows.X_FG)
+        world_poses_of_children(moving, rows.frame, X_WF, rows.X_FG, result)
+        self.memory.spare[role] = (rows, result)
         return result
 
     def pose_in_world(self, target: FrameId | GeometryId) -> Poses:

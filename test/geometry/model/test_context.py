@@ -12,11 +12,13 @@ from scene_graph_ros.geometry import (
     Box,
     FrameId,
     GeometryFrame,
+    GeometryInstance,
     IllustrationProperties,
     ProximityProperties,
     Role,
     SceneGraph,
     SourceId,
+    Sphere,
 )
 from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError, UnknownIdError
 
@@ -368,6 +370,37 @@ def test_an_array_that_nobody_looks_at_is_used_again():
     for i in range(3):
         context.set_frame_poses(source, np.tile(yaw(0.1, x=i), (3, 1, 1)))
         assert context.snapshot.X_PF[1:, 0, 3].tolist() == [i] * 3
+
+
+@pytest.mark.parametrize(
+    ("X_FG", "order", "are_frames"),
+    [
+        (np.eye(4), (0, 1, 2), True),
+        (yaw(0.0, x=1e-12), (0, 1, 2), False),
+        (np.eye(4), (0, 2, 1), False),
+        (np.eye(4), (0, 0, 1), False),
+    ],
+)
+def test_geometries_on_frames_of_their_own_have_the_poses_of_these(X_FG, order, are_frames):
+    """Poses in the world are right, and are the frames' own array where they are the same."""
+    graph = SceneGraph()
+    source = graph.register_source("source")
+    frames = [graph.register_frame(source, GeometryFrame("frame_0"))]
+    for i in (1, 2):
+        frames.append(
+            graph.register_frame(source, GeometryFrame(f"frame_{i}"), parent=frames[i - 1])
+        )
+    for i, k in enumerate(order):
+        instance = GeometryInstance(X_FG, Sphere(0.1), f"ball_{i}")
+        instance.set_proximity_properties(ProximityProperties())
+        graph.register_geometry(source, frames[k], instance)
+    context = graph.create_default_context()
+    for turn in (0.3, 0.7):
+        context.set_frame_poses(source, np.tile(yaw(turn, x=1.0), (3, 1, 1)))
+        snapshot = context.snapshot
+        expected = snapshot.X_WF[1:][list(order)] @ X_FG
+        np.testing.assert_allclose(snapshot.X_WG, expected, rtol=0.0, atol=1e-15)
+        assert np.shares_memory(snapshot.X_WG, snapshot.X_WF) == are_frames
 
 
 def test_snapshots_are_released_at_once(world):
