@@ -9,16 +9,32 @@ the support point along its own middle covers is cut into four.
 
 Around n itself D is as small as d, and what proves that it is no smaller is the curvature of A
 and B there (``growth``). Cells are looked at the large ones first: where the depth is less, that
-is found before small cells beside such a region are looked at.
+is found before small cells beside such a region are looked at, eight at a time.
 """
 
+import math
+
 from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import ORIGIN, placed_support
+from scene_graph_ros.geometry.narrowphase.cores import ORIGIN
 from scene_graph_ros.geometry.narrowphase.growth import growth, known_reach
+from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
 from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
+from scene_graph_ros.geometry.spatial.lane_numbers import (
+    all_of,
+    any_of,
+    every,
+    LANES,
+    load_lanes,
+    load_number,
+    magnitude,
+    root,
+    select,
+    store_lanes,
+    store_number,
+)
 from scene_graph_ros.geometry.spatial.vectors import (
+    add,
     dot,
-    norm,
     orthogonal_pair,
     rotate,
     rotate_inverse,
@@ -30,12 +46,17 @@ from scene_graph_ros.geometry.tolerances import EPSILON, INNER_BALL_SPARE, TIE
 
 __all__ = ["look_everywhere"]
 
-MAX_CELLS = 256
-"""Cells that are looked at: 50 to 100 are usual. GJK and EPA take longer than this many."""
+MAX_ROUNDS = 40
+"""Of eight cells: 10 to 20 are usual. GJK and EPA take longer than this many."""
 
-BESIDE = 0.5
-"""Of the square of the reach of what is known: cells whose middle is nearer to n are cut at once,
-as the point of C there, where D is hardly larger than d, covers next to nothing."""
+QUEUE = 15
+"""Blocks of eight cells that wait at most; they are kept in a circle."""
+
+_SIDE, _S, _Q, _HALF, _W = (LANES * k for k in range(5))
+"""Where numbers of a block's cells are: the side of the cube, the cell's middle and half width
+there, and the point, of three coordinates, that did not cover all of a larger cell."""
+
+_BLOCK = 7 * LANES
 
 
 @lean_kernel
@@ -49,53 +70,126 @@ def _corner_frame(n, R, p):
     return F, (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), rotate(F, p)
 
 
-@lean_kernel
+@inlined_kernel
 def _on_side(side, x):
-    """Return a vector's coordinates (out of a side of the cube, along it, along it)."""
-    out = x[0] if side < 2 else (x[1] if side < 4 else x[2])
+    """Return vectors' coordinates (out of a side of the cube, along it, along it)."""
+    out = select(side < 2.0, x[0], select(side < 4.0, x[1], x[2]))
+    is_opposite = (side == 1.0) | (side == 3.0) | (side == 5.0)
     return (
-        -out if side & 1 else out,
-        x[1] if side < 2 else x[0],
-        x[2] if side < 4 else x[1],
+        select(is_opposite, -out, out),
+        select(side < 2.0, x[1], x[0]),
+        select(side < 4.0, x[2], x[1]),
     )
 
 
-@lean_kernel
-def _direction(side, s, q):
-    """Return the vector with the coordinates (1, s, q) on a side of the cube."""
-    out = -1.0 if side & 1 else 1.0
-    if side < 2:
-        return (out, s, q)
-    if side < 4:
-        return (s, out, q)
-    return (s, q, out)
+@inlined_kernel
+def _directions(side, s, q):
+    """Return the vectors with the coordinates (1, s, q) on sides of the cube."""
+    is_opposite = (side == 1.0) | (side == 3.0) | (side == 5.0)
+    out = select(is_opposite, every(-1.0), every(1.0))
+    return (
+        select(side < 2.0, out, s),
+        select(side < 2.0, s, select(side < 4.0, out, q)),
+        select(side < 4.0, q, out),
+    )
 
 
 @inlined_kernel
-def _is_covered(w, side, s, q, half, square):
-    """Return whether w . x >= d |x| for all x of a cell; ``square`` is that of d > 0."""
+def _are_covered(w, side, s, q, half, square):
+    """Return in which cells w . x >= d |x| for all x; ``square`` is that of d > 0."""
     w = _on_side(side, w)
     a, b = s - half, s + half
     c, d = q - half, q + half
     middle = w[0] + s * w[1] + q * w[2]
     ds, dq = half * w[1], half * w[2]
-    if middle <= abs(ds) + abs(dq):
-        return False
     aa, bb, cc, dd = 1.0 + a * a, 1.0 + b * b, c * c, d * d
     w00, w01, w10, w11 = middle - ds - dq, middle - ds + dq, middle + ds - dq, middle + ds + dq
     return (
-        w00 * w00 >= square * (aa + cc)
-        and w01 * w01 >= square * (aa + dd)
-        and w10 * w10 >= square * (bb + cc)
-        and w11 * w11 >= square * (bb + dd)
+        (middle > magnitude(ds) + magnitude(dq))
+        & (w00 * w00 >= square * (aa + cc))
+        & (w01 * w01 >= square * (aa + dd))
+        & (w10 * w10 >= square * (bb + cc))
+        & (w11 * w11 >= square * (bb + dd))
     )
 
 
 @inlined_kernel
-def _store(S, row, side, s, q, half, w):
+def _place(cell):
+    """Return where the numbers of a cell are, by the order in which it came into the queue."""
+    return _BLOCK * ((cell // LANES) % QUEUE) + cell % LANES
+
+
+@inlined_kernel
+def _enqueue(S, cell, side, s, q, half, w):
     """Write a cell and the point that did not cover all of it."""
-    S[row, 0], S[row, 1], S[row, 2], S[row, 3] = side, s, q, half
-    S[row, 4], S[row, 5], S[row, 6] = w[0], w[1], w[2]
+    at = _place(cell)
+    store_number(S, at + _SIDE, side)
+    store_number(S, at + _S, s)
+    store_number(S, at + _Q, q)
+    store_number(S, at + _HALF, half)
+    store_number(S, at + _W, w[0])
+    store_number(S, at + _W + LANES, w[1])
+    store_number(S, at + _W + 2 * LANES, w[2])
+
+
+@inlined_kernel
+def _load_triple(S, at):
+    return load_lanes(S, at), load_lanes(S, at + LANES), load_lanes(S, at + 2 * LANES)
+
+
+@inlined_kernel
+def _store_triple(S, at, v):
+    store_lanes(S, at, v[0])
+    store_lanes(S, at + LANES, v[1])
+    store_lanes(S, at + 2 * LANES, v[2])
+
+
+@inlined_kernel
+def _cut(S, at, tail):
+    """Put the quarters of a block's cells into the queue, of those with a width; return its end."""
+    for lane in range(LANES):
+        place = at + lane
+        half = load_number(S, place + _HALF)
+        if half == 0.0:
+            continue
+        half *= 0.5
+        side, s, q = load_number(S, place), load_number(S, place + _S), load_number(S, place + _Q)
+        w = (
+            load_number(S, place + _W),
+            load_number(S, place + _W + LANES),
+            load_number(S, place + _W + 2 * LANES),
+        )
+        _enqueue(S, tail, side, s - half, q - half, half, w)
+        _enqueue(S, tail + 1, side, s - half, q + half, half, w)
+        _enqueue(S, tail + 2, side, s + half, q - half, half, w)
+        _enqueue(S, tail + 3, side, s + half, q + half, half, w)
+        tail += 4
+    return tail
+
+
+@inlined_kernel
+def _least(S, at, depths, x):
+    """Return the least of depths, and its direction; room in a block of ``S`` is overwritten."""
+    store_lanes(S, at, depths)
+    _store_triple(S, at + _W, x)
+    best = 0
+    for lane in range(1, LANES):
+        if load_number(S, at + lane) < load_number(S, at + best):
+            best = lane
+    place = at + best
+    return load_number(S, place), (
+        load_number(S, place + _W),
+        load_number(S, place + _W + LANES),
+        load_number(S, place + _W + 2 * LANES),
+    )
+
+
+@inlined_kernel
+def _points(core_A, core_B, F, R, p, hulls, x):
+    """Return the points b - a of C that lie furthest along x; F and (R, p) place the cores."""
+    b = add(rotate(R, lane_support(core_B, hulls, rotate_inverse(R, x))), p)
+    a = rotate(F, lane_support(core_A, hulls, rotate_inverse(F, scale(-1.0, x))))
+    return subtract(b, a)
 
 
 @inlined_kernel
@@ -104,41 +198,39 @@ def _cover(core_A, core_B, F, R, p, hulls, reach, more, less, S):
 
     All is in F. Proven is that it is at least ``more`` everywhere but within the reach of n.
     """
-    rows = S.shape[0]
     square = more * more
     for side in range(6):
-        _store(S, side, side, 0.0, 0.0, 1.0, ORIGIN)
+        _enqueue(S, side, float(side), 0.0, 0.0, 1.0, ORIGIN)
     head, tail = 0, 6
-    for _ in range(MAX_CELLS):
-        if head == tail:
+    for _ in range(MAX_ROUNDS):
+        if head >= tail:
             return NONE_LESS, ORIGIN
-        row = head % rows
-        head += 1
-        side, s, q, half = int(S[row, 0]), S[row, 1], S[row, 2], S[row, 3]
-        w = (S[row, 4], S[row, 5], S[row, 6])
-        far_s, far_q = abs(s) + half, abs(q) + half
-        if side == 0 and far_s * far_s + far_q * far_q <= reach * reach:
+        for cell in range(tail, head + LANES):
+            _enqueue(S, cell, 0.0, 0.0, 0.0, 0.0, ORIGIN)  # no cell
+        at = _place(head)
+        head += LANES
+        tail = max(tail, head)
+        side, s, q = load_lanes(S, at), load_lanes(S, at + _S), load_lanes(S, at + _Q)
+        half, w = load_lanes(S, at + _HALF), _load_triple(S, at + _W)
+        far_s, far_q = magnitude(s) + half, magnitude(q) + half
+        is_near = (side == 0.0) & (far_s * far_s + far_q * far_q <= reach * reach)
+        is_done = (half == 0.0) | is_near | _are_covered(w, side, s, q, half, square)
+        if all_of(is_done):
             continue
-        if _is_covered(w, side, s, q, half, square):
-            continue
-        if side > 0 or s * s + q * q > BESIDE * reach * reach:
-            x = _direction(side, s, q)
-            b, _ = placed_support(core_B, hulls, R, p, x, -1)
-            a, _ = placed_support(core_A, hulls, F, ORIGIN, scale(-1.0, x), -1)
-            w = subtract(b, a)
-            along, length = dot(w, x), norm(x)
-            if along < more * length and (side > 0 or s * s + q * q > reach * reach):
-                return LESS if along < less * length else UNDECIDED, x
-            if _is_covered(w, side, s, q, half, square):
-                continue
-        if tail - head + 4 > rows:
+        x = _directions(side, s, q)
+        w = _points(core_A, core_B, F, R, p, hulls, x)
+        depths = dot(w, x) / root(dot(x, x))
+        is_beside = (side == 0.0) & (s * s + q * q <= reach * reach)
+        depths = select(is_done | is_beside, every(math.inf), depths)
+        if any_of(depths < more):
+            depth, best = _least(S, at, depths, x)
+            return LESS if depth < less else UNDECIDED, best
+        is_done = is_done | _are_covered(w, side, s, q, half, square)
+        store_lanes(S, at + _HALF, select(is_done, every(0.0), half))
+        _store_triple(S, at + _W, w)
+        if tail - head + 5 * LANES > LANES * QUEUE:
             break
-        half *= 0.5
-        _store(S, tail % rows, side, s - half, q - half, half, w)
-        _store(S, (tail + 1) % rows, side, s - half, q + half, half, w)
-        _store(S, (tail + 2) % rows, side, s + half, q - half, half, w)
-        _store(S, (tail + 3) % rows, side, s + half, q + half, half, w)
-        tail += 4
+        tail = _cut(S, at, tail)
     return UNDECIDED, ORIGIN
 
 

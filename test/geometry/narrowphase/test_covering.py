@@ -6,10 +6,18 @@ from overlapping_pairs import overlapping, Pair
 import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
+from scene_graph_ros.geometry.jit import lean_kernel
 from scene_graph_ros.geometry.narrowphase import covering
 from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
 from scene_graph_ros.geometry.narrowphase.lift import FOUND
 from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
+from scene_graph_ros.geometry.spatial.lane_numbers import (
+    every,
+    LANES,
+    load_lanes,
+    select,
+    store_lanes,
+)
 
 BOX = Box(0.2, 0.3, 0.14)
 HULL = rounded_hull(0.3, 12)
@@ -106,22 +114,45 @@ def test_less_by_a_millionth_is_not_missed():
         assert verdict != NONE_LESS
 
 
+@lean_kernel
+def look_at_cells(room):
+    """Write 1 for the cells that are covered, 0 for others, and their middles."""
+    side, s, q = load_lanes(room, 0), load_lanes(room, LANES), load_lanes(room, 2 * LANES)
+    half, x = load_lanes(room, 3 * LANES), load_lanes(room, 4 * LANES)
+    w = (x, load_lanes(room, 5 * LANES), load_lanes(room, 6 * LANES))
+    is_covered = covering._are_covered(w, side, s, q, half, 0.7**2)
+    store_lanes(room, 7 * LANES, select(is_covered, every(1.0), every(0.0)))
+    x = covering._directions(side, s, q)
+    store_lanes(room, 8 * LANES, x[0])
+    store_lanes(room, 9 * LANES, x[1])
+    store_lanes(room, 10 * LANES, x[2])
+
+
+def on_side(side, s, q):
+    """Return the vector to (s, q) on a side of the cube."""
+    x = [s, q]
+    x.insert(side // 2, -1.0 if side % 2 else 1.0)
+    return x
+
+
 def test_a_cell_is_covered_as_far_as_its_corners_are():
     """What is claimed of a cell holds for random directions in it, and fails for some outside."""
-    is_covered = getattr(covering._is_covered, "py_func", covering._is_covered)
-    direction = getattr(covering._direction, "py_func", covering._direction)
     rng = np.random.default_rng(6)
     covered = 0
-    for _ in range(600):
-        side, half = int(rng.integers(6)), float(rng.choice([1.0, 0.5, 0.25]))
-        s, q = (1.0 - half) * rng.uniform(-1.0, 1.0, 2)
-        w = np.array(direction(side, s, q)) + 0.3 * rng.normal(size=3)
-        x = np.array([direction(side, s + half * a, q + half * b) for a, b in GRID])
-        depths = (x @ w) / np.linalg.norm(x, axis=1)
-        claimed = is_covered(tuple(w), side, s, q, half, 0.7**2)
-        assert claimed == (depths.min() >= 0.7)
-        covered += claimed
-    assert 50 < covered < 550
+    for _ in range(80):
+        room = np.zeros((11, LANES))
+        room[0], room[3] = rng.integers(6, size=LANES), rng.choice([1.0, 0.5, 0.25], LANES)
+        room[1:3] = (1.0 - room[3]) * rng.uniform(-1.0, 1.0, (2, LANES))
+        middles = [on_side(int(side), s, q) for side, s, q in room[:3].T]
+        room[4:7] = (middles + 0.3 * rng.normal(size=(LANES, 3))).T
+        look_at_cells(room)
+        assert np.array_equal(room[8:].T, middles)
+        for side, s, q, half, *w, claimed, _, _, _ in room.T:
+            x = np.array([on_side(int(side), s + half * a, q + half * b) for a, b in GRID])
+            depths = (x @ w) / np.linalg.norm(x, axis=1)
+            assert bool(claimed) == (depths.min() >= 0.7)
+            covered += bool(claimed)
+    assert 50 < covered < 590
 
 
 GRID = [(a, b) for a in np.linspace(-1.0, 1.0, 9) for b in np.linspace(-1.0, 1.0, 9)]

@@ -1,0 +1,55 @@
+"""Support points of one core in eight directions at once."""
+
+import math
+
+from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.meshes.hull_blocks import vertex, vertex_place
+from scene_graph_ros.geometry.narrowphase.cores import BOX, CYLINDER, ELLIPSOID, HULL
+from scene_graph_ros.geometry.spatial.lane_numbers import every, root, select, with_sign
+
+__all__ = ["lane_support"]
+
+
+@inlined_kernel
+def _inverse_root(square):
+    """Return 1 / sqrt of lanes, 0 where they are."""
+    return select(square > 0.0, 1.0 / root(square), every(0.0))
+
+
+@inlined_kernel
+def _furthest_corners(hulls, hull, d):
+    """Return the corners of a hull that lie furthest along directions d."""
+    height = every(-math.inf)
+    x = y = z = every(0.0)
+    for k in range(int(hulls[hull])):
+        v = vertex(hulls, vertex_place(hull, k))
+        along = v[0] * d[0] + v[1] * d[1] + v[2] * d[2]
+        is_higher = along > height
+        height = select(is_higher, along, height)
+        x, y, z = (
+            select(is_higher, v[0], x),
+            select(is_higher, v[1], y),
+            select(is_higher, v[2], z),
+        )
+    return x, y, z
+
+
+@inlined_kernel
+def lane_support(core, hulls, d):
+    """Return points of a core that lie furthest along d, three lanes, in the core's frame.
+
+    For cores with some extent, without their radius: see ``cores.support``.
+    """
+    kind, h = core[0], core[3]
+    if kind == BOX:
+        return with_sign(h[0], d[0]), with_sign(h[1], d[1]), with_sign(h[2], d[2])
+    if kind == HULL:
+        return _furthest_corners(hulls, core[1], d)
+    if kind == CYLINDER:
+        inverse = h[0] * _inverse_root(d[0] * d[0] + d[1] * d[1])
+        return inverse * d[0], inverse * d[1], with_sign(h[1], d[2])
+    if kind == ELLIPSOID:
+        x, y, z = h[0] * d[0], h[1] * d[1], h[2] * d[2]
+        inverse = _inverse_root(x * x + y * y + z * z)
+        return h[0] * (inverse * x), h[1] * (inverse * y), h[2] * (inverse * z)
+    return every(0.0), every(0.0), with_sign(h[0], d[2])
