@@ -146,7 +146,7 @@ def _store_triple(S, at, v):
 
 @inlined_kernel
 def _cut(S, at, tail):
-    """Put the quarters of a block's cells into the queue, of those with a width; return its end."""
+    """Put the quarters of a block's cells that have a width into the queue; return its end."""
     for lane in range(LANES):
         place = at + lane
         half = load_number(S, place + _HALF)

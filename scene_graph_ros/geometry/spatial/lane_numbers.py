@@ -19,8 +19,6 @@ __all__ = [
     "all_of",
     "any_of",
     "every",
-    "is_set",
-    "larger",
     "load_lanes",
     "load_number",
     "magnitude",
@@ -169,10 +167,6 @@ if numba_config.DISABLE_JIT:
         """Write a number to a place of an array, counted flat."""
         array.flat[place] = number
 
-    def is_set(lanes):
-        """Return which lanes are not zero."""
-        return lanes != 0.0
-
     def root(lanes):
         """Return the square roots."""
         with np.errstate(invalid="ignore"):
@@ -182,14 +176,6 @@ if numba_config.DISABLE_JIT:
     with_sign = np.copysign
     select = np.where
     any_of, all_of = np.any, np.all
-
-    def larger(a, b):
-        """Return the larger numbers; b where one is nan."""
-        return np.where(a > b, a, b)
-
-    def smaller(a, b):
-        """Return the smaller numbers; b where one is nan."""
-        return np.where(a < b, a, b)
 
 else:
 
@@ -253,20 +239,12 @@ else:
                 context, builder, types.none(*signature.args[1:]), arguments[1:]
             )
 
-        is_right = choices == _choices and (_are_numbers(a, b) or a == b == _choices)
-        return (
-            ((_choices if a == _choices else _numbers)(choices, a, b), lower) if is_right else None
-        )
+        is_right = choices == _choices and _are_numbers(a, b)
+        return (_numbers(choices, a, b), lower) if is_right else None
 
-    is_set = _of_one(
-        lambda b, x: b.fcmp_unordered("!=", x, ir.Constant(_NUMBERS, [0.0] * LANES)),
-        result=_choices,
-    )
     root = _of_one(lambda b, x: _call(b, f"llvm.sqrt.v{LANES}f64", x))
     magnitude = _of_one(lambda b, x: _call(b, f"llvm.fabs.v{LANES}f64", x))
     with_sign = _of_two(lambda b, x, y: _call(b, f"llvm.copysign.v{LANES}f64", x, y))
-    larger = _of_two(lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y))
-    smaller = _of_two(lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))
     any_of = _of_one(
         lambda b, x: b.icmp_unsigned("!=", _bits(b, x), ir.Constant(_BITS, 0)),
         _choices,

@@ -1,0 +1,57 @@
+"""Support points of a core in eight directions are those of one direction at a time."""
+
+from convex_bodies import rounded_hull
+import numpy as np
+from overlapping_pairs import Pair
+import pytest
+
+from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
+from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.narrowphase.cores import support
+from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
+from scene_graph_ros.geometry.spatial.lane_numbers import LANES, load_lanes, store_lanes
+
+
+@kernel
+def in_lanes(core, hulls, room):
+    """Write support points of directions in rows 0 to 2 into rows 3 to 5."""
+    d = load_lanes(room, 0), load_lanes(room, LANES), load_lanes(room, 2 * LANES)
+    x = lane_support(core, hulls, d)
+    store_lanes(room, 3 * LANES, x[0])
+    store_lanes(room, 4 * LANES, x[1])
+    store_lanes(room, 5 * LANES, x[2])
+
+
+@kernel
+def one_by_one(core, hulls, room):
+    """Do the same with ``support``."""
+    for j in range(room.shape[1]):
+        x, _ = support(core, hulls, (room[0, j], room[1, j], room[2, j]), -1)
+        room[3, j], room[4, j], room[5, j] = x
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        Box(0.2, 0.3, 0.14),
+        Capsule(0.05, 0.3),
+        Cylinder(0.1, 0.25),
+        Ellipsoid(0.1, 0.13, 0.16),
+        rounded_hull(0.3, 12),
+        rounded_hull(0.3, 30),
+    ],
+    ids=repr,
+)
+def test_supports_are_those_of_one_direction(shape):
+    """For random directions, and along the axes, where a cylinder has a whole end."""
+    pair = Pair(shape, shape, np.eye(4))
+    room = np.zeros((6, LANES))
+    rng = np.random.default_rng(2)
+    axes = np.concatenate([np.eye(3), -np.eye(3)]).T
+    for directions in [rng.normal(size=(3, LANES)) for _ in range(20)] + [axes]:
+        room[:3] = 0.3
+        room[:3, : directions.shape[1]] = directions
+        expected = room.copy()
+        in_lanes(pair.cores[0], pair.hulls, room)
+        one_by_one(pair.cores[0], pair.hulls, expected)
+        np.testing.assert_allclose(room[3:], expected[3:], rtol=0.0, atol=1e-16)
