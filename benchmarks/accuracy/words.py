@@ -110,7 +110,8 @@ METHOD = """\
   meshes measured by their triangles only, most of them next to contact with their features, on
   their hulls and off them: of 40 000 pairs (120 000 queries) each, seeds 12, 13, 14, 40, 50, 52
   and 54 had no fault, and 51 and 53 one each, mended since; 53 and 55, asked after that, have
-  none, nor have 6667 of seed 62, asked of the present kernels. So of 360 000 such pairs about two can still be expected to have a fault nobody knows.
+  none, nor have 6667 of seed 62, asked of the present kernels. So of 360 000 such pairs about two
+  can still be expected to have a fault nobody knows.
   The 129 pairs in which searches found a fault are kept in `test/support/hard_corpus` and asked
   by every test run, and none is open.
 - **Engines.** Called from Python, on one thread. The tiers: one call for a scene of many such
