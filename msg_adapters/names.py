@@ -8,12 +8,12 @@ compared as a whole, never taken apart.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from msg_adapters.arrays import int64s_to_msg
 from scene_graph_msgs.msg import GeometryName, GeometryNames, GeometryReference
@@ -119,16 +119,23 @@ class SceneNames:
         )
 
     def legend(self, *columns: ArrayLike) -> GeometryNames:
-        """Return the names of all ids in columns of ids, each once."""
-        ids = np.unique(np.concatenate([np.asarray(column, np.int64) for column in columns]))
-        names = [self.geometry_name(value) for value in ids.tolist()]
+        """Return the names of all ids in columns of ids, each once.
+
+        Raises UnknownIdError for an id that is not there.
+        """
+        ids = np.concatenate([np.asarray(column, np.int64).ravel() for column in columns])
+        rows = self._columns.rows(ids, self.geometry_name)
         return GeometryNames(
-            id=int64s_to_msg(ids),
-            frame_id=int64s_to_msg([name.frame_id for name in names]),
-            source=[name.source for name in names],
-            frame=[name.frame for name in names],
-            name=[name.name for name in names],
+            id=int64s_to_msg(self._columns.id[rows]),
+            frame_id=int64s_to_msg(self._columns.frame_id[rows]),
+            source=self._columns.source[rows].tolist(),
+            frame=self._columns.frame[rows].tolist(),
+            name=self._columns.name[rows].tolist(),
         )
+
+    @cached_property
+    def _columns(self) -> _Columns:
+        return _Columns(self._geometries)
 
     @cached_property
     def _sources(self) -> Mapping[str, SourceId]:
@@ -153,6 +160,39 @@ class SceneNames:
     @cached_property
     def _geometry_bare_names(self) -> Mapping[str, list[GeometryId]]:
         return _by_name(self._geometries.values(), self._inspector.get_name)
+
+
+class _Columns:
+    """Names of all geometries by row, sorted by id: legends of many are taken from it at once.
+
+    A row is written when it is first asked for; two threads that do so at once write the same.
+    """
+
+    def __init__(self, ids: Iterable[int]) -> None:
+        self.id = np.array(sorted(ids), dtype=np.int64)
+        count = len(self.id)
+        self.frame_id = np.zeros(count, dtype=np.int64)
+        self.source, self.frame, self.name = np.empty((3, count), dtype=object)
+        self._is_known = np.zeros(count, dtype=bool)
+
+    def rows(
+        self, ids: NDArray[np.int64], geometry_name: Callable[[int], GeometryName]
+    ) -> NDArray[np.int64]:
+        """Return the rows of ids, each once; ``geometry_name`` raises for one that has none."""
+        places = np.searchsorted(self.id, ids)
+        is_there = np.zeros(len(ids), dtype=bool)
+        inside = places < len(self.id)
+        is_there[inside] = self.id[places[inside]] == ids[inside]
+        for value in ids[~is_there].tolist():
+            geometry_name(value)
+        is_asked = np.zeros(len(self.id), dtype=bool)
+        is_asked[places] = True
+        for row in np.flatnonzero(is_asked & ~self._is_known).tolist():
+            name = geometry_name(int(self.id[row]))
+            self.frame_id[row] = name.frame_id
+            self.source[row], self.frame[row], self.name[row] = name.source, name.frame, name.name
+            self._is_known[row] = True
+        return np.flatnonzero(is_asked)
 
 
 def legend(names: SceneNames | None, *columns: ArrayLike) -> GeometryNames:

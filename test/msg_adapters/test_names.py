@@ -116,6 +116,28 @@ def test_a_legend_lists_each_geometry_once_sorted_by_id(
     assert scene.names.legend([]) == GeometryNames()
 
 
+def test_legends_do_not_depend_on_those_before(scene: SimpleNamespace) -> None:
+    """Names are kept from legend to legend: what one asked for is in the next only if asked."""
+    ball, tip = int(scene.ball), int(scene.tip)
+    both = SceneNames(scene.graph.model_inspector()).legend([tip, ball])
+    for ids in ([tip], [ball], [tip, ball], [tip]):
+        legend = scene.names.legend(ids)
+        assert sorted(legend.id) == sorted(ids)
+        for row, geometry in enumerate(legend.id):
+            expected = list(both.id).index(geometry)
+            for column in ("frame_id", "source", "frame", "name"):
+                assert getattr(legend, column)[row] == getattr(both, column)[expected]
+
+
+@pytest.mark.parametrize("unknown", [-1, 0, 10**6, 2**62])
+def test_a_legend_of_an_unknown_id_names_it(scene: SimpleNamespace, unknown: int) -> None:
+    """Below, between and beyond the ids that there are, and known ones still have their names."""
+    for ids in ([unknown], [int(scene.ball), unknown]):
+        with pytest.raises(UnknownIdError, match=str(unknown)):
+            scene.names.legend(ids)
+    assert list(scene.names.legend([int(scene.ball)]).name) == ["ball"]
+
+
 def test_a_path_wins_over_a_bare_name_that_looks_like_it(scene: SimpleNamespace) -> None:
     """Names may contain slashes: one that spells another's path does not hide the other."""
     imitation = core.GeometryInstance(np.eye(4), core.Sphere(1.0), "arm/hand/tip")
