@@ -123,11 +123,14 @@ class Outlet:
 
     def is_due(self) -> bool:
         """Tell whether there are subscribers who should get a message now."""
-        if not self.is_heard() or self._is_on_its_way():
-            return False
+        # What asks the middleware most comes last.
+        return self.is_heard() and not self._is_early() and not self._is_on_its_way()
+
+    def _is_early(self) -> bool:
+        """Tell whether the last message is too short ago, and nobody new has come since."""
         if self._newcomers or self._period is None:
-            return True
-        return time.monotonic() - self._last >= self._period()
+            return False
+        return time.monotonic() - self._last < self._period()
 
     def _is_on_its_way(self) -> bool:
         """Tell whether the last message may still be lost by sending another.
