@@ -17,6 +17,7 @@ import rclpy
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.signals import SignalHandlerOptions
 
+from benchmarks.messages.empty_service import EMPTY, NAME
 from scene_graph_msgs.srv import (
     ComputePointPairPenetration,
     ComputeSignedDistancePair,
@@ -33,7 +34,7 @@ _SEED = 21
 
 
 def requests(options: argparse.Namespace) -> list[tuple[str, Any, Any]]:
-    """Return name, type and request of each service that is asked."""
+    """Return name, type and request of each service that is asked, the empty one at last."""
     pair = ComputeSignedDistancePair.Request(
         geometries_a=[options.pair[0]], geometries_b=[options.pair[1]]
     )
@@ -48,6 +49,7 @@ def requests(options: argparse.Namespace) -> list[tuple[str, Any, Any]]:
             ComputePointPairPenetration,
             ComputePointPairPenetration.Request(),
         ),
+        (EMPTY, HasCollisions, HasCollisions.Request()),
     ]
 
 
@@ -56,7 +58,8 @@ class _Caller:
 
     def __init__(self, node: Any, name: str, kind: Any, request: Any) -> None:
         self.name, self._kind, self._request = name, kind, request
-        self._client = node.create_client(kind, f"/scene_graph/{name}")
+        topic = NAME if name == EMPTY else f"/scene_graph/{name}"
+        self._client = node.create_client(kind, topic)
         if not self._client.wait_for_service(_WAIT_SECONDS):
             raise RuntimeError(f"no service {name}")
         context = node.context.handle

@@ -13,6 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.messages.demo_cell import demo_cell
+from benchmarks.messages.empty_service import EMPTY
 from benchmarks.messages.processes import Isolation
 from benchmarks.messages.report import Answers
 from benchmarks.messages.sustained import rig
@@ -26,10 +27,14 @@ _STOP = 600.0
 
 
 class Asker:
-    """A process that asks services; see ``benchmarks.messages.asker``."""
+    """A process that asks services, and one whose service is empty.
+
+    See ``benchmarks.messages.asker`` and ``benchmarks.messages.empty_service``.
+    """
 
     def __init__(self, isolation: Isolation, pair: tuple[str, str], frame: str) -> None:
         self._isolation = isolation
+        isolation.start("benchmarks.messages.empty_service")
         self.process = isolation.start(
             "benchmarks.messages.asker",
             *("--pair", *pair, "--frame", frame),
@@ -83,7 +88,9 @@ def services(is_quick: bool) -> list[Answers]:
             before, begin = len(listener.arrivals), time.monotonic()
             times = asker.ask(seconds)
             rate = (len(listener.arrivals) - before) / (time.monotonic() - begin)
+        empty = times.pop(EMPTY)
         times["all"] = [value for each in times.values() for value in each]
+        times[EMPTY] = empty
         for service, values in times.items():
             rows.append(Answers(name, service, np.array(values), rate))
             median, high = np.percentile(values, (50, 99))
