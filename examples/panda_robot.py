@@ -33,17 +33,18 @@ WAYPOINTS = [
     ((0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785), 0.04, 1.2),
 ]
 
+STOPS = np.array([[*arm, finger, finger] for arm, finger, _ in WAYPOINTS])
+TIMES = np.cumsum([0.0, *(seconds for _, _, seconds in WAYPOINTS[1:])])
+
 
 def positions_at(time: float) -> list[float]:
     """Return the positions of the arm's and the fingers' joints at ``time`` (s)."""
-    rows = np.array([[*arm, finger, finger] for arm, finger, _ in WAYPOINTS])
-    ends = np.cumsum([seconds for _, _, seconds in WAYPOINTS[1:]])
-    time %= float(ends[-1])
-    leg = int(np.searchsorted(ends, time, side="right"))
-    start = ends[leg - 1] if leg else 0.0
-    s = (time - start) / (ends[leg] - start)
+    time %= float(TIMES[-1])
+    leg = int(np.searchsorted(TIMES, time, side="right")) - 1
+    s = (time - TIMES[leg]) / (TIMES[leg + 1] - TIMES[leg])
     blend = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
-    return list(map(float, rows[leg] + blend * (rows[leg + 1] - rows[leg])))
+    positions: list[float] = (STOPS[leg] + blend * (STOPS[leg + 1] - STOPS[leg])).tolist()
+    return positions
 
 
 class PandaRobot(Node):
