@@ -1,7 +1,7 @@
 """The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
 
     python -m benchmarks.messages [--quick] [jobs | rates | latency | panda | services | start]
-    python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 4 minutes
+    python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 6 minutes
     python -m benchmarks.messages services --write    # its table of answers; 2 minutes
 
 Node, sender and listener are processes of their own that talk over DDS on this machine. The
