@@ -6,11 +6,13 @@ Pinocchio is imported when the first Kinematics is made, not when this module is
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.spatial.pose_kernels import world_poses_of_children
 from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.scene_files.errors import JointStateError
@@ -27,9 +29,9 @@ _MAX_MAPPINGS = 32
 class _Mapping(NamedTuple):
     """How the positions of one list of joint names go into the vector of all positions."""
 
-    entries: NDArray[np.intp]
+    entries: tuple[int, ...]
     """Entries of the message that name a joint."""
-    joints: NDArray[np.intp]
+    joints: tuple[int, ...]
     """The joints they name."""
     mimics: tuple[tuple[int, int, float, float], ...]
     """(joint, followed joint, multiplier, offset): to be computed, in this order."""
@@ -65,21 +67,36 @@ class Kinematics:
         self._pinocchio, self._model = built.pinocchio, built.model
         self._data = self._model.createData()
         self._q = self._pinocchio.neutral(self._model)
-        self._joint_rows = np.array([built.joint_of_link[n] for n in self.link_names], np.intp)
+        self._link_rows = np.arange(len(self.link_names))
+        self._joint_rows = np.array([built.joint_of_link[n] for n in self.link_names], np.int32)
         self._X_JL = np.array([built.X_JL[name] for name in self.link_names]).reshape(-1, 4, 4)
         self._q_start = built.q_start
         self.joint_names: tuple[str, ...] = tuple(j.name for j in robot.positioned_joints())
         self._index = {name: i for i, name in enumerate(self.joint_names)}
         self._q_of = np.array([built.q_start[name] for name in self.joint_names], np.intp)
-        self._positions = np.zeros(len(self.joint_names))
+        self._positions = [0.0] * len(self.joint_names)
         self._mappings: dict[tuple[str, ...], _Mapping] = {}
-        self._X_PJ = np.empty((self._model.njoints, 4, 4))
+        self._X_PJ = np.tile(np.eye(4), (self._model.njoints, 1, 1))
+        self._views = self._views_of_joints()
+        self._X_BJ_of_roots = {
+            joint: self._model.jointPlacements[joint].homogeneous
+            for joint in range(1, self._model.njoints)
+            if self._model.parents[joint] == 0
+        }
         self.unknown_joints: tuple[str, ...] = ()
         """Names in the last update that are no joint of the robot with a position."""
         self.X_PB = np.eye(4) if X_PB is None else X_PB
         for entry in self._mimics_of(frozenset(self.joint_names) - self._following()):
             self._follow(self._positions, entry)
         self._q[self._q_of] = self._positions
+
+    def _views_of_joints(self) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Pair the parts of X_PJ with pinocchio's own memory, of the joints that move links."""
+        result = []
+        for joint in sorted(set(self._joint_rows.tolist()) - {0}):
+            X, X_PJ = self._data.oMi[joint], self._X_PJ[joint]
+            result += [(X_PJ[:3, :3], X.rotation), (X_PJ[:3, 3], X.translation)]
+        return result
 
     @property
     def X_PB(self) -> NDArray[np.float64]:
@@ -89,12 +106,14 @@ class Kinematics:
     @X_PB.setter
     def X_PB(self, X: ArrayLike) -> None:
         self._X_PB = as_pose(X, f"X_PB of robot {self.robot.name!r}")
-        self._base_is_identity = bool(np.array_equal(self._X_PB, np.eye(4)))
+        self._X_PJ[0] = self._X_PB
+        for joint, X_BJ in self._X_BJ_of_roots.items():
+            self._model.jointPlacements[joint] = self._pinocchio.SE3(self._X_PB @ X_BJ)
 
     @property
     def positions(self) -> dict[str, float]:
         """The position of each joint now, in rad or m, mimicking joints included."""
-        return dict(zip(self.joint_names, self._positions.tolist(), strict=True))
+        return dict(zip(self.joint_names, self._positions, strict=True))
 
     def update(self, joint_names: Sequence[str], positions: ArrayLike) -> None:
         """Move the named joints; the others stay, except those that mimic a named one.
@@ -112,21 +131,23 @@ class Kinematics:
                 f" {values.shape}"
             )
         mapping = self._mappings.get(names) or self._remember(names)
-        known = values[mapping.entries]
-        if not np.isfinite(known).all():
-            bad = mapping.entries[int(np.argmin(np.isfinite(known)))]
+        numbers = values.tolist()
+        known = [numbers[entry] for entry in mapping.entries]
+        if not all(map(math.isfinite, known)):
+            bad = next(entry for entry in mapping.entries if not math.isfinite(numbers[entry]))
             raise JointStateError(
                 f"robot {self.robot.name!r}: position of joint {names[bad]!r} must be finite,"
-                f" got {values[bad]}"
+                f" got {numbers[bad]}"
             )
-        self._positions[mapping.joints] = known
+        for joint, position in zip(mapping.joints, known, strict=True):
+            self._positions[joint] = position
         for entry in mapping.mimics:
             self._follow(self._positions, entry)
         self._q[self._q_of] = self._positions
         self.unknown_joints = mapping.unknown
 
     @staticmethod
-    def _follow(positions: NDArray[np.float64], entry: tuple[int, int, float, float]) -> None:
+    def _follow(positions: list[float], entry: tuple[int, int, float, float]) -> None:
         joint, followed, multiplier, offset = entry
         positions[joint] = multiplier * positions[followed] + offset
 
@@ -141,8 +162,8 @@ class Kinematics:
             twice = next(name for name in named if named.count(name) > 1)
             raise JointStateError(f"robot {self.robot.name!r}: joint {twice!r} is named twice")
         mapping = _Mapping(
-            np.array(entries, np.intp),
-            np.array([self._index[name] for name in named], np.intp),
+            tuple(entries),
+            tuple(self._index[name] for name in named),
             self._mimics_of(frozenset(named)),
             tuple(name for name in names if name not in self._index),
         )
@@ -207,9 +228,8 @@ class Kinematics:
         if len(joint_names):
             self.update(joint_names, positions)
         self._pinocchio.forwardKinematics(self._model, self._data, self._q)
-        for row, X_BJ in enumerate(self._data.oMi):
-            self._X_PJ[row] = X_BJ.homogeneous
-        X_PL = np.matmul(self._X_PJ[self._joint_rows], self._X_JL)
-        if not self._base_is_identity:
-            X_PL = np.matmul(self._X_PB, X_PL)
+        for own, view in self._views:
+            np.copyto(own, view)
+        X_PL = np.empty_like(self._X_JL)
+        world_poses_of_children(self._link_rows, self._joint_rows, self._X_PJ, self._X_JL, X_PL)
         return self.link_names, X_PL

@@ -1,5 +1,6 @@
 """Forward kinematics against what is worked out without pinocchio."""
 
+import gc
 import math
 import subprocess
 import sys
@@ -120,6 +121,31 @@ def test_base_pose_moves_all_links():
     np.testing.assert_allclose(position_of(kinematics, "tip"), [-3.0, 0.0, 3.0], atol=1e-15)
     kinematics.X_PB = np.eye(4)
     np.testing.assert_allclose(position_of(kinematics, "tip"), [3.0, 0.0, 0.0], atol=1e-15)
+
+
+def test_base_pose_moves_every_branch_at_the_root():
+    """Links without joints, and all joints of the root, are placed in P, whatever came before."""
+    kinematics = Kinematics(loose_robot())
+    kinematics.link_poses()
+    X_PB = np.diag([-1.0, -1.0, 1.0, 1.0])
+    X_PB[:3, 3] = [0.5, 0.0, 2.0]
+    kinematics.X_PB = X_PB
+    links, X_PL = kinematics.link_poses()
+    assert links == ("a", "b", "c")
+    np.testing.assert_allclose(
+        X_PL[:, :3, 3], [[0.5, 0, 2], [0.5, 0, 3], [-0.5, 0, 2]], atol=1e-15
+    )
+
+
+def test_robots_of_one_model_move_each_for_itself():
+    """What one has in pinocchio's memory is not the other's, nor gone with it."""
+    robot = planar_arm()
+    one, other = Kinematics(robot), Kinematics(robot, X_PB=np.diag([-1.0, -1.0, 1.0, 1.0]))
+    tip = position_of(other, "tip")
+    one.link_poses(("elbow",), (1.0,))
+    del one
+    gc.collect()
+    np.testing.assert_array_equal(position_of(other, "tip"), tip)
 
 
 def test_bad_base_pose_is_refused():
