@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 import enum
+import math
 from typing import Any, NamedTuple
 
 from geometry_msgs.msg import (
@@ -42,6 +43,7 @@ __all__ = [
     "PoseBatch",
     "PoseFault",
     "RefusedPose",
+    "are_usable_joints",
     "header_to_msg",
     "joints_from_components",
     "joints_from_msg",
@@ -241,20 +243,24 @@ def joints_from_msg(msg: JointState) -> JointBatch:
 def joints_from_components(
     names: tuple[str, ...], positions: NDArray[np.float64], stamp_ns: int
 ) -> JointBatch:
-    """Return the finite ones of joint positions ``(n,)``, and what is refused."""
-    finite = np.isfinite(positions)
-    if finite.all():
+    """Return the usable ones of joint positions ``(n,)``, rad or m, and what is refused."""
+    if are_usable_joints(positions):
         return JointBatch(names, positions, stamp_ns, ())
-    refused = tuple(
-        RefusedPose(
-            names[i],
-            PoseFault.NOT_FINITE,
-            f"position of joint {names[i]!r} is not finite: {positions[i]}",
-        )
-        for i in np.flatnonzero(~finite)
-    )
-    kept = tuple(name for name, good in zip(names, finite, strict=True) if good)
-    return JointBatch(kept, positions[finite], stamp_ns, refused)
+    refused, good = [], []
+    for i, (name, number) in enumerate(zip(names, positions.tolist(), strict=True)):
+        if abs(number) <= MAX_COORDINATE:
+            good.append(i)
+        else:
+            fault = PoseFault.FAR_AWAY if math.isfinite(number) else PoseFault.NOT_FINITE
+            text = f"position of joint {name!r} is {fault.value}: {number}"
+            refused.append(RefusedPose(name, fault, text))
+    kept = tuple(names[i] for i in good)
+    return JointBatch(kept, positions[good], stamp_ns, tuple(refused))
+
+
+def are_usable_joints(positions: NDArray[np.float64]) -> bool:
+    """Tell whether there is nothing against any joint position ``(n,)``, rad or m."""
+    return all(abs(number) <= MAX_COORDINATE for number in positions.tolist())
 
 
 def _one(position: Point | Vector3, rotation: Quaternion, name: str) -> NDArray[np.float64]:

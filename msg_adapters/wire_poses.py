@@ -19,7 +19,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from msg_adapters.poses import JointBatch, joints_from_components, pose_batch, PoseBatch
+from msg_adapters.poses import (
+    are_usable_joints,
+    JointBatch,
+    joints_from_components,
+    pose_batch,
+    PoseBatch,
+)
 from msg_adapters.stamps import stamp_from_msg
 from msg_adapters.wire import (
     as_bytes,
@@ -160,7 +166,7 @@ class Layout:
     def is_clean(self, data: bytes) -> bool:
         """Tell whether no number of a message is reason to refuse a part of it."""
         if self.width == 1:
-            return bool(np.isfinite(self.places.numbers(data)).all())
+            return are_usable_joints(self.places.numbers(data))
         if self._records is None:
             return not self.poses(data).refused
         return bool(are_valid(data, self._records[0]))

@@ -17,6 +17,8 @@ import numpy as np
 
 from msg_adapters.poses import PoseBatch, PoseFault
 from msg_adapters.wire_poses import Layout
+from scene_graph_ros.geometry.spatial.pose_kernels import check_poses, VALID
+from scene_graph_ros.geometry.spatial.record_kernels import latest
 
 __all__ = [
     "CONFIGURATION_FAULTS",
@@ -246,9 +248,23 @@ class Intake:
         frames: SourceFrames,
         limits: TimeLimits,
     ) -> int:
-        """Write poses that the node computed itself, all of one stamp, of frames it knows."""
+        """Write poses that the node computed itself, of frames it knows, if `in_time` allowed it.
+
+        One that is nowhere is reason to leave them all: they depend on each other.
+        """
+        parents, stamp = ("",) * len(names), stamp or limits.now
+        plan = self._plan(names, parents, frames)
+        row, status = check_poses(X_PF)
+        if status != VALID:
+            where = X_PF[row, :3, 3].tolist()
+            self.fault(Fault.NOT_FINITE, names[row], f"the robot's joints place it at {where}")
+            return 0
+        if plan.takes_all and stamp >= latest(frames.stamps):
+            rows = slice(None) if plan.covers_all else plan.rows
+            frames.X_PF[rows], frames.stamps[rows] = X_PF, stamp
+            self._count(len(names))
+            return len(names)
         stamps = np.full(len(names), stamp, dtype=np.int64)
-        parents = ("",) * len(names)
         return self.accept(PoseBatch(names, parents, stamps, X_PF, ()), frames, limits)
 
     def in_time(self, stamp: int, frames: SourceFrames, limits: TimeLimits) -> bool:
@@ -259,7 +275,7 @@ class Intake:
         now, max_age, max_lead = limits
         if stamp == 0:
             return True
-        newest = int(frames.stamps.max()) if len(frames.stamps) else UNSTAMPED
+        newest = latest(frames.stamps)
         lag = f"a message stamped {(now - stamp) * 1e-9:.3f} s ago is "
         if now > 0 and max_age > 0 and now - stamp > max_age:
             self.fault(Fault.STALE, "", lag + "older than max_pose_age")

@@ -234,6 +234,17 @@ def test_joint_positions_keep_their_names_and_bad_ones_are_listed() -> None:
     assert "'j2'" in batch.refused[0].message
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_joint_positions_beyond_all_measure_are_listed(sign: float) -> None:
+    """The largest coordinate is the last that is taken, as for poses."""
+    beyond = sign * math.nextafter(MAX_COORDINATE, math.inf)
+    positions = [sign * MAX_COORDINATE, beyond]
+    batch = poses.joints_from_msg(JointState(name=["j1", "j2"], position=positions))
+    assert (batch.names, batch.positions.tolist()) == (("j1",), positions[:1])
+    assert [(r.name, r.fault) for r in batch.refused] == [("j2", PoseFault.FAR_AWAY)]
+    assert str(beyond) in batch.refused[0].message
+
+
 def test_joints_without_positions_are_refused() -> None:
     """Names without as many positions can't be told apart."""
     with pytest.raises(MessageError, match="2 names, but 1 positions"):

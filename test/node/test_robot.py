@@ -23,6 +23,10 @@ URDF = """<?xml version="1.0"?>
   </collision></link>
   <link name="lower"><collision><origin xyz="0.5 0 0"/><geometry><sphere radius="0.1"/></geometry>
   </collision></link>
+  <link name="tool"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="slide" type="prismatic"><parent link="lower"/><child link="tool"/>
+    <origin xyz="1 0 0"/><axis xyz="0 0 1"/>
+    <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
   <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
     <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
   <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
@@ -52,7 +56,7 @@ def where(client, name):
 
 @pytest.fixture(scope="module")
 def robot(start_node, tmp_path_factory):
-    """A node with a two-link arm in the plane z = 0; the links are 1 m long."""
+    """A node with a two-link arm in the plane z = 0, links 1 m long, with a tool to lift."""
     folder = tmp_path_factory.mktemp("robot")
     (folder / "arm.urdf").write_text(URDF)
     scene = folder / "arm.yaml"
@@ -103,6 +107,18 @@ def test_bad_positions_and_unknown_joints_change_nothing(client, joints):
 
     diagnostics.wait_for(seen_both, "both faults in diagnostics")
     assert where(client, "lower").position.x == pytest.approx(1.0, abs=1e-12)
+
+
+def test_a_position_beyond_all_measure_changes_nothing(client, joints):
+    """What no pose may be is no joint's position either; the next message counts again."""
+    diagnostics = client.listen(DiagnosticArray, "/diagnostics")
+    joints(slide=1e13)
+    diagnostics.wait_for(
+        lambda m: diagnostics_values(m, "source arm").get("not_finite") == "2", "the fault"
+    )
+    assert where(client, "tool").position.z == 0.0
+    joints(slide=0.25)
+    wait_until(lambda: where(client, "tool").position.z == 0.25, "a pose")
 
 
 def test_positions_out_of_order_are_not_even_remembered(client, joints):
