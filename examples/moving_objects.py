@@ -13,10 +13,10 @@ from collections.abc import Callable
 import math
 from typing import Any
 
-from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
+from geometry_msgs.msg import Pose, Transform
 from rclpy.node import Node
 from sensor_msgs.msg import MultiDOFJointState
-from until_stopped import spin_until, stopped_by_signals
+from until_stopped import repeat, spin_until, stopped_by_signals
 
 from scene_graph_msgs.srv import DescribeScene
 
@@ -26,48 +26,44 @@ PERIOD = 4.0
 """Seconds per circle."""
 
 
-def turned(q: Quaternion, angle: float) -> Quaternion:
-    """Return ``q`` turned by ``angle`` (rad) about the object's own z axis."""
-    s, c = math.sin(angle / 2), math.cos(angle / 2)
-    return Quaternion(
-        x=q.x * c + q.y * s, y=q.y * c - q.x * s, z=q.z * c + q.w * s, w=q.w * c - q.z * s
-    )
-
-
-def pose_at(start: Pose, time: float, phase: float) -> Transform:
-    """Return where an object that started at ``start`` is after ``time`` (s)."""
+def move(X: Transform, start: Pose, time: float, phase: float) -> None:
+    """Put into ``X`` where an object that started at ``start`` is after ``time`` (s)."""
     angle = 2.0 * math.pi * time / PERIOD + phase
-    p, up = start.position, 0.5 * RADIUS * math.sin(2.0 * angle)
-    return Transform(
-        translation=Vector3(
-            x=p.x + RADIUS * math.cos(angle), y=p.y + RADIUS * math.sin(angle), z=p.z + up
-        ),
-        rotation=turned(start.orientation, 0.5 * angle),
-    )
+    p, p0 = X.translation, start.position
+    p.x = p0.x + RADIUS * math.cos(angle)
+    p.y = p0.y + RADIUS * math.sin(angle)
+    p.z = p0.z + 0.5 * RADIUS * math.sin(2.0 * angle)
+    # It turns half as fast about its own z axis.
+    s, c = math.sin(angle / 4.0), math.cos(angle / 4.0)
+    q, q0 = X.rotation, start.orientation
+    q.x, q.y = q0.x * c + q0.y * s, q0.y * c - q0.x * s
+    q.z, q.w = q0.z * c + q0.w * s, q0.w * c - q0.z * s
 
 
 class MovingObjects(Node):
     """Publishes ``sensor_msgs/MultiDOFJointState`` for all frames of one source."""
 
-    def __init__(self, scene: Any, source: str, rate: float) -> None:
-        super().__init__("moving_objects")
+    def __init__(self, scene: Any, source: str) -> None:
+        super().__init__("moving_objects", start_parameter_services=False)
         topic = next(entry.pose_topic for entry in scene.sources if entry.name == source)
-        self._starts = {frame.name: frame.pose for frame in scene.frames}
+        self._starts = [frame.pose for frame in scene.frames]
+        self._message = MultiDOFJointState(
+            joint_names=[frame.name for frame in scene.frames],
+            transforms=[Transform() for _ in scene.frames],
+        )
+        self._message.header.frame_id = "world"
         self._publisher = self.create_publisher(MultiDOFJointState, topic, 10)
-        self._start = self.get_clock().now()
-        self.get_logger().info(f"{len(self._starts)} objects on {topic} at {rate:g} Hz")
-        self.create_timer(1.0 / rate, self._publish)
+        self._start = self.get_clock().now().nanoseconds
+        self.get_logger().info(f"{len(scene.frames)} objects on {topic}")
 
-    def _publish(self) -> None:
-        now = self.get_clock().now()
-        time = (now - self._start).nanoseconds * 1e-9
-        message = MultiDOFJointState(joint_names=list(self._starts))
-        message.header.stamp = now.to_msg()
-        message.header.frame_id = "world"
-        message.transforms = [
-            pose_at(start, time, phase=float(i)) for i, start in enumerate(self._starts.values())
-        ]
-        self._publisher.publish(message)
+    def publish(self) -> None:
+        """Publish where the objects are now."""
+        now, stamp = self.get_clock().now().nanoseconds, self._message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(now, 10**9)
+        time = (now - self._start) * 1e-9
+        for i, (X, start) in enumerate(zip(self._message.transforms, self._starts, strict=True)):
+            move(X, start, time, phase=float(i))
+        self._publisher.publish(self._message)
 
 
 def describe(source: str, scene_graph: str, is_stopped: Callable[[], bool]) -> Any:
@@ -95,11 +91,13 @@ def main() -> None:
     parser.add_argument("--source", default="objects", help="source whose frames to move")
     parser.add_argument("--scene-graph", default="/scene_graph", help="name of the node to ask")
     parser.add_argument("--rate", type=float, default=100.0, help="messages per second")
+    parser.add_argument("--phase", type=float, help="seconds after a multiple of the period")
     arguments = parser.parse_args()
     with stopped_by_signals() as is_stopped:
         scene = describe(arguments.source, arguments.scene_graph, is_stopped)
         if scene is not None:
-            spin_until(MovingObjects(scene, arguments.source, arguments.rate), is_stopped)
+            objects = MovingObjects(scene, arguments.source)
+            repeat(arguments.rate, objects.publish, is_stopped, arguments.phase)
 
 
 if __name__ == "__main__":

@@ -9,11 +9,12 @@ scaling) and repeats.
 from __future__ import annotations
 
 import argparse
+from bisect import bisect_right
+from itertools import accumulate
 
-import numpy as np
 from rclpy.node import Node
 from sensor_msgs.msg import JointState
-from until_stopped import spin_until, stopped_by_signals
+from until_stopped import repeat, stopped_by_signals
 
 ARM = [f"panda_joint{i}" for i in range(1, 8)]
 FINGERS = ["panda_finger_joint1", "panda_finger_joint2"]
@@ -33,35 +34,33 @@ WAYPOINTS = [
     ((0.0, -0.785, 0.0, -2.356, 0.0, 1.571, 0.785), 0.04, 1.2),
 ]
 
-STOPS = np.array([[*arm, finger, finger] for arm, finger, _ in WAYPOINTS])
-TIMES = np.cumsum([0.0, *(seconds for _, _, seconds in WAYPOINTS[1:])])
+STOPS = [[*arm, finger, finger] for arm, finger, _ in WAYPOINTS]
+TIMES = list(accumulate((seconds for _, _, seconds in WAYPOINTS[1:]), initial=0.0))
 
 
 def positions_at(time: float) -> list[float]:
     """Return the positions of the arm's and the fingers' joints at ``time`` (s)."""
-    time %= float(TIMES[-1])
-    leg = int(np.searchsorted(TIMES, time, side="right")) - 1
+    time %= TIMES[-1]
+    leg = bisect_right(TIMES, time) - 1
     s = (time - TIMES[leg]) / (TIMES[leg + 1] - TIMES[leg])
     blend = s**3 * (10.0 - 15.0 * s + 6.0 * s * s)
-    positions: list[float] = (STOPS[leg] + blend * (STOPS[leg + 1] - STOPS[leg])).tolist()
-    return positions
+    return [a + blend * (b - a) for a, b in zip(STOPS[leg], STOPS[leg + 1], strict=True)]
 
 
 class PandaRobot(Node):
-    """Publishes ``sensor_msgs/JointState`` at a fixed rate."""
+    """Publishes ``sensor_msgs/JointState``."""
 
-    def __init__(self, topic: str, rate: float) -> None:
-        super().__init__("panda_robot")
+    def __init__(self, topic: str) -> None:
+        super().__init__("panda_robot", start_parameter_services=False)
         self._publisher = self.create_publisher(JointState, topic, 10)
-        self._start = self.get_clock().now()
+        self._start = self.get_clock().now().nanoseconds
         self._message = JointState(name=ARM + FINGERS)
-        self.create_timer(1.0 / rate, self._publish)
-        self.get_logger().info(f"publishing on {topic} at {rate:g} Hz")
 
-    def _publish(self) -> None:
-        now = self.get_clock().now()
-        self._message.header.stamp = now.to_msg()
-        self._message.position = positions_at((now - self._start).nanoseconds * 1e-9)
+    def publish(self) -> None:
+        """Publish where the joints are now."""
+        now, stamp = self.get_clock().now().nanoseconds, self._message.header.stamp
+        stamp.sec, stamp.nanosec = divmod(now, 10**9)
+        self._message.position = positions_at((now - self._start) * 1e-9)
         self._publisher.publish(self._message)
 
 
@@ -70,9 +69,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--topic", default="joint_states", help="topic to publish on")
     parser.add_argument("--rate", type=float, default=100.0, help="messages per second")
+    parser.add_argument("--phase", type=float, help="seconds after a multiple of the period")
     arguments = parser.parse_args()
     with stopped_by_signals() as is_stopped:
-        spin_until(PandaRobot(arguments.topic, arguments.rate), is_stopped)
+        robot = PandaRobot(arguments.topic)
+        robot.get_logger().info(f"publishing on {arguments.topic} at {arguments.rate:g} Hz")
+        repeat(arguments.rate, robot.publish, is_stopped, arguments.phase)
 
 
 if __name__ == "__main__":

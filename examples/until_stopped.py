@@ -1,4 +1,4 @@
-"""Runs a node until SIGINT or SIGTERM, and ends it between two callbacks.
+"""Works for a node until SIGINT or SIGTERM, and ends between two callbacks.
 
 ROS's own handlers end the context at once, so that a callback which is about to publish fails.
 """
@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 import contextlib
+import math
 import signal
+import time
 from types import FrameType
 
 import rclpy
@@ -44,3 +46,25 @@ def spin_until(node: Node, is_stopped: Callable[[], bool]) -> None:
     while not is_stopped():
         executor.spin_once(timeout_sec=REACTION)
     executor.shutdown()
+
+
+def repeat(
+    rate: float, act: Callable[[], None], is_stopped: Callable[[], bool], phase: float | None
+) -> None:
+    """Call ``act`` ``rate`` times a second until ``is_stopped``.
+
+    With ``phase`` that is when the system's time is so many seconds past a multiple of the
+    period, as clocks of robots that are synchronized make it; without, it begins now. For a node
+    that only publishes: an executor would look at all its entities at every turn, which takes
+    longer than to publish. A turn that is missed is not made up for.
+    """
+    period, due = 1.0 / rate, time.monotonic()
+    if phase is not None:
+        due += (phase - time.time()) % period
+    while not is_stopped():
+        wait = due - time.monotonic()
+        if wait > 0.0:
+            time.sleep(min(wait, REACTION))
+            continue
+        act()
+        due += period * max(1.0, math.ceil((time.monotonic() - due) / period))

@@ -104,3 +104,58 @@ def test_a_simulated_source_ends_cleanly_when_told_to(command, sign, number):
     finally:
         process.kill()
     assert (process.returncode, "Traceback" in rest) == (0, False), rest
+
+
+class Clocks:
+    """A steady clock and the system's, which pass only while something sleeps or works."""
+
+    def __init__(self, steady, system):
+        self._steady, self._lead = steady, system - steady
+        self.work = 0.0
+
+    def monotonic(self):
+        """Return the steady time."""
+        return self._steady
+
+    def time(self):
+        """Return the system's time."""
+        return self._steady + self._lead
+
+    def sleep(self, seconds):
+        """Let time pass."""
+        self._steady += seconds
+
+
+@pytest.fixture
+def turns(monkeypatch):
+    """Return the system's times of the first turns of ``repeat``, some of which take longer."""
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    import until_stopped
+
+    def run(rate, phase, *works):
+        clocks, times = Clocks(50.0, 1000.003), []
+        monkeypatch.setattr(until_stopped, "time", clocks)
+
+        def act():
+            times.append(clocks.time())
+            clocks.sleep(works[len(times) - 1])
+
+        until_stopped.repeat(rate, act, lambda: len(times) == len(works), phase)
+        return times
+
+    return run
+
+
+def test_turns_come_at_the_rate(turns):
+    """They begin at once; how long they take does not matter as long as the next is not due."""
+    assert turns(10.0, None, 0.0, 0.05, 0.0) == pytest.approx([1000.003, 1000.103, 1000.203])
+
+
+def test_turns_begin_at_their_phase(turns):
+    """It counts from multiples of the period of the system's time."""
+    assert turns(10.0, 0.02, 0.0, 0.0) == pytest.approx([1000.02, 1000.12])
+
+
+def test_turns_that_are_missed_are_left_out(turns):
+    """The next one is in phase again."""
+    assert turns(10.0, 0.02, 0.25, 0.0, 0.0) == pytest.approx([1000.02, 1000.32, 1000.42])
