@@ -2,6 +2,7 @@
 
     python -m benchmarks.messages [--quick] [jobs | rates | latency | panda | services | start]
     python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 6 minutes
+    python -m benchmarks.messages panda --write       # its table of the demo; 4 minutes
     python -m benchmarks.messages services --write    # its table of answers; 2 minutes
 
 Node, sender and listener are processes of their own that talk over DDS on this machine. The
@@ -19,7 +20,7 @@ from tqdm import tqdm
 
 from benchmarks.messages import micro
 from benchmarks.messages.demo_cell import panda
-from benchmarks.messages.report import Row, write, write_answers
+from benchmarks.messages.report import Row, write, write_answers, write_cells
 from benchmarks.messages.requests import services
 from benchmarks.messages.start import start
 from benchmarks.messages.sustained import highest_rate, Measured, rig
@@ -99,6 +100,7 @@ PARTS: dict[str, Callable[[bool], object]] = {
 
 WRITTEN: dict[str, Callable[[list[Any], float], None]] = {
     "rates": write,
+    "panda": write_cells,
     "services": write_answers,
 }
 """What the page has tables of."""

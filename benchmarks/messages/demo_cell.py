@@ -10,16 +10,22 @@ import time
 from typing import Any
 
 import numpy as np
+from tqdm import tqdm
 import yaml
 
 from benchmarks.messages.listener import Listener
 from benchmarks.messages.processes import cpu_seconds, isolated, Isolation, ROOT
+from benchmarks.messages.report import Cell, cells_table
 
 __all__ = ["SCENE", "demo_cell", "panda"]
 
 SCENE = ROOT / "config" / "scenes" / "panda_cell.yaml"
 CROWD = 50
 """Objects in the cell with a crowd."""
+
+_RATE = 100.0
+_PHASES = {"half a period": 0.5 / _RATE, "1 ms": 1e-3, "0.5 ms": 5e-4, "nothing": 0.0}
+"""By how much the objects' messages are sent after the Panda's, in seconds."""
 
 _SETTLE = 3.0
 """Seconds in which everything is used once."""
@@ -47,13 +53,20 @@ def _crowded_scene() -> str:
 
 @contextlib.contextmanager
 def demo_cell(
-    scene: str | Path = SCENE, *, rate: float
+    scene: str | Path = SCENE, *, rate: float, phase: float | None = None
 ) -> Iterator[tuple[Isolation, subprocess.Popen[Any], Listener]]:
-    """Start the node with a scene, a Panda, moving objects and a listener; wait for all."""
+    """Start the node with a scene, a Panda, moving objects and a listener; wait for all.
+
+    ``phase`` is how many seconds after the Panda's the objects' messages are sent; None: as it
+    happens.
+    """
     with isolated() as isolation:
         node = isolation.start_node(scene)
-        for name in ("panda_robot", "moving_objects"):
-            isolation.start_script(ROOT / "examples" / f"{name}.py", "--rate", str(rate))
+        for name, offset in (("panda_robot", 0.0), ("moving_objects", phase)):
+            timing = ["--rate", str(rate)]
+            if phase is not None:
+                timing += ["--phase", str(offset)]
+            isolation.start_script(ROOT / "examples" / f"{name}.py", *timing)
         listener = Listener(isolation.domain, with_markers=True)
         try:
             listener.wait_for_contacts(isolation.check)
@@ -66,16 +79,23 @@ def demo_cell(
             listener.close()
 
 
-def panda(is_quick: bool) -> None:
+def panda(is_quick: bool) -> list[Cell]:
     """Print the latency of the demo, and of the same with fifty objects."""
-    seconds = 3.0 if is_quick else 20.0
-    _measure("Panda and the demo's objects", SCENE, seconds)
-    _measure(f"Panda and {CROWD} objects", _crowded_scene(), seconds)
+    seconds = 3.0 if is_quick else 15.0
+    cells = {"the demo": SCENE, f"with {CROWD} objects": _crowded_scene()}
+    rows = [
+        _measure(name, scene, apart, seconds)
+        for name, scene in cells.items()
+        for apart in tqdm(_PHASES, desc=name, leave=False)
+    ]
+    print("from the stamp of a pose message to the receipt of its contacts")
+    print(cells_table(rows))
+    return rows
 
 
-def _measure(title: str, scene: str | Path, seconds: float, rate: float = 100.0) -> None:
-    """Print the latency of a cell whose sources publish ``rate`` times a second."""
-    with demo_cell(scene, rate=rate) as (_, node, listener):
+def _measure(name: str, scene: str | Path, apart: str, seconds: float) -> Cell:
+    """Measure the latency of a cell whose two sources send so far apart."""
+    with demo_cell(scene, rate=_RATE, phase=_PHASES[apart]) as (_, node, listener):
         listener.arrivals.clear()
         used, begin = cpu_seconds(node.pid), time.monotonic()
         time.sleep(seconds)
@@ -84,10 +104,5 @@ def _measure(title: str, scene: str | Path, seconds: float, rate: float = 100.0)
         first: dict[int, int] = {}
         for stamp, arrival in list(listener.arrivals):
             first.setdefault(stamp, arrival)
-        latencies = np.array([arrival - stamp for stamp, arrival in first.items()]) * 1e-6
-    median, high = np.percentile(latencies, (50, 99))
-    print(f"{title} at {rate:g} Hz each, {len(latencies) / elapsed:.0f} updates/s")
-    print(
-        f"pose sent to contacts received: {median:.2f} ms median, {high:.2f} ms 99th percentile,"
-    )
-    print(f"{latencies.max():.2f} ms worst; the node used {share:.2f} of a core")
+    latencies = np.array([arrival - stamp for stamp, arrival in first.items()]) * 1e-6
+    return Cell(name, apart, latencies, len(latencies) / elapsed, share)

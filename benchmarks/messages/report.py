@@ -14,7 +14,17 @@ from benchmarks.machine import machine
 from benchmarks.messages.processes import ROOT
 from benchmarks.messages.sustained import Measured
 
-__all__ = ["Answers", "Row", "answers_table", "table", "write", "write_answers"]
+__all__ = [
+    "Answers",
+    "Cell",
+    "Row",
+    "answers_table",
+    "cells_table",
+    "table",
+    "write",
+    "write_answers",
+    "write_cells",
+]
 
 PAGE = ROOT / "docs" / "messages.md"
 PLOT = ROOT / "docs" / "messages.png"
@@ -39,6 +49,19 @@ class Answers(NamedTuple):
     """From each request to its answer, at the client."""
     updates: float
     """Of the world, per second."""
+
+
+class Cell(NamedTuple):
+    """How long the contacts of a robot's cell took while two sources sent so far apart."""
+
+    name: str
+    apart: str
+    milliseconds: np.ndarray
+    """From the stamp of each message that got contacts of its own to their receipt."""
+    updates: float
+    """With contacts of their own, per second."""
+    share: float
+    """Of a core, of the node."""
 
 
 def _latency(measured: Measured) -> str:
@@ -85,6 +108,22 @@ def answers_table(rows: Sequence[Answers]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def cells_table(rows: Sequence[Cell]) -> str:
+    """Return the latencies of cells in Markdown, a line for each time between the sources."""
+    lines = [
+        "| cell | sent apart by | median (ms) | 99 % (ms) | worst (ms) | updates/s"
+        " | share of a core |",
+        "| --- | --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for name, apart, milliseconds, updates, share in rows:
+        median, high, worst = np.percentile(milliseconds, (50, 99, 100))
+        lines.append(
+            f"| {name} | {apart} | {median:.2f} | {high:.2f} | {worst:.2f} | {updates:.0f}"
+            f" | {share:.2f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def write(rows: Sequence[Row], load: float) -> None:
     """Put the table of rates into docs/messages.md, between its marks, and the plot beside it."""
     _put("measured", table(rows), load)
@@ -94,6 +133,11 @@ def write(rows: Sequence[Row], load: float) -> None:
 def write_answers(rows: Sequence[Answers], load: float) -> None:
     """Put the times of answers into docs/messages.md, between their marks."""
     _put("answers", answers_table(rows), load)
+
+
+def write_cells(rows: Sequence[Cell], load: float) -> None:
+    """Put the latencies of the demo into docs/messages.md, between their marks."""
+    _put("panda", cells_table(rows), load)
 
 
 def _put(mark: str, table: str, load: float) -> None:
