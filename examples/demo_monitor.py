@@ -13,6 +13,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from names_of_geometry import path_of, paths_of
 import numpy as np
 import rclpy
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from tqdm import tqdm
@@ -40,10 +41,13 @@ class Monitor(Node):
         rclpy.init()
         super().__init__("demo_monitor")
         self.latencies: list[float] = []
+        """Seconds from a pose's stamp to when the middleware here had its contacts."""
         self.contact_counts: list[int] = []
         self.deepest: dict[tuple[str, str], float] = defaultdict(float)
         self.diagnostics: DiagnosticArray | None = None
         self.elapsed = 0.0
+        self._executor = SingleThreadedExecutor()
+        self._executor.add_node(self)
         self.cpu_share = 0.0
         self._markers: dict[tuple[str, int], Marker] = {}
         self._best: tuple[list[Marker], ContactArray] | None = None
@@ -58,16 +62,17 @@ class Monitor(Node):
         return self
 
     def __exit__(self, *exception: object) -> None:
+        self._executor.shutdown()
         self.destroy_node()
         rclpy.try_shutdown()
 
-    def _on_contacts(self, message: ContactArray) -> None:
-        now = time.time()
+    def _on_contacts(self, message: ContactArray, info: dict[str, int]) -> None:
         self._has_contacts = True
         if not self._is_watching:
             return
         stamp = message.header.stamp
-        self.latencies.append(now - (stamp.sec + 1e-9 * stamp.nanosec))
+        sent = 10**9 * stamp.sec + stamp.nanosec
+        self.latencies.append(1e-9 * (info["received_timestamp"] - sent))
         self.contact_counts.append(len(message.points))
         for contact in message.points:
             pair = (path_of(contact.geometry_a), path_of(contact.geometry_b))
@@ -91,7 +96,7 @@ class Monitor(Node):
         """Handle what comes in for a while."""
         end = time.monotonic() + seconds
         while (left := end - time.monotonic()) > 0.0:
-            rclpy.spin_once(self, timeout_sec=left)
+            self._executor.spin_once(timeout_sec=left)
 
     def has_contacts(self) -> bool:
         """Say whether a contact message, full or empty, has come yet."""
@@ -122,7 +127,7 @@ class Monitor(Node):
         if not client.wait_for_service(SERVICE_SECONDS):
             sys.exit(f"{client.srv_name}: no such service")
         future = client.call_async(request)
-        rclpy.spin_until_future_complete(self, future, timeout_sec=SERVICE_SECONDS)
+        self._executor.spin_until_future_complete(future, SERVICE_SECONDS)
         if not future.done():
             sys.exit(f"{client.srv_name}: no answer within {SERVICE_SECONDS:g} s")
         reply = future.result()
