@@ -79,8 +79,9 @@ class ContactWire:
         if self._template is None or pairs != self._pairs:
             self._template, self._pairs = self._join(kinds, names), pairs
         template = self._template
-        numbers = [rows.numbers.ravel() for rows in kinds]
-        template.put_numbers(np.concatenate(numbers)[:, np.newaxis])
+        numbers = [rows.numbers.reshape(-1, 1) for rows in kinds if rows]
+        if numbers:
+            template.put_numbers(numbers[0] if len(numbers) == 1 else np.concatenate(numbers))
         template.put_stamp(stamp_ns)
         template.put_bytes(self._version, as_bytes(scene_version, np.uint64))
         return template.data()

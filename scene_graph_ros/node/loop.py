@@ -147,9 +147,8 @@ class UpdateLoop:
                 len(topics), 1, 0, 0, 0, len(events), context.handle
             )
             while self._is_running() and not self._have_topics_changed:
-                wait = self._due() - time.monotonic()
+                wait = self._update_if_due()
                 if wait <= 0.0:
-                    self._update_now()
                     continue
                 wait_set.clear_entities()
                 wait_set.add_guard_condition(guard.handle)
@@ -158,11 +157,15 @@ class UpdateLoop:
                 for event in events:
                     event.add_to_wait_set(wait_set)
                 wait_set.wait(int(wait * 1e9) + 1)
+                taken = wait_set.get_ready_entities("subscription")
+                for pointer in taken:
+                    self._take(by_pointer[pointer])
+                if taken:
+                    # Before events, which are rare and many to look at.
+                    self._update_if_due()
                 for event in events:
                     if event.is_ready(wait_set):
                         _handle(event)
-                for pointer in wait_set.get_ready_entities("subscription"):
-                    self._take(by_pointer[pointer])
 
     def _take(self, topic: Topic) -> None:
         subscription = topic.subscription
@@ -178,11 +181,16 @@ class UpdateLoop:
         rate = self._max_rate() if self._is_wanted else self._min_rate()
         return self._last + 1.0 / rate
 
-    def _update_now(self) -> None:
-        # Cleared first: what is asked for during the update is done by the next one.
-        self._is_wanted = False
-        self._last = time.monotonic()
-        self._update()
+    def _update_if_due(self) -> float:
+        """Update if it is time to; return how many seconds it was too early, 0 or less if not."""
+        now = time.monotonic()
+        wait = self._due() - now
+        if wait <= 0.0:
+            # Cleared first: what is asked for during the update is done by the next one.
+            self._is_wanted = False
+            self._last = now
+            self._update()
+        return wait
 
 
 def _handle(event: Any) -> None:
