@@ -91,7 +91,11 @@ def main() -> None:
     parser.add_argument("--source", default="objects", help="source whose frames to move")
     parser.add_argument("--scene-graph", default="/scene_graph", help="name of the node to ask")
     parser.add_argument("--rate", type=float, default=100.0, help="messages per second")
-    parser.add_argument("--phase", type=float, help="seconds after a multiple of the period")
+    parser.add_argument(
+        "--phase",
+        type=float,
+        help="publish so many seconds after multiples of the period, by the system's clock",
+    )
     arguments = parser.parse_args()
     with stopped_by_signals() as is_stopped:
         scene = describe(arguments.source, arguments.scene_graph, is_stopped)

@@ -69,7 +69,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--topic", default="joint_states", help="topic to publish on")
     parser.add_argument("--rate", type=float, default=100.0, help="messages per second")
-    parser.add_argument("--phase", type=float, help="seconds after a multiple of the period")
+    parser.add_argument(
+        "--phase",
+        type=float,
+        help="publish so many seconds after multiples of the period, by the system's clock",
+    )
     arguments = parser.parse_args()
     with stopped_by_signals() as is_stopped:
         robot = PandaRobot(arguments.topic)

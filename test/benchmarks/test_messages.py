@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import time
 
 import pytest
 
@@ -12,6 +13,7 @@ if importlib.util.find_spec("rclpy") is None:
 import numpy as np
 
 from benchmarks.messages import micro, report
+from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.soak import soak
 from benchmarks.messages.sustained import rig
 
@@ -59,6 +61,29 @@ def test_answers_become_a_table_of_the_page(tmp_path, monkeypatch):
     page.write_text("no place")
     with pytest.raises(ValueError, match="no place for the table"):
         report.write_answers(rows, 0.5)
+
+
+def test_latencies_of_cells_become_a_table_of_the_page(tmp_path, monkeypatch):
+    """A line for each cell, with median, 99th percentile and worst."""
+    page = tmp_path / "messages.md"
+    page.write_text("before\n<!-- panda: begin --><!-- panda: end -->\nafter\n")
+    monkeypatch.setattr(report, "PAGE", page)
+    ramp = np.linspace(0.0, 10.0, 101)
+    report.write_cells([report.Cell("the demo", "1 ms", ramp, 199.6, 0.251)], 0.5)
+    assert "| the demo | 1 ms | 5.00 | 9.90 | 10.00 | 200 | 0.25 |" in page.read_text()
+
+
+def test_sources_of_the_demo_send_when_they_are_told_to():
+    """The stamps are those of turns: the Panda's at multiples of 50 ms, the objects' 20 later."""
+    with demo_cell(rate=20.0, phase=0.02) as (_, _, listener):
+        listener.arrivals.clear()
+        time.sleep(2.0)
+        stamps = np.array([stamp for stamp, _ in listener.arrivals])
+    late = stamps % 50_000_000 * 1e-6
+    panda, objects = np.mean(late < 10.0), np.mean((late > 20.0) & (late < 30.0))
+    assert panda > 0.25
+    assert objects > 0.25
+    assert panda + objects > 0.75
 
 
 @pytest.mark.slow
