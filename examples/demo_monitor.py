@@ -173,7 +173,8 @@ def summary(monitor: Monitor, answers: dict[str, Any]) -> str:
         f"{len(scene.geometries)} geometries",
         f"Updates    {len(counts) / monitor.elapsed:.0f} contact messages/s for "
         f"{monitor.elapsed:.1f} s; the node used {100 * monitor.cpu_share:.0f} % of one core",
-        f"Latency    pose sent to contact received: median {median:.1f} ms, 99 % {p99:.1f} ms",
+        f"Latency    pose sent to contacts at this reader's middleware: median {median:.1f} ms,"
+        f" 99 % {p99:.1f} ms",
         f"Contacts   {len(deepest)} pairs touched, at most {max(counts)} at once; deepest:",
         *(f"    {1000 * depth:7.2f} mm   {a} - {b}" for (a, b), depth in deepest[:CLOSEST_PAIRS]),
         "Closest    pairs that are apart at the end (within 0.1 m):",
