@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
-import time
 
 import pytest
 
 if importlib.util.find_spec("rclpy") is None:
     pytest.skip("needs ROS", allow_module_level=True)
 
+from node_harness import wait_until
 import numpy as np
 
 from benchmarks.messages import micro, report
@@ -77,7 +77,7 @@ def test_sources_of_the_demo_send_when_they_are_told_to():
     """The stamps are those of turns: the Panda's at multiples of 50 ms, the objects' 20 later."""
     with demo_cell(rate=20.0, phase=0.02) as (_, _, listener):
         listener.arrivals.clear()
-        time.sleep(2.0)
+        wait_until(lambda: len(listener.arrivals) >= 60, "contacts of 30 turns of both")
         stamps = np.array([stamp for stamp, _ in listener.arrivals])
     late = stamps % 50_000_000 * 1e-6
     panda, objects = np.mean(late < 10.0), np.mean((late > 20.0) & (late < 30.0))

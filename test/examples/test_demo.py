@@ -111,7 +111,6 @@ class Clocks:
 
     def __init__(self, steady, system):
         self._steady, self._lead = steady, system - steady
-        self.work = 0.0
 
     def monotonic(self):
         """Return the steady time."""
