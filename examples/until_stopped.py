@@ -64,6 +64,7 @@ def repeat(
     while not is_stopped():
         wait = due - time.monotonic()
         if wait > 0.0:
+            # In pieces: a signal does not end a sleep.
             time.sleep(min(wait, REACTION))
             continue
         act()

@@ -91,7 +91,10 @@ class Kinematics:
         self._q[self._q_of] = self._positions
 
     def _views_of_joints(self) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Pair the parts of X_PJ with pinocchio's own memory, of the joints that move links."""
+        """Pair the parts of X_PJ with pinocchio's own memory, of the joints that move links.
+
+        Forward kinematics write there in place; a call for each pose would take longer than they.
+        """
         result = []
         for joint in sorted(set(self._joint_rows.tolist()) - {0}):
             X, X_PJ = self._data.oMi[joint], self._X_PJ[joint]
