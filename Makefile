@@ -53,7 +53,7 @@ test-ros: setup  ## test messages, node and tools
 
 test-core: setup  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
-	.venv-core/bin/python -m pytest $(CORE_TESTS)
+	.venv-core/bin/python -m pytest -n auto --dist loadfile $(CORE_TESTS)
 
 peers: environment  ## add the engines to compare with (700 MB)
 	@$(BOOTSTRAP) --peers
