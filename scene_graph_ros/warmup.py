@@ -1,6 +1,6 @@
 """Compile every kernel of the core once: ``python -m scene_graph_ros.warmup``.
 
-Compiled kernels are kept on disk (see ``geometry.jit``), so later processes load them. The big
+Compiled kernels are kept on disk (``geometry.compiled.cache``): later processes load them. The big
 entry points are compiled in processes of their own, side by side; then one process asks every
 query of a scene with every shape, which must find nothing left to compile. A second call does
 only that.
@@ -36,7 +36,6 @@ from scene_graph_ros.geometry import (
     GeometrySet,
     HalfSpace,
     IllustrationProperties,
-    jit,
     Mesh,
     ProximityProperties,
     QueryObject,
@@ -48,6 +47,7 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
+from scene_graph_ros.geometry.compiled import cache, kernel
 from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
@@ -270,7 +270,7 @@ def _compile_side_by_side(processes: int) -> None:
 
     lines: queue.Queue[tuple[str, str | int]] = queue.Queue()
     waiting, running = list(_TASKS), 0
-    total = jit.kernel_count()
+    total = kernel.kernel_count()
     with tqdm(total=total, desc="compiling kernels", unit="kernel", dynamic_ncols=True) as bar:
         seen: set[str] = set()
         while waiting or running:
@@ -298,14 +298,14 @@ def warm_up(processes: int | None = None) -> int:
         the number of kernels that this process itself had to compile: 0 when all was well.
 
     """
-    marker = jit.cache_root() / f"ready-{jit.digest_of_everything()}"
+    marker = cache.cache_root() / f"ready-{cache.digest_of_everything()}"
     if not marker.exists():
         _compile_side_by_side(processes or min(len(_TASKS), os.cpu_count() or 1))
-    before = jit.compilation_count()
+    before = kernel.compilation_count()
     ask_everything()
     marker.parent.mkdir(parents=True, exist_ok=True)
     marker.touch()
-    return jit.compilation_count() - before
+    return kernel.compilation_count() - before
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -321,7 +321,7 @@ def main(arguments: list[str] | None = None) -> int:
     late = warm_up(options.processes)
     elapsed = time.perf_counter() - start
     note = f" ({late} of them late)" if late else ""
-    sys.stdout.write(f"kernels are ready in {jit.cache_root()}{note}: {elapsed:.1f} s\n")
+    sys.stdout.write(f"kernels are ready in {cache.cache_root()}{note}: {elapsed:.1f} s\n")
     return 0
 
 

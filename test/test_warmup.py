@@ -5,10 +5,10 @@ import sys
 import pytest
 
 _CODE = """
-from scene_graph_ros.geometry import jit
+from scene_graph_ros.geometry.compiled import kernel
 from scene_graph_ros.warmup import ask_everything
 ask_everything()
-print(jit.compilation_count())
+print(kernel.compilation_count())
 """
 
 

@@ -11,7 +11,7 @@ from benchmarks.messages.demo_cell import SCENE
 from benchmarks.messages.listener import Listener
 from benchmarks.messages.processes import isolated, ROOT
 from benchmarks.messages.scene import scene_text
-from scene_graph_ros.geometry.jit import cache_root
+from scene_graph_ros.geometry.compiled.cache import cache_root
 
 __all__ = ["start"]
 

@@ -2,6 +2,7 @@
 
 import os
 from pathlib import Path
+import shutil
 import subprocess
 import sys
 
@@ -9,7 +10,7 @@ _MODULE = """
 import sys
 import time
 from numba.core import caching
-from scene_graph_ros.geometry import jit
+from scene_graph_ros.geometry.compiled import kernel
 
 slow_index = caching.IndexDataCacheFile._save_index
 def save_slowly(self, overloads):
@@ -17,12 +18,72 @@ def save_slowly(self, overloads):
     slow_index(self, overloads)
 caching.IndexDataCacheFile._save_index = save_slowly
 
-@jit.kernel
+@kernel.kernel
 def doubled(x):
     return x + x
 
-print(*(doubled(value) for value in eval(sys.argv[1])), jit.compilation_count())
+print(*(doubled(value) for value in eval(sys.argv[1])), kernel.compilation_count())
 """
+
+
+_ASK = """
+import sys
+import numpy as np
+from scene_graph_ros.geometry.compiled import cache, kernel
+from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
+
+print(poses_from_quaternions(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]))[0].trace())
+print(kernel.compilation_count())
+"""
+_PACKAGE = Path(__file__).parents[2] / "scene_graph_ros"
+
+
+def _ask(root: Path, cache: Path) -> tuple[list[str], str]:
+    """Run a kernel of the package below ``root``; return the printed lines and the warnings."""
+    variables = {"SCENE_GRAPH_ROS_KERNEL_CACHE": str(cache), "PYTHONPATH": str(root)}
+    command = [sys.executable, "-c", _ASK]
+    done = subprocess.run(
+        command, env=os.environ | variables, cwd=root, capture_output=True, text=True, check=True
+    )
+    return done.stdout.split(), done.stderr
+
+
+def _copy(root: Path) -> Path:
+    shutil.copytree(_PACKAGE, root / "scene_graph_ros", ignore=shutil.ignore_patterns("__pyc*"))
+    return root
+
+
+def test_a_copied_installation_finds_its_kernels(tmp_path):
+    """Kernels are found by what their sources say, wherever the sources are."""
+    cache = tmp_path / "cache"
+    (_, compiled), _ = _ask(_copy(tmp_path / "first"), cache)
+    assert int(compiled) > 0
+    assert _ask(_copy(tmp_path / "second"), cache)[0] == ["4.0", "0"]
+
+
+def test_only_what_depends_on_a_changed_file_is_compiled_again(tmp_path):
+    """A change of a file that a kernel's module does not import leaves the kernel's code valid."""
+    cache, root = tmp_path / "cache", _copy(tmp_path)
+    _ask(root, cache)
+    geometry = root / "scene_graph_ros" / "geometry"
+    with (geometry / "broadphase" / "aabb.py").open("a") as file:
+        file.write("# changed\n")
+    assert _ask(root, cache)[0] == ["4.0", "0"]
+    with (geometry / "spatial" / "pose_kernels.py").open("a") as file:
+        file.write("# changed\n")
+    assert int(_ask(root, cache)[0][1]) > 0
+
+
+def test_a_cache_that_cannot_be_written_costs_one_warning(tmp_path):
+    """Answers are right, the warning names the cause, and nothing is written elsewhere."""
+    blocked = tmp_path / "a_file"
+    blocked.touch()
+    root = _copy(tmp_path)
+    (trace, compiled), warnings = _ask(root, blocked / "cache")
+    assert (trace, int(compiled) > 0) == ("4.0", True)
+    assert warnings.count("KernelCacheWarning") == 1
+    assert str(blocked) in warnings
+    assert not [*root.rglob("*.nbi"), *root.rglob("*.nbc")]
 
 
 def _start(script: Path, values: str, cache: Path) -> subprocess.Popen[str]:

@@ -50,7 +50,7 @@ def _kernels(setup: Setup, venv: Path, wheels: str) -> None:
     """Compile the kernels now, so that no query ever does; they are kept in the user's cache."""
     python = venv / "bin" / "python"
     record = venv / "setup" / "kernel_cache"
-    ask = "from scene_graph_ros.geometry.jit import cache_root; print(cache_root())"
+    ask = "from scene_graph_ros.geometry.compiled.cache import cache_root; print(cache_root())"
 
     def compile_kernels() -> None:
         setup.run([python, "-m", "scene_graph_ros.warmup"])

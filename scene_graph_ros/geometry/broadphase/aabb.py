@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.broadphase.box_vectors import bound_points, bound_shape
 from scene_graph_ros.geometry.broadphase.extents import extents_of
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 

@@ -10,7 +10,7 @@ from scene_graph_ros.geometry.broadphase.pair_tests import (
     boxes_are_near,
     is_pair_wanted,
 )
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 
 __all__ = ["all_candidate_pairs"]
 

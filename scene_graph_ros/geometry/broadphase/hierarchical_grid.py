@@ -18,7 +18,7 @@ from scene_graph_ros.geometry.broadphase.pair_tests import (
     boxes_are_near,
     is_pair_wanted,
 )
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
 __all__ = ["candidate_pairs", "sorted_pairs"]

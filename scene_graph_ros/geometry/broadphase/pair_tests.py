@@ -1,6 +1,6 @@
 """Which two rows may form a pair, and whether their boxes come near: shared by all searches."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
 __all__ = ["box_reaches_half_space", "boxes_are_near", "is_pair_wanted", "square_within"]

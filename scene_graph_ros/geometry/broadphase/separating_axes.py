@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.broadphase.extents import BALL, half_extent, RADIUS
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import axpy, dot, subtract
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING

@@ -14,6 +14,7 @@ import math
 
 import numpy as np
 
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.deformable.elements import (
     clipped,
     corner,
@@ -26,7 +27,6 @@ from scene_graph_ros.geometry.deformable.elements import (
     ZERO,
 )
 from scene_graph_ros.geometry.deformable.faces import add_face, grown, new_rows
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import (
     polygon_buffer,
     POLYGON_CORNERS,

@@ -11,6 +11,7 @@ has a polygon that lies in their common face, and that touching is no contact, i
 
 import numpy as np
 
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.deformable.elements import (
     clipped,
     corner,
@@ -23,7 +24,6 @@ from scene_graph_ros.geometry.deformable.elements import (
     ZERO,
 )
 from scene_graph_ros.geometry.deformable.faces import add_face, grown, new_rows
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import (
     polygon_buffer,
     POLYGON_CORNERS,

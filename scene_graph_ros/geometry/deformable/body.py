@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.deformable.field import reference_field
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh

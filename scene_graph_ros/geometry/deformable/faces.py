@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.embedding import barycentric_coordinates
 from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
 from scene_graph_ros.geometry.narrowphase.clip import drop_short_edges, measure

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.scratch import traversal_stack
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh

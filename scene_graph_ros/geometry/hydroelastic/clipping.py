@@ -8,7 +8,7 @@ counts them, and tells in [1] whether there was no room for one.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.clip import (
     clip_by_half_space,
     clip_by_tetrahedron,

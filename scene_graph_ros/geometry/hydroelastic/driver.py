@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.hydroelastic.body_table import BodyKind
 from scene_graph_ros.geometry.hydroelastic.clipping import (
     COUNT,
@@ -38,7 +39,6 @@ from scene_graph_ros.geometry.hydroelastic.placing import (
     ROW_N,
     SURFACE_WIDTH,
 )
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
 from scene_graph_ros.geometry.spatial.vectors import (
     load_rotation,

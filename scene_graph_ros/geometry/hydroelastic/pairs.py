@@ -1,5 +1,6 @@
 """Contact polygons of pairs of bodies: walks through their trees to the elements that may meet."""
 
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.hydroelastic.clipping import (
     add_cut_by_level,
     add_triangle,
@@ -12,7 +13,6 @@ from scene_graph_ros.geometry.hydroelastic.clipping import (
     move_element,
     slice_by_level,
 )
-from scene_graph_ros.geometry.jit import inlined_kernel
 from scene_graph_ros.geometry.meshes.scratch import traversal_stack
 from scene_graph_ros.geometry.narrowphase.bvh_pairs import (
     absolute_rotation,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 
 __all__ = ["LEAF_TRIANGLES", "MAX_DEPTH", "build_bvh"]
 

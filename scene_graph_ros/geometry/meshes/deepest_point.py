@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 
 __all__ = ["deepest_point"]
 

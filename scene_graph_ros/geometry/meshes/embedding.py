@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.scratch import traversal_stack
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, norm, subtract

@@ -16,7 +16,7 @@ import numba.core.config as numba_config
 from numba.extending import intrinsic
 import numpy as np
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 
 __all__ = ["HeldTable", "borrowed_table", "hold"]

@@ -7,7 +7,7 @@ themselves the one that separates the cores most is taken.
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import (
     face_range,
     FACE_STRIDE,

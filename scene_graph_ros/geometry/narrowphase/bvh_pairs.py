@@ -8,7 +8,7 @@ The trees are those of ``meshes.bvh.build_bvh``, many of them in one set of arra
 centre and half extents (N, 6), children (or ``-1 - first`` of a leaf, with ``right`` elements).
 """
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 
 __all__ = [
     "absolute_rotation",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
 from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import (

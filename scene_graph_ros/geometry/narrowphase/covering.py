@@ -14,7 +14,7 @@ is found before small cells beside such a region are looked at, eight at a time.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import ORIGIN
 from scene_graph_ros.geometry.narrowphase.growth import growth, known_reach
 from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import feature_at
 from scene_graph_ros.geometry.narrowphase.gjk import store_support

@@ -16,7 +16,7 @@ where the smooth ones of both features agree with the cores' (equations in ``pol
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,

@@ -20,7 +20,7 @@ Frames: the rows of R are m (or -m), t and u in the core's frame; t and u are y'
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import (
     edge_range,
     EDGE_STRIDE,

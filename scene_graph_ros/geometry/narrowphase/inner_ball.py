@@ -9,7 +9,7 @@ least of all, with no search for others.
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,

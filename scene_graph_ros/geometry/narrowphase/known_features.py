@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import (
     edge_range,
     EDGE_STRIDE,

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import vertex, vertex_place
 from scene_graph_ros.geometry.narrowphase.cores import BOX, CYLINDER, ELLIPSOID, HULL
 from scene_graph_ros.geometry.spatial.lane_numbers import every, root, select, with_sign

@@ -13,7 +13,7 @@ is less deep, they are lifted along that. All else is left to GJK and EPA at the
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE, SCAN_LIMIT
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,

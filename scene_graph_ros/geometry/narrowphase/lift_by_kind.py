@@ -7,7 +7,7 @@ calls which find out again and again what they have to do.
 
 from typing import Any
 
-from scene_graph_ros.geometry.jit import lean_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,

@@ -6,7 +6,7 @@ features it was last reached from, as kind and point each.
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 
 __all__ = [
     "COLUMNS",

@@ -7,7 +7,7 @@ places it is the other way round, so this is what remains to be tried for featur
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.features import LINE, RIM
 from scene_graph_ros.geometry.narrowphase.slide import back_on, solve_semidefinite, tangents
 from scene_graph_ros.geometry.spatial.vectors import (

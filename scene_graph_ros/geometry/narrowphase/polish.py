@@ -9,7 +9,7 @@ An edge or a cylinder's side forces n to be orthogonal to it, a face fixes n alt
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY
 from scene_graph_ros.geometry.narrowphase.features import (
     curved_support,

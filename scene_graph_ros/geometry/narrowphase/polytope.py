@@ -9,7 +9,7 @@ A face without area has the distance ``inf``: it is never chosen, and gives way 
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 

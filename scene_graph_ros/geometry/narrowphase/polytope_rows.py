@@ -6,7 +6,7 @@ face: four directions around it divide the circle of its normals instead.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import (
     edge_range,
     EDGE_STRIDE,

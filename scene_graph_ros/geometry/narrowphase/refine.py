@@ -8,7 +8,7 @@ ones it proves that the depth is stationary.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,

@@ -9,7 +9,7 @@ a hull is least deep behind that face.
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
 from scene_graph_ros.geometry.narrowphase.cores import (

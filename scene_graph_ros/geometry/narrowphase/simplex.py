@@ -8,7 +8,7 @@ its relative accuracy; the closest point inside a triangle is taken along the tr
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale, unit
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.spatial.vectors import any_orthogonal, cross, dot, scale, unit
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX

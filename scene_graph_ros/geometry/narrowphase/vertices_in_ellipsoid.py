@@ -12,7 +12,7 @@ Frames are those of ``polytope_rows``.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN, placed_support
 from scene_graph_ros.geometry.narrowphase.inner_ball import inner_radius
 from scene_graph_ros.geometry.narrowphase.polytope_rows import vertex_count, vertex_of

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.pose_vectors import (
     compose_pose,

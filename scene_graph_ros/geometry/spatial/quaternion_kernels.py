@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.spatial.pose_kernels import FAR_AWAY, NOT_FINITE, NOT_UNIT, VALID
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
 

@@ -6,7 +6,7 @@ code keeps them in registers and allocates nothing. Poses come in as rows of ``(
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 
 __all__ = [
     "add",

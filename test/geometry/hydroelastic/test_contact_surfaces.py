@@ -25,12 +25,12 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     GeometrySet,
     HalfSpace,
-    jit,
     Mesh,
     ProximityProperties,
     SceneGraph,
     Sphere,
 )
+from scene_graph_ros.geometry.compiled import kernel
 from scene_graph_ros.geometry.errors import QueryArgumentError, UnsupportedPairError
 from scene_graph_ros.warmup import ask_everything
 
@@ -409,7 +409,7 @@ def test_answers_are_kept_and_follow_the_poses():
 def test_no_surface_compiles():
     """Once the set-up's kernels are there, no shape, representation or column compiles another."""
     ask_everything()
-    before = jit.compilation_count()
+    before = kernel.compilation_count()
     scene = Scene()
     for k, shape in enumerate(SHAPES.values()):
         scene.add(shape, compliant(), at(x=0.3 * k, z=0.15))
@@ -422,7 +422,7 @@ def test_no_surface_compiles():
         assert surfaces[1:].grad_pressure_M_W.any()
         assert surfaces.grad_pressure_N_W.any()
         assert pickle.loads(pickle.dumps(surfaces)).grad_pressure_M_W.any()
-    assert jit.compilation_count() == before
+    assert kernel.compilation_count() == before
 
 
 _WITHOUT = """

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, Sphere
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.meshes.held_table import borrowed_table, hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 

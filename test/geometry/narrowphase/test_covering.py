@@ -6,7 +6,7 @@ from overlapping_pairs import overlapping, Pair
 import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase import covering
 from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
 from scene_graph_ros.geometry.narrowphase.lift import FOUND

@@ -6,7 +6,7 @@ from overlapping_pairs import Pair
 import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.narrowphase.cores import support
 from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
 from scene_graph_ros.geometry.spatial.lane_numbers import LANES, load_lanes, store_lanes

@@ -16,7 +16,6 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     GeometrySet,
     HalfSpace,
-    jit,
     Mesh,
     ProximityProperties,
     QueryObject,
@@ -25,6 +24,7 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.accuracy import Accuracy
+from scene_graph_ros.geometry.compiled import kernel
 from scene_graph_ros.geometry.errors import UnsupportedPairError
 from scene_graph_ros.warmup import ask_everything
 
@@ -199,14 +199,14 @@ def _warm():
 @pytest.mark.parametrize("shapes", SHAPES)
 def test_no_query_compiles(shapes: str, anchored: bool, triangles: bool) -> None:
     """Every query, tier and option, of few or many kinds of shapes, moved in any way."""
-    before = jit.compilation_count()
+    before = kernel.compilation_count()
     for filters in (False, True):
         scene = Scene(SHAPES[shapes], anchored, triangles, filters and len(SHAPES[shapes]) > 1)
         for query in scene.moves():
             for calls in ASK.values():
                 for ask in calls:
                     ask(query)
-    assert jit.compilation_count() == before
+    assert kernel.compilation_count() == before
 
 
 def test_every_public_query_is_asked() -> None:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.spatial.lane_numbers import (
     all_of,
     any_of,

@@ -5,7 +5,7 @@ outside as inside: the depth to which a ball is in a convex shape is its centre'
 radius, as the inflated shape's boundary is the shape's, moved outward.
 """
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.spatial.vectors import rotate, scale
 
 __all__ = ["ball_result"]

@@ -8,7 +8,7 @@ bodies are no further apart than their distance, so what is measured here is a b
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,

@@ -1,6 +1,6 @@
 """Where a feature of one box lies over a face of another."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import polygon_buffer
 from scene_graph_ros.geometry.tolerances import EPSILON
 

@@ -1,6 +1,6 @@
 """How far a distance can be off, found from the answer alone, for any pair and any algorithm."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.refine import separation
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
 from scene_graph_ros.geometry.query.point.dispatch import distance_point

@@ -1,6 +1,6 @@
 """The pairs of shapes with a closed form for their signed distance, in ``ShapeKind`` order."""
 
-from scene_graph_ros.geometry.jit import merged_kernel
+from scene_graph_ros.geometry.compiled.kernel import merged_kernel
 from scene_graph_ros.geometry.query.distance.distance_box_box import distance_box_box
 from scene_graph_ros.geometry.query.distance.distance_box_half_space import distance_box_half_space
 from scene_graph_ros.geometry.query.distance.distance_capsule_box import distance_capsule_box

@@ -14,7 +14,12 @@ algorithm", 1976). As nobody knows the size of the features, the steps get short
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.kernel import (
+    inlined_kernel,
+    kernel,
+    lean_kernel,
+    merged_kernel,
+)
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import placed_support, TRIANGLE
 from scene_graph_ros.geometry.query.distance.triangle_triangle import distance_triangle_triangle

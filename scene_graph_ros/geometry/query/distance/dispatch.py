@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import inlined_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance_in
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,

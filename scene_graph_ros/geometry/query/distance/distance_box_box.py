@@ -11,7 +11,7 @@ then are the witnesses.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.query.distance.box_axes import (
     axis_vector,
     reach,

@@ -1,6 +1,6 @@
 """Signed distance of a box to a half space."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.half_space_result import (
     deepest_sign,
     half_space_result,

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.segment_box import (
     excess,
     nearest_on_segment_to_box,

@@ -1,6 +1,6 @@
 """Signed distance of two capsules: their axes' distance, minus both radii."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.segments import nearest_on_segments
 from scene_graph_ros.geometry.spatial.vectors import (
     any_orthogonal,

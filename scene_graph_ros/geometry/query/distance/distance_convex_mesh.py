@@ -21,7 +21,12 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.kernel import (
+    inlined_kernel,
+    kernel,
+    lean_kernel,
+    merged_kernel,
+)
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.half_space_result import (
     deepest_sign,
     half_space_result,

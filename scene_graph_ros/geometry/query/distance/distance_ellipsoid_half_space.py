@@ -1,6 +1,6 @@
 """Signed distance of an ellipsoid to a half space."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.half_space_result import half_space_result
 from scene_graph_ros.geometry.spatial.vectors import column, norm
 

@@ -1,6 +1,6 @@
 """Signed distance of a half space to a convex hull or a mesh: the deepest vertex decides."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex, vertex, vertex_number
 from scene_graph_ros.geometry.spatial.vectors import (
     add,

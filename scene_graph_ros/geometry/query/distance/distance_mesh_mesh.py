@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support

@@ -1,6 +1,6 @@
 """Signed distance of a sphere to a capsule."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.ball import ball_result
 from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale

@@ -1,6 +1,6 @@
 """Signed distance of a sphere to a convex hull."""
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.query.distance.ball import ball_result
 from scene_graph_ros.geometry.query.point.point_convex import point_convex
 from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale

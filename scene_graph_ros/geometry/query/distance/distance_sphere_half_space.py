@@ -1,6 +1,6 @@
 """Signed distance of a sphere to a half space."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.ball import ball_result
 from scene_graph_ros.geometry.spatial.vectors import column, dot
 

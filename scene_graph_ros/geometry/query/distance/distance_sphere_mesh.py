@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.query.distance.ball import ball_result
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale

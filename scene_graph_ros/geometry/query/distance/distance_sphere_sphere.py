@@ -1,6 +1,6 @@
 """Signed distance of two spheres."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.spatial.vectors import norm, scale, unit
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 

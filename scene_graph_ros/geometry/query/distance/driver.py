@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.meshes.held_table import borrowed_table, HeldTable
 from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs

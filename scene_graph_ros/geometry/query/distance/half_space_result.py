@@ -1,6 +1,6 @@
 """What all pairs with a half space share: the deepest point decides."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.spatial.vectors import axpy, column, dot
 from scene_graph_ros.geometry.tolerances import PARALLEL
 

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, scale, unit
 from scene_graph_ros.geometry.tolerances import PARALLEL
 

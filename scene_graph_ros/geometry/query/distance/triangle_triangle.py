@@ -7,7 +7,7 @@ each other where an edge of one passes through the other.
 
 import math
 
-from scene_graph_ros.geometry.jit import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.query.distance.segments import nearest_on_segments
 from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
 from scene_graph_ros.geometry.spatial.vectors import (

@@ -4,7 +4,7 @@ Nothing is kept in between, so that most of it happens in the processor's regist
 is that of ``lanes``.
 """
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes import keep_answer, p_GQ_of_lane
 from scene_graph_ros.geometry.query.point.point_box import point_box

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.query.point.answers import Answers
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
 from scene_graph_ros.geometry.query.point.all_rows import answer_all, group_by_kind, KindTable
 from scene_graph_ros.geometry.query.point.answers import Answers, new_answers
 from scene_graph_ros.geometry.query.point.dispatch import distance_point_within

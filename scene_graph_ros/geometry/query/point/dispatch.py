@@ -6,7 +6,7 @@ its hull, ``Mesh`` to its triangles.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.query.point.point_box import point_box
 from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.query.point.point_convex import point_convex

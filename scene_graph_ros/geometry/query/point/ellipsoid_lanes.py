@@ -5,7 +5,7 @@ which answers the few lanes where they would not converge fast. Where all lanes 
 ellipsoid, what does not depend on the point is computed once.
 """
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes import question, set_answer
 from scene_graph_ros.geometry.query.point.point_ellipsoid import (

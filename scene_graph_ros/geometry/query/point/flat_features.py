@@ -1,6 +1,6 @@
 """Nearest points on segments and triangles: the flat pieces of hulls and meshes."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, subtract
 from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
 

@@ -5,7 +5,7 @@ arithmetic in the same order, and whether no corner lies further towards the poi
 are answered by then; for the others ``point_convex`` goes on from that corner.
 """
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import vertex_place
 from scene_graph_ros.geometry.query.point.corner_scan import (
     scan_corners_of_hull,

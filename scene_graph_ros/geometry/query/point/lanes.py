@@ -6,7 +6,7 @@ overlaps and vectorizes loops over lanes whose body has no branch. An answer doe
 the lanes beside it, and is bit for bit that of the kernel for one point: arithmetic is IEEE's.
 """
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lane_rows import SQUARE, take_square
 from scene_graph_ros.geometry.query.point.point_box import point_box

@@ -7,7 +7,7 @@ are written past the caches.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import SCAN_LIMIT
 from scene_graph_ros.geometry.query.point.alike_lanes import answer_shape
 from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoid

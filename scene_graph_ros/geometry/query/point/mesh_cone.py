@@ -8,7 +8,7 @@ the direction is turned into it; the point that it belongs to differs from the o
 more than rounding.
 """
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.scratch import traversal_stack
 from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_segment,

@@ -1,6 +1,6 @@
 """Signed distance from a point to a capsule along z."""
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.spatial.vectors import norm
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 

@@ -6,7 +6,7 @@ and a place that of a vertex in the array.
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import (
     face_range,
     FACE_STRIDE,

@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
 __all__ = ["point_cylinder"]

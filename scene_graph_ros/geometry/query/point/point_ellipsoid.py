@@ -11,7 +11,7 @@ below converge monotonically (Conn, Gould, Toint, "Trust-Region Methods", 2000, 
 
 import math
 
-from scene_graph_ros.geometry.jit import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, UNDERFLOW
 
 __all__ = ["point_ellipsoid"]

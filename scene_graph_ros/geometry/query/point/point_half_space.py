@@ -1,6 +1,6 @@
 """Signed distance from a point to the half space z <= 0."""
 
-from scene_graph_ros.geometry.jit import kernel
+from scene_graph_ros.geometry.compiled.kernel import kernel
 
 __all__ = ["point_half_space"]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.jit import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.query.point.answers import LARGE, new_answers
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lane_rows import (
