@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-import threading
 
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
@@ -22,6 +21,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
+from spinning import SpinningThread
 
 from scene_graph_msgs.msg import ContactArray, Status
 import scene_graph_msgs.srv as srv
@@ -70,7 +70,7 @@ def test_it_works_with_both_executors_and_stops_cleanly(
     assert node.stop(number) == 0
     assert "Traceback" not in node.output()
     client.forget(contacts)
-    client.node.destroy_publisher(publisher)
+    client.destroy(publisher)
 
 
 @pytest.mark.parametrize(
@@ -230,14 +230,7 @@ def test_the_node_can_be_embedded(domain, kind):
     )
     executor = kind(context=context)
     executor.add_node(node)
-    stop = threading.Event()
-
-    def spin():
-        while not stop.is_set():
-            executor.spin_once()
-
-    thread = threading.Thread(target=spin)
-    thread.start()
+    spinning = SpinningThread(executor)
     client = Client(domain, "/embedded")
     try:
         described = client.call("DescribeScene")
@@ -247,10 +240,7 @@ def test_the_node_can_be_embedded(domain, kind):
         assert message.header.frame_id == "earth"
     finally:
         client.close()
-        stop.set()
-        executor.create_task(lambda: None)
-        thread.join()
-        executor.shutdown()
+        spinning.close()
         node.destroy_node()
         rclpy.shutdown(context=context)
 

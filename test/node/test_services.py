@@ -247,7 +247,7 @@ def test_a_service_that_does_not_exist_is_not_answered_and_harms_nothing(client,
     future = unknown.call_async(HasCollisions.Request())
     assert client.call("HasCollisions").status.code == Status.OK
     assert not future.done()
-    client.node.destroy_client(unknown)
+    client.destroy(unknown)
 
 
 def test_effects_are_listed_with_reasons(client, scene):

@@ -12,6 +12,7 @@ from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from scene_requests import register_balls, transform
 from sensor_msgs.msg import MultiDOFJointState
+from spinning import SpinningThread
 
 from scene_graph_msgs.msg import QueryOptions, Status
 from scene_graph_ros.node.node import SceneGraphNode
@@ -31,24 +32,18 @@ class Spinning:
                 Parameter("max_wait", value=60.0),
             ],
         )
-        self.executor = kind(context=self.context)
-        self.executor.add_node(self.node)
-        self.rounds = 0
-        self._stop = False
-        self._thread = threading.Thread(target=self._spin)
-        self._thread.start()
+        executor = kind(context=self.context)
+        executor.add_node(self.node)
+        self._thread = SpinningThread(executor)
 
-    def _spin(self):
-        while not self._stop:
-            self.executor.spin_once()
-            self.rounds += 1
+    @property
+    def rounds(self):
+        """How often the executor turned."""
+        return self._thread.rounds
 
     def close(self):
         """End the node."""
-        self._stop = True
-        self.executor.create_task(lambda: None)
-        self._thread.join()
-        self.executor.shutdown()
+        self._thread.close()
         self.node.destroy_node()
         rclpy.shutdown(context=self.context)
 
@@ -87,7 +82,7 @@ def move(client):
         publisher.publish(message)
 
     yield move
-    client.node.destroy_publisher(publisher)
+    client.destroy(publisher)
 
 
 def test_an_executor_has_nothing_to_do_while_requests_wait(spinning, client, move):

@@ -10,21 +10,21 @@ import signal
 import subprocess
 import sys
 import tempfile
-import threading
-import time
 from typing import Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.client import Client as ServiceClient
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
+from rclpy.subscription import Subscription
+from spinning import DEADLINE, SpinningThread, wait_until
 
 import scene_graph_msgs.srv
 
 ROOT = Path(__file__).parents[2]
 TF_PREFIX = Path(sys.prefix) / "test_workspace"
-DEADLINE = 30.0
-"""Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
 
 def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str, str]:
@@ -41,17 +41,6 @@ def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str
     for name, value in (extra or {}).items():
         values[name] = os.pathsep.join(p for p in (value, values.get(name, "")) if p)
     return values
-
-
-def wait_until(condition: Callable[[], Any], what: str, timeout: float = DEADLINE) -> Any:
-    """Poll until ``condition`` is true and return it; fail after the deadline, naming ``what``."""
-    end = time.monotonic() + timeout
-    while time.monotonic() < end:
-        result = condition()
-        if result:
-            return result
-        time.sleep(0.01)
-    raise AssertionError(f"not within {timeout} s: {what}")
 
 
 class NodeProcess:
@@ -150,29 +139,19 @@ class Client:
         self.context = rclpy.Context()
         rclpy.init(context=self.context, domain_id=domain)
         self.node = rclpy.create_node("test_client", context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
+        executor = SingleThreadedExecutor(context=self.context)
+        executor.add_node(self.node)
         self._name = node_name
         self._clients: dict[str, Any] = {}
-        self._stop = False
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
-
-    def _spin(self) -> None:
-        try:
-            while not self._stop:
-                self.executor.spin_once()
-        except ExternalShutdownException:
-            return
+        self._spinning = SpinningThread(executor)
 
     def close(self) -> None:
-        """End this node."""
-        self._stop = True
-        self.executor.create_task(lambda: None)
-        self._thread.join()
-        self.executor.shutdown()
-        self.node.destroy_node()
-        rclpy.shutdown(context=self.context)
+        """End this node; fails where the thread that spins it failed."""
+        try:
+            self._spinning.close()
+        finally:
+            self.node.destroy_node()
+            rclpy.shutdown(context=self.context)
 
     def start_call(self, kind: Any, name: str, request: Any) -> Any:
         """Send a request and return the future of its response."""
@@ -210,7 +189,17 @@ class Client:
 
     def forget(self, listener: Listener) -> None:
         """Unsubscribe."""
-        self.node.destroy_subscription(listener.subscription)
+        self.destroy(listener.subscription)
+
+    def destroy(self, entity: Any) -> None:
+        """Destroy a publisher, subscription or client, in the thread that waits for it."""
+        destroyed_by = {
+            Publisher: self.node.destroy_publisher,
+            Subscription: self.node.destroy_subscription,
+            ServiceClient: self.node.destroy_client,
+        }
+        destroy = destroyed_by[type(entity)]
+        assert self._spinning.run(lambda: destroy(entity), f"end of {entity}"), f"no {entity}"
 
     def publisher(self, kind: Any, topic: str, *, best_effort: bool = False) -> Any:
         """Advertise a topic, and wait until somebody listens."""
