@@ -2,10 +2,29 @@
 
 from builtin_interfaces.msg import Duration, Time
 
-__all__ = ["duration_from_msg", "duration_to_msg", "stamp_from_msg", "stamp_to_msg"]
+__all__ = [
+    "EARLIEST",
+    "LATEST",
+    "duration_from_msg",
+    "duration_to_msg",
+    "stamp_from_msg",
+    "stamp_problem",
+    "stamp_to_msg",
+]
 
 _NANOSECONDS = 1_000_000_000
 _MAX_SECONDS = 2**31 - 1
+
+EARLIEST = (-_MAX_SECONDS - 1) * _NANOSECONDS
+LATEST = _MAX_SECONDS * _NANOSECONDS + _NANOSECONDS - 1
+"""The stamps that a message can say, in nanoseconds."""
+
+
+def stamp_problem(stamp: Time) -> str:
+    """Say why a message is no time, or "": the whole seconds of ``nanosec`` belong to ``sec``."""
+    if stamp.nanosec < _NANOSECONDS:
+        return ""
+    return f"nanosec is {stamp.nanosec}, a second has only {_NANOSECONDS}"
 
 
 def stamp_from_msg(stamp: Time) -> int:

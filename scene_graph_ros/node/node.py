@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
 from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.node.guarded import GuardedNode
 from scene_graph_ros.node.names import NODE_NAME
 from scene_graph_ros.node.server import Server
 
 __all__ = ["SceneGraphNode"]
 
 
-class SceneGraphNode(LifecycleNode):
+class SceneGraphNode(GuardedNode):
     """A geometry world as a ROS node.
 
     By default it configures and activates itself, and the lifecycle services are there for those

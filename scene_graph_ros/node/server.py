@@ -10,7 +10,6 @@ from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
-from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from scene_graph_ros.geometry import SceneGraph
@@ -19,6 +18,7 @@ from scene_graph_ros.node.declare import NodeParameters
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
 from scene_graph_ros.node.edits import Tools
 from scene_graph_ros.node.effects.manager import Effects
+from scene_graph_ros.node.guarded import GuardedNode
 from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
 from scene_graph_ros.node.loop import OwnThreadGroup, UpdateLoop
@@ -41,7 +41,7 @@ class Server:
     Configured it answers services, active it also takes in poses and publishes.
     """
 
-    def __init__(self, node: Node, scene_graph: SceneGraph | None = None) -> None:
+    def __init__(self, node: GuardedNode, scene_graph: SceneGraph | None = None) -> None:
         """Declare the parameters; raises ValueError for values that don't go together."""
         self.node = node
         self._parameters = NodeParameters(node)
@@ -158,7 +158,7 @@ class Server:
         )
         self._diagnostics_timer = self.node.create_timer(
             1.0 / self.parameter("diagnostics_rate"),
-            self._publish_diagnostics,
+            self.node.survives("publishing diagnostics", self._publish_diagnostics),
             callback_group=self._diagnostics_group,
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
@@ -285,6 +285,7 @@ class Server:
                 "accuracy: largest error (of the larger shape)": accuracy.bound,
                 "requests": sum(self._services.requests.values()),
                 "requests refused": sum(self._services.refused.values()),
+                "clock messages refused": self.node.clocks_refused,
             },
         )
         message = self._diagnostics.message(

@@ -8,7 +8,10 @@ import pytest
 from msg_adapters.stamps import (
     duration_from_msg,
     duration_to_msg,
+    EARLIEST,
+    LATEST,
     stamp_from_msg,
+    stamp_problem,
     stamp_to_msg,
 )
 
@@ -37,3 +40,17 @@ def test_a_stamp_that_does_not_fit_is_refused(stamp_ns: int) -> None:
     """One nanosecond beyond the field's range raises instead of wrapping around."""
     with pytest.raises(OverflowError, match=str(stamp_ns)):
         stamp_to_msg(stamp_ns)
+
+
+def test_nanoseconds_that_a_second_does_not_have_are_a_problem() -> None:
+    """The field could hold four seconds; a stamp with one or more of them is named."""
+    assert stamp_problem(Time(sec=5, nanosec=999_999_999)) == ""
+    assert "1000000000" in stamp_problem(Time(sec=5, nanosec=10**9))
+
+
+def test_the_stamps_that_a_message_can_say_are_those_that_can_be_written() -> None:
+    """Both ends can be written, what is beyond can't."""
+    for end, outside in ((EARLIEST, EARLIEST - 1), (LATEST, LATEST + 1)):
+        assert stamp_from_msg(stamp_to_msg(end)) == end
+        with pytest.raises(OverflowError):
+            stamp_to_msg(outside)
