@@ -34,10 +34,22 @@ class SceneNames:
     Tables are made when they are first needed. Safe to read from several threads.
     """
 
-    def __init__(self, inspector: Any) -> None:
-        """Take the names that ``inspector``, which must not change any more, knows."""
+    def __init__(self, inspector: Any, before: SceneNames | None = None) -> None:
+        """Take the names that ``inspector``, which must not change any more, knows.
+
+        Of things that are as in the scene ``before``, the messages that name them are the same
+        objects: who keeps something with a name can tell by that whether it still holds.
+        """
         self._inspector = inspector
         self._names: dict[int, GeometryName] = {}
+        if before is not None:
+            known = before._names
+            unchanged = inspector.get_unchanged_geometry_ids(before._inspector)
+            self._names = {int(i): known[int(i)] for i in unchanged if int(i) in known}
+
+    def known_name(self, value: int) -> GeometryName | None:
+        """Return the message that names a geometry if it was asked for before, else None."""
+        return self._names.get(value)
 
     def source_id(self, name: str) -> SourceId:
         """Return the source called ``name``; raises UnknownIdError."""

@@ -8,6 +8,7 @@ is joined either. Where each thing is, is found by marks (see ``wire``).
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,8 +34,6 @@ __all__ = ["ContactMarkerWire", "ContactWire"]
 
 _MARKED_IDS = (0x1B2C3D4E5F607182, 0x2B3C4D5E6F708192)
 _MARKED_VERSION = 0x3C4D5E6F708192A3
-_NAMES_KEPT = 100_000
-"""Names of geometries remembered in bytes; a scene has far fewer."""
 
 
 class _Frame(NamedTuple):
@@ -57,7 +56,7 @@ class ContactWire:
         self._frames: dict[tuple[int, ...], _Frame] = {}
         self._version = find_once(self._array({}), as_bytes(_MARKED_VERSION, np.uint64))
         self._names_of: SceneNames | None = None
-        self._names: dict[int, bytes] = {}
+        self._names: dict[int, tuple[GeometryName, bytes]] = {}
         self._pairs: tuple[bytes, ...] = ()
         self._template: Patchable | None = None
 
@@ -74,8 +73,8 @@ class ContactWire:
         """Return the bytes of the contacts in a penetration table, and of others beside them."""
         kinds = (point_rows(table), surfaces, deformables)
         pairs = tuple(ids.tobytes() for rows in kinds for ids in (rows.id_A, rows.id_B))
-        if names is not self._names_of or len(self._names) > _NAMES_KEPT:
-            self._names_of, self._names, self._template = names, {}, None
+        if names is not self._names_of:
+            self._take_names(names)
         if self._template is None or pairs != self._pairs:
             self._template, self._pairs = self._join(kinds, names), pairs
         template = self._template
@@ -85,6 +84,15 @@ class ContactWire:
         template.put_stamp(stamp_ns)
         template.put_bytes(self._version, as_bytes(scene_version, np.uint64))
         return template.data()
+
+    def _take_names(self, names: SceneNames) -> None:
+        """Follow another version of the scene: what is called as before is not written anew."""
+        self._names_of, self._template = names, None
+        self._names = {
+            value: (name, data)
+            for value, (name, data) in self._names.items()
+            if names.known_name(value) is name
+        }
 
     def _join(self, kinds: Sequence[PairRows], names: SceneNames) -> Patchable:
         """Join the names of all pairs, with room for the numbers."""
@@ -113,29 +121,29 @@ class ContactWire:
     def _texts(self, ids: list[int], names: SceneNames) -> list[bytes]:
         """Return the bytes of the names of geometries."""
         try:
-            return [self._names[value] for value in ids]
+            return [self._names[value][1] for value in ids]
         except KeyError:
-            return [self._name(value, names) for value in ids]
+            self._write_names(list(dict.fromkeys(ids) - self._names.keys()), names)
+            return [self._names[value][1] for value in ids]
 
-    def _name(self, value: int, names: SceneNames) -> bytes:
-        """Return the bytes of a geometry's name, filled up to where the next field begins."""
-        known = self._names.get(value)
-        if known is None:
-            name = names.geometry_name(value)
-            marked = GeometryName(
-                id=_MARKED_IDS[0],
-                frame_id=name.frame_id,
-                source=name.source,
-                frame=name.frame,
-                name=name.name,
-            )
-            kind = KINDS[0]
-            contact = kind.make(marked, GeometryName(id=_MARKED_IDS[1]), [0.0] * kind.width)
-            data = self._serialize(ContactArray(points=[contact]))
-            first, second = (find_once(data, as_bytes(i, np.uint64)) for i in _MARKED_IDS)
-            known = as_bytes(name.id, np.uint64) + data[first + 8 : second]
-            self._names[value] = known
-        return known
+    def _write_names(self, ids: Sequence[int], names: SceneNames) -> None:
+        """Serialize names, each filled up to where the next field begins."""
+        kind = KINDS[0]
+        blank = kind.make(GeometryName(), GeometryName(id=_MARKED_IDS[1]), [0.0] * kind.width)
+        contacts = []
+        for value in ids:
+            contact, marked = copy(blank), copy(names.geometry_name(value))
+            marked.id = _MARKED_IDS[0]
+            contact.geometry_a = marked
+            contacts.append(contact)
+        data = self._serialize(ContactArray(points=contacts))
+        first, second = (as_bytes(i, np.uint64) for i in _MARKED_IDS)
+        end = 0
+        for value in ids:
+            begin = data.index(first, end) + len(first)
+            end = data.index(second, begin)
+            text = as_bytes(value, np.uint64) + data[begin:end]
+            self._names[value] = (names.geometry_name(value), text)
 
     def _probe(self, used: tuple[int, ...]) -> _Frame:
         """Find what is around contacts of some kinds, by one and by two of each."""

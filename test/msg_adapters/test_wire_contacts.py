@@ -161,6 +161,36 @@ def core_id(graph, value):
     return next(g for g in graph.model_inspector().get_all_geometry_ids() if int(g) == value)
 
 
+def test_a_change_of_the_scene_writes_new_names_alone(rng):
+    """After a geometry was added only its name is serialized; all bytes are right."""
+    graph = core.SceneGraph()
+    source = graph.register_source("s")
+
+    def add(name):
+        ball = core.GeometryInstance(np.eye(4), core.Sphere(0.1), name)
+        return int(graph.register_anchored_geometry(source, ball))
+
+    ids = [add("g" * (1 + i)) for i in range(8)]
+    names = SceneNames(graph.clone().model_inspector())
+    written = []
+
+    def serialize(message):
+        written.append(len(message.points))
+        return serialize_message(message)
+
+    wire = ContactWire("world", serialize)
+    pairs = list(itertools.combinations(ids, 2))
+    wire.message(table(rng, pairs), names, stamp_ns=0, scene_version=0)
+    more = [*pairs, (ids[7], add("new"))]
+    names = SceneNames(graph.clone().model_inspector(), names)
+    for chosen, count in ((pairs, 0), (more, 1)):
+        written.clear()
+        contacts = table(rng, chosen)
+        ours = wire.message(contacts, names, stamp_ns=5, scene_version=1)
+        assert sum(written) == count
+        assert_same_bytes(ours, expected(contacts, names, 5, 1, "world"))
+
+
 @pytest.mark.parametrize("frame_id", ["", "map", "world"])
 def test_markers_are_byte_for_byte_what_is_serialized(rng, frame_id):
     """Also after the number of contacts changes, to none and back, and the look."""

@@ -114,7 +114,18 @@ class SceneGraphInspector:
 
     def get_all_deformable_geometry_ids(self) -> list[GeometryId]:
         """Return all deformable geometries."""
-        return [i for i in self._state.geometries if self._state.is_deformable(i)]
+        return [i for i, r in self._state.geometries.items() if r.deformable is not None]
+
+    def get_unchanged_geometry_ids(self, before: SceneGraphInspector) -> list[GeometryId]:
+        """Return the geometries of which all is as ``before`` says, also frame and source."""
+        new, old = self._state, before._state
+        return [
+            i
+            for i, record in new.geometries.items()
+            if old.geometries.get(i) is record
+            and old.frames[record.frame_id] is new.frames[record.frame_id]
+            and old.source_names[record.source_id] == new.source_names[record.source_id]
+        ]
 
     def get_geometry_ids(
         self, geometry_set: GeometrySet, role: Role | None = None
