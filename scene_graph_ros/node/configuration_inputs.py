@@ -10,7 +10,8 @@ from rclpy.node import Node
 from scene_graph_ros.node.intake import Intake, TimeLimits
 from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.raw_topics import RawTopics
-from scene_graph_ros.node.world import SourceRecord, World
+from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.world import World
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.configurations import ConfigurationChannel

@@ -19,7 +19,7 @@ from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.deformables import SourceDeformables
 from scene_graph_ros.node.intake import Fault, Intake, TimeLimits
 from scene_graph_ros.node.names import default_configuration_topic
-from scene_graph_ros.node.world import SourceRecord
+from scene_graph_ros.node.scene import SourceRecord
 
 __all__ = ["ConfigurationChannel", "accept_configurations"]
 

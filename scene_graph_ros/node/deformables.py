@@ -38,15 +38,21 @@ class SourceDeformables:
         self.positions[geometry_id], self.stamps[geometry_id] = positions, stamp
         self.fresh.add(geometry_id)
 
+    def take_over(self, old: SourceDeformables) -> None:
+        """Take what is known of the same geometries in the scene before; all of it is fresh."""
+        self.positions = {g: q for g, q in old.positions.items() if g in self.counts}
+        self.stamps = {g: stamp for g, stamp in old.stamps.items() if g in self.counts}
+        self.fresh = set(self.positions)
+
     def stamp(self) -> int:
         """Return the newest stamp of a configuration, nanoseconds."""
         return max(self.stamps.values(), default=UNSTAMPED)
 
 
 def deformables_by_source(
-    inspector: Any, sources: Mapping[str, Any], old: Mapping[str, SourceDeformables]
+    inspector: Any, sources: Mapping[str, Any]
 ) -> dict[str, SourceDeformables]:
-    """Return those of all sources that have some; what is known of geometries that stay is kept.
+    """Return those of all sources that have some, of which no configuration is known yet.
 
     ``sources`` maps names to ids.
     """
@@ -54,7 +60,7 @@ def deformables_by_source(
     for geometry_id in inspector.get_all_deformable_geometry_ids():
         by_owner[inspector.get_owning_source_id(geometry_id)].append(geometry_id)
     result = {
-        source: _of_source(source, by_owner[source_id], inspector, old.get(source))
+        source: _of_source(source, by_owner[source_id], inspector)
         for source, source_id in sources.items()
         if source_id in by_owner
     }
@@ -64,22 +70,15 @@ def deformables_by_source(
     return result
 
 
-def _of_source(
-    source: str, ids: Iterable[Any], inspector: Any, old: SourceDeformables | None
-) -> SourceDeformables:
+def _of_source(source: str, ids: Iterable[Any], inspector: Any) -> SourceDeformables:
     by_name = defaultdict(list)
     counts = {}
     for geometry_id in ids:
         by_name[inspector.get_name(geometry_id)].append(geometry_id)
         counts[geometry_id] = len(inspector.get_reference_mesh(geometry_id).vertices)
-    result = SourceDeformables(
+    return SourceDeformables(
         source,
         {name: found[0] for name, found in by_name.items() if len(found) == 1},
         frozenset(name for name, found in by_name.items() if len(found) > 1),
         counts,
     )
-    if old is not None:
-        result.positions = {g: q for g, q in old.positions.items() if g in counts}
-        result.stamps = {g: stamp for g, stamp in old.stamps.items() if g in counts}
-        result.fresh = set(result.positions)
-    return result

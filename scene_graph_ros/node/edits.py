@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from msg_adapters.errors import MessageError
-from msg_adapters.names import SceneNames
 from msg_adapters.properties import (
     properties_from_msg,
     resolve_embedded_mesh,
@@ -29,7 +28,8 @@ from scene_graph_ros.geometry.model.collision_filter import CollisionFilterDecla
 from scene_graph_ros.geometry.model.ids import FilterId
 from scene_graph_ros.geometry.model.roles import RoleAssign
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
-from scene_graph_ros.node.world import Edit, new_token, SourceRecord
+from scene_graph_ros.node.scene import Edit, SourceRecord
+from scene_graph_ros.node.world import new_token
 
 __all__ = ["EDITS", "Tools"]
 
@@ -44,10 +44,6 @@ class Tools:
 
 
 Handler = Callable[[Any, Any, Edit, Tools], None]
-
-
-def _names(edit: Edit) -> SceneNames:
-    return SceneNames(edit.scene_graph.model_inspector())
 
 
 def _owner(request: Any, edit: Edit) -> SourceRecord:
@@ -102,7 +98,7 @@ def register_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> Non
 def remove_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer RemoveFrame; a frame that went with its parent is no error."""
     record = _owner(request, edit)
-    names = _names(edit)
+    names = edit.names()
     frames = [names.frame_id(name, record.name) for name in request.frames]
     for frame_id in frames:
         if frame_id in edit.scene_graph.model_inspector().frames_for_source(record.id):
@@ -112,7 +108,7 @@ def remove_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
 def register_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer RegisterGeometry."""
     record = _owner(request, edit)
-    names = _names(edit)
+    names = edit.names()
     parent: Any = names.frame_id(request.frame, record.name)
     reference = request.parent_geometry
     if reference.id or reference.name:
@@ -158,7 +154,7 @@ def register_deformable_geometry(
 def remove_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer RemoveGeometry; a geometry that went with its parent is no error."""
     record = _owner(request, edit)
-    names = _names(edit)
+    names = edit.names()
     for geometry_id in [names.geometry_id(reference) for reference in request.geometries]:
         if geometry_id in edit.scene_graph.model_inspector().get_all_geometry_ids():
             edit.scene_graph.remove_geometry(record.id, geometry_id)
@@ -167,7 +163,7 @@ def remove_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> No
 def assign_role(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer AssignRole."""
     record = _owner(request, edit)
-    names = _names(edit)
+    names = edit.names()
     try:
         assign = RoleAssign(request.assign)
     except ValueError as error:
@@ -182,7 +178,7 @@ def assign_role(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
 def remove_role(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer RemoveRole."""
     record = _owner(request, edit)
-    names = _names(edit)
+    names = edit.names()
     role = role_from_msg(request.role)
     targets: list[Any] = [names.frame_id(name, record.name) for name in request.frames]
     targets += [names.geometry_id(reference) for reference in request.geometries]
@@ -193,7 +189,7 @@ def remove_role(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
 def apply_filter(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer ApplyCollisionFilter: each pair must involve geometry of the source."""
     record = _owner(request, edit)
-    names = _names(edit)
+    names = edit.names()
     for statement in request.statements:
         _require_concern(statement, record, names, edit)
     declaration: CollisionFilterDeclaration = filter_from_msg(request.statements, names)

@@ -34,7 +34,8 @@ from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits
 from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.names import default_pose_topic, POSE_TOPICS
 from scene_graph_ros.node.raw_topics import RawTopics
-from scene_graph_ros.node.world import SourceRecord, World
+from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.world import World
 
 __all__ = ["Channel", "PoseInputs", "message_type"]
 

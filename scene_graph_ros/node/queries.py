@@ -39,7 +39,8 @@ from scene_graph_ros.geometry.errors import (
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.what_if import ask_what_if
 from scene_graph_ros.node.intake import UNSTAMPED
-from scene_graph_ros.node.world import SourceRecord, WorldSnapshot
+from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["QUERIES", "Asked", "Query"]
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from msg_adapters.errors import MessageError
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
-from scene_graph_ros.node.world import Edit, new_token, SourceRecord
+from scene_graph_ros.node.scene import Edit, SourceRecord
+from scene_graph_ros.node.world import new_token
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 
 __all__ = ["SceneLoader"]

@@ -13,7 +13,8 @@ from scene_graph_ros.geometry import Box, GeometryInstance, SceneGraph
 from scene_graph_ros.node.configurations import ConfigurationChannel
 from scene_graph_ros.node.deformables import deformables_by_source
 from scene_graph_ros.node.intake import Fault, Intake, TimeLimits, UNSTAMPED
-from scene_graph_ros.node.world import SourceRecord, World
+from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.world import World
 
 NOW = 1_000_000_000_000
 LIMITS = TimeLimits(now=NOW, max_age=5_000_000_000, max_lead=1_000_000_000)
@@ -32,7 +33,7 @@ def soft():
     inspector = graph.model_inspector()
     warnings = []
     intake = Intake("a", warnings.append, noun="geometry")
-    deformables = deformables_by_source(inspector, sources, {})
+    deformables = deformables_by_source(inspector, sources)
     q = inspector.get_reference_mesh(ids["a"]).vertices
     return SimpleNamespace(
         graph=graph,

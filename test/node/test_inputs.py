@@ -24,7 +24,8 @@ from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quate
 from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records
 from scene_graph_ros.node.inputs import Channel
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits, UNSTAMPED
-from scene_graph_ros.node.world import SourceRecord, World
+from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.world import World
 from scene_graph_ros.warmup import read_poses
 
 NOW = 1_000_000_000_000
