@@ -105,6 +105,14 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "shutdown_timeout",
+        1.5,
+        "Seconds. How long after SIGINT or SIGTERM the process ends whatever its threads do.",
+        minimum=0.1,
+        maximum=600.0,
+        read_only=True,
+    ),
+    Parameter(
         "query_threads",
         1,
         "Threads that share the configurations, or the points, that one request asks about.",

@@ -24,6 +24,8 @@ from spinning import DEADLINE, SpinningThread, wait_until
 import scene_graph_msgs.srv
 
 ROOT = Path(__file__).parents[2]
+PATIENT = {"shutdown_timeout": 20.0}
+"""Parameters of nodes in tests: on a busy machine an end in order may take its time."""
 TF_PREFIX = Path(sys.prefix) / "test_workspace"
 
 
@@ -53,14 +55,17 @@ class NodeProcess:
         *,
         remaps: Iterable[str] = (),
         extra_environment: Mapping[str, str] | None = None,
+        program: str = "",
     ) -> None:
+        """Start it; ``program`` is what to run in place of the module, which is to call `main`."""
         arguments: list[str] = []
-        for name, value in (parameters or {}).items():
+        for name, value in {**PATIENT, **(parameters or {})}.items():
             text = str(value).lower() if isinstance(value, bool) else str(value)
             arguments += ["-p", f"{name}:={text}"]
         for remap in remaps:
             arguments += ["-r", remap]
-        command = [sys.executable, "-m", "scene_graph_ros.node"]
+        node = ["-c", program] if program else ["-m", "scene_graph_ros.node"]
+        command = [sys.executable, *node]
         if arguments:
             command += ["--ros-args", *arguments]
         # Deleted with this object, which lives as long as the process.

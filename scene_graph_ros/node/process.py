@@ -1,0 +1,107 @@
+"""The node's own process: its arguments, its executor, and its end in order."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+import sys
+import threading
+import traceback
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import InvalidHandle, ParameterException
+from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
+
+from scene_graph_ros.node.ending import Ending
+from scene_graph_ros.node.node import SceneGraphNode
+from scene_graph_ros.node.parameters import PARAMETERS
+
+__all__ = ["make_executor", "run"]
+
+_SWITCH_INTERVAL = 5e-4
+"""Seconds after which a thread that computes in Python lets another go on: the interpreter's own
+5 ms would be the longest part of an answer's time."""
+
+_PAUSE_AFTER_ERROR = 0.01
+"""Seconds, so that a fault which stays does not keep a core busy."""
+
+
+def make_executor(node: SceneGraphNode) -> Executor:
+    """Return the executor that the node's parameters name."""
+    if node.server.parameter("executor") == "single_threaded":
+        return SingleThreadedExecutor(context=node.context)
+    return MultiThreadedExecutor(node.server.parameter("executor_threads"), context=node.context)
+
+
+def run(args: Sequence[str] | None, ending: Ending) -> int:
+    """Run the node until its end is requested; return the exit code of the process."""
+    _usage().parse_args(remove_ros_args(sys.argv if args is None else args)[1:])
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    ending.has_begun()
+    # ROS's own handlers would end the context while callbacks still publish.
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    try:
+        node = SceneGraphNode()
+    except (ParameterException, ValueError, OSError, LookupError) as error:
+        sys.stderr.write(f"scene_graph: {error}\n")
+        rclpy.shutdown()
+        return 1
+    ending.timeout = node.server.parameter("shutdown_timeout")
+    _spin_until(ending.requested, node)
+    node.destroy_node()
+    rclpy.shutdown()
+    return 0
+
+
+def _usage() -> argparse.ArgumentParser:
+    """Return what explains the command: all its arguments are ROS's."""
+    lines = [
+        f"  {p.name:32} {p.description} Default: {p.default!r}{', read-only' * p.read_only}."
+        for p in PARAMETERS
+    ]
+    return argparse.ArgumentParser(
+        prog="scene_graph_node",
+        usage="%(prog)s [-h] [--ros-args -p scene:=FILE -p PARAMETER:=VALUE -r FROM:=TO ...]",
+        description="The scene graph node: poses in, contacts and markers out, queries answered.",
+        epilog="\n".join(["parameters:", *lines]),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+
+
+def _spin_until(stop: threading.Event, node: SceneGraphNode) -> None:
+    """Spin in a thread of its own, and wait."""
+    executor: Any = make_executor(node)
+    executor.add_node(node)
+    thread = threading.Thread(target=_spin, args=(executor, node, stop), name="executor")
+    thread.start()
+    stop.wait()
+    # An empty task makes a sleeping executor return.
+    executor.create_task(lambda: None)
+    thread.join()
+    executor.shutdown()
+
+
+def _spin(executor: Any, node: SceneGraphNode, stop: threading.Event) -> None:
+    """Spin until the end is requested: no callback that fails is reason to stop."""
+    try:
+        while not stop.is_set() and node.context.ok():
+            _spin_once(executor, node, stop)
+    finally:
+        stop.set()
+
+
+def _spin_once(executor: Any, node: SceneGraphNode, stop: threading.Event) -> None:
+    try:
+        executor.spin_once()
+    except InvalidHandle:
+        # rclpy looked at a topic or service that went just now: nothing is lost.
+        node.get_logger().debug("an entity went while the executor looked at it")
+    except Exception:  # noqa: BLE001 - the node survives whatever it is, and says so
+        node.get_logger().error(
+            f"a callback failed; the node goes on:\n{traceback.format_exc()}",
+            throttle_duration_sec=1.0,
+        )
+        stop.wait(_PAUSE_AFTER_ERROR)
