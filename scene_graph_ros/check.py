@@ -19,6 +19,7 @@ from typing import Any
 
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.node.effects.declarations import (
     count_compliant,
     count_deformable,
@@ -166,7 +167,7 @@ class Checker:
 
 def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:
     """Tell what a file is, by its content: "scene", "parameters", "URDF" or "SRDF"."""
-    data = path.read_bytes()
+    data = read_limited(path, MAX_TEXT_BYTES)
     if path.suffix in (".yaml", ".yml"):
         document = parse_yaml(data, label)
         if any(True for _ in _parameter_sections(document.data, ())):

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 import functools
 import os
 from pathlib import Path
 import site
+import stat
 import sys
 import urllib.parse
 
+from scene_graph_ros.geometry.files import find_file, MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.scene_files.errors import SceneFileError, UnknownPackageError
 from scene_graph_ros.scene_files.xml_tree import parse_xml
 
 __all__ = ["Packages", "find_package", "resolve_resource"]
 
 _INDEX = Path("share/ament_index/resource_index/packages")
+
+MAX_RESOURCE = 4096
+"""Characters of an address: as many bytes as Linux takes for a path."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +55,7 @@ class Packages:
         """
         if name in self.package_map:
             mapped = Path(self.package_map[name])
-            if mapped.is_dir():
+            if _is(stat.S_ISDIR, mapped):
                 return mapped
             raise UnknownPackageError(
                 f"package {name!r} is mapped to {mapped}, which is no folder"
@@ -85,13 +91,21 @@ def _python_prefixes() -> list[Path]:
     """Return the prefixes below which installed wheels have a ``share`` folder."""
     wheels = [Path(folder) / "cmeel.prefix" for folder in site.getsitepackages()]
     folders = [Path(sys.prefix), *wheels]
-    return [folder for folder in folders if folder.is_dir()]
+    return [folder for folder in folders if _is(stat.S_ISDIR, folder)]
+
+
+def _is(kind: Callable[[int], bool], path: Path) -> bool:
+    """Tell whether a path is of a kind. Names come from anywhere: what is no name is nothing."""
+    try:
+        return kind(path.stat().st_mode)
+    except (OSError, ValueError):
+        return False
 
 
 def _package_in_prefix(prefix: Path, name: str) -> Path | None:
     share = prefix / "share" / name
-    if (prefix / _INDEX / name).exists() or (share / "package.xml").is_file():
-        return share if share.is_dir() else None
+    if _is(bool, prefix / _INDEX / name) or _is(stat.S_ISREG, share / "package.xml"):
+        return share if _is(stat.S_ISDIR, share) else None
     return None
 
 
@@ -100,14 +114,14 @@ def _package_in(folder: Path, name: str) -> Path | None:
     if _is_package(folder, name):
         return folder
     child = folder / name
-    if child.is_dir():
+    if _is(stat.S_ISDIR, child):
         return child
     return _package_in_prefix(folder, name)
 
 
 def _is_package(folder: Path, name: str) -> bool:
     manifest = folder / "package.xml"
-    if not manifest.is_file():
+    if not _is(stat.S_ISREG, manifest):
         return False
     return folder.name == name or _manifest_name(manifest) == name
 
@@ -116,7 +130,8 @@ def _is_package(folder: Path, name: str) -> bool:
 def _manifest_name(manifest: Path) -> str | None:
     """Read a package's name; a broken manifest names no package."""
     try:
-        element = parse_xml(manifest.read_bytes(), str(manifest)).child("name")
+        text = read_limited(manifest, MAX_TEXT_BYTES)
+        element = parse_xml(text, str(manifest)).child("name")
     except (OSError, SceneFileError):
         return None
     return element.text.strip() if element is not None else None
@@ -144,29 +159,44 @@ def resolve_resource(
     relative to the folder of ``base``, the file that contains it, or to the working folder.
     Raises SceneFileError with the resource and the path tried.
     """
+    path = _path_of(resource, base, packages or Packages())
+    try:
+        find_file(path)
+    except OSError as error:
+        missing = isinstance(error, (FileNotFoundError, NotADirectoryError))
+        reason = "no such file" if missing else error.strerror
+        meaning = "" if str(path) == resource else f" means {path}"
+        raise SceneFileError(f"{resource!r}{meaning}: {reason}") from error
+    return path
+
+
+def _path_of(resource: str, base: Path | None, packages: Packages) -> Path:
+    """Return the path that an address means, whatever is there."""
     if not resource.strip():
         raise SceneFileError(f"expected a path, package:// or file://, got {resource!r}")
+    if len(resource) > MAX_RESOURCE:
+        raise SceneFileError(
+            f"an address has at most {MAX_RESOURCE} characters, got {len(resource)}:"
+            f" {quoted(resource)}"
+        )
     scheme, separator, rest = resource.partition("://")
     if not separator:
-        path = Path(resource).expanduser()
-        if not path.is_absolute() and base is not None:
-            path = base.parent / path
-    elif scheme == "package":
+        try:
+            path = Path(resource).expanduser()
+        except RuntimeError as error:
+            raise SceneFileError(f"{resource!r}: {error}") from error
+        return path if path.is_absolute() or base is None else base.parent / path
+    if scheme == "package":
         # Some robot descriptions write a third slash, which other readers skip as well.
         package, _, inner = rest.lstrip("/").partition("/")
         if not package or not inner:
             raise SceneFileError(f"expected package://<package>/<path>, got {resource!r}")
-        path = (packages or Packages()).find(package, near=base) / inner
-    elif scheme == "file":
-        path = Path(urllib.parse.unquote(rest))
-        if not path.is_absolute():
-            raise SceneFileError(f"expected file:///<absolute path>, got {resource!r}")
-    else:
+        return packages.find(package, near=base) / inner
+    if scheme != "file":
         raise SceneFileError(
             f"expected a path, package:// or file://, got the scheme {scheme!r} in {resource!r}"
         )
-    if not path.is_file():
-        kind = "a folder" if path.is_dir() else "no such file"
-        meaning = "" if str(path) == resource else f" means {path}"
-        raise SceneFileError(f"{resource!r}{meaning}: {kind}")
+    path = Path(urllib.parse.unquote(rest))
+    if not path.is_absolute():
+        raise SceneFileError(f"expected file:///<absolute path>, got {resource!r}")
     return path

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.scene_files.errors import SceneFileError
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
@@ -59,7 +60,7 @@ def load_scene(
     packages = Packages.of(package_map, package_dirs)
     file = resolve_resource(str(path), packages=packages)
     try:
-        text = file.read_bytes()
+        text = read_limited(file, MAX_TEXT_BYTES)
     except OSError as error:
         raise SceneFileError(f"{file}: cannot be read: {error.strerror}") from error
     return _scene(text, str(path), file, packages)

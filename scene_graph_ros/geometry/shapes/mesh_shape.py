@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidShapeError
+from scene_graph_ros.geometry.files import find_file
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SCALE
 
@@ -169,56 +171,54 @@ def _checked_scale(name: str, scale: Any) -> tuple[float, float, float]:
         array = np.asarray(scale, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise InvalidShapeError(
-            f"{name}: scale must be one or three numbers: {scale!r}"
+            f"{name}: scale must be one or three numbers: {quoted(scale)}"
         ) from error
     if array.shape not in ((), (3,)):
-        raise InvalidShapeError(f"{name}: scale must be one or three numbers, not {scale!r}")
+        raise InvalidShapeError(f"{name}: scale must be one or three numbers, not {quoted(scale)}")
     factors = np.broadcast_to(array, 3)
     if not np.isfinite(factors).all() or np.abs(factors).max() > MAX_SHAPE_SIZE:
         raise InvalidShapeError(
-            f"{name}: scale must be finite and at most {MAX_SHAPE_SIZE:g}, not {scale!r}"
+            f"{name}: scale must be finite and at most {MAX_SHAPE_SIZE:g}, not {quoted(scale)}"
         )
     if np.abs(factors).min() < MIN_SCALE:
         raise InvalidShapeError(
-            f"{name}: scale must be at least {MIN_SCALE:g} in magnitude, not {scale!r}"
+            f"{name}: scale must be at least {MIN_SCALE:g} in magnitude, not {quoted(scale)}"
         )
     return (float(factors[0]), float(factors[1]), float(factors[2]))
 
 
 def _checked_path(name: str, path: str | os.PathLike[str]) -> Path:
     if not isinstance(path, (str, os.PathLike)):
-        raise InvalidShapeError(f"{name}: path must be a file's path, not {path!r}")
+        raise InvalidShapeError(f"{name}: path must be a file's path, not {quoted(path)}")
     # Not resolved: a link keeps its name, which tells the file type and appears in markers.
-    absolute = Path(os.path.normpath(Path.cwd() / path))
-    try:
-        with absolute.open("rb"):
-            return absolute
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise InvalidShapeError(f"{name}: cannot read file {str(path)!r}: {reason}") from error
+    return Path(os.path.normpath(Path.cwd() / path))
 
 
 def _file_key(name: str, path: Path) -> Hashable:
     try:
-        status = path.stat()
+        status = find_file(path)
     except OSError as error:
         raise InvalidShapeError(
-            f"{name}: cannot read file {str(path)!r}: {error.strerror}"
+            f"{name}: cannot read file {quoted(str(path))}: {error.strerror}"
         ) from error
+    if not os.access(path, os.R_OK):
+        raise InvalidShapeError(f"{name}: cannot read file {quoted(str(path))}: permission denied")
     return (str(path), status.st_mtime_ns, status.st_size)
 
 
 def _checked_contents(name: str, contents: Any) -> bytes:
     data = contents.encode() if isinstance(contents, str) else contents
     if not isinstance(data, (bytes, bytearray, memoryview)) or len(data) == 0:
-        raise InvalidShapeError(f"{name}: contents must be the bytes of a file, not {contents!r}")
+        raise InvalidShapeError(
+            f"{name}: contents must be the bytes of a file, not {quoted(contents)}"
+        )
     return bytes(data)
 
 
 def _checked_file_type(name: str, file_type: Any) -> str:
     if not isinstance(file_type, str) or not file_type.strip(" ."):
         raise InvalidShapeError(
-            f'{name}: contents need a file_type such as "obj", not {file_type!r}'
+            f'{name}: contents need a file_type such as "obj", not {quoted(file_type)}'
         )
     return file_type.strip(" .").lower()
 

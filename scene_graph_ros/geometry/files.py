@@ -1,0 +1,94 @@
+"""Read files that others name: regular files only, within a size and a time.
+
+What is named may be a device, a pipe, a file of 40 GB or on a server that is gone. All of them
+are refused with ``OSError``, whose ``strerror`` says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future
+import errno
+import os
+from pathlib import Path
+import stat
+import threading
+from typing import TypeVar
+
+__all__ = ["MAX_MESH_BYTES", "MAX_TEXT_BYTES", "find_file", "read_limited"]
+
+MAX_MESH_BYTES = 256 * 2**20
+"""A binary STL of five million triangles has this size."""
+
+MAX_TEXT_BYTES = 32 * 2**20
+"""Of scenes and robot descriptions. Those of whole factories have some megabytes."""
+
+MAX_SECONDS = 20.0
+"""How long a file may take to be found, and then to be read. A dead network mount has no end."""
+
+Result = TypeVar("Result")
+PathLike = str | os.PathLike[str]
+
+
+def find_file(path: PathLike) -> os.stat_result:
+    """Return the status of a regular file.
+
+    Raises OSError for anything else, IsADirectoryError for a folder.
+    """
+    return _in_time(_status, path)
+
+
+def read_limited(path: PathLike, limit: int) -> bytes:
+    """Return what a regular file of at most ``limit`` bytes holds. Raises OSError."""
+    return _in_time(lambda path: _read(path, limit), path)
+
+
+def _status(path: PathLike) -> os.stat_result:
+    try:
+        status = Path(path).stat()
+    except ValueError as error:  # a NUL byte, or characters that no file name has
+        raise OSError(errno.EINVAL, str(error), os.fspath(path)) from error
+    return _checked(status, path)
+
+
+def _checked(status: os.stat_result, path: PathLike) -> os.stat_result:
+    if stat.S_ISDIR(status.st_mode):
+        raise IsADirectoryError(errno.EISDIR, "is a folder", os.fspath(path))
+    if not stat.S_ISREG(status.st_mode):
+        raise OSError(errno.EINVAL, "is no regular file", os.fspath(path))
+    return status
+
+
+def _read(path: PathLike, limit: int) -> bytes:
+    """Read as many bytes as the file's size says: those of /proc say 0, whatever they hold."""
+    _status(path)  # before it is opened, which may block or do something
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
+    try:
+        size = _checked(os.fstat(handle), path).st_size
+        if size > limit:
+            raise OSError(errno.EFBIG, f"has {size} bytes, the limit is {limit}", os.fspath(path))
+        parts = []
+        while size > 0 and (part := os.read(handle, size)):
+            parts.append(part)
+            size -= len(part)
+        return b"".join(parts)
+    finally:
+        os.close(handle)
+
+
+def _in_time(work: Callable[[PathLike], Result], path: PathLike) -> Result:
+    """Do work that may block in the kernel in a thread, which is left behind if it does."""
+    outcome: Future[Result] = Future()
+
+    def run() -> None:
+        try:
+            outcome.set_result(work(path))
+        except BaseException as error:  # noqa: BLE001 - raised again in the thread that waits
+            outcome.set_exception(error)
+
+    threading.Thread(target=run, daemon=True, name="reading a file").start()
+    try:
+        return outcome.result(MAX_SECONDS)
+    except TimeoutError as error:
+        message = f"gives no answer within {MAX_SECONDS:g} s"
+        raise OSError(errno.ETIMEDOUT, message, os.fspath(path)) from error
