@@ -7,22 +7,48 @@ from dataclasses import dataclass, field
 import math
 from xml.parsers import expat
 
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.scene_files.errors import Location, SceneFileError
 
 __all__ = ["XmlElement", "parse_xml"]
 
 
-@dataclass
+MAX_DEPTH = 100
+"""How deep elements may be in each other. URDF has about six levels."""
+
+MAX_ELEMENTS = 1_000_000
+"""They take some 400 bytes each."""
+
+
+@dataclass(slots=True)
 class XmlElement:
-    """An element of a parsed file; ``path`` names it from below the root, for messages."""
+    """An element of a parsed file."""
 
     tag: str
     attributes: dict[str, str]
     file: str
     line: int
-    path: str
+    parent: XmlElement | None = None
+    position: int = 0
+    """How many children of this tag the parent has before."""
     children: list[XmlElement] = field(default_factory=list)
     text: str = ""
+
+    @property
+    def path(self) -> str:
+        """Name the element as ``link['arm']/collision[1]/geometry``; the root has no name."""
+        labels: list[str] = []
+        element = self
+        while element.parent is not None:
+            labels.append(element._label())
+            element = element.parent
+        return "/".join(reversed(labels))
+
+    def _label(self) -> str:
+        if self.attributes.get("name"):
+            return f"{self.tag}[{quoted(self.attributes['name'])}]"
+        return self.tag if self.position == 0 else f"{self.tag}[{self.position}]"
 
     def all(self, tag: str) -> Iterator[XmlElement]:
         """Yield the direct children called ``tag``."""
@@ -61,7 +87,7 @@ class XmlElement:
         if value is None:
             raise self.error("missing attribute", name)
         if not value.strip():
-            raise self.error(f"must not be empty, got {value!r}", name)
+            raise self.error(f"must not be empty, got {quoted(value)}", name)
         return value.strip()
 
     def numbers(self, name: str, count: int, default: str | None = None) -> tuple[float, ...]:
@@ -70,15 +96,17 @@ class XmlElement:
         parts = text.split()
         if len(parts) != count:
             noun = "number" if count == 1 else "numbers"
-            raise self.error(f"expected {count} {noun}, got {text!r}", name)
+            raise self.error(f"expected {count} {noun}, got {quoted(text)}", name)
         values = []
         for part in parts:
             try:
                 value = float(part)
             except ValueError:
-                raise self.error(f"expected a number, got {part!r} in {text!r}", name) from None
+                raise self.error(
+                    f"expected a number, got {quoted(part)} in {quoted(text)}", name
+                ) from None
             if not math.isfinite(value):
-                raise self.error(f"must be finite, got {text!r}", name)
+                raise self.error(f"must be finite, got {quoted(text)}", name)
             values.append(value)
         return tuple(values)
 
@@ -101,59 +129,64 @@ class _TreeBuilder:
         self.file = file
         self.root: XmlElement | None = None
         self.open: list[XmlElement] = []
-        self.counts: list[dict[str, int]] = [{}]
+        self.counts: list[dict[str, int]] = []
+        self.texts: list[list[str]] = []
+        self.total = 0
         self.parser = expat.ParserCreate()
+        self.parser.buffer_text = True
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = self.end
         self.parser.CharacterDataHandler = self.characters
         self.parser.EntityDeclHandler = self.entity
 
+    def fail(self, message: str) -> SceneFileError:
+        place = Location(self.file, self.parser.CurrentLineNumber)
+        return SceneFileError(f"{place}: {message}")
+
     def start(self, tag: str, attributes: dict[str, str]) -> None:
-        line = self.parser.CurrentLineNumber
         if tag.startswith("xacro:"):
-            raise SceneFileError(
-                f"{Location(self.file, line, tag)}: is a macro; expand the file with xacro first"
-            )
-        element = XmlElement(tag, attributes, self.file, line, self._path(tag, attributes))
+            raise self.fail(f"{tag}: is a macro; expand the file with xacro first")
+        self.total += 1
+        if self.total > MAX_ELEMENTS:
+            raise self.fail(f"<{tag}>: more than {MAX_ELEMENTS} elements")
+        if len(self.open) >= MAX_DEPTH:
+            raise self.fail(f"<{tag}>: nested more than {MAX_DEPTH} deep")
+        self._open(XmlElement(tag, attributes, self.file, self.parser.CurrentLineNumber))
+
+    def _open(self, element: XmlElement) -> None:
         if self.open:
-            self.open[-1].children.append(element)
+            element.parent = self.open[-1]
+            element.position = self.counts[-1].get(element.tag, 0)
+            self.counts[-1][element.tag] = element.position + 1
+            element.parent.children.append(element)
         else:
             self.root = element
         self.open.append(element)
         self.counts.append({})
-
-    def _path(self, tag: str, attributes: dict[str, str]) -> str:
-        """Name an element as ``link['arm']/collision[1]/geometry``; the root has no name."""
-        if not self.open:
-            return ""
-        index = self.counts[-1].get(tag, 0)
-        self.counts[-1][tag] = index + 1
-        if attributes.get("name"):
-            label = f"{tag}[{attributes['name']!r}]"
-        else:
-            label = tag if index == 0 else f"{tag}[{index}]"
-        parent = self.open[-1].path
-        return f"{parent}/{label}" if parent else label
+        self.texts.append([])
 
     def end(self, _tag: str) -> None:
-        self.open.pop()
         self.counts.pop()
+        self.open.pop().text = "".join(self.texts.pop())
 
     def characters(self, text: str) -> None:
-        if self.open:
-            self.open[-1].text += text
+        if self.texts:
+            self.texts[-1].append(text)
 
     def entity(self, name: str, *_details: object) -> None:
-        line = self.parser.CurrentLineNumber
-        raise SceneFileError(f"{Location(self.file, line)}: entity {name!r}: entities are refused")
+        raise self.fail(f"entity {quoted(name)}: entities are refused")
 
 
 def parse_xml(source: str | bytes, file: str) -> XmlElement:
     """Return the root element of an XML text; ``file`` is its name in messages.
 
-    Raises SceneFileError, with the line, for text that is not well-formed XML, declares entities
-    or still contains xacro macros.
+    Raises SceneFileError, with the line, for text that is not well-formed XML, declares entities,
+    still contains xacro macros, or is beyond MAX_DEPTH, MAX_ELEMENTS or MAX_TEXT_BYTES.
     """
+    if len(source) > MAX_TEXT_BYTES:
+        raise SceneFileError(
+            f"{file}: has {len(source)} characters, the limit is {MAX_TEXT_BYTES}"
+        )
     builder = _TreeBuilder(file)
     try:
         builder.parser.Parse(source, True)
@@ -161,9 +194,9 @@ def parse_xml(source: str | bytes, file: str) -> XmlElement:
         reason = expat.ErrorString(error.code)
         where = Location(file, error.lineno)
         raise SceneFileError(f"{where}: not well-formed XML: {reason}") from error
-    except ValueError as error:
-        if isinstance(error, SceneFileError):
-            raise
+    except SceneFileError:
+        raise
+    except (ValueError, LookupError) as error:  # LookupError: an encoding that there is not
         raise SceneFileError(f"{file}: cannot be read as XML: {error}") from error
     if builder.root is None:
         raise SceneFileError(f"{file}: no XML element")

@@ -6,11 +6,14 @@ unique; tags for objects are refused.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 import re
 from typing import Any, ClassVar
 
 import yaml
 
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.scene_files.errors import Location, SceneFileError
 
 __all__ = ["YamlDocument", "parse_yaml", "path_text"]
@@ -20,12 +23,34 @@ Path = tuple[str | int, ...]
 MAX_VALUES = 1_000_000
 """Aliases let a small file describe an exponential number of values; more than this is refused."""
 
+MAX_DEPTH = 100
+"""How many lists and mappings may be in each other. Scenes have about ten."""
+
 
 class _Loader(yaml.SafeLoader):
     """SafeLoader with the scalars of YAML 1.2's core schema."""
 
     # The base class declares the table as an instance's, but looks it up in the class.
     yaml_implicit_resolvers: ClassVar[dict[str, Any]] = {}  # type: ignore[misc]
+
+    def __init__(self, text: str | bytes) -> None:
+        super().__init__(text)
+        self.depth = self.count = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose a node and all in it, as long as they are neither too deep nor too many."""
+        self.depth += 1
+        self.count += 1
+        if self.depth > MAX_DEPTH:
+            self._refuse(f"nested more than {MAX_DEPTH} deep")
+        if self.count > MAX_VALUES:
+            self._refuse(f"more than {MAX_VALUES} values")
+        node: yaml.Node | None = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def _refuse(self, problem: str) -> None:
+        raise yaml.composer.ComposerError(None, None, problem, self.peek_event().start_mark)
 
 
 _STR = "tag:yaml.org,2002:str"
@@ -98,8 +123,12 @@ def parse_yaml(text: str | bytes, file: str) -> YamlDocument:
     """Parse a YAML text; ``file`` is its name in messages.
 
     Raises SceneFileError, with the line, for text that is no YAML, keys that are given twice or
-    no text, tags for objects, and aliases that contain themselves or grow beyond MAX_VALUES.
+    no text, tags for objects, aliases that contain themselves, and for values, aliased and merged
+    ones included, that are more than MAX_VALUES or deeper than MAX_DEPTH; and for a text of more
+    than MAX_TEXT_BYTES.
     """
+    if len(text) > MAX_TEXT_BYTES:
+        raise SceneFileError(f"{file}: has {len(text)} characters, the limit is {MAX_TEXT_BYTES}")
     try:
         loader = _Loader(text)
         try:
@@ -122,6 +151,7 @@ class _Builder:
         self.file = file
         self.lines: dict[Path, int] = {}
         self.open: list[int] = []
+        self.merge = _Merge(self.fail)
 
     def fail(self, node: yaml.Node, path: Path, message: str) -> SceneFileError:
         place = Location(self.file, node.start_mark.line + 1, path_text(path))
@@ -130,12 +160,14 @@ class _Builder:
     def build(self, node: yaml.Node, path: Path) -> Any:
         """Return the value of a node, and remember the lines of all values in it."""
         if node.tag not in _PLAIN_TAGS:
-            raise self.fail(node, path, f"the tag {node.tag!r} is refused")
+            raise self.fail(node, path, f"the tag {quoted(node.tag)} is refused")
         if id(node) in self.open:
             raise self.fail(node, path, "an alias contains itself")
         self.lines[path] = node.start_mark.line + 1
         if len(self.lines) > MAX_VALUES:
             raise self.fail(node, path, f"more than {MAX_VALUES} values")
+        if len(self.open) >= MAX_DEPTH:
+            raise self.fail(node, path, f"nested more than {MAX_DEPTH} deep")
         self.open.append(id(node))
         try:
             if isinstance(node, yaml.MappingNode):
@@ -153,20 +185,71 @@ class _Builder:
             raise self.fail(node, path, f"{error}") from error
 
     def _mapping(self, node: yaml.MappingNode, path: Path) -> dict[str, Any]:
-        seen: dict[str, int] = {}
-        for key, _ in node.value:
+        result = {}
+        for name, (key, value) in self.merge.entries(node, path).items():
+            result[name] = self.build(value, (*path, name))
+            # A value on the lines below its key is best pointed at by the key.
+            self.lines[(*path, name)] = key.start_mark.line + 1
+        return result
+
+
+Entries = dict[str, tuple[yaml.Node, yaml.Node]]
+"""The key's and the value's node by the key."""
+
+
+class _Merge:
+    """What mappings hold when the merge keys (``<<``) in them are followed.
+
+    Each mapping is worked out once and has each key once, so that mappings which merge mappings
+    do not multiply.
+    """
+
+    def __init__(self, fail: Callable[[yaml.Node, Path, str], SceneFileError]) -> None:
+        self.fail = fail
+        self.known: dict[int, Entries] = {}
+        self.open: list[int] = []
+        self.visited = 0
+
+    def entries(self, node: yaml.MappingNode, path: Path) -> Entries:
+        """Return a mapping's entries: merged ones first, its own in place of those."""
+        if id(node) in self.known:
+            return self.known[id(node)]
+        if id(node) in self.open:
+            raise self.fail(node, path, "an alias contains itself")
+        if len(self.open) >= MAX_DEPTH:
+            raise self.fail(node, path, f"merges more than {MAX_DEPTH} deep")
+        self.open.append(id(node))
+        result: Entries = {}
+        for entries in (*self._merged(node, path), self._own(node, path)):
+            self.visited += len(entries)
+            if self.visited > MAX_VALUES:
+                raise self.fail(node, path, f"more than {MAX_VALUES} values, with those merged")
+            result.update(entries)
+        self.open.pop()
+        self.known[id(node)] = result
+        return result
+
+    def _merged(self, node: yaml.MappingNode, path: Path) -> Iterator[Entries]:
+        """Yield what a mapping merges; of a list, the first mapping comes last, and wins."""
+        for key, value in node.value:
+            if key.tag != _MERGE:
+                continue
+            parts = value.value if isinstance(value, yaml.SequenceNode) else [value]
+            for part in reversed(parts):
+                if not isinstance(part, yaml.MappingNode):
+                    raise self.fail(part, path, "<< takes a mapping or a list of mappings")
+                yield self.entries(part, path)
+
+    def _own(self, node: yaml.MappingNode, path: Path) -> Entries:
+        result: Entries = {}
+        for key, value in node.value:
             if key.tag == _MERGE:
                 continue
             if key.tag != _STR:
-                raise self.fail(key, path, f"keys must be text, got {key.value!r}")
-            if key.value in seen:
-                message = f"given twice, first in line {seen[key.value]}"
+                raise self.fail(key, path, f"keys must be text, got {quoted(key.value)}")
+            if key.value in result:
+                first = result[key.value][0].start_mark.line + 1
+                message = f"given twice, first in line {first}"
                 raise self.fail(key, (*path, key.value), message)
-            seen[key.value] = key.start_mark.line + 1
-        self.loader.flatten_mapping(node)
-        result = {}
-        for key, value in node.value:
-            result[key.value] = self.build(value, (*path, key.value))
-            # A value on the lines below its key is best pointed at by the key.
-            self.lines[(*path, key.value)] = key.start_mark.line + 1
+            result[key.value] = (key, value)
         return result

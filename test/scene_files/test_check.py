@@ -1,6 +1,7 @@
 """The command that checks files, run as a user runs it."""
 
 import json
+import os
 from pathlib import Path
 import subprocess
 import sys
@@ -192,6 +193,53 @@ def test_packages_on_the_command_line(capsys, tmp_path):
     assert check(capsys, address)[0] == 1
     assert check(capsys, "--package", f"stock={tmp_path / 'stock'}", address)[0] == 0
     assert check(capsys, "--package-path", tmp_path, address)[0] == 0
+
+
+MERGES = "\n".join(
+    [
+        "a0: &a0 {k: 0}",
+        *(f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 10)}]}}" for i in range(1, 11)),
+    ]
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "contents", "message"),
+    [
+        ("s.yaml", MERGES.encode(), "s.yaml:1: version: missing"),
+        ("s.yaml", b"[" * 2000, "s.yaml:1: not YAML: nested more than 100 deep"),
+        ("r.urdf", b"<robot>" + b"\n<a>" * 60_000, "r.urdf:101: <a>: nested more than 100 deep"),
+        (
+            "r.urdf",
+            b"<?xml version='1.0' encoding='nosuch'?><robot/>",
+            "r.urdf: cannot be read as XML: unknown encoding",
+        ),
+    ],
+)
+def test_files_that_explode_are_refused_without_a_traceback(
+    capsys, tmp_path, name, contents, message
+):
+    """Each is refused with its place and the limit, and the command ends with 1."""
+    (tmp_path / name).write_bytes(contents)
+    status, out, err = check(capsys, tmp_path / name)
+    assert status == 1
+    assert len(out) == 1
+    assert message in err[0]
+
+
+def test_files_that_never_end_are_refused(capsys, tmp_path):
+    """A pipe, a device and a file of 40 GB are named with what is wrong with them."""
+    os.mkfifo(tmp_path / "pipe.yaml")
+    with (tmp_path / "sparse.yaml").open("wb") as file:
+        file.truncate(40 * 2**30)
+    files = [tmp_path / "pipe.yaml", "/dev/zero", tmp_path / "sparse.yaml"]
+    status, _, err = check(capsys, *files)
+    assert status == 1
+    assert [line.rpartition(": ")[2] for line in err] == [
+        "is no regular file",
+        "is no regular file",
+        "has 42949672960 bytes, the limit is 33554432",
+    ]
 
 
 @pytest.mark.parametrize("arguments", [[], ["--package", "a", "f"], ["--nonsense"]])

@@ -2,6 +2,7 @@
 
 import pytest
 
+from scene_graph_ros.scene_files import xml_tree
 from scene_graph_ros.scene_files.errors import SceneFileError
 from scene_graph_ros.scene_files.xml_tree import parse_xml
 
@@ -74,6 +75,9 @@ def test_second_child_names_the_first():
         ),
         ('<robot>\n<xacro:arm parent="a"/></robot>', "r:2: xacro:arm: is a macro; expand"),
         ("<robot \x00/>", "r:1: not well-formed XML"),
+        ("\n<a>" * 60_000, "r:102: <a>: nested more than 100 deep"),
+        (b"<?xml version='1.0' encoding='nosuch'?><robot/>", "r: cannot be read as XML: "),
+        (b"<?xml version='1.0' encoding='utf-7'?><robot/>", "r: cannot be read as XML: "),
     ],
 )
 def test_what_is_no_plain_xml_is_refused(text, message):
@@ -87,3 +91,19 @@ def test_declared_encoding_of_bytes_is_respected():
     """A file in Latin-1 that says so is read right."""
     text = '<?xml version="1.0" encoding="ISO-8859-1"?><robot name="Grün"/>'
     assert parse_xml(text.encode("latin-1"), "r").attributes["name"] == "Grün"
+
+
+def test_number_of_elements_and_size_are_limited(monkeypatch):
+    """More elements, or a longer text, than a robot can have are refused."""
+    monkeypatch.setattr(xml_tree, "MAX_ELEMENTS", 10)
+    with pytest.raises(SceneFileError, match=r"^r:1: <a>: more than 10 elements"):
+        parse_xml(f"<robot>{'<a/>' * 11}</robot>", "r")
+    monkeypatch.setattr(xml_tree, "MAX_TEXT_BYTES", 50)
+    with pytest.raises(SceneFileError, match=r"^r: has 68 characters, the limit is 50$"):
+        parse_xml(f"<robot>{' ' * 53}</robot>", "r")
+
+
+def test_text_of_many_lines_is_collected_once():
+    """A megabyte of lines in one element is read in the time that its size takes."""
+    text = "<robot><text>" + "line\n" * 200_000 + "</text></robot>"
+    assert parse_xml(text, "r").required_child("text").text.count("line") == 200_000

@@ -78,6 +78,67 @@ def test_aliases_that_multiply_are_refused(monkeypatch):
     assert "more than 10000 values" in error_of("\n".join(["a0: &a0 x", *levels]))
 
 
+def test_merge_keys_do_not_multiply():
+    """Ten levels that merge the one before ten times have the keys that there are."""
+    levels = [
+        f"a{i}: &a{i} {{<<: [{', '.join([f'*a{i - 1}'] * 10)}], k{i}: {i}}}" for i in range(1, 11)
+    ]
+    data = parse_yaml("\n".join(["a0: &a0 {k0: 0}", *levels]), "f").data
+    assert data["a10"] == {f"k{i}": i for i in range(11)}
+
+
+def test_merging_more_than_there_may_be_is_refused(monkeypatch):
+    """Two thousand mappings that merge a hundred keys each look at two hundred thousand."""
+    monkeypatch.setattr(yaml_document, "MAX_VALUES", 20_000)
+    base = ", ".join(f"k{i}: 0" for i in range(100))
+    text = f"a: &a {{{base}}}\nb: {{<<: [{', '.join(['*a'] * 2000)}]}}"
+    assert error_of(text).startswith("f:2: b: more than 20000 values, with those merged")
+
+
+def test_of_merged_mappings_the_first_wins():
+    """An own key wins over merged ones, a mapping over those after it in the list."""
+    text = "a: &a {x: 1, y: 1, z: 1}\nb: &b {x: 2, y: 2, w: 2}\nc: {<<: [*a, *b], x: 3}"
+    assert parse_yaml(text, "f").data["c"] == {"x": 3, "y": 1, "z": 1, "w": 2}
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a:\n " + "[" * 2000, "f:2: not YAML: nested more than 100 deep"),
+        ("a: " + "{b: " * 101, "f:1: not YAML: nested more than 100 deep"),
+        (
+            "\n".join(["a: &a0 []", *(f"b{i}: &a{i} [*a{i - 1}]" for i in range(1, 200))]),
+            "100 deep",
+        ),
+        (
+            "<<:\n- k: [&a0 {}"
+            + "".join(f", &a{i} {{<<: *a{i - 1}}}" for i in range(1, 3000))
+            + "]\n- {<<: *a2999}",
+            "f:2: merges more than 100 deep",
+        ),
+        ("a: {<<: &m {<<: *m}}", "an alias contains itself"),
+        ("a: {<<: [1]}", "f:1: a: << takes a mapping or a list of mappings"),
+        ("a: {<<: {[x]: 2}}", "keys must be text"),
+        ("a: " + "1" * 5000, "f:1: a: Exceeds the limit"),
+    ],
+)
+def test_depth_is_limited(text, message):
+    """What is nested too deep, also by aliases and merge keys, is refused with its line."""
+    assert message in error_of(text)
+
+
+def test_number_of_nodes_is_limited_while_reading(monkeypatch):
+    """A long list is refused before the rest of it is read."""
+    monkeypatch.setattr(yaml_document, "MAX_VALUES", 1000)
+    assert error_of("\n".join(["- 1"] * 2000 + ["{"])) == "f:1000: not YAML: more than 1000 values"
+
+
+def test_size_of_text_is_limited(monkeypatch):
+    """A text that is too long is not even looked at."""
+    monkeypatch.setattr(yaml_document, "MAX_TEXT_BYTES", 100)
+    assert error_of("{" * 101) == "f: has 101 characters, the limit is 100"
+
+
 def test_paths_are_written_as_in_code():
     """Indices are in brackets, keys behind dots."""
     assert path_text(("geometries", 3, "shape", "radius")) == "geometries[3].shape.radius"
