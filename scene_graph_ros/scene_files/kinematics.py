@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_pos
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.scene_files.errors import JointStateError
 from scene_graph_ros.scene_files.pinocchio_model import build_model
-from scene_graph_ros.scene_files.robot_model import JointType, RobotModel
+from scene_graph_ros.scene_files.robot_model import JointType, Mimic, RobotModel
 from scene_graph_ros.scene_files.urdf_tree import suggestion
 
 __all__ = ["Kinematics"]
@@ -177,23 +177,17 @@ class Kinematics:
 
     def _mimics_of(self, named: frozenset[str]) -> tuple[tuple[int, int, float, float], ...]:
         """List the joints that move because they mimic a named joint, followed ones first."""
-        moving = set(named)
+        followers: dict[str, list[tuple[str, Mimic]]] = {}
+        for joint in self.robot.positioned_joints():
+            if joint.mimic is not None and joint.name not in named:
+                followers.setdefault(joint.mimic.joint, []).append((joint.name, joint.mimic))
         result = []
-        pending = [j for j in self.robot.positioned_joints() if j.mimic and j.name not in named]
-        progress = True
-        while progress:
-            progress = False
-            for joint in list(pending):
-                assert joint.mimic is not None
-                if joint.mimic.joint in moving:
-                    rule = joint.mimic
-                    followed = self._index[rule.joint]
-                    result.append(
-                        (self._index[joint.name], followed, rule.multiplier, rule.offset)
-                    )
-                    moving.add(joint.name)
-                    pending.remove(joint)
-                    progress = True
+        moving = sorted(named, key=self._index.__getitem__)
+        for followed in moving:
+            for name, rule in followers.get(followed, ()):
+                entry = (self._index[name], self._index[followed], rule.multiplier, rule.offset)
+                result.append(entry)
+                moving.append(name)  # to be visited later in this loop
         return tuple(result)
 
     def set_joint_pose(self, joint_name: str, X_JcC: Any) -> None:

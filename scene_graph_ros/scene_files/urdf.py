@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.geometry.tolerances import MIN_SCALE
 from scene_graph_ros.scene_files.errors import Location, SceneFileError
@@ -28,7 +29,11 @@ from scene_graph_ros.scene_files.robot_model import (
     PrimitiveShape,
     RobotModel,
 )
-from scene_graph_ros.scene_files.urdf_tree import arrange_joints, check_mimics
+from scene_graph_ros.scene_files.urdf_tree import (
+    arrange_joints,
+    check_mimics,
+    free_of_the_missing,
+)
 from scene_graph_ros.scene_files.xml_tree import parse_xml, XmlElement
 
 __all__ = ["load_urdf", "read_robot_text"]
@@ -65,7 +70,7 @@ def read_robot_text(
         return path_or_xml, "<text>", None
     path = resolve_resource(str(path_or_xml), packages=packages)
     try:
-        return path.read_bytes(), str(path_or_xml), path
+        return read_limited(path, MAX_TEXT_BYTES), str(path_or_xml), path
     except OSError as error:
         raise SceneFileError(f"{path}: cannot be read: {error.strerror}") from error
 
@@ -85,6 +90,8 @@ class _Reader:
         if not links:
             raise SceneFileError(f"{Location(self.root.file, self.root.line)}: no <link>")
         joints = self._unique(self._joint(element) for element in self.root.all("joint"))
+        joints, warnings = free_of_the_missing(joints)
+        self.warnings.extend(warnings)
         base, ordered = arrange_joints(self.root, links, joints)
         check_mimics(ordered)
         return RobotModel(

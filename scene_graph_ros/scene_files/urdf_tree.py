@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+import dataclasses
 import difflib
 
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.scene_files.errors import Location, SceneFileError
 from scene_graph_ros.scene_files.robot_model import Joint, Link
 from scene_graph_ros.scene_files.xml_tree import XmlElement
 
-__all__ = ["arrange_joints", "check_mimics", "suggestion"]
+__all__ = ["arrange_joints", "check_mimics", "free_of_the_missing", "suggestion"]
+
+_LONGEST_LIST = 1000
+"""Names. Among more of them a search for the nearest takes seconds."""
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:
     """Return "; did you mean 'x'?" for the known name nearest to ``name``, or nothing."""
-    near = difflib.get_close_matches(name, list(known), n=1)
+    names = list(known)
+    if len(names) > _LONGEST_LIST or len(name) > _LONGEST_LIST:
+        return ""
+    near = difflib.get_close_matches(name, names, n=1)
     return f"; did you mean {near[0]!r}?" if near else ""
 
 
@@ -63,26 +71,38 @@ def _ordered(base: str, joints: Mapping[str, Joint]) -> dict[str, Joint]:
     return result
 
 
-def check_mimics(joints: Mapping[str, Joint]) -> None:
-    """Raise SceneFileError if a mimicked joint is unknown, immobile, or mimics in a circle."""
+def free_of_the_missing(joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], list[str]]:
+    """Return the joints, those that mimic a missing joint without mimicry, and warnings of them.
+
+    Robots are cut down to some of their joints, and keep the word of one that is gone.
+    """
+    result, warnings = dict(joints), []
     for joint in joints.values():
-        followed = [joint.name]
+        if joint.mimic is not None and joint.mimic.joint not in joints:
+            result[joint.name] = dataclasses.replace(joint, mimic=None)
+            warnings.append(
+                f"{joint.location}/mimic: ignored, as there is no joint"
+                f" {quoted(joint.mimic.joint)}{suggestion(joint.mimic.joint, joints)}"
+            )
+    return result, warnings
+
+
+def check_mimics(joints: Mapping[str, Joint]) -> None:
+    """Raise SceneFileError if a mimicked joint is immobile, or mimics in a circle."""
+    settled: set[str] = set()
+    for joint in joints.values():
+        followed = {joint.name: None}
         current = joint
-        while current.mimic is not None:
+        while current.mimic is not None and current.name not in settled:
             name = current.mimic.joint
-            if name not in joints:
-                raise SceneFileError(
-                    f"{current.location}/mimic: no joint {name!r}{suggestion(name, joints)}"
-                )
             if name in followed:
-                raise SceneFileError(
-                    f"{joint.location}/mimic: joints mimic each other: "
-                    f"{' -> '.join([*followed, name])}"
-                )
-            followed.append(name)
+                circle = " -> ".join([*list(followed)[:10], name])
+                raise SceneFileError(f"{joint.location}/mimic: joints mimic each other: {circle}")
+            followed[name] = None
             current = joints[name]
             if not current.type.has_position:
                 raise SceneFileError(
                     f"{joint.location}/mimic: joint {name!r} is {current.type.value} and has no"
                     " position to mimic"
                 )
+        settled.update(followed)

@@ -7,7 +7,12 @@ import pytest
 from robots import find_robot, place_robot, ROBOTS, URDF_ONLY
 
 from scene_graph_ros.geometry import Rgba, Role, SceneGraph
-from scene_graph_ros.scene_files import register_robot
+from scene_graph_ros.scene_files import (
+    find_package,
+    load_urdf,
+    register_robot,
+    SceneFileError,
+)
 from scene_graph_ros.scene_files.robot_model import MeshFile
 
 
@@ -40,6 +45,20 @@ def test_every_mesh_is_found_and_every_collision_shape_registered(name):
     inspector = placed.scene_graph.model_inspector()
     assert inspector.num_geometries_with_role(Role.PROXIMITY) == expected > 0
     assert list(placed.frames) == [link.name for link in links if link.collisions]
+
+
+def test_all_robots_of_the_package_load_but_one_without_links():
+    """A reader that refuses a robot which others read is of no use; this one has no link."""
+    folder = find_package("example-robot-data")
+    files = sorted((folder / "robots").rglob("*.urdf"))
+    assert len(files) > 60
+    refused = {}
+    for file in files:
+        try:
+            load_urdf(file)
+        except SceneFileError as error:
+            refused[file.name] = str(error)
+    assert [text.rpartition(": ")[2] for text in refused.values()] == ["no <link>"], refused
 
 
 @pytest.mark.parametrize("name", ROBOTS)

@@ -165,10 +165,6 @@ def test_shapes_are_refused_with_their_place(shape, message):
         ('<origin rpy="0 0"/>', "4: joint['j']/origin.rpy: expected 3 numbers, got '0 0'"),
         ('<limit lower="low"/>', "4: joint['j']/limit.lower: expected a number, got 'low'"),
         ("<mimic/>", "4: joint['j']/mimic.joint: missing attribute"),
-        (
-            '<mimic joint="k"/>',
-            "3: joint['j']/mimic: no joint 'k'",
-        ),
         ('<mimic joint="j"/>', "3: joint['j']/mimic: joints mimic each other: j -> j"),
         ('<parent link="a"/>', "4: joint['j']/parent[1]: second <parent>, the first is in line 3"),
     ],
@@ -258,6 +254,28 @@ def test_meaningless_mimic_and_unknown_material_are_warnings():
         "<text>:2: link['a']/visual/material['x']: no material of this name has a color",
         "<text>:4: joint['j']/mimic: ignored, as a fixed joint has no position",
     )
+
+
+def test_mimicry_of_a_joint_that_is_gone_is_a_warning():
+    """A joint that mimics one that was cut away moves on its own, and a near name is offered."""
+    robot = load_urdf(chain(joint='<mimic joint="jj"/>'))
+    assert robot.joints["j"].mimic is None
+    expected = "<text>:3: joint['j']/mimic: ignored, as there is no joint 'jj'; did you mean 'j'?"
+    assert robot.warnings == (expected,)
+
+
+def test_long_chains_of_mimicry_take_no_time():
+    """Three thousand joints that mimic the next one are checked one by one, not in all pairs."""
+    count = 3000
+    joints = [
+        f'<link name="l{i}"/><joint name="j{i}" type="prismatic"><parent link="base"/>'
+        f'<child link="l{i}"/><mimic joint="j{i + 1}"/></joint>'
+        for i in range(count)
+    ]
+    text = f'<robot name="r"><link name="base"/>{"".join(joints)}</robot>'
+    robot = load_urdf(text)
+    assert len(robot.warnings) == 1
+    assert robot.joints["j0"].mimic.joint == "j1"
 
 
 def test_missing_file_is_named():
