@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import InvalidShapeError
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
 
@@ -37,8 +38,8 @@ class PrimitiveShape(Shape, abc.ABC):
     """A shape that a few numbers describe completely: the fields of a frozen dataclass."""
 
     __slots__ = ()
-    smallest: ClassVar[float] = MIN_SHAPE_SIZE
-    """Metres: what a size must at least be."""
+    may_be_point: ClassVar[bool] = False
+    """Whether a size may be 0, besides those from MIN_SHAPE_SIZE on."""
 
     def __post_init__(self) -> None:
         """Store every size as ``float``. Raises InvalidShapeError for one out of range."""
@@ -59,18 +60,24 @@ def _checked_size(shape: PrimitiveShape, field: str, value: Any) -> float:
     """Return a size parameter in metres as ``float``.
 
     Raises InvalidShapeError, naming shape, field and value, unless it is a finite number between
-    the shape's ``smallest`` and MAX_SHAPE_SIZE.
+    MIN_SHAPE_SIZE and MAX_SHAPE_SIZE, or 0 where the shape may be a point.
     """
     label = f"{shape.type_name}: {field}"
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise InvalidShapeError(f"{label} must be a number, not {value!r}")
-    size = float(value)
-    if not math.isfinite(size) or size < 0.0 or (size == 0.0 and shape.smallest > 0.0):
-        sign = "positive" if shape.smallest > 0.0 else "at least 0"
-        raise InvalidShapeError(f"{label} must be {sign} and finite, not {value!r}")
-    if not shape.smallest <= size <= MAX_SHAPE_SIZE:
+        raise InvalidShapeError(f"{label} must be a number, not {quoted(value)}")
+    try:
+        size = float(value)
+    except OverflowError:  # an integer beyond all floats
+        size = math.inf
+    may_be_zero = shape.may_be_point
+    if not math.isfinite(size) or size < 0.0 or (size == 0.0 and not may_be_zero):
+        sign = "at least 0" if may_be_zero else "positive"
+        raise InvalidShapeError(f"{label} must be {sign} and finite, not {quoted(value)}")
+    if size != 0.0 and not MIN_SHAPE_SIZE <= size <= MAX_SHAPE_SIZE:
+        point = "0 or " if may_be_zero else ""
         raise InvalidShapeError(
-            f"{label} must be between {shape.smallest:g} and {MAX_SHAPE_SIZE:g} m, not {value!r}"
+            f"{label} must be {point}between {MIN_SHAPE_SIZE:g} and {MAX_SHAPE_SIZE:g} m,"
+            f" not {quoted(value)}"
         )
     return size
 

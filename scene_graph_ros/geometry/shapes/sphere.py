@@ -20,7 +20,7 @@ class Sphere(PrimitiveShape):
     """A ball of the given radius, centred on the origin of G; with radius 0 it is a point."""
 
     kind: ClassVar[ShapeKind] = ShapeKind.SPHERE
-    smallest: ClassVar[float] = 0.0
+    may_be_point: ClassVar[bool] = True
     radius: float
 
     def local_bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -51,12 +51,13 @@ def test_parameters_bounds_and_volume(shape_type, fields, kind, half, volume):
 
 @pytest.mark.parametrize(("shape_type", "index", "field"), FIELDS)
 @pytest.mark.parametrize(
-    "value", [0.0, -1.0, math.nan, math.inf, -math.inf, 1e-10, 1e10, "1", None, True]
+    "value",
+    [0.0, -1.0, math.nan, math.inf, -math.inf, 1e-300, 1e-10, 1e10, 10**400, "1", None, True],
 )
 def test_bad_size_is_refused_by_name_and_value(shape_type, index, field, value):
     """Every size must be a positive, finite number of sane magnitude; a ball may be a point."""
-    if shape_type is Sphere and value in (0.0, 1e-10):
-        assert Sphere(value).radius == value
+    if shape_type is Sphere and value == 0.0:
+        assert Sphere(value).radius == 0.0
         return
     count = sum(1 for case in FIELDS if case[0] is shape_type)
     arguments = [0.1] * count
@@ -66,7 +67,7 @@ def test_bad_size_is_refused_by_name_and_value(shape_type, index, field, value):
     message = str(caught.value)
     assert shape_type.__name__ in message
     assert f" {field} " in message
-    assert repr(value) in message
+    assert repr(value)[:90] in message
 
 
 @pytest.mark.parametrize(("shape_type", "fields"), [case[:2] for case in CASES])
