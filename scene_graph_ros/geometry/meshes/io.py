@@ -1,13 +1,12 @@
 """Read triangle meshes from files, from file contents in memory and from arrays.
 
-OBJ is read here; every other format (STL, DAE, PLY, GLB, OFF, ...) by trimesh, which is
-imported when such a file is met. A file with several bodies gives one mesh of them all, each
+OBJ is read by ``obj_file``; STL, DAE, PLY, OFF, GLB and glTF by trimesh, which is imported when
+such a file is met. A file with several bodies gives one mesh of them all, each
 with its transform applied. The unit that a COLLADA file states is applied; its up axis is not,
 as in RViz.
 """
 
 import io
-import itertools
 import os
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,15 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.files import MAX_MESH_BYTES, read_limited
+from scene_graph_ros.geometry.meshes.obj_file import parse_obj
+from scene_graph_ros.geometry.meshes.promises import check_promises, MAX_CORNERS
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["VOLUME_FILE_TYPES", "read_file", "read_mesh", "read_mesh_contents"]
+
+_BY_TRIMESH = frozenset({"dae", "glb", "gltf", "off", "ply", "stl"})
+"""What is left to trimesh. It knows others, among them archives and files that name files."""
 
 VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
@@ -43,9 +49,9 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
 def read_file(path: str | os.PathLike[str]) -> bytes:
     """Read a file of a mesh. Raises MeshError, naming it, if it is missing or unreadable."""
     try:
-        return Path(path).read_bytes()
+        return read_limited(path, MAX_MESH_BYTES)
     except FileNotFoundError as error:
-        raise MeshError(f"mesh file {os.fspath(path)!r} does not exist") from error
+        raise MeshError(f"mesh file {quoted(os.fspath(path))} does not exist") from error
     except OSError as error:
         raise MeshError(f"mesh file {os.fspath(path)!r}: {error.strerror}") from error
 
@@ -63,7 +69,7 @@ def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangu
     if not contents.strip():
         raise MeshError(f"{name}: the file is empty")
     if file_type == "obj":
-        vertices, triangles = _parse_obj(contents, name)
+        vertices, triangles = parse_obj(contents, name)
     else:
         vertices, triangles = _read_by_trimesh(contents, file_type, name)
     return checked_mesh(vertices, triangles, name)
@@ -103,66 +109,29 @@ def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
     return result
 
 
-def _parse_obj(contents: bytes, name: str) -> Triangulation:
-    """Read vertices and faces of a Wavefront OBJ; polygons become fans, the rest is skipped."""
-    vertices: list[list[float]] = []
-    triangles: list[tuple[int, int, int]] = []
-    text = contents.decode("utf-8", errors="replace").replace("\\\n", " ")
-    for number, line in enumerate(text.splitlines(), start=1):
-        words = line.split("#", 1)[0].split()
-        if not words or words[0] not in ("v", "f"):
-            continue
-        try:
-            if words[0] == "v":
-                vertices.append([float(word) for word in words[1:4]])
-                if len(words) < 4:
-                    raise ValueError("a vertex needs three numbers")
-            else:
-                corners = [_obj_index(word, len(vertices)) for word in words[1:]]
-                if len(corners) < 3:
-                    raise ValueError("a face needs three corners")
-                pairs = itertools.pairwise(corners[1:])
-                triangles.extend((corners[0], b, c) for b, c in pairs)
-        except ValueError as error:
-            raise MeshError(f"{name}: line {number}: {error}: {line.strip()!r}") from error
-    return np.array(vertices).reshape(-1, 3), np.array(triangles, dtype=np.int64).reshape(-1, 3)
-
-
-def _obj_index(word: str, count: int) -> int:
-    """Turn a corner such as ``7/1/2`` or ``-1`` into an index from 0."""
-    index = int(word.split("/", 1)[0])
-    return index - 1 if index > 0 else count + index
-
-
 def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> Triangulation:
+    if file_type not in _BY_TRIMESH:
+        known = ", ".join(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, "obj")))
+        raise MeshError(f"{name}: no reader for {quoted(file_type)}; known are {known}")
+    check_promises(contents, file_type, name)
     import trimesh
 
-    known = set(trimesh.available_formats())
-    if file_type not in known:
-        raise MeshError(
-            f"{name}: no reader for {file_type!r}; known are {', '.join(sorted(known))}"
-        )
-    if file_type == "stl" and _is_truncated_stl(contents):
-        raise MeshError(f"{name}: unreadable stl: it ends before its last triangle")
+    # No textures are looked for: without a resolver there are no other files.
+    options = {"skip_materials": True} if file_type in ("glb", "gltf") else {}
     try:
         loaded = trimesh.load(
-            io.BytesIO(contents), file_type=file_type, process=False, force="scene"
+            io.BytesIO(contents), file_type=file_type, process=False, force="scene", **options
         )
+        return _flatten(loaded, name)
+    except MeshError:
+        raise
     except Exception as error:  # third-party parsers raise whatever they meet
-        raise MeshError(f"{name}: unreadable {file_type}: {error!r}") from error
-    return _flatten(loaded)
+        raise MeshError(f"{name}: unreadable {file_type}: {quoted(error)}") from error
 
 
-def _is_truncated_stl(contents: bytes) -> bool:
-    """Tell whether a binary STL is shorter than the number of triangles it states."""
-    if contents.lstrip()[:5].lower() == b"solid" and b"facet" in contents[:1024]:
-        return False
-    count = int.from_bytes(contents[80:84], "little")
-    return len(contents) < 84 + 50 * count
-
-
-def _flatten(scene: Any) -> Triangulation:
+def _flatten(scene: Any, name: str) -> Triangulation:
     """Concatenate the bodies of a trimesh scene in world coordinates, in metres if it says so."""
+    _check_size(scene, name)
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
     for node in scene.graph.nodes_geometry:
         transform, key = scene.graph[node]
@@ -176,6 +145,16 @@ def _flatten(scene: Any) -> Triangulation:
         triangles.append(corners + count)
         count += len(points)
     return np.concatenate(vertices), np.concatenate(triangles)
+
+
+def _check_size(scene: Any, name: str) -> None:
+    """Raise MeshError where the bodies, wherever they are placed, have too many vertices."""
+    count = 0
+    for node in scene.graph.nodes_geometry:
+        body = scene.geometry[scene.graph[node][1]]
+        count += max(len(body.vertices), len(getattr(body, "faces", ())))
+        if count > MAX_CORNERS:
+            raise MeshError(f"{name}: more than {MAX_CORNERS} vertices or triangles")
 
 
 def _metres(unit: str | None) -> float:

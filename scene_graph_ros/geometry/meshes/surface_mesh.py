@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh
 from scene_graph_ros.geometry.meshes.surfaces import is_closed_surface
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["SurfaceMesh", "read_obj_to_surface_mesh"]
 
@@ -135,6 +136,9 @@ def read_obj_to_surface_mesh(filename: str | os.PathLike[str], scale: float = 1.
             positive finite number.
 
     """
+    file: object = filename
+    if not isinstance(file, (str, os.PathLike)):
+        raise MeshError(f"filename must be a path, not {quoted(file)}")
     factor: object = scale
     is_number = isinstance(factor, numbers.Real) and not isinstance(factor, bool)
     if not (is_number and np.isfinite(scale) and scale > 0.0):

@@ -12,6 +12,7 @@ import numpy as np
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.io import read_file, VOLUME_FILE_TYPES
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["VOLUME_FILE_TYPES", "load_volume_mesh", "parse_volume_mesh", "save_volume_mesh"]
 
@@ -43,7 +44,9 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
     file_type = file_type.lower().lstrip(".")
     if file_type not in VOLUME_FILE_TYPES:
         known = ", ".join(VOLUME_FILE_TYPES)
-        raise MeshError(f"{name}: no reader of tetrahedra for {file_type!r}; known are {known}")
+        raise MeshError(
+            f"{name}: no reader of tetrahedra for {quoted(file_type)}; known are {known}"
+        )
     loaded = _read(contents, file_type, name)
     blocks = [block.data for block in loaded.cells if block.type == "tetra"]
     if not blocks:
@@ -77,7 +80,7 @@ def _read(contents: bytes, file_type: str, name: str) -> Any:
     except SystemExit as error:  # that is how meshio ends when a file is not what it says
         raise MeshError(f"{name}: unreadable {file_type}") from error
     except Exception as error:  # third-party parsers raise whatever they meet
-        raise MeshError(f"{name}: unreadable {file_type}: {error!r}") from error
+        raise MeshError(f"{name}: unreadable {file_type}: {quoted(error)}") from error
 
 
 def save_volume_mesh(path: str | os.PathLike[str], mesh: VolumeMesh) -> None:

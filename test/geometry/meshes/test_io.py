@@ -85,7 +85,7 @@ def test_unit_of_collada_is_applied(tmp_path):
         (b"v 0 0 0\nf 1 1\n", "obj", "line 2: a face needs three corners"),
         (b"v 0 0 zero\n", "obj", "line 1"),
         (b"hello", "xyzzy", "no reader for 'xyzzy'"),
-        (b"not a glb", "glb", "unreadable glb"),
+        (b"not a glb", "glb", "unreadable gl"),
         (b"x" * 80 + (1000).to_bytes(4, "little") + b"short", "stl", "before its last triangle"),
     ],
 )

@@ -1,0 +1,74 @@
+"""Read the vertices and faces of a Wavefront OBJ file."""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterator
+import io
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["parse_obj"]
+
+Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+
+def parse_obj(contents: bytes, name: str) -> Arrays:
+    """Return vertices (n, 3) and triangles (m, 3); polygons become fans, the rest is skipped.
+
+    Raises MeshError with the line for what is no number, or more than MAX_CORNERS of either.
+    """
+    coordinates, corners = array("d"), array("q")
+    for number, line in enumerate(_lines(contents), start=1):
+        words = line.split(b"#", 1)[0].split()
+        if not words or words[0] not in (b"v", b"f"):
+            continue
+        try:
+            if words[0] == b"v":
+                _add_vertex(words, coordinates)
+            else:
+                _add_face(words, len(coordinates) // 3, corners)
+            if max(len(coordinates), len(corners)) > 3 * MAX_CORNERS:
+                raise ValueError(f"more than {MAX_CORNERS} vertices or triangles")
+        except ValueError as error:
+            text = quoted(line.strip().decode(errors="replace"))
+            raise MeshError(f"{name}: line {number}: {error}: {text}") from error
+    vertices = np.frombuffer(coordinates, dtype=np.float64)
+    triangles = np.frombuffer(corners, dtype=np.int64)
+    return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
+
+
+def _lines(contents: bytes) -> Iterator[bytes]:
+    """Yield lines one by one, as all of them at once take many times the file's memory."""
+    if b"\r" in contents:
+        contents = contents.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if b"\\\n" in contents:
+        contents = contents.replace(b"\\\n", b" ")
+    return iter(io.BytesIO(contents))
+
+
+def _add_vertex(words: list[bytes], coordinates: array[float]) -> None:
+    if len(words) < 4:
+        raise ValueError("a vertex needs three numbers")
+    coordinates.extend([float(word) for word in words[1:4]])
+
+
+def _add_face(words: list[bytes], count: int, corners: array[int]) -> None:
+    if len(words) < 4:
+        raise ValueError("a face needs three corners")
+    first, *others = [_index(word, count) for word in words[1:]]
+    for i in range(len(others) - 1):
+        corners.extend((first, others[i], others[i + 1]))
+
+
+def _index(word: bytes, count: int) -> int:
+    """Turn a corner such as ``7/1/2`` or ``-1`` into an index from 0."""
+    index = int(word.split(b"/", 1)[0])
+    if abs(index) > 3 * MAX_CORNERS:
+        raise ValueError(f"there is no vertex {index}")
+    return index - 1 if index > 0 else count + index

@@ -1,0 +1,164 @@
+"""Refuse mesh files that promise more than they hold, or unfold to more than anybody wants.
+
+Parsers take memory for what a header says and follow references as often as they are made, so
+that a small file can cost all memory. What it will come to is counted here first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import json
+from typing import Any
+from xml.parsers import expat
+
+from scene_graph_ros.geometry.errors import MeshError
+
+__all__ = ["MAX_CORNERS", "check_promises"]
+
+MAX_CORNERS = 20_000_000
+"""Vertices, and triangles, of all bodies of a file. Twenty million take half a gigabyte each."""
+
+MAX_PLACES = 100_000
+"""How often the bodies of a COLLADA file may be placed."""
+
+_MAX_DEPTH = 100
+
+
+def check_promises(contents: bytes, file_type: str, name: str) -> None:
+    """Raise MeshError, naming the file and the count, for what no parser should see."""
+    check = _CHECKS.get(file_type)
+    if check is not None:
+        check(contents, name)
+
+
+def _check_stl(contents: bytes, name: str) -> None:
+    """Binary STL states its number of triangles."""
+    if contents.lstrip()[:5].lower() == b"solid" and b"facet" in contents[:1024]:
+        return
+    count = int.from_bytes(contents[80:84], "little")
+    if len(contents) < 84 + 50 * count:
+        raise MeshError(
+            f"{name}: unreadable stl: it ends before its last triangle, of {count} that it states"
+        )
+
+
+def _check_ply(contents: bytes, name: str) -> None:
+    """Compare the counts of elements with the file's size: each takes a byte at least."""
+    header = contents[: contents.find(b"end_header")]
+    for line in header.splitlines():
+        words = line.split()
+        if words[:1] != [b"element"] or len(words) != 3 or not words[2].isdigit():
+            continue
+        # The count may have millions of digits, which is no number yet.
+        if len(words[2]) > 12 or int(words[2]) > len(contents):
+            stated = b" ".join(words)[:60].decode(errors="replace")
+            raise MeshError(f"{name}: {len(contents)} bytes can't hold what it states: {stated}")
+
+
+def _check_glb(contents: bytes, name: str) -> None:
+    length = int.from_bytes(contents[12:16], "little")
+    _check_gltf(contents[20 : 20 + length], name)
+
+
+def _check_gltf(contents: bytes, name: str) -> None:
+    """Accessors state counts, and nodes place bodies as often as they like."""
+    try:
+        count = _corners_of_gltf(json.loads(contents))
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
+        raise MeshError(f"{name}: unreadable glTF: {error!r}"[:500]) from error
+    if count > MAX_CORNERS:
+        raise MeshError(f"{name}: it states {count} vertices and corners, more than {MAX_CORNERS}")
+
+
+def _corners_of_gltf(tree: Any) -> int:
+    """Count vertices and corners: of the bodies, and again wherever one is placed."""
+    counts = [int(accessor["count"]) for accessor in tree.get("accessors", ())]
+    if counts and min(counts) < 0:
+        raise ValueError(f"an accessor's count is {min(counts)}")
+    in_memory = [a["count"] for a in tree.get("accessors", ()) if "bufferView" not in a]
+    total, bodies = sum(in_memory), []
+    for mesh in tree.get("meshes", ()):
+        used = [i for p in mesh["primitives"] for i in p.get("attributes", {}).values()]
+        used += [p["indices"] for p in mesh["primitives"] if "indices" in p]
+        bodies.append(sum(counts[i] for i in used))
+    placed = [node["mesh"] for node in tree.get("nodes", ()) if "mesh" in node]
+    return int(total + sum(bodies) + sum(bodies[i] for i in placed))
+
+
+def _check_dae(contents: bytes, name: str) -> None:
+    """COLLADA places nodes in nodes, each as often as it likes: a tree of doublings."""
+    nodes = _ColladaNodes(name)
+    try:
+        nodes.parser.Parse(contents, True)
+    except (expat.ExpatError, ValueError, LookupError) as error:
+        if isinstance(error, MeshError):
+            raise
+        raise MeshError(f"{name}: unreadable dae: {error}") from error
+    count = sum(nodes.places(key, 0) for key in nodes.top)
+    if count > MAX_PLACES:
+        raise MeshError(f"{name}: it places bodies {count} times, more than {MAX_PLACES}")
+
+
+class _ColladaNodes:
+    """How many bodies each node places, itself and through the nodes it refers to."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.depth = 0
+        self.open: list[str] = []
+        self.top: list[str] = []
+        self.bodies: dict[str, int] = {}
+        self.inner: dict[str, list[str]] = {}
+        self.known: dict[str, int] = {}
+        self.parser = expat.ParserCreate()
+        self.parser.StartElementHandler = self.start
+        self.parser.EndElementHandler = self.end
+        self.parser.EntityDeclHandler = self.entity
+
+    def start(self, tag: str, attributes: dict[str, str]) -> None:
+        self.depth += 1
+        if self.depth > _MAX_DEPTH:
+            line = self.parser.CurrentLineNumber
+            raise MeshError(f"{self.name}: line {line}: nested more than {_MAX_DEPTH} deep")
+        tag = tag.rpartition(":")[2]
+        if tag == "node":
+            self._open(attributes.get("id") or f"no id: {len(self.bodies)}")
+        elif self.open and tag == "instance_node":
+            self.inner[self.open[-1]].append(attributes.get("url", "").lstrip("#"))
+        elif self.open and tag.startswith("instance_"):
+            self.bodies[self.open[-1]] += 1
+
+    def _open(self, key: str) -> None:
+        if self.open:
+            self.inner[self.open[-1]].append(key)
+        else:
+            self.top.append(key)
+        self.bodies.setdefault(key, 0)
+        self.inner.setdefault(key, [])
+        self.open.append(key)
+
+    def end(self, tag: str) -> None:
+        self.depth -= 1
+        if tag.rpartition(":")[2] == "node":
+            self.open.pop()
+
+    def entity(self, name: str, *_details: object) -> None:
+        raise MeshError(f"{self.name}: entity {name[:60]!r}: entities are refused")
+
+    def places(self, key: str, depth: int) -> int:
+        """Count the bodies that a node places. Raises MeshError where that has no end."""
+        if depth > _MAX_DEPTH:
+            raise MeshError(f"{self.name}: nodes refer to nodes more than {_MAX_DEPTH} deep")
+        if key not in self.known:
+            inner = sum(self.places(other, depth + 1) for other in self.inner.get(key, ()))
+            self.known[key] = self.bodies.get(key, 0) + inner
+        return self.known[key]
+
+
+_CHECKS: dict[str, Callable[[bytes, str], None]] = {
+    "dae": _check_dae,
+    "glb": _check_glb,
+    "gltf": _check_gltf,
+    "ply": _check_ply,
+    "stl": _check_stl,
+}
