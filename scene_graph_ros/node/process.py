@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+import gc
 import sys
 import threading
 import traceback
@@ -43,16 +44,24 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     ending.has_begun()
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    code = _serve(ending)
+    rclpy.shutdown()
+    # What the middleware shares with other processes goes with the last object that refers to it.
+    gc.collect()
+    rclpy.get_default_context().destroy()
+    return code
+
+
+def _serve(ending: Ending) -> int:
+    """Make the node and spin it; return the exit code."""
     try:
         node = SceneGraphNode()
     except (ParameterException, ValueError, OSError, LookupError) as error:
         sys.stderr.write(f"scene_graph: {error}\n")
-        rclpy.shutdown()
         return 1
     ending.timeout = node.server.parameter("shutdown_timeout")
     _spin_until(ending.requested, node)
     node.destroy_node()
-    rclpy.shutdown()
     return 0
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import os
+from pathlib import Path
+import re
 import signal
 import subprocess
 import sys
@@ -90,6 +92,18 @@ def test_a_second_signal_ends_the_process_at_once(domain):
     wait_until(ended, "the end")
     assert node.process.returncode == KILLED + signal.SIGTERM
     assert "SIGTERM came as well" in node.output()
+
+
+def test_an_end_in_order_leaves_no_shared_memory(domain):
+    """What Fast DDS shares with other processes is given back."""
+    node = NodeProcess(domain)
+    node.wait_for_output("running:")
+    maps = Path(f"/proc/{node.process.pid}/maps").read_text()
+    segments = set(re.findall(r"/dev/shm/fastrtps_[0-9a-f]{16}", maps))
+    if not segments:
+        pytest.skip("the middleware shares no memory")
+    assert node.stop() == 0
+    assert not [segment for segment in segments if Path(segment).exists()]
 
 
 @BOTH
