@@ -73,17 +73,24 @@ class MarkerWire:
         )
 
     def message(
-        self, X_WG: NDArray[np.float64], stamp_ns: int, *, is_whole: bool
+        self,
+        X_WG: NDArray[np.float64],
+        stamp_ns: int,
+        *,
+        is_whole: bool,
+        starts_over: bool = False,
     ) -> tuple[bytes, int]:
         """Return deletions of what vanished and markers at ``X_WG``; and how many in all.
 
-        Markers of all items where ``is_whole``, else of those that moved.
+        Markers of all items where ``is_whole``, else of those that moved. Where it ``starts_over``
+        whatever a viewer may show is deleted first.
         """
         rows = np.arange(len(X_WG)) if is_whole else self._rows.moved(X_WG)
-        deleted = [
-            PlainLook(ns, identity, 0, Marker.DELETE, (0.0,) * 3, (0.0,) * 4)
-            for ns, identity in self._rows.take_vanished()
-        ]
+        vanished = self._rows.take_vanished()
+        if starts_over:
+            deleted = [_deletion("", 0, Marker.DELETEALL)]
+        else:
+            deleted = [_deletion(ns, identity, Marker.DELETE) for ns, identity in vanished]
         X_WM = self._rows.place(rows, X_WG)
         template = self._template(rows, deleted)
         template.put_stamp(stamp_ns)
@@ -142,12 +149,16 @@ class MarkerWire:
         (begin,) = marked_stamps(data)
         pose = find_once(data, as_bytes(numbers, np.float64)) - begin
         marker.header.stamp, marker.pose = given
-        if marker.action == Marker.DELETE:
+        if marker.action != Marker.ADD:
             data = self._array([before, marker])
         return Piece(data[begin:], 0, pose)
 
     def _array(self, markers: list[Marker]) -> bytes:
         return self._serialize(MarkerArray(markers=markers))
+
+
+def _deletion(ns: str, identity: int, action: int) -> PlainLook:
+    return PlainLook(ns, identity, 0, action, (0.0,) * 3, (0.0,) * 4)
 
 
 class _Pieces:

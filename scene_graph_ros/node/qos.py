@@ -16,6 +16,10 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 
 __all__ = ["contact_qos", "diagnostics_qos", "marker_qos", "overridable", "pose_qos"]
 
+_MARKERS_KEPT = 5
+"""Messages of a marker topic, a sixth of a second at the default rate: on a busy machine, too, a
+reader has got the oldest by then, so that nobody has to wait."""
+
 
 def pose_qos(depth: int, *, is_reliable: bool = True) -> QoSProfile:
     """Return the profile of pose inputs.
@@ -32,10 +36,13 @@ def pose_qos(depth: int, *, is_reliable: bool = True) -> QoSProfile:
 
 
 def marker_qos() -> QoSProfile:
-    """Return the profile of markers: the newest message is kept for those who come later."""
+    """Return the profile of markers: the newest messages are kept for those who come later.
+
+    And for those who have not got one yet, as what moved is told once: see ``Receipts``.
+    """
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
-        depth=1,
+        depth=_MARKERS_KEPT,
         reliability=ReliabilityPolicy.RELIABLE,
         durability=DurabilityPolicy.TRANSIENT_LOCAL,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
+from visualization_msgs.msg import Marker, MarkerArray
 from wire import assert_same_bytes
 
 from msg_adapters.markers import MarkerItem, SceneMarkers
@@ -191,3 +192,19 @@ def test_poses_of_a_wrong_number_are_refused(rng, shapes):
     for is_whole in (True, False):
         with pytest.raises(ValueError, match="1 markers"):
             both.wire.message(poses(rng, 2), 1, is_whole=is_whole)
+
+
+def test_to_start_over_all_is_deleted_before_all_is_shown(rng, shapes):
+    """One deletion for all, byte for byte, in place of those of what vanished; only then."""
+    both = Both()
+    both.set_items([item(i, shape) for i, shape in enumerate(shapes.values())])
+    both.check(poses(rng, len(shapes)), 1, is_whole=True)
+    both.set_items([item(0, shapes["sphere"]), item(1, shapes["mesh"])])
+    X_WG = poses(rng, 2)
+    ours, count = both.wire.message(X_WG, 5, is_whole=True, starts_over=True)
+    deletion = both.scene.deletions(5).markers[0]
+    deletion.ns, deletion.id, deletion.action = "", 0, Marker.DELETEALL
+    message = MarkerArray(markers=[deletion, *both.scene.full(X_WG, 5).markers])
+    assert_same_bytes(ours, message)
+    assert count == 3
+    both.check(poses(rng, 2), 6, is_whole=True)

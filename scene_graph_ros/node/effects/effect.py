@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+import math
 import threading
 import time
 from typing import Any, Protocol
@@ -11,16 +12,13 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
-from rclpy.qos import QoSProfile
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 
+from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.qos import overridable
 from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["Effect", "Host", "Outlet"]
-
-_ACKNOWLEDGE_SECONDS = 1.0
-"""Longest wait for a reliable reader's acknowledgement: far longer than a round trip, short
-enough that a reader which vanished without a word does not hold up the others noticeably."""
 
 
 class Host(Protocol):
@@ -69,7 +67,8 @@ class Outlet:
     """A publisher that knows whether anybody listens and whether somebody new came.
 
     Readers that ask for volatile data, as viewers do by default, get nothing from a transient
-    local writer's past; so a new match is reported once through ``take_newcomers``.
+    local writer's past; so a new match is reported once through ``take_newcomers``. What such a
+    writer keeps may build on what it sent before: then none is to be lost, see ``Receipts``.
     """
 
     def __init__(
@@ -85,10 +84,11 @@ class Outlet:
         self._host = host
         self._lock = threading.Lock()
         self._newcomers = False
+        self._may_one_return = False
         self._period = period
         self._last = float("-inf")
         self.messages = 0
-        self._keeps_one = qos.depth == 1
+        keeps_for_later = qos.durability == DurabilityPolicy.TRANSIENT_LOCAL
         self._publisher = host.node.create_publisher(
             kind,
             topic,
@@ -96,6 +96,13 @@ class Outlet:
             callback_group=host.group,
             event_callbacks=PublisherEventCallbacks(matched=self._matched),
             qos_overriding_options=overridable(),
+        )
+        # The profile is by now what parameters made of it.
+        keeps_all = qos.history == HistoryPolicy.KEEP_ALL
+        self._receipts = (
+            Receipts(self._are_all_in, math.inf if keeps_all else qos.depth)
+            if keeps_for_later
+            else None
         )
         host.publishers_changed()
 
@@ -107,10 +114,25 @@ class Outlet:
             self._host.request_update()
 
     def take_newcomers(self) -> bool:
-        """Tell whether a subscriber was matched since the last call."""
+        """Tell whether a subscriber was matched since the last call, or may have missed much."""
         with self._lock:
             newcomers, self._newcomers = self._newcomers, False
-        return newcomers
+        return (self._receipts is not None and self._receipts.take_repeat()) or newcomers
+
+    def take_missed(self) -> bool:
+        """Tell whether a subscriber has missed messages, be they additions or deletions.
+
+        To be asked before ``take_newcomers``: one that was given up comes back as a newcomer.
+        """
+        if self._receipts is None:
+            return False
+        if self._receipts.take_missed():
+            self._may_one_return = True
+            return True
+        returned = self._newcomers and self._may_one_return
+        if returned:
+            self._may_one_return = False
+        return returned
 
     @property
     def topic(self) -> str:
@@ -133,19 +155,18 @@ class Outlet:
         return time.monotonic() - self._last < self._period()
 
     def _is_on_its_way(self) -> bool:
-        """Tell whether the last message may still be lost by sending another.
+        """Tell whether a message that was sent may still be lost by sending another."""
+        return self._receipts is not None and self._receipts.is_on_its_way()
 
-        Of a topic that keeps one message the next takes the place of one that a reliable reader
-        has not got yet. A reader that is gone or stuck is waited for a second at most.
-        """
-        if not self._keeps_one or time.monotonic() - self._last > _ACKNOWLEDGE_SECONDS:
-            return False
-        return not self._publisher.wait_for_all_acked(Duration(nanoseconds=0))
+    def _are_all_in(self) -> bool:
+        return bool(self._publisher.wait_for_all_acked(Duration(nanoseconds=0)))
 
     def publish(self, message: Any) -> None:
         """Publish a message."""
         self._last = time.monotonic()
         self.messages += 1
+        if self._receipts is not None:
+            self._receipts.sent()
         self._publisher.publish(message)
 
     def close(self) -> None:

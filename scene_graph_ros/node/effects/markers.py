@@ -65,8 +65,12 @@ class RoleMarkers:
         return self._outlet.is_due()
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Publish all markers to newcomers, else deletions and what moved; nothing if none."""
-        is_whole = self._outlet.take_newcomers()
+        """Publish all markers to newcomers, else deletions and what moved; nothing if none.
+
+        A viewer that has missed messages may show what is gone: it is made to start over.
+        """
+        starts_over = self._outlet.take_missed()
+        is_whole = self._outlet.take_newcomers() or starts_over
         if snapshot.sequence == self._sequence and not is_whole:
             return
         if snapshot.scene_version != self._scene_version:
@@ -75,7 +79,9 @@ class RoleMarkers:
         X_WG = snapshot.query.snapshot.X_WG_of(self.ROLE)
         if self._rows is not None:
             X_WG = X_WG[self._rows]
-        message, count = self._wire.message(X_WG, snapshot.stamp, is_whole=is_whole)
+        message, count = self._wire.message(
+            X_WG, snapshot.stamp, is_whole=is_whole, starts_over=starts_over
+        )
         if self._deformables is not None:
             message, more = self._deformables.append(message, snapshot, is_whole=is_whole)
             count += more
