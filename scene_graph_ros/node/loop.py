@@ -21,6 +21,8 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from scene_graph_ros.node.own_threads import stop_at_exit
+
 __all__ = ["OwnThreadGroup", "Topic", "UpdateLoop"]
 
 _TAKEN_AT_ONCE = 64
@@ -75,6 +77,8 @@ class UpdateLoop:
         self._have_topics_changed = True
         self._is_wanted = False
         self._last = float("-inf")
+        node.context.on_shutdown(self._wake)
+        stop_at_exit(self, UpdateLoop.stop)
 
     def request(self) -> None:
         """Ask for an update as soon as the largest rate allows; safe from any thread."""
@@ -90,7 +94,7 @@ class UpdateLoop:
         """Begin to take poses and to update."""
         self._is_stopped = False
         self._guard = GuardCondition(None, None, context=self._node.context)
-        # A daemon, so that a program which forgets to destroy its node can end.
+        # A daemon that is stopped at exit: a program which forgets to destroy its node can end.
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
         self._thread.start()
 

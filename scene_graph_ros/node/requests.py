@@ -25,6 +25,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from scene_graph_ros.node.loop import OwnThreadGroup
+from scene_graph_ros.node.own_threads import stop_at_exit
 
 __all__ = ["Answer", "RequestLoop", "Respond"]
 
@@ -92,7 +93,8 @@ class RequestLoop:
         count = len(self._offers)
         self._wait_set = rclpy_implementation.WaitSet(0, 1, 0, 0, count, 0, context.handle)
         context.on_shutdown(self._wake)
-        # Daemons, so that a program which forgets to destroy its node can end.
+        stop_at_exit(self, RequestLoop.close)
+        # Daemons that are stopped at exit: a program which forgets to destroy its node can end.
         self._threads = [
             threading.Thread(target=self._run, name=f"requests {i}", daemon=True)
             for i in range(self._count)
