@@ -21,7 +21,7 @@ from msg_adapters.names import legend, SceneNames
 from msg_adapters.poses import header_to_msg
 from msg_adapters.scene import instance_from_msg
 from msg_adapters.shapes import resolve_file, Resolver
-from msg_adapters.stamps import stamp_from_msg
+from msg_adapters.stamps import checked_stamp_from_msg
 from scene_graph_msgs.msg import (
     DeformableConfigurations,
     DeformableContactTable,
@@ -107,7 +107,7 @@ def configurations_from_msg(msg: DeformableConfigurations) -> ConfigurationBatch
     positions = np.array(msg.positions, dtype=np.float64).reshape(-1, 3)
     return ConfigurationBatch(
         tuple(msg.names),
-        stamp_from_msg(msg.header.stamp),
+        checked_stamp_from_msg(msg.header.stamp),
         msg.header.frame_id,
         tuple(np.split(positions, np.cumsum(counts)[:-1])) if counts else (),
     )

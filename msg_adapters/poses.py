@@ -28,7 +28,7 @@ from sensor_msgs.msg import JointState, MultiDOFJointState
 from std_msgs.msg import Header
 
 from msg_adapters.errors import MessageError
-from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
+from msg_adapters.stamps import checked_stamp_from_msg, stamp_to_msg
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.spatial.pose_kernels import VALID
 from scene_graph_ros.geometry.spatial.poses import (
@@ -197,14 +197,14 @@ def poses_from_multi_dof_joint_state(msg: MultiDOFJointState) -> PoseBatch:
     _refuse_twice("joint_names", names)
     components = [_components(t.translation, t.rotation) for t in transforms]
     count = len(names)
-    stamp_ns = stamp_from_msg(msg.header.stamp)
+    stamp_ns = checked_stamp_from_msg(msg.header.stamp)
     return pose_batch(names, [msg.header.frame_id] * count, [stamp_ns] * count, components)
 
 
 def poses_from_pose_stamped(msg: PoseStamped, frame: str) -> PoseBatch:
     """Read the pose of the one frame, named ``frame``, that the sender moves."""
     components = [_components(msg.pose.position, msg.pose.orientation)]
-    stamp_ns = stamp_from_msg(msg.header.stamp)
+    stamp_ns = checked_stamp_from_msg(msg.header.stamp)
     return pose_batch([frame], [msg.header.frame_id], [stamp_ns], components)
 
 
@@ -223,7 +223,7 @@ def _from_transforms(transforms: Iterable[TransformStamped]) -> PoseBatch:
     return pose_batch(
         [t.child_frame_id for t in transforms],
         [t.header.frame_id for t in transforms],
-        [stamp_from_msg(t.header.stamp) for t in transforms],
+        [checked_stamp_from_msg(t.header.stamp) for t in transforms],
         [_components(t.transform.translation, t.transform.rotation) for t in transforms],
     )
 
@@ -236,7 +236,7 @@ def joints_from_msg(msg: JointState) -> JointBatch:
     if len(msg.name) != len(msg.position):
         raise MessageError(f"{len(msg.name)} names, but {len(msg.position)} positions")
     _refuse_twice("name", msg.name)
-    stamp_ns = stamp_from_msg(msg.header.stamp)
+    stamp_ns = checked_stamp_from_msg(msg.header.stamp)
     return joints_from_components(tuple(msg.name), np.array(msg.position, np.float64), stamp_ns)
 
 

@@ -22,7 +22,7 @@ from msg_adapters.arrays import (
 from msg_adapters.errors import MessageError
 from msg_adapters.names import legend, SceneNames
 from msg_adapters.poses import poses_from_components
-from msg_adapters.stamps import duration_from_msg, stamp_from_msg
+from msg_adapters.stamps import checked_stamp_from_msg, duration_from_msg
 from msg_adapters.status import ok_status
 from scene_graph_msgs.msg import (
     PairTable,
@@ -76,7 +76,7 @@ def options_from_msg(msg: QueryOptions, names: SceneNames) -> Options:
     Raises UnknownIdError for a frame or source that is not in the scene, InvalidPoseError for a
     pose that is none, MessageError for the rest.
     """
-    minimal_stamp_ns = stamp_from_msg(msg.minimal_stamp)
+    minimal_stamp_ns = checked_stamp_from_msg(msg.minimal_stamp)
     timeout_ns = duration_from_msg(msg.timeout)
     if timeout_ns < 0:
         raise MessageError(f"timeout is negative: {timeout_ns} ns")

@@ -2,9 +2,12 @@
 
 from builtin_interfaces.msg import Duration, Time
 
+from msg_adapters.errors import MessageError
+
 __all__ = [
     "EARLIEST",
     "LATEST",
+    "checked_stamp_from_msg",
     "duration_from_msg",
     "duration_to_msg",
     "stamp_from_msg",
@@ -30,6 +33,14 @@ def stamp_problem(stamp: Time) -> str:
 def stamp_from_msg(stamp: Time) -> int:
     """Return nanoseconds since the clock's epoch."""
     return stamp.sec * _NANOSECONDS + stamp.nanosec
+
+
+def checked_stamp_from_msg(stamp: Time) -> int:
+    """Return nanoseconds since the clock's epoch; raises MessageError for what is no time."""
+    problem = stamp_problem(stamp)
+    if problem:
+        raise MessageError(f"the stamp is no time: {problem}")
+    return stamp_from_msg(stamp)
 
 
 def stamp_to_msg(stamp_ns: int) -> Time:

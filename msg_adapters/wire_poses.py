@@ -120,6 +120,13 @@ class Layout:
         """Return the newest stamp of a message of this layout in nanoseconds."""
         return max(self.places.stamp(data, i) for i in range(len(self.places.stamps)))
 
+    def has_times(self, data: bytes) -> bool:
+        """Tell whether no stamp of a message has a second or more in its nanoseconds."""
+        return all(
+            int.from_bytes(data[place + 4 : place + 8], _ORDER) < _NANOSECONDS
+            for place in self.places.stamps
+        )
+
     def poses(self, data: bytes, names: tuple[str, ...] | None = None) -> PoseBatch:
         """Return the poses of a message, which ``names`` names where it does not itself."""
         places = self.places
@@ -165,6 +172,8 @@ class Layout:
 
     def is_clean(self, data: bytes) -> bool:
         """Tell whether no number of a message is reason to refuse a part of it."""
+        if not self.has_times(data):
+            return False
         if self.width == 1:
             return are_usable_joints(self.places.numbers(data))
         if self._records is None:

@@ -78,7 +78,8 @@ def _problem(
             f"vertex {row} is not finite, or farther than {MAX_COORDINATE:g} m away: "
             f"{positions[row].tolist()}",
         )
-    return _time_problem(stamp, deformables.stamps.get(geometry_id, stamp), limits)
+    late = limits.problem(stamp, deformables.stamps.get(geometry_id, stamp))
+    return late and (late[0], f"a configuration {late[1]}")
 
 
 def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
@@ -88,18 +89,6 @@ def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
     if owner is not None:
         return Fault.WRONG_SOURCE, f"the geometry belongs to source '{owner}'"
     return Fault.UNKNOWN_GEOMETRY, "no such deformable geometry is registered"
-
-
-def _time_problem(stamp: int, newest: int, limits: TimeLimits) -> tuple[Fault, str] | None:
-    now, max_age, max_lead = limits
-    lag = f"a configuration stamped {(now - stamp) * 1e-9:.3f} s ago is "
-    if now > 0 and max_age > 0 and now - stamp > max_age:
-        return Fault.STALE, lag + "older than max_pose_age"
-    if now > 0 and stamp - now > max_lead:
-        return Fault.FUTURE, lag + "stamped beyond max_pose_lead in the future"
-    if stamp < newest:
-        return Fault.OUT_OF_ORDER, lag + "older than the one it would replace"
-    return None
 
 
 class ConfigurationChannel:

@@ -166,7 +166,7 @@ class Channel:
 
     def _apply_one(self, kept: _Kept, frames: SourceFrames, limits: TimeLimits) -> int:
         layout, data = kept.layout, kept.data
-        if layout is None:
+        if layout is None or not layout.has_times(data):
             return self._apply_message(data, frames, limits)
         if self.record.pose_type == JOINT_STATE:
             return self._apply_joints(layout.joints(data), frames, limits)

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from msg_adapters.poses import PoseBatch, PoseFault
+from msg_adapters.stamps import EARLIEST, LATEST
 from msg_adapters.wire_poses import Layout
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses, VALID
 from scene_graph_ros.geometry.spatial.record_kernels import latest
@@ -33,9 +34,6 @@ __all__ = [
 
 UNSTAMPED = np.iinfo(np.int64).min
 """Stamp of a frame whose pose never came from a message, nanoseconds."""
-
-_FIRST, _LAST = int(np.iinfo(np.int64).min), int(np.iinfo(np.int64).max)
-"""The stamps that there can be, nanoseconds."""
 
 _WARNINGS_KEPT = 1000
 """Distinct warnings remembered per source; further ones are only counted, so memory is bounded."""
@@ -77,7 +75,7 @@ class TimeLimits(NamedTuple):
     """Nanoseconds of the node's clock: the time now, and how old and how new a pose may be.
 
     ``now`` of 0 (simulated time that has not begun) switches both checks off, ``max_age`` of 0
-    that of the age.
+    that of the age. What an answer could not say as its stamp is never right.
     """
 
     now: int
@@ -88,9 +86,27 @@ class TimeLimits(NamedTuple):
         """Return the time now, the earliest and the latest stamp of a pose that may be applied."""
         now, max_age, max_lead = self
         if now <= 0:
-            return now, _FIRST, _LAST
-        earliest = max(now - max_age, _FIRST) if max_age > 0 else _FIRST
-        return now, earliest, min(now + max_lead, _LAST)
+            return now, EARLIEST, LATEST
+        earliest = max(now - max_age, EARLIEST) if max_age > 0 else EARLIEST
+        return now, earliest, min(now + max_lead, LATEST)
+
+    def problem(self, stamp: int, newest: int) -> tuple[Fault, str] | None:
+        """Say what is wrong with a pose that would replace one of ``newest``, or return None.
+
+        The sentence is to follow "a pose".
+        """
+        now, first, last = self.bounds()
+        if first <= stamp <= last:
+            if stamp >= newest:
+                return None
+            earlier = (newest - stamp) * 1e-9
+            return Fault.OUT_OF_ORDER, f"is stamped {earlier:.3f} s before what it would replace"
+        if now <= 0:
+            return Fault.FUTURE, f"stamped {stamp} ns is later than any message can say"
+        lag = f"stamped {(now - stamp) * 1e-9:.3f} s ago is "
+        if stamp < first:
+            return Fault.STALE, lag + "older than max_pose_age"
+        return Fault.FUTURE, lag + "stamped beyond max_pose_lead in the future"
 
 
 @dataclass
@@ -272,20 +288,12 @@ class Intake:
 
         For messages whose parts depend on each other, as joint positions do.
         """
-        now, max_age, max_lead = limits
         if stamp == 0:
             return True
-        newest = latest(frames.stamps)
-        lag = f"a message stamped {(now - stamp) * 1e-9:.3f} s ago is "
-        if now > 0 and max_age > 0 and now - stamp > max_age:
-            self.fault(Fault.STALE, "", lag + "older than max_pose_age")
-        elif now > 0 and stamp - now > max_lead:
-            self.fault(Fault.FUTURE, "", lag + "stamped beyond max_pose_lead in the future")
-        elif stamp < newest:
-            self.fault(Fault.OUT_OF_ORDER, "", lag + "older than the poses it would replace")
-        else:
-            return True
-        return False
+        problem = limits.problem(stamp, latest(frames.stamps))
+        if problem is not None:
+            self.fault(problem[0], "", f"a message {problem[1]}")
+        return problem is None
 
     def _store(
         self,
@@ -354,27 +362,16 @@ class Intake:
             self.fault(Fault.UNKNOWN_FRAME, name, "no such frame is registered")
 
     def _in_time(self, plan: _Plan, stamps: np.ndarray, limits: TimeLimits) -> np.ndarray:
-        frames, known, (now, max_age, max_lead) = plan.frames, plan.usable, limits
-        in_time = np.ones(len(stamps), dtype=bool)
+        frames, known = plan.frames, plan.usable
         if _are_all_in_time(stamps, frames.stamps, limits):
-            return in_time
-        checks: list[tuple[np.ndarray, Fault, str]] = []
-        if now > 0:
-            if max_age > 0:
-                checks.append((now - stamps > max_age, Fault.STALE, "older than max_pose_age"))
-            future = stamps - now > max_lead
-            checks.append((future, Fault.FUTURE, "stamped beyond max_pose_lead in the future"))
+            return np.ones(len(stamps), dtype=bool)
+        _, first, last = limits.bounds()
         newest = frames.stamps[np.where(known, plan.rows, 0)] if len(frames.stamps) else stamps
-        late = known & (stamps < newest)
-        checks.append((late, Fault.OUT_OF_ORDER, "older than the pose it would replace"))
-        for wrong, fault, detail in checks:
-            if not wrong.any():
-                continue
-            for index in np.flatnonzero(wrong & known & in_time):
-                lag = (now - int(stamps[index])) * 1e-9
-                name = plan.names[int(index)]
-                self.fault(fault, name, f"a pose stamped {lag:.3f} s ago is {detail}")
-            in_time &= ~wrong
+        in_time = (stamps >= first) & (stamps <= last) & (~known | (stamps >= newest))
+        for index in np.flatnonzero(known & ~in_time):
+            problem = limits.problem(int(stamps[index]), int(newest[index]))
+            assert problem is not None
+            self.fault(problem[0], plan.names[int(index)], f"a pose {problem[1]}")
         return in_time
 
 
@@ -382,11 +379,8 @@ def _are_all_in_time(stamps: np.ndarray, newest: np.ndarray, limits: TimeLimits)
     """Tell whether the oldest and the newest of ``stamps`` show that no other is to be judged."""
     if not len(stamps) or not len(newest):
         return True
-    oldest, latest = int(stamps.min()), int(stamps.max())
-    now, max_age, max_lead = limits
-    if now > 0 and ((max_age > 0 and now - oldest > max_age) or latest - now > max_lead):
-        return False
-    return oldest >= int(newest.max())
+    _, first, last = limits.bounds()
+    return max(first, int(newest.max())) <= int(stamps.min()) and int(stamps.max()) <= last
 
 
 def _stamped(stamps: np.ndarray, now: int) -> np.ndarray:

@@ -19,7 +19,7 @@ from rclpy.node import Node
 from msg_adapters.diagnostics import effect_to_msg
 from msg_adapters.errors import StaleError, UnavailableError
 from msg_adapters.queries import Options, options_from_msg
-from msg_adapters.stamps import duration_from_msg, stamp_from_msg, stamp_to_msg
+from msg_adapters.stamps import checked_stamp_from_msg, duration_from_msg, stamp_to_msg
 from msg_adapters.status import ok_status, status_from_exception
 from scene_graph_msgs.msg import Status
 import scene_graph_msgs.srv
@@ -216,7 +216,7 @@ class Services:
             names.source_id(source)
         timeout = duration_from_msg(options.timeout) * 1e-9
         return Awaited(
-            stamp_from_msg(options.minimal_stamp),
+            checked_stamp_from_msg(options.minimal_stamp),
             tuple(options.minimal_stamp_sources),
             min(timeout, float(self._host.parameter("max_wait"))),
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import struct
 
 from geometry_msgs.msg import Quaternion, Transform, Vector3
 import numpy as np
@@ -11,6 +12,8 @@ import pytest
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import MultiDOFJointState
 
+from msg_adapters.poses import PoseBatch
+from msg_adapters.stamps import EARLIEST, LATEST
 from msg_adapters.wire import (
     find_once,
     marked_numbers,
@@ -44,6 +47,12 @@ def pose_template(names, parent=""):
     data = serialize_message(message)
     first = find_once(data, numbers.tobytes())
     return Patchable(data, marked_stamps(data), [first + 56 * i for i in range(len(names))], 7)
+
+
+def batch_of(name, stamp):
+    """Return a batch of one pose at the origin."""
+    stamps = np.array([stamp], dtype=np.int64)
+    return PoseBatch((name,), ("",), stamps, np.eye(4)[np.newaxis], ())
 
 
 class Source:
@@ -80,9 +89,9 @@ class Source:
         self.arrival += 1
         self.channel.store(template.data(), self.arrival)
 
-    def update(self):
+    def update(self, limits=LIMITS):
         """Apply what has arrived; return when the oldest message that counted arrived."""
-        return self.channel.apply(self.channel.take(), self.frames, LIMITS)
+        return self.channel.apply(self.channel.take(), self.frames, limits)
 
     @property
     def xs(self):
@@ -254,9 +263,39 @@ def test_in_one_go_or_one_by_one_the_same_comes_out(read):
     assert read.count(False) > 100
 
 
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_stamp_that_is_no_time_is_refused_with_its_value(source, is_known):
+    """Nanoseconds of a second or more: not taken by its layout either, and nothing superseded."""
+    if not is_known:
+        source.channel._wire.find = lambda data: None
+    source.send(NOW + 1, a=1)
+    template = source.templates[("a",), ""]
+    (place,) = marked_stamps(pose_template(["a"]).data())
+    odd = bytearray(template.data())
+    odd[place : place + 8] = struct.pack("=iI", NOW // 10**9 - 1, 10**9)
+    source.channel.store(bytes(odd), 1)
+    source.update()
+    assert source.xs["a"] == 1.0
+    assert source.intake.statistics.faults == {Fault.MALFORMED: 1}
+    assert "nanosec is 1000000000" in source.warnings[-1]
+
+
+def test_a_stamp_that_no_answer_could_say_is_refused(source):
+    """Also before simulated time begins, when any other is taken."""
+    before = TimeLimits(0, LIMITS.max_age, LIMITS.max_lead)
+    source.send(LATEST, a=1)
+    source.update(before)
+    assert source.xs["a"] == 1.0
+    beyond = batch_of("a", LATEST + 1)
+    assert source.intake.accept(beyond, source.frames, before) == 0
+    assert not source.intake.in_time(LATEST + 1, source.frames, before)
+    assert source.intake.statistics.faults == {Fault.FUTURE: 2}
+    assert str(LATEST + 1) in source.warnings[-1]
+
+
 def test_bounds_of_time_stay_in_their_range():
-    """Ages and leads that no stamp can have switch the checks off, as does time 0."""
-    first, last = np.iinfo(np.int64).min, np.iinfo(np.int64).max
+    """Ages and leads that no stamp can have, and time 0, leave what a message can say."""
+    first, last = EARLIEST, LATEST
     assert TimeLimits(0, 5, 5).bounds() == (0, first, last)
     assert TimeLimits(NOW, 0, 7).bounds() == (NOW, first, NOW + 7)
     assert TimeLimits(NOW, 10**20, 10**20).bounds() == (NOW, first, last)
