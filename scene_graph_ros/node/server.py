@@ -227,6 +227,7 @@ class Server:
         try:
             limits = self._limits()
             with self._world.lock:
+                self._forget_impossible_stamps(limits)
                 moved, arrival = self._inputs.collect(limits)
                 deformed, arrived = self._configurations.collect(limits)
                 snapshot = self._world.snapshot
@@ -241,6 +242,22 @@ class Server:
             self.node.get_logger().error(
                 f"an update failed:\n{traceback.format_exc()}", throttle_duration_sec=1.0
             )
+
+    def _forget_impossible_stamps(self, limits: TimeLimits) -> None:
+        """Forget stamps from a future that the limits no longer allow.
+
+        They were taken before simulated time began, or before the system's clock was put back,
+        of which nobody is told. To keep them would make all poses until then out of order.
+        """
+        now, _, last = limits.bounds()
+        lead = self._world.snapshot.stamp - now
+        if self._world.snapshot.stamp > last:
+            self._monitor.clock_jumps += 1
+            self.node.get_logger().warning(
+                f"the clock began, or was put back: poses are stamped {lead * 1e-9:.3f} s in "
+                "its future, so their stamps are forgotten"
+            )
+            self._world.forget_stamps(after=last)
 
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
         for parameter in parameters:

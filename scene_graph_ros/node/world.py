@@ -154,13 +154,18 @@ class World:
             if self._scene.set_accuracy(accuracy):
                 self._publish(None)
 
-    def forget_stamps(self) -> None:
-        """Forget when poses were stamped, after the clock jumped back; the poses hold."""
+    def forget_stamps(self, after: int = UNSTAMPED) -> None:
+        """Forget when poses were stamped that say later than ``after`` (ns); the poses hold.
+
+        For clocks that jump back: else earlier poses would be out of order.
+        """
         with self.lock:
             for frames in self._scene.frames.values():
-                frames.stamps[:] = UNSTAMPED
+                frames.stamps[frames.stamps > after] = UNSTAMPED
             for deformables in self._scene.deformables.values():
-                deformables.stamps.clear()
+                late = [g for g, stamp in deformables.stamps.items() if stamp > after]
+                for geometry_id in late:
+                    del deformables.stamps[geometry_id]
             self._publish(None)
 
     def _publish(self, arrival: int | None) -> None:

@@ -154,7 +154,9 @@ def test_the_world_keeps_configurations_when_the_scene_changes(soft):
     np.testing.assert_array_equal(later.query.get_configurations_in_world(ids["a"]), soft.q + 3)
     # The snapshot from before is as it was.
     assert len(snapshot.inspector.get_all_deformable_geometry_ids()) == 2
-    world.forget_stamps()
+    world.forget_stamps(after=NOW)
+    assert world.snapshot.source_stamps["a"] == NOW
+    world.forget_stamps(after=NOW - 1)
     assert world.snapshot.source_stamps["a"] == UNSTAMPED
 
 

@@ -265,3 +265,20 @@ def test_readers_see_whole_updates_while_a_writer_writes(world):
     finally:
         stop.set()
         writer.join()
+
+
+def test_only_stamps_after_a_time_are_forgotten():
+    """What is forgotten may be replaced by anything; the poses hold."""
+    graph = SceneGraph()
+    source = graph.register_source("arm")
+    for name in ("a", "b"):
+        graph.register_frame(source, GeometryFrame(name))
+    world = World(graph)
+    own = world.frames("arm")
+    own.X_PF[:] = translation(3.0)
+    own.stamps[:] = [NOW, NOW + 5]
+    assert world.commit({"arm"}, None).stamp == NOW + 5
+    world.forget_stamps(after=NOW)
+    assert own.stamps.tolist() == [NOW, UNSTAMPED]
+    assert world.snapshot.stamp == NOW
+    assert own.X_PF[:, 0, 3].tolist() == [3.0, 3.0]

@@ -200,6 +200,37 @@ def test_simulated_time_may_jump_back(client, start_node, scene):
     client.forget(diagnostics)
 
 
+def test_poses_before_simulated_time_begins_do_not_freeze_their_source(client, start_node, scene):
+    """What the system's clock stamped is forgotten at the first tick, which counts as a jump."""
+    node = start_node({"scene": scene, "use_sim_time": True, "diagnostics_rate": 20.0})
+    clock = client.publisher(Clock, "/clock", best_effort=True)
+    publisher = client.publisher(MultiDOFJointState, "/ball/poses")
+    diagnostics = client.listen(DiagnosticArray, "/diagnostics")
+
+    def height():
+        answer = client.call("GetPoseInWorld", frames=["ball"])
+        assert answer.status.code == Status.OK, answer.status
+        return answer.poses[0].position.z
+
+    publisher.publish(pose(9.0, Time(sec=2**31 - 1, nanosec=2**32 - 1)))
+    wait_until(lambda: publisher.publish(pose(1.0, client.now())) or height() == 1.0, "a pose")
+
+    def at_ten_seconds():
+        clock.publish(Clock(clock=Time(sec=10)))
+        publisher.publish(pose(2.0, Time(sec=10)))
+        return height() == 2.0
+
+    wait_until(at_ten_seconds, "a pose in simulated time")
+    message = diagnostics.wait_for(
+        lambda m: int(diagnostics_values(m, "world")["clock jumps"]) >= 1, "a clock jump"
+    )
+    assert int(diagnostics_values(message, "source ball")["malformed"]) == 1
+    assert node.stop() == 0
+    client.forget(diagnostics)
+    client.destroy(publisher)
+    client.destroy(clock)
+
+
 @pytest.mark.parametrize("kind", [SingleThreadedExecutor, MultiThreadedExecutor])
 def test_the_node_can_be_embedded(domain, kind):
     """The class takes a context, overrides and a model, and works in an executor of one's own."""
