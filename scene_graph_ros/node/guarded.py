@@ -53,6 +53,11 @@ class GuardedNode(LifecycleNode):
             callback = self._possible_clocks(callback)
         return super().create_subscription(msg_type, topic, callback, *args, **options)
 
+    def wake_executor(self) -> None:
+        """Let the executor look again at what it waits for, and for how long."""
+        if self.executor is not None:
+            self.executor.wake()
+
     def survives(self, what: str, callback: Callable[[], None]) -> Callable[[], None]:
         """Return a callback that says in the log what ``callback`` raises, calling it ``what``."""
 

@@ -260,10 +260,18 @@ class Server:
             self._world.forget_stamps(after=last)
 
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
+        if not self._is_configured:
+            return
         for parameter in parameters:
-            if parameter.name == "accuracy" and self._is_configured:
+            if parameter.name == "accuracy":
                 self._world.set_accuracy(parameter.value)
-                self.request_update()
+            elif parameter.name == "diagnostics_rate":
+                self._diagnostics_timer.timer_period_ns = int(1e9 / parameter.value)
+                # Else the executor would wait for what was due before.
+                self._diagnostics_timer.reset()
+                self.node.wake_executor()
+        # Rates count from now on, not after the wait that the old ones meant.
+        self.request_update()
 
     def _on_clock_jump(self, jump: TimeJump) -> None:
         self._monitor.clock_jumps += 1

@@ -154,3 +154,18 @@ def test_a_clock_that_can_not_be_is_refused_and_counted(embedded):
     wait_until(lambda: embedded.node.get_clock().now().nanoseconds == 12 * 10**9, "the clock")
     client.forget(diagnostics)
     client.destroy(clock)
+
+
+def test_the_rate_of_diagnostics_changes_at_once(embedded):
+    """Not only after the time that the old rate meant, of which ten would be too many to wait."""
+
+    def set_rate(hertz):
+        parameter = Parameter("diagnostics_rate", value=hertz).to_parameter_msg()
+        (result,) = embedded.ask(SetParameters, "set_parameters", parameters=[parameter]).results
+        assert result.successful, result.reason
+
+    set_rate(0.1)
+    diagnostics = embedded.client.listen(DiagnosticArray, "/diagnostics")
+    set_rate(20.0)
+    wait_until(lambda: diagnostics.count > 10, "more than ten messages")
+    embedded.client.forget(diagnostics)
