@@ -19,7 +19,7 @@ from msg_adapters.arrays import (
     uint32s_to_msg,
     uint64s_to_msg,
 )
-from msg_adapters.errors import MessageError
+from msg_adapters.errors import MessageError, TooLargeError
 from msg_adapters.names import legend, SceneNames
 from msg_adapters.poses import poses_from_components
 from msg_adapters.stamps import checked_stamp_from_msg, duration_from_msg
@@ -70,12 +70,21 @@ class Options(NamedTuple):
     with_names: bool
 
 
-def options_from_msg(msg: QueryOptions, names: SceneNames) -> Options:
+def options_from_msg(
+    msg: QueryOptions, names: SceneNames, *, max_configurations: float = math.inf
+) -> Options:
     """Return the options of a query.
 
-    Raises UnknownIdError for a frame or source that is not in the scene, InvalidPoseError for a
-    pose that is none, MessageError for the rest.
+    Raises TooLargeError for more configurations than ``max_configurations``, UnknownIdError for a
+    frame or source that is not in the scene, InvalidPoseError for a pose that is none,
+    MessageError for the rest.
     """
+    count = len(msg.what_if.poses) // max(7 * len(msg.what_if.frames), 1)
+    if msg.what_if.frames and count > max_configurations:
+        raise TooLargeError(
+            f"configurations: {count} are more than max_configurations_per_request, which is"
+            f" {max_configurations}"
+        )
     minimal_stamp_ns = checked_stamp_from_msg(msg.minimal_stamp)
     timeout_ns = duration_from_msg(msg.timeout)
     if timeout_ns < 0:

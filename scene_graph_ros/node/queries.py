@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from msg_adapters.errors import MessageError, TooLargeError
+from msg_adapters.errors import MessageError
 from msg_adapters.poses import poses_to_msg
 from msg_adapters.properties import role_from_msg
 from msg_adapters.queries import (
@@ -37,9 +37,11 @@ from scene_graph_ros.geometry.errors import (
     UnsupportedPairError,
 )
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.query.results import SignedDistancePairs
 from scene_graph_ros.geometry.query.what_if import ask_what_if
 from scene_graph_ros.node.intake import UNSTAMPED
 from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.tally import points_within, require, signed_distances_within, Tally
 from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["QUERIES", "Asked", "Query"]
@@ -95,14 +97,12 @@ class Asked:
 
     def require(self, parameter: str, count: int, what: str) -> None:
         """Raise TooLargeError where ``count`` is over the node's limit."""
-        limit = self.limit(parameter)
-        if count > limit:
-            raise TooLargeError(f"{what}: {count} are more than {parameter}, which is {limit}")
+        require(self.limit, parameter, count, what)
 
-    def require_rows(self, tables: list[Any]) -> None:
-        """Raise TooLargeError where the tables have more rows than one answer may have."""
-        rows = sum(len(table) for table in tables)
-        self.require("max_rows_per_response", rows, "rows of the answer")
+    @cached_property
+    def tally(self) -> Tally:
+        """Counts the rows of the answer while it is computed."""
+        return Tally(self.limit)
 
 
 Handler = Callable[[Any, Any, Asked], None]
@@ -119,8 +119,7 @@ def _possible_pairs(asked: Asked) -> int:
 def penetration(request: Any, response: Any, asked: Asked) -> None:
     """Answer ComputePointPairPenetration."""
     question = QueryObject.compute_point_pair_penetration
-    tables = asked.each(lambda world: asked.ask(world, question))
-    asked.require_rows(tables)
+    tables = asked.each(lambda world: asked.tally.counted(asked.ask(world, question)))
     response.table = point_contacts_to_msg(tables, asked.legend)
 
 
@@ -129,9 +128,15 @@ def signed_distances(request: Any, response: Any, asked: Asked) -> None:
     limit = limit_from_msg(request.max_distance, "max_distance")
     if np.isinf(limit):
         asked.require("max_rows_per_response", _possible_pairs(asked), "pairs of the scene")
+    tally, pairs = asked.tally, _possible_pairs(asked)
     question = QueryObject.compute_signed_distance_pairwise_closest_points
-    tables = asked.each(lambda world: asked.ask(world, question, limit))
-    asked.require_rows(tables)
+
+    def answer(world: QueryObject) -> SignedDistancePairs:
+        if pairs > tally.most_rows:
+            return signed_distances_within(world, limit, tally)
+        return tally.counted(asked.ask(world, question, limit))
+
+    tables = asked.each(answer)
     response.table = signed_distances_to_msg(tables, asked.legend)
 
 
@@ -187,19 +192,15 @@ def point_distances(request: Any, response: Any, asked: Asked) -> None:
     # Many points of one configuration are shared, or else the configurations.
     threads = asked.limit("query_threads") if len(asked.options.configurations) == 1 else 1
     tables = asked.each(
-        lambda world: world.compute_signed_distance_to_points(
-            points, threshold=threshold, threads=threads
-        )
+        lambda world: points_within(world, points, threshold, threads, asked.tally)
     )
-    asked.require_rows(tables)
     response.table = point_distances_to_msg(tables, asked.legend)
 
 
 def candidates(request: Any, response: Any, asked: Asked) -> None:
     """Answer FindCollisionCandidates."""
     question = QueryObject.find_collision_candidates
-    tables = asked.each(lambda world: asked.ask(world, question))
-    asked.require_rows(tables)
+    tables = asked.each(lambda world: asked.tally.counted(asked.ask(world, question)))
     response.table = candidates_to_msg(tables, asked.legend)
 
 

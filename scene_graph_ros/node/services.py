@@ -126,7 +126,11 @@ class Services:
                 raise _stale(awaited, snapshot)
             options = Options(({},), 0, (), 0, True)
             if hasattr(request, "options"):
-                options = options_from_msg(request.options, snapshot.names)
+                options = options_from_msg(
+                    request.options,
+                    snapshot.names,
+                    max_configurations=self._host.parameter("max_configurations_per_request"),
+                )
             begin = time.perf_counter()
             asked = Asked(
                 snapshot,
@@ -136,8 +140,6 @@ class Services:
                 self._host.pose_topics,
                 self._host.configuration_topics,
             )
-            count = len(options.configurations)
-            asked.require("max_configurations_per_request", count, "configurations")
             query.handler(request, response, asked)
             self._finish(name, response, snapshot)
             if query.effect:

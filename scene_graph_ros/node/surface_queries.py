@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-import threading
 from typing import Any
 
 from msg_adapters.contact_surfaces import contact_surfaces_to_msg
@@ -27,7 +26,7 @@ def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
     if request.with_gradients and not request.with_faces:
         raise MessageError("with_gradients is about faces, and with_faces is false")
     representation = as_representation(request.representation)
-    tally = _Tally(asked)
+    tally = asked.tally
 
     def answer(world: QueryObject) -> tuple[Any, Any]:
         rest: Any = ()
@@ -52,26 +51,9 @@ def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
         response.contacts = point_contacts_to_msg([rest for _, rest in answers], asked.legend)
 
 
-class _Tally:
-    """Counts what an answer will have, configuration after configuration, in any thread."""
-
-    def __init__(self, asked: Asked) -> None:
-        self._asked = asked
-        self._lock = threading.Lock()
-        self._rows = self._faces = 0
-
-    def add(self, rows: int, faces: int) -> None:
-        """Raise TooLargeError as soon as it is too much, before more is computed."""
-        with self._lock:
-            self._rows += rows
-            self._faces += faces
-            self._asked.require("max_rows_per_response", self._rows, "contacts of the answer")
-            self._asked.require("max_faces_per_response", self._faces, "faces of the answer")
-
-
 def deformable_contact(request: Any, response: Any, asked: Asked) -> None:
     """Answer ComputeDeformableContact."""
-    tally = _Tally(asked)
+    tally = asked.tally
 
     def answer(world: QueryObject) -> Any:
         contact = asked.ask(world, QueryObject.compute_deformable_contact)

@@ -40,6 +40,7 @@ __all__ = [
     "candidate_rows",
     "collides",
     "describe",
+    "distances_of_pairs",
     "pair_distance",
     "pair_distances",
     "pairs_of_candidates",
@@ -205,6 +206,13 @@ def pair_distances(
 ) -> SignedDistancePairs:
     """Return the pairs with a signed distance of at most ``max_distance``."""
     pairs = candidate_rows(snapshot, max(max_distance, 0.0))
+    return distances_of_pairs(snapshot, pairs, max_distance, settings)
+
+
+def distances_of_pairs(
+    snapshot: Snapshot, pairs: NDArray[np.int64], max_distance: float, settings: Settings
+) -> SignedDistancePairs:
+    """Return those of the (m, 2) rows ``pairs`` that are at most ``max_distance`` apart."""
     query = "compute_signed_distance_pairwise_closest_points"
     return _distance_table(snapshot, pairs, max_distance, settings, query)
 
