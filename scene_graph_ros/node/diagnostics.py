@@ -93,7 +93,13 @@ class Diagnostics:
         return diagnostic_array_to_msg(statuses, stamp_ns=stamp)
 
     def world(
-        self, monitor: Monitor, now: int, *, scene_version: int, values: Mapping[str, Any]
+        self,
+        monitor: Monitor,
+        now: int,
+        *,
+        scene_version: int,
+        values: Mapping[str, Any],
+        warning: str = "",
     ) -> DiagnosticStatus:
         """Return the entry of the world; ``now`` is steady time in nanoseconds."""
         median, high, worst = monitor.latency()
@@ -109,8 +115,11 @@ class Diagnostics:
             "imported": " ".join(m for m in _OPTIONAL_MODULES if m in sys.modules),
             **values,
         }
-        level = DiagnosticStatus.ERROR if monitor.errors else DiagnosticStatus.OK
-        text = "updating" if not monitor.errors else "internal errors: see the log"
+        level, text = DiagnosticStatus.OK, "updating"
+        if warning:
+            level, text = DiagnosticStatus.WARN, warning
+        if monitor.errors:
+            level, text = DiagnosticStatus.ERROR, "internal errors: see the log"
         return diagnostic_status_to_msg(f"{self._name}: world", level, text, entries)
 
     def source(

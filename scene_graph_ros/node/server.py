@@ -27,6 +27,7 @@ from scene_graph_ros.node.names import (
     default_pose_topic,
     DIAGNOSTICS,
 )
+from scene_graph_ros.node.namesakes import Namesakes
 from scene_graph_ros.node.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.scenes import SceneLoader
 from scene_graph_ros.node.services import Services
@@ -50,6 +51,7 @@ class Server:
         self.group = OwnThreadGroup()
         self._diagnostics_group = MutuallyExclusiveCallbackGroup()
         self._monitor = Monitor()
+        self._namesakes = Namesakes(node)
         self._loop = UpdateLoop(
             node,
             self.group,
@@ -305,12 +307,14 @@ class Server:
             self._monitor,
             now,
             scene_version=snapshot.scene_version,
+            warning=self._namesakes.problem,
             values={
                 "accuracy": accuracy.value,
                 "accuracy: largest error (of the larger shape)": accuracy.bound,
                 "requests": sum(self._services.requests.values()),
                 "requests refused": sum(self._services.refused.values()),
                 "clock messages refused": self.node.clocks_refused,
+                "nodes of the same name": self._namesakes.count,
             },
         )
         message = self._diagnostics.message(
