@@ -101,7 +101,7 @@ def _move_children(state: GeometryState, geometry_id: GeometryId) -> set[Role]:
 
 def rename_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId, name: str) -> None:
     """Give a frame of the source another name, unique within the source."""
-    if frame_id == WORLD_FRAME_ID:
+    if state.frame(frame_id).id == WORLD_FRAME_ID:
         raise OwnershipError("the world frame cannot be renamed")
     record = state.own_frame(source_id, frame_id)
     label = canonical_name("frame", name)

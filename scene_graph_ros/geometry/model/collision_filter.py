@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.errors import FilterHistoryError
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FilterId, GeometryId
 from scene_graph_ros.geometry.model.pair_filter import Operation, PairFilter, Statement
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
     "CollisionFilterDeclaration",
@@ -49,13 +50,13 @@ class CollisionFilterDeclaration:
 
     def __init__(self, scope: CollisionFilterScope = CollisionFilterScope.ALL) -> None:
         if not isinstance(scope, CollisionFilterScope):
-            raise TypeError(f"scope must be a CollisionFilterScope, not {scope!r}")
+            raise TypeError(f"scope must be a CollisionFilterScope, not {quoted(scope)}")
         self.scope = scope
         self._entries: list[_Entry] = []
 
     def exclude_within(self, geometry_set: GeometrySet) -> CollisionFilterDeclaration:
         """Exclude all pairs within the set."""
-        return self._add(Operation.EXCLUDE, geometry_set, None)
+        return self._add(Operation.EXCLUDE, geometry_set)
 
     def exclude_between(
         self, set_A: GeometrySet, set_B: GeometrySet
@@ -65,24 +66,22 @@ class CollisionFilterDeclaration:
 
     def allow_within(self, geometry_set: GeometrySet) -> CollisionFilterDeclaration:
         """Allow all pairs within the set again."""
-        return self._add(Operation.ALLOW, geometry_set, None)
+        return self._add(Operation.ALLOW, geometry_set)
 
     def allow_between(self, set_A: GeometrySet, set_B: GeometrySet) -> CollisionFilterDeclaration:
         """Allow all pairs with one geometry in each set again."""
         return self._add(Operation.ALLOW, set_A, set_B)
 
-    def _add(
-        self, operation: Operation, set_A: GeometrySet, set_B: GeometrySet | None
-    ) -> CollisionFilterDeclaration:
-        for given in (set_A, set_B):
-            if given is not None and not isinstance(given, GeometrySet):
+    def _add(self, operation: Operation, *sets: GeometrySet) -> CollisionFilterDeclaration:
+        given: Any
+        for given in sets:
+            if not isinstance(given, GeometrySet):
                 raise TypeError(
                     f"{operation.value} takes a GeometrySet, such as GeometrySet(frame_id),"
-                    f" not {given!r}"
+                    f" not {quoted(given)}"
                 )
-        self._entries.append(
-            _Entry(operation, set_A.copy(), None if set_B is None else set_B.copy())
-        )
+        set_A, *others = (each.copy() for each in sets)
+        self._entries.append(_Entry(operation, set_A, others[0] if others else None))
         return self
 
     def resolve(
@@ -107,7 +106,7 @@ class CollisionFilterDeclaration:
 
 def _check_declaration(declaration: Any) -> None:
     if not isinstance(declaration, CollisionFilterDeclaration):
-        raise TypeError(f"a filter is a CollisionFilterDeclaration, not {declaration!r}")
+        raise TypeError(f"a filter is a CollisionFilterDeclaration, not {quoted(declaration)}")
 
 
 class _FilterOwner(Protocol):
@@ -163,7 +162,8 @@ class CollisionFilterManager:
 
     def is_active(self, filter_id: FilterId) -> bool:
         """Tell whether a transient declaration is in force."""
-        return self._owner.filters().is_active(filter_id)
+        is_id = isinstance(filter_id, FilterId)
+        return is_id and self._owner.filters().is_active(filter_id)
 
     def has_transient_history(self) -> bool:
         """Tell whether any transient declaration is in force."""

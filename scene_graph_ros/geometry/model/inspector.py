@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.properties import (
     GeometryProperties,
     IllustrationProperties,
@@ -41,7 +42,7 @@ class _HasState(Protocol):
     def state(self) -> GeometryState: ...
 
 
-class SceneGraphInspector:
+class SceneGraphInspector(NotCopied):
     """Answers about sources, frames, geometries, roles and filters.
 
     An inspector of a scene graph or a context follows its changes and is for the thread that
@@ -51,6 +52,7 @@ class SceneGraphInspector:
     """
 
     __slots__ = ("_holder",)
+    _instead = "ask its scene graph, context or query object for another"
 
     def __init__(self, holder: _HasState) -> None:
         self._holder = holder
@@ -157,7 +159,8 @@ class SceneGraphInspector:
 
     def source_is_registered(self, source_id: SourceId) -> bool:
         """Tell whether there is a source with this id."""
-        return source_id in self._state.source_names
+        given: object = source_id
+        return isinstance(given, SourceId) and given in self._state.source_names
 
     def get_name(self, any_id: SourceId | FrameId | GeometryId) -> str:
         """Return the name of a source, a frame or a geometry."""

@@ -9,14 +9,17 @@ import threading
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.pair_filter import PairFilter
 from scene_graph_ros.geometry.model.state import GeometryState
 
 __all__ = ["ModelOwner"]
 
 
-class ModelOwner:
+class ModelOwner(NotCopied):
     """Holds a state that it may share; before the first change of a shared one it copies it."""
+
+    _instead = "clone() makes an independent one; save scenes as files, and poses as arrays"
 
     def __init__(self, state: GeometryState) -> None:
         self._state = state

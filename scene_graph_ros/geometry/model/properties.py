@@ -10,6 +10,7 @@ import numpy as np
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
     "GeometryProperties",
@@ -35,6 +36,15 @@ def _normalized(value: Any) -> Any:
     return copy.deepcopy(value)
 
 
+def _check_names(*names: Any) -> None:
+    """Raise PropertyError for a name of a group or property that is no text."""
+    for name in names:
+        if not isinstance(name, str):
+            raise PropertyError(
+                f"names of groups and properties must be non-empty text, not {quoted(name)}"
+            )
+
+
 def _same_value(a: Any, b: Any) -> bool:
     if isinstance(a, np.ndarray):
         return isinstance(b, np.ndarray) and np.array_equal(a, b)
@@ -44,7 +54,8 @@ def _same_value(a: Any, b: Any) -> bool:
 class GeometryProperties:
     """Values found by (group, name). Spelling and type must be those the reader expects.
 
-    The first value given to a property fixes its type: ``7`` and ``7.0`` differ.
+    The first value given to a property fixes its type: ``7`` and ``7.0`` differ. Every method that
+    takes a name raises PropertyError for one that is no text.
     """
 
     role: ClassVar[Role] = Role.UNASSIGNED
@@ -86,13 +97,18 @@ class GeometryProperties:
 
     def _put(self, group_name: str, name: str, value: Any) -> None:
         self._require_writable()
-        text: Any
-        for text in (group_name, name):
-            if not isinstance(text, str) or not text:
-                raise PropertyError(
-                    f"property ({group_name!r}, {name!r}): group and name must be non-empty text"
-                )
-        self._groups.setdefault(group_name, {})[name] = _normalized(value)
+        if not (group_name and name):
+            raise PropertyError(
+                f"property ({group_name!r}, {name!r}): group and name must be non-empty text"
+            )
+        try:
+            kept = _normalized(value)
+        except (TypeError, ValueError, copy.Error) as error:
+            raise PropertyError(
+                f"property ({group_name!r}, {name!r}): no copy can be kept of {quoted(value)}:"
+                f" {error}"
+            ) from error
+        self._groups.setdefault(group_name, {})[name] = kept
 
     def get_property(self, group_name: str, name: str, expected_type: type | None = None) -> Any:
         """Return the value of a property.
@@ -100,6 +116,7 @@ class GeometryProperties:
         An Rgba can be read with ``expected_type=numpy.ndarray`` as its four channels. Raises
         PropertyError if group or name is missing, or the value is of another type.
         """
+        _check_names(group_name, name)
         group = self._groups.get(group_name)
         if group is None:
             raise PropertyError(
@@ -116,8 +133,8 @@ class GeometryProperties:
         if expected_type is np.ndarray and isinstance(value, Rgba):
             return value.as_array()
         raise PropertyError(
-            f"property ({group_name!r}, {name!r}) is {value!r} of type {type(value).__name__},"
-            f" not {expected_type.__name__}"
+            f"property ({group_name!r}, {name!r}) is {quoted(value)} of type"
+            f" {type(value).__name__}, not {getattr(expected_type, '__name__', expected_type)}"
         )
 
     def get_property_or_default(self, group_name: str, name: str, default_value: Any) -> Any:
@@ -133,10 +150,12 @@ class GeometryProperties:
 
     def has_property(self, group_name: str, name: str) -> bool:
         """Tell whether the property exists."""
+        _check_names(group_name, name)
         return name in self._groups.get(group_name, ())
 
     def has_group(self, group_name: str) -> bool:
         """Tell whether the group exists."""
+        _check_names(group_name)
         return group_name in self._groups
 
     def remove_property(self, group_name: str, name: str) -> bool:
@@ -157,7 +176,7 @@ class GeometryProperties:
 
     def get_properties_in_group(self, group_name: str) -> dict[str, Any]:
         """Return a copy of a group, values by name. Raises PropertyError if it is missing."""
-        if group_name not in self._groups:
+        if not self.has_group(group_name):
             raise PropertyError(
                 f"there is no property group {group_name!r}; groups: {sorted(self._groups)}"
             )

@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.model.proximity import check_proximity
 from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.poses import compose
 
 __all__ = [
@@ -30,7 +31,7 @@ def add_source(state: GeometryState, name: str) -> SourceId:
     """Add a source; an empty name becomes one made of its id."""
     source_id = SourceId.get_new_id()
     if not isinstance(name, str):
-        raise NameConflictError(f"the name of a source must be text, not {name!r}")
+        raise NameConflictError(f"the name of a source must be text, not {quoted(name)}")
     label = canonical_name("source", name) if name else f"source_{int(source_id)}"
     if label in state.source_by_name:
         raise NameConflictError(
@@ -49,8 +50,8 @@ def add_frame(
     """Add a frame below a frame of the same source, or below the world."""
     state.require_source(source_id)
     if not isinstance(frame, GeometryFrame):
-        raise TypeError(f"register_frame needs a GeometryFrame, not {frame!r}")
-    if parent_id != WORLD_FRAME_ID:
+        raise TypeError(f"register_frame needs a GeometryFrame, not {quoted(frame)}")
+    if state.frame(parent_id).id != WORLD_FRAME_ID:
         state.own_frame(source_id, parent_id)
     source = state.source_names[source_id]
     if frame.id() in state.frames:
@@ -81,7 +82,7 @@ def check_name_is_free(state: GeometryState, frame_id: FrameId, role: Role, name
 def check_instance(instance: Any) -> None:
     """Raise TypeError for what is no GeometryInstance."""
     if not isinstance(instance, GeometryInstance):
-        raise TypeError(f"registering a geometry needs a GeometryInstance, not {instance!r}")
+        raise TypeError(f"registering a geometry needs a GeometryInstance, not {quoted(instance)}")
 
 
 def check_deformable_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId) -> None:
@@ -148,7 +149,9 @@ def _record(
         X_FG = compose(parent_record.X_FG, X_PG)
         X_FG.setflags(write=False)
     else:
-        raise UnknownIdError(f"a geometry hangs on a FrameId or a GeometryId, not on {parent!r}")
+        raise UnknownIdError(
+            f"a geometry hangs on a FrameId or a GeometryId, not on {quoted(parent)}"
+        )
     return GeometryRecord(
         id=instance.id(),
         source_id=source_id,

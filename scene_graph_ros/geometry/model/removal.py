@@ -22,7 +22,7 @@ def remove_geometry(state: GeometryState, source_id: SourceId, geometry_id: Geom
 
 def remove_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId) -> None:
     """Remove a frame of the source, the frames below it and all their geometries."""
-    if frame_id == WORLD_FRAME_ID:
+    if state.frame(frame_id).id == WORLD_FRAME_ID:
         raise OwnershipError("the world frame cannot be removed")
     state.own_frame(source_id, frame_id)
     _remove_frames(state, [frame_id])

@@ -17,7 +17,8 @@ from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
-from scene_graph_ros.geometry.model.instance import GeometryInstance
+from scene_graph_ros.geometry.model.instance import checked_shape, GeometryInstance
+from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.owner import ModelOwner
 from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
 from scene_graph_ros.geometry.model.proximity import read_mesh_data
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["SceneGraph"]
 
 
-class SceneGraph:
+class SceneGraph(NotCopied):
     """The model of the world, from which contexts are made.
 
     Every method that changes the model takes ``context``: without it the scene graph's own model
@@ -44,6 +45,10 @@ class SceneGraph:
     is raised for an id that names nothing.
     """
 
+    _instead = (
+        "clone() and copy.deepcopy make an independent one; save what it is made of, such as a"
+        " scene file"
+    )
     _query_type: ClassVar[Callable[[Context], Any] | None] = None
 
     def __init__(
@@ -268,9 +273,8 @@ class SceneGraph:
         if it cannot get the proximity role. The properties are copied.
         """
         owner = self._owner(context)
-        record = owner.state.geometries.get(geometry_id)
-        if record is not None:
-            _read_files(record, properties)
+        owner.state.require_source(source_id)
+        _read_files(owner.state.geometry(geometry_id), properties)
         with owner.changing() as state:
             alteration.assign_role(state, source_id, geometry_id, properties, assign)
 
@@ -327,10 +331,10 @@ class SceneGraph:
         Geometries that hang on it move along. Roles and filters stay.
         """
         owner = self._owner(context)
-        record = owner.state.geometries.get(geometry_id)
-        roles = () if record is None or record.deformable is not None else record.properties
-        if Role.PROXIMITY in roles:
-            read_mesh_data(shape)
+        owner.state.require_source(source_id)
+        record = owner.state.geometry(geometry_id)
+        if record.deformable is None and Role.PROXIMITY in record.properties:
+            read_mesh_data(checked_shape(shape, record.name))
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 

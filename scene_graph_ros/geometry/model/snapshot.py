@@ -20,10 +20,12 @@ from scene_graph_ros.geometry.model.deformable import (
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import RoleArrays
+from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.proximity import proximity_arrays, ProximityArrays
 from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.pose_kernels import (
     store_poses,
     VALID,
@@ -51,6 +53,8 @@ def stacked_poses(state: GeometryState, poses: Mapping[FrameId, Any]) -> tuple[A
     Raises UnknownIdError for an unknown frame, OwnershipError for the world, and InvalidPoseError
     for a pose that is no ``(4, 4)`` array.
     """
+    if not isinstance(poses, Mapping):
+        raise TypeError(f"poses must map frame ids to poses, not {quoted(poses)}")
     layout = state.layout()
     rows = np.array([layout.row.get(frame_id, 0) for frame_id in poses], dtype=np.int64)
     if not rows.all():
@@ -98,12 +102,13 @@ class Memory:
 _UNSHARED = 2
 
 
-class Snapshot:
+class Snapshot(NotCopied):
     """One moment of a context. Everything derived from it is computed once, on first use.
 
     Any number of threads may use a snapshot.
     """
 
+    _instead = "it never changes, so share it"
     __slots__ = (
         "_X_PF",
         "_X_WF",

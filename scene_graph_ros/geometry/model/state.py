@@ -27,6 +27,7 @@ from scene_graph_ros.geometry.model.layout import (
 from scene_graph_ros.geometry.model.pair_filter import PairFilter
 from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import checked_role, Role
+from scene_graph_ros.geometry.quoting import quoted
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.driven_mesh import DrivenMesh
@@ -166,21 +167,21 @@ class GeometryState:
     def require_source(self, source_id: Any) -> SourceId:
         """Return the id. Raises UnknownIdError if no such source is registered."""
         if not isinstance(source_id, SourceId) or source_id not in self.source_names:
-            raise UnknownIdError(f"no source is registered with id {source_id!r}")
+            raise UnknownIdError(f"no source is registered with id {quoted(source_id)}")
         return source_id
 
     def frame(self, frame_id: Any) -> FrameRecord:
         """Return a frame. Raises UnknownIdError if no such frame is registered."""
         record = self.frames.get(frame_id) if isinstance(frame_id, FrameId) else None
         if record is None:
-            raise UnknownIdError(f"no frame is registered with id {frame_id!r}")
+            raise UnknownIdError(f"no frame is registered with id {quoted(frame_id)}")
         return record
 
     def geometry(self, geometry_id: Any) -> GeometryRecord:
         """Return a geometry. Raises UnknownIdError if no such geometry is registered."""
         record = self.geometries.get(geometry_id) if isinstance(geometry_id, GeometryId) else None
         if record is None:
-            raise UnknownIdError(f"no geometry is registered with id {geometry_id!r}")
+            raise UnknownIdError(f"no geometry is registered with id {quoted(geometry_id)}")
         return record
 
     def own_frame(self, source_id: SourceId, frame_id: FrameId) -> FrameRecord:
@@ -214,6 +215,8 @@ class GeometryState:
 
         Raises UnknownIdError if the set has ids that are not registered.
         """
+        if not isinstance(geometry_set, GeometrySet):
+            raise TypeError(f"geometry_set must be a GeometrySet, not {quoted(geometry_set)}")
         found = {self.geometry(geometry_id).id for geometry_id in geometry_set.geometry_ids()}
         for frame_id in geometry_set.frame_ids():
             found.update(self.frame_geometries[self.frame(frame_id).id])

@@ -10,26 +10,37 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
+from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["checked_limit", "checked_points", "checked_threads"]
+__all__ = ["checked_flag", "checked_limit", "checked_points", "checked_threads"]
 
 _FEW = 24
 """Numbers. So many are looked at sooner than numpy's loops begin."""
+
+
+def checked_flag(name: str, value: Any) -> bool:
+    """Return True or False. Raises QueryArgumentError for anything else."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise QueryArgumentError(f"{name} must be True or False, not {quoted(value)}")
+    return bool(value)
 
 
 def checked_limit(name: str, value: Any) -> float:
     """Return a distance in metres, maybe inf. Raises QueryArgumentError."""
     if type(value) is float and value == value:
         return value
-    if isinstance(value, bool) or not isinstance(value, numbers.Real) or math.isnan(value):
-        raise QueryArgumentError(f"{name} must be a number of metres: {value!r}")
-    return float(value)
+    if isinstance(value, bool) or not isinstance(value, numbers.Real) or value != value:
+        raise QueryArgumentError(f"{name} must be a number of metres: {quoted(value)}")
+    try:
+        return float(value)
+    except OverflowError:  # an integer beyond all floats
+        return -math.inf if value <= 0.0 else math.inf
 
 
 def checked_threads(value: Any) -> int:
     """Return the number of threads asked for. Raises QueryArgumentError."""
     if isinstance(value, bool) or not isinstance(value, numbers.Integral) or value < 1:
-        raise QueryArgumentError(f"threads must be an integer >= 1: {value!r}")
+        raise QueryArgumentError(f"threads must be an integer >= 1: {quoted(value)}")
     return int(value)
 
 
@@ -40,8 +51,8 @@ def checked_points(name: str, value: ArrayLike, dimensions: int) -> NDArray[np.f
     """
     try:
         points = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise QueryArgumentError(f"{name} must be numbers: {value!r}") from error
+    except (TypeError, ValueError, OverflowError) as error:
+        raise QueryArgumentError(f"{name} must be numbers: {quoted(value)}") from error
     if points.ndim != dimensions or points.shape[-1] != 3:
         expected = "(3,)" if dimensions == 1 else "(m, 3)"
         raise QueryArgumentError(f"{name} must have shape {expected}, not {points.shape}")

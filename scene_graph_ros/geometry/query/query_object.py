@@ -18,11 +18,13 @@ from scene_graph_ros.geometry.errors import (
 from scene_graph_ros.geometry.model.deformable import refuse_deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query import scene
 from scene_graph_ros.geometry.query.arguments import (
+    checked_flag,
     checked_limit,
     checked_points,
     checked_threads,
@@ -74,7 +76,7 @@ class _Answers:
         return answer
 
 
-class QueryObject:
+class QueryObject(NotCopied):
     """Queries about geometries with the proximity role, in the world frame W.
 
     A *live* query object follows its context; ``bake`` freezes the present. Results never change
@@ -94,6 +96,8 @@ class QueryObject:
     comparison: see ``fcl_engine``. What names no tier or engine raises QueryArgumentError, what
     the engine lacks EngineError.
     """
+
+    _instead = "bake() freezes the present, which any thread may ask; results pickle as they are"
 
     def __init__(self, provider: _Provider) -> None:
         """Ask ``provider``, a Context (live) or a Snapshot (baked)."""
@@ -351,9 +355,14 @@ def _settings(
     tier = state.accuracy if accuracy is None else as_accuracy(accuracy)
     if chosen is Engine.FCL and accuracy is not None:
         raise EngineError(f"engine 'fcl' has no accuracy to choose: {accuracy!r}")
-    if chosen is Engine.FCL and certificate:
+    if chosen is Engine.FCL and checked_flag("certificate", certificate):
         raise EngineError("engine 'fcl' gives no certificate")
-    return scene.Settings(tier, chosen, bool(derivatives), bool(certificate))
+    return scene.Settings(
+        tier,
+        chosen,
+        checked_flag("derivatives", derivatives),
+        checked_flag("certificate", certificate),
+    )
 
 
 def _check_point_settings(

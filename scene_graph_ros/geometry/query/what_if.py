@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from numpy.typing import ArrayLike
 
+from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.model.snapshot import Memory
 from scene_graph_ros.geometry.query.arguments import checked_threads
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["ask_what_if"]
 
@@ -37,8 +39,10 @@ def ask_what_if(
     while the kernels run: threads pay where those are what takes the time.
 
     Raises UnknownIdError and InvalidPoseError as ``Context.set_frame_poses`` does,
-    QueryArgumentError for ``threads`` that is no integer >= 1, and whatever ``question`` raises.
+    QueryArgumentError for ``threads`` that is no integer >= 1, and for what is no query object,
+    sequence of mappings or function, and whatever ``question`` raises.
     """
+    _check(query, configurations, question)
     base = query.snapshot
     count = len(configurations)
     parts = max(min(checked_threads(threads), count), 1)
@@ -55,3 +59,19 @@ def ask_what_if(
         return answer(shares[0])
     with ThreadPoolExecutor(parts) as pool:
         return [result for answers in pool.map(answer, shares) for result in answers]
+
+
+def _check(query: Any, configurations: Any, question: Any) -> None:
+    if not isinstance(query, QueryObject):
+        raise QueryArgumentError(f"query must be a QueryObject, not {quoted(query)}")
+    if not callable(question):
+        raise QueryArgumentError(f"question must be a function, not {quoted(question)}")
+    if not isinstance(configurations, Sequence) or isinstance(configurations, (str, bytes)):
+        raise QueryArgumentError(
+            f"configurations must be a sequence of mappings, not {quoted(configurations)}"
+        )
+    for index, configuration in enumerate(configurations):
+        if not isinstance(configuration, Mapping):
+            raise QueryArgumentError(
+                f"configurations[{index}] must map frame ids to poses, not {quoted(configuration)}"
+            )
