@@ -48,6 +48,7 @@ from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.compiled import cache, kernel
+from scene_graph_ros.geometry.compiled.readiness import ready_marker
 from scene_graph_ros.geometry.meshes.held_table import hold
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
@@ -298,7 +299,7 @@ def warm_up(processes: int | None = None) -> int:
         the number of kernels that this process itself had to compile: 0 when all was well.
 
     """
-    marker = cache.cache_root() / f"ready-{cache.digest_of_everything()}"
+    marker = ready_marker()
     if not marker.exists():
         _compile_side_by_side(processes or min(len(_TASKS), os.cpu_count() or 1))
     before = kernel.compilation_count()

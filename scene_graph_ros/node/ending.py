@@ -33,6 +33,7 @@ _KILLED = 128
 
 _STANDARD_ERROR = 2
 _PACKAGE = "scene_graph_ros"
+_COMPILER = f"{_PACKAGE}.geometry.compiled."
 
 
 class Ending:
@@ -117,7 +118,9 @@ def _what_threads_do() -> Iterator[str]:
 
 
 def _is_ours(frame: FrameType) -> bool:
-    return str(frame.f_globals.get("__name__", "")).startswith(f"{_PACKAGE}.")
+    """Tell whether a function is one of this package; how kernels are compiled tells nothing."""
+    module = str(frame.f_globals.get("__name__", ""))
+    return module.startswith(f"{_PACKAGE}.") and not module.startswith(_COMPILER)
 
 
 def _say(text: str) -> None:

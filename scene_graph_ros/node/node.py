@@ -9,6 +9,7 @@ from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.guarded import GuardedNode
+from scene_graph_ros.node.kernel_watch import KernelWatch
 from scene_graph_ros.node.names import NODE_NAME
 from scene_graph_ros.node.server import Server
 
@@ -32,6 +33,7 @@ class SceneGraphNode(GuardedNode):
         """Start; raises ValueError for wrong parameters, SceneFileError for a wrong scene."""
         super().__init__(node_name, **options)
         self.server = Server(self, scene_graph)
+        self._kernels = KernelWatch(self.get_logger())
         self._failure: Exception | None = None
         if self.server.parameter("autostart"):
             self._start_by_itself()
@@ -59,6 +61,7 @@ class SceneGraphNode(GuardedNode):
     def destroy_node(self) -> None:
         """Stop everything and destroy the node."""
         self.server.stop()
+        self._kernels.stop()
         super().destroy_node()
 
     def _start_by_itself(self) -> None:

@@ -9,6 +9,7 @@ import sys
 import threading
 import traceback
 from typing import Any
+import warnings
 
 import rclpy
 from rclpy.exceptions import InvalidHandle, ParameterException
@@ -16,6 +17,7 @@ from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecu
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from scene_graph_ros.geometry.compiled.cache import KernelCacheWarning
 from scene_graph_ros.node.ending import Ending
 from scene_graph_ros.node.node import SceneGraphNode
 from scene_graph_ros.node.parameters import PARAMETERS
@@ -41,6 +43,8 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     """Run the node until its end is requested; return the exit code of the process."""
     _usage().parse_args(remove_ros_args(sys.argv if args is None else args)[1:])
     sys.setswitchinterval(_SWITCH_INTERVAL)
+    # The node says it in its log.
+    warnings.simplefilter("ignore", KernelCacheWarning)
     ending.has_begun()
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
