@@ -209,6 +209,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=1_000_000,
     ),
     Parameter(
+        "max_waiting_requests",
+        1000,
+        "Requests that may wait for a thread, and again as many for poses; more are TOO_LARGE.",
+        minimum=1,
+        maximum=100_000,
+    ),
+    Parameter(
         "max_wait",
         5.0,
         "Seconds. Longest wait of a query for poses of its minimal stamp.",

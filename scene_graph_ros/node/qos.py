@@ -14,11 +14,23 @@ from rclpy.qos import (
 )
 from rclpy.qos_overriding_options import QoSOverridingOptions
 
-__all__ = ["contact_qos", "diagnostics_qos", "marker_qos", "overridable", "pose_qos"]
+__all__ = [
+    "contact_qos",
+    "diagnostics_qos",
+    "marker_qos",
+    "overridable",
+    "pose_qos",
+    "service_qos",
+]
 
 _MARKERS_KEPT = 5
 """Messages of a marker topic, a sixth of a second at the default rate: on a busy machine, too, a
 reader has got the oldest by then, so that nobody has to wait."""
+
+_REQUESTS_KEPT = 5000
+"""Requests of a service that the middleware keeps until they are taken, and answers until they
+are acknowledged. What is beyond it throws away, and nobody learns of that. So it is more than may
+wait, and time to take them while threads answer; what is not used costs nothing."""
 
 
 def pose_qos(depth: int, *, is_reliable: bool = True) -> QoSProfile:
@@ -61,6 +73,19 @@ def contact_qos() -> QoSProfile:
 def diagnostics_qos() -> QoSProfile:
     """Return the profile that diagnostic aggregators expect."""
     return QoSProfile(depth=10)
+
+
+def service_qos() -> QoSProfile:
+    """Return the profile of services: as ROS has it, but deep enough for many requests at once.
+
+    The same holds for their answers, in the node as in its clients.
+    """
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=_REQUESTS_KEPT,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.VOLATILE,
+    )
 
 
 def overridable() -> QoSOverridingOptions:

@@ -4,11 +4,14 @@ The executors of rclpy rebuild what they wait for, with every service, timer and
 node, in Python for each single callback; under load that is the longest part of an answer's time.
 Here one thread waits, for the services alone. When a request comes it takes it, lets the next
 thread wait, and answers the request itself: nothing is handed over.
+
+There is a thread more than requests are answered at the same time. So one always waits, however
+busy the others are, and takes what comes out of the middleware, which throws away what it can't
+keep without a word. What is too much is refused.
 """
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -24,16 +27,29 @@ from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
+from msg_adapters.errors import TooLargeError
+from msg_adapters.size import size_of
+from scene_graph_ros.node.backlog import Backlog, Work
 from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.own_threads import stop_at_exit
+from scene_graph_ros.node.qos import service_qos
 
-__all__ = ["Answer", "RequestLoop", "Respond"]
+__all__ = ["Answer", "Refuse", "RequestLoop", "Respond"]
 
 Respond = Callable[[Any], None]
 """Sends the response of one request; from any thread, now or later."""
 
 Answer = Callable[[Any, Respond], None]
 """Answers a request."""
+
+Refuse = Callable[[Exception], Any]
+"""Returns the response to a request that is not answered, and why."""
+
+_TAKEN_AT_ONCE = 64
+"""Requests taken from one service before the others have their turn."""
+
+_MOST_BYTES = 2**28
+"""Of requests that wait: a quarter of a gigabyte, ten of the largest by the default limits."""
 
 _PAUSE_AFTER_ERROR = 0.1
 """Seconds, so that a fault which stays does not keep a core busy."""
@@ -50,6 +66,7 @@ class _Offer:
 
     service: Any
     answer: Answer
+    refuse: Refuse
     is_exclusive: bool
 
 
@@ -58,27 +75,41 @@ def _never(request: Any, response: Any) -> Any:
 
 
 class RequestLoop:
-    """Answers requests of services in ``threads`` threads."""
+    """Answers requests of services in threads of its own."""
 
-    def __init__(self, node: Node, *, threads: int) -> None:
-        """Answer as many requests side by side as there are ``threads``."""
-        self._node, self._count = node, threads
+    def __init__(self, node: Node, *, threads: int, most_waiting: Callable[[], int]) -> None:
+        """Answer as many requests side by side as there are ``threads``.
+
+        Of others ``most_waiting`` wait at most.
+        """
+        self._node, self._count = node, threads + 1
         self._group = OwnThreadGroup()
         self._offers: list[_Offer] = []
+        self._backlog = Backlog(
+            at_once=threads, most_requests=most_waiting, most_bytes=_MOST_BYTES
+        )
         self._turn = threading.Lock()
         self._lock = threading.Lock()
-        self._tasks: deque[Callable[[], None]] = deque()
         self._alarm = _NO_ALARM
-        self._is_exclusive_one_busy = False
         self._guard: GuardCondition | None = None
         self._held = ExitStack()
         self._threads: list[threading.Thread] = []
         self._is_stopped = True
 
-    def offer(self, kind: Any, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
+    def offer(
+        self,
+        kind: Any,
+        name: str,
+        answer: Answer,
+        *,
+        refuse: Refuse,
+        is_exclusive: bool = False,
+    ) -> None:
         """Offer a service, before the start; only one exclusive request is answered at a time."""
-        service = self._node.create_service(kind, name, _never, callback_group=self._group)
-        self._offers.append(_Offer(service, answer, is_exclusive))
+        service = self._node.create_service(
+            kind, name, _never, qos_profile=service_qos(), callback_group=self._group
+        )
+        self._offers.append(_Offer(service, answer, refuse, is_exclusive))
 
     def start(self) -> None:
         """Begin to take requests."""
@@ -104,7 +135,7 @@ class RequestLoop:
 
     def post(self, task: Callable[[], None]) -> None:
         """Have something done in one of the threads; safe from any thread."""
-        self._tasks.append(task)
+        self._backlog.add(task)
         self._wake()
 
     def set_alarm(self, at: float, task: Callable[[], None]) -> None:
@@ -140,10 +171,9 @@ class RequestLoop:
     def _run(self) -> None:
         while self._is_running():
             try:
-                with self._turn:
-                    task = self._next()
-                if task is not None:
-                    task()
+                work = self._backlog.take() or self._next()
+                if work is not None:
+                    self._do(work)
             except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
                 if self._is_running():
                     self._node.get_logger().error(
@@ -152,22 +182,36 @@ class RequestLoop:
                     )
                     time.sleep(_PAUSE_AFTER_ERROR)
 
-    def _next(self) -> Callable[[], None] | None:
-        """Wait for something to do; None at the end. To be called by one thread at a time."""
-        while self._is_running():
-            if self._tasks:
-                return self._tasks.popleft()
-            alarm = self._alarm
-            if time.monotonic() >= alarm[0]:
-                with self._lock:
-                    # Unless another was set meanwhile.
-                    if self._alarm is alarm:
-                        self._alarm = _NO_ALARM
-                return alarm[1]
-            self._wait()
+    def _do(self, work: Work) -> None:
+        try:
+            work.do()
+        finally:
+            self._backlog.done(work)
+
+    def _next(self) -> Work | None:
+        """Wait until there is something to do; None at the end. One thread at a time waits."""
+        with self._turn:
+            while self._is_running():
+                work = self._backlog.take()
+                if work is not None:
+                    return work
+                if not self._is_alarm_over():
+                    self._wait()
         # The others are to see the end, too.
         self._wake()
         return None
+
+    def _is_alarm_over(self) -> bool:
+        """Add what the alarm says to the rest, and return True, where its time has come."""
+        alarm = self._alarm
+        if time.monotonic() < alarm[0]:
+            return False
+        with self._lock:
+            # Unless another was set meanwhile.
+            if self._alarm is alarm:
+                self._alarm = _NO_ALARM
+        self._backlog.add(alarm[1])
+        return True
 
     def _wait(self) -> None:
         """Wait for requests, the alarm or a call of ``_wake``; take what has come."""
@@ -177,30 +221,27 @@ class RequestLoop:
         wait_set.add_guard_condition(guard.handle)
         offers = {}
         for offer in self._offers:
-            if not (offer.is_exclusive and self._is_exclusive_one_busy):
-                handle = offer.service.handle
-                wait_set.add_service(handle)
-                offers[handle.pointer] = offer
+            handle = offer.service.handle
+            wait_set.add_service(handle)
+            offers[handle.pointer] = offer
         wait_set.wait(_nanoseconds_until(self._alarm[0]))
         for pointer in wait_set.get_ready_entities("service"):
             self._take(offers[pointer])
 
     def _take(self, offer: _Offer) -> None:
-        if offer.is_exclusive and self._is_exclusive_one_busy:
-            return
         service = offer.service
-        request, header = service.handle.service_take_request(service.srv_type.Request)
-        if header is not None:
-            self._is_exclusive_one_busy |= offer.is_exclusive
-            self._tasks.append(partial(self._serve, offer, request, header))
-
-    def _serve(self, offer: _Offer, request: Any, header: Any) -> None:
-        try:
-            offer.answer(request, partial(self._respond, offer.service, header))
-        finally:
-            if offer.is_exclusive:
-                self._is_exclusive_one_busy = False
-                self._wake()
+        for _ in range(_TAKEN_AT_ONCE):
+            request, header = service.handle.service_take_request(service.srv_type.Request)
+            if header is None:
+                return
+            respond = partial(self._respond, service, header)
+            answer = partial(offer.answer, request, respond)
+            try:
+                self._backlog.add_request(
+                    answer, partial(size_of, request), is_exclusive=offer.is_exclusive
+                )
+            except TooLargeError as error:
+                respond(offer.refuse(error))
 
     @staticmethod
     def _respond(service: Any, header: Any, response: Any) -> None:

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from rclpy.node import Node
 
 from msg_adapters.diagnostics import effect_to_msg
-from msg_adapters.errors import StaleError, UnavailableError
+from msg_adapters.errors import StaleError, TooLargeError, UnavailableError
 from msg_adapters.queries import Options, options_from_msg
 from msg_adapters.stamps import checked_stamp_from_msg, duration_from_msg, stamp_to_msg
 from msg_adapters.status import ok_status, status_from_exception
@@ -67,7 +67,11 @@ class Services:
         self._tools = tools
         self.requests: Counter[str] = Counter()
         self.refused: Counter[str] = Counter()
-        self._loop = RequestLoop(host.node, threads=host.parameter("service_threads"))
+        self._loop = RequestLoop(
+            host.node,
+            threads=host.parameter("service_threads"),
+            most_waiting=lambda: host.parameter("max_waiting_requests"),
+        )
         self._waiting = Waiting(
             lambda: world.snapshot,
             host.is_running,
@@ -92,7 +96,13 @@ class Services:
 
     def _offer(self, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
         kind = getattr(scene_graph_msgs.srv, name)
-        self._loop.offer(kind, service_name(name), answer, is_exclusive=is_exclusive)
+        self._loop.offer(
+            kind,
+            service_name(name),
+            answer,
+            refuse=lambda error: self._refuse(name, kind.Response(), error),
+            is_exclusive=is_exclusive,
+        )
 
     @staticmethod
     def _at_once(name: str, callback: Callable[[Any, Any], Any]) -> Answer:
@@ -113,11 +123,20 @@ class Services:
             finish = partial(self._answer, name, request, response, awaited)
             has_to_wait = not awaited.is_met(self._world.snapshot)
             if has_to_wait and awaited.seconds > 0.0 and self._host.is_running():
-                self._waiting.add(Later(awaited, finish, respond))
+                self._wait(name, Later(awaited, finish, respond))
             else:
                 respond(finish())
 
         return answer
+
+    def _wait(self, name: str, later: Later) -> None:
+        """Answer later, or refuse where too many wait for poses already."""
+        limit = self._host.parameter("max_waiting_requests")
+        if not self._waiting.add(later, limit):
+            error = TooLargeError(
+                f"{limit} requests wait for poses already, and max_waiting_requests is {limit}"
+            )
+            later.send(self._refuse(name, getattr(scene_graph_msgs.srv, name).Response(), error))
 
     def _answer(self, name: str, request: Any, response: Any, awaited: Awaited) -> Any:
         query, snapshot = QUERIES[name], self._world.snapshot
@@ -202,7 +221,8 @@ class Services:
         self.requests[name] += 1
         response.status = status_from_exception(error)
         self.refused[name] += 1
-        response.scene_version = self._world.snapshot.scene_version
+        if hasattr(response, "scene_version"):
+            response.scene_version = self._world.snapshot.scene_version
         if response.status.code == Status.INTERNAL_ERROR:
             details = "".join(traceback.format_exception(error))
             self._host.node.get_logger().error(f"{name} failed:\n{details}")

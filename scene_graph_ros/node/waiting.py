@@ -73,13 +73,16 @@ class Waiting:
         self._lock = threading.Lock()
         self._waiting: list[Later] = []
 
-    def add(self, later: Later) -> None:
-        """Answer a request when its time has come."""
+    def add(self, later: Later, limit: int) -> bool:
+        """Answer a request when its time has come; return False where ``limit`` wait already."""
         with self._lock:
+            if len(self._waiting) >= limit:
+                return False
             self._waiting.append(later)
             self._arm()
         # What came between the look at the world and this is answered now.
         self.check()
+        return True
 
     def check(self) -> None:
         """Answer whom the newest snapshot is new enough for; call it after each update."""
@@ -102,12 +105,12 @@ class Waiting:
     def _release(self) -> None:
         snapshot, now, runs = self._snapshot(), time.monotonic(), self._is_running()
         with self._lock:
-            ready = [
-                later
-                for later in self._waiting
-                if not runs or now >= later.deadline or later.awaited.is_met(snapshot)
-            ]
-            self._waiting = [later for later in self._waiting if later not in ready]
+            ready: list[Later] = []
+            others: list[Later] = []
+            for later in self._waiting:
+                is_ready = not runs or now >= later.deadline or later.awaited.is_met(snapshot)
+                (ready if is_ready else others).append(later)
+            self._waiting = others
         for later in ready:
             self._post(later.finish)
 

@@ -24,10 +24,30 @@ def node(domain):
     rclpy.shutdown(context=context)
 
 
+LIMIT = 30
+
+
+class Loop(RequestLoop):
+    """Offers services that take nothing, and notes what was refused."""
+
+    def __init__(self, node, threads):
+        super().__init__(node, threads=threads, most_waiting=lambda: LIMIT)
+        self.refused = []
+
+    def offer(self, kind, name, answer, *, is_exclusive=False):
+        """Offer a service."""
+
+        def refuse(error):
+            self.refused.append(str(error))
+            return Empty.Response()
+
+        super().offer(kind, name, answer, refuse=refuse, is_exclusive=is_exclusive)
+
+
 @pytest.fixture
 def loop(node):
     """Two threads; start it when the services are offered."""
-    loop = RequestLoop(node, threads=2)
+    loop = Loop(node, threads=2)
     yield loop
     loop.close()
 
@@ -84,6 +104,34 @@ def test_exclusive_requests_leave_a_thread_to_the_others(loop, client):
     assert most == [1, 1, 1]
 
 
+@pytest.mark.parametrize("is_exclusive", [False, True])
+def test_what_is_too_much_is_refused_at_once_while_all_threads_are_busy(
+    loop, client, is_exclusive
+):
+    """As many wait as may; the others are told, long before a thread is free."""
+    gate, running = threading.Event(), []
+
+    def work():
+        running.append(1)
+        gate.wait(30.0)
+
+    loop.offer(Empty, "~/slow", at_once(work), is_exclusive=is_exclusive)
+    loop.start()
+    busy = 1 if is_exclusive else 2
+    futures = call(client, "slow", busy)
+    wait_until(lambda: len(running) == busy, "busy threads")
+    futures += call(client, "slow", LIMIT + 7)
+    wait_until(lambda: len(loop.refused) == 7, "seven refusals")
+    wait_until(lambda: sum(future.done() for future in futures) == 7, "their answers")
+    assert set(loop.refused) == {
+        f"{LIMIT} requests wait already, and max_waiting_requests is {LIMIT}"
+    }
+    assert len(running) == busy
+    gate.set()
+    answered(futures)
+    assert len(running) == busy + LIMIT
+
+
 def test_what_is_posted_and_the_alarm_are_done_by_the_threads(loop):
     """Both run, the alarm when its time has come, and once; a later one replaces an earlier."""
     done: list[tuple[str, float]] = []
@@ -123,11 +171,12 @@ def test_an_answer_may_come_later(loop, client):
 
 def test_after_the_end_no_thread_is_left(node):
     """Closing ends all threads, whatever they wait for, and can be done again."""
-    loop = RequestLoop(node, threads=3)
+    loop = Loop(node, threads=3)
     loop.offer(Empty, "~/gone", at_once(lambda: None))
     loop.start()
     before = {t for t in threading.enumerate() if t.name.startswith("requests")}
-    assert len(before) == 3
+    # One waits while three answer.
+    assert len(before) == 4
     loop.close()
     loop.close()
     assert not any(thread.is_alive() for thread in before)

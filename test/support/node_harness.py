@@ -28,6 +28,9 @@ PATIENT = {"shutdown_timeout": 20.0}
 """Parameters of nodes in tests: on a busy machine an end in order may take its time."""
 TF_PREFIX = Path(sys.prefix) / "test_workspace"
 
+CLIENT_DEPTH = 5000
+"""Requests and answers that a client keeps; the default of ROS, 10, loses what is beyond."""
+
 
 def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return the environment of a process on an isolated domain."""
@@ -162,7 +165,9 @@ class Client:
         """Send a request and return the future of its response."""
         client = self._clients.get(name)
         if client is None:
-            client = self._clients[name] = self.node.create_client(kind, name)
+            # Deep enough for the answers of as many requests as a test sends at once.
+            qos = QoSProfile(depth=CLIENT_DEPTH)
+            client = self._clients[name] = self.node.create_client(kind, name, qos_profile=qos)
         assert client.wait_for_service(DEADLINE), f"no service {name}"
         return client.call_async(request)
 
