@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.errors import (
     UnknownIdError,
     UnsupportedPairError,
 )
+from scene_graph_ros.geometry.model.names import InvalidNameError
 
 __all__ = ["ok_status", "status_from_exception"]
 
@@ -22,6 +23,7 @@ _CODES: dict[type[Exception], int] = {
     UnknownIdError: Status.UNKNOWN_NAME,
     StaleError: Status.STALE,
     FilterHistoryError: Status.INVALID_ARGUMENT,
+    InvalidNameError: Status.INVALID_ARGUMENT,
     InvalidPoseError: Status.INVALID_ARGUMENT,
     InvalidShapeError: Status.INVALID_ARGUMENT,
     MeshError: Status.INVALID_ARGUMENT,

@@ -15,7 +15,7 @@ from scene_graph_ros.geometry.model.deformable import deformable_of
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
-from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.names import trimmed_name
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.properties import (
     GeometryProperties,
@@ -176,7 +176,7 @@ class SceneGraphInspector(NotCopied):
 
     def get_source_id_by_name(self, name: str) -> SourceId:
         """Return the source with a name. Raises UnknownIdError if there is none."""
-        source_id = self._state.source_by_name.get(canonical_name("source", name))
+        source_id = self._state.source_by_name.get(trimmed_name("source", name))
         if source_id is None:
             raise UnknownIdError(f"no source is named {name!r}")
         return source_id
@@ -226,7 +226,7 @@ class SceneGraphInspector(NotCopied):
 
     def get_frame_id_by_name(self, source_id: SourceId, name: str) -> FrameId:
         """Return a source's frame with a name. Raises UnknownIdError if there is none."""
-        key = (self._state.require_source(source_id), canonical_name("frame", name))
+        key = (self._state.require_source(source_id), trimmed_name("frame", name))
         if key not in self._state.frame_by_name:
             source = self._state.source_names[source_id]
             raise UnknownIdError(f"source {source!r} has no frame named {name!r}")
@@ -255,7 +255,7 @@ class SceneGraphInspector(NotCopied):
         geometries without a role can be.
         """
         state = self._state
-        label = canonical_name("geometry", name)
+        label = trimmed_name("geometry", name)
         if checked_role(role) is Role.UNASSIGNED:
             on_frame = self.get_geometries(frame_id, role)
             named = [i for i in on_frame if state.geometries[i].name == label]

@@ -1,21 +1,55 @@
-"""Names: trimmed of blanks at both ends, never empty."""
+"""The rule for names of sources, frames and geometries."""
 
 from typing import Any
 
 from scene_graph_ros.geometry.errors import NameConflictError
+from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["canonical_name"]
+__all__ = ["LONGEST_NAME", "InvalidNameError", "canonical_name", "trimmed_name"]
+
+LONGEST_NAME = 255
+"""Characters."""
 
 
-def canonical_name(what: str, name: Any) -> str:
-    """Return ``name`` without spaces and tabs at its ends; blanks inside are kept.
+class InvalidNameError(NameConflictError):
+    """A name that breaks the rule for names, whatever other names there are."""
 
-    ``what`` is named in the error, e.g. ``"geometry"``. Raises NameConflictError if nothing is
+
+def trimmed_name(what: str, name: Any) -> str:
+    """Return ``name`` without spaces, tabs and line ends at its ends: a name to look for.
+
+    ``what`` is named in the error, e.g. ``"geometry"``. Raises InvalidNameError if nothing is
     left, or if the name is not text.
     """
     if not isinstance(name, str):
-        raise NameConflictError(f"the name of a {what} must be text, not {name!r}")
+        raise InvalidNameError(f"the name of a {what} must be text, not {quoted(name)}")
     trimmed = name.strip(" \t\r\n")
     if not trimmed:
-        raise NameConflictError(f"the name of a {what} must not be empty or blank: {name!r}")
+        raise InvalidNameError(f"the name of a {what} must not be empty or blank: {quoted(name)}")
     return trimmed
+
+
+def canonical_name(what: str, name: Any) -> str:
+    """Return ``name`` trimmed, if it can be the name of something new.
+
+    It has 1 to 255 characters, which are printable, or tabs: it is one line wherever it is shown.
+    As ``source/frame/geometry`` is a path, a source's name has no slash in it, and that
+    of a frame or a geometry none at its ends. Raises InvalidNameError.
+    """
+    trimmed = trimmed_name(what, name)
+    broken = _broken_rule(what, trimmed)
+    if broken:
+        raise InvalidNameError(f"the name of a {what} must {broken}: {quoted(trimmed)}")
+    return trimmed
+
+
+def _broken_rule(what: str, name: str) -> str:
+    if len(name) > LONGEST_NAME:
+        return f"have at most {LONGEST_NAME} characters"
+    if not name.replace("\t", " ").isprintable():
+        return "have printable characters only, no line ends or control characters"
+    if what == "source" and "/" in name:
+        return "have no '/' in it, which ends it in paths"
+    if name != name.strip("/"):
+        return "not begin or end with '/', which separates names in paths"
+    return ""
