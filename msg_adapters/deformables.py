@@ -30,6 +30,7 @@ from scene_graph_msgs.msg import (
 from scene_graph_msgs.msg import VolumeMesh as VolumeMeshMsg
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.model.instance import GeometryInstance
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
     "ConfigurationBatch",
@@ -123,7 +124,7 @@ def configurations_to_msg(
     arrays = [np.asarray(positions, dtype=np.float64) for positions in configurations.values()]
     for name, array in zip(configurations, arrays, strict=True):
         if array.ndim != 2 or array.shape[1] != 3:
-            raise MessageError(f"positions of {name!r} are {array.shape}, not (v, 3)")
+            raise MessageError(f"positions of {quoted(name)} are {array.shape}, not (v, 3)")
     return DeformableConfigurations(
         header=header_to_msg(stamp_ns, frame_id),
         names=list(configurations),

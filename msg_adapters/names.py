@@ -1,8 +1,8 @@
 """What messages call things: ids and paths to the core's ids, and back.
 
 A geometry's path is ``<source>/<frame>/<name>``, a frame's ``<source>/<frame>``. A bare name does
-where only one thing in the scene is called so. Names may contain slashes themselves: paths are
-compared as a whole, never taken apart.
+where only one thing in the scene is called so. Names of frames and geometries may contain slashes
+themselves: paths are compared as a whole, never taken apart.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from msg_adapters.arrays import int64s_to_msg
 from scene_graph_msgs.msg import GeometryName, GeometryNames, GeometryReference
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["SceneNames", "legend"]
 
@@ -55,7 +56,7 @@ class SceneNames:
         """Return the source called ``name``; raises UnknownIdError."""
         source = self._sources.get(name)
         if source is None:
-            raise UnknownIdError(f"there is no source {name!r}")
+            raise UnknownIdError(f"there is no source {quoted(name)}")
         return source
 
     def source_name(self, item: FrameId | GeometryId) -> str:
@@ -73,7 +74,7 @@ class SceneNames:
         self.source_id(source)
         found = self._frame_paths.get(f"{source}/{name}", [])
         if not found:
-            raise UnknownIdError(f"source {source!r} has no frame {name!r}")
+            raise UnknownIdError(f"source {quoted(source)} has no frame {quoted(name)}")
         return found[0]
 
     def frame_path(self, frame_id: FrameId) -> str:
@@ -228,9 +229,9 @@ def _find(
 ) -> T:
     found = paths.get(name) or bare_names.get(name) or []
     if not found:
-        raise UnknownIdError(f"there is no {what} {name!r}")
+        raise UnknownIdError(f"there is no {what} {quoted(name)}")
     if len(found) > 1:
         listed = ", ".join(f"{path(item)} (id {int(item)})" for item in found[:_LISTED])
         rest = f" and {len(found) - _LISTED} more" if len(found) > _LISTED else ""
-        raise NameConflictError(f"{what} {name!r} is ambiguous: {listed}{rest}")
+        raise NameConflictError(f"{what} {quoted(name)} is ambiguous: {listed}{rest}")
     return found[0]

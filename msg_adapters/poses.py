@@ -30,6 +30,7 @@ from std_msgs.msg import Header
 from msg_adapters.errors import MessageError
 from msg_adapters.stamps import checked_stamp_from_msg, stamp_to_msg
 from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.pose_kernels import VALID
 from scene_graph_ros.geometry.spatial.poses import (
     poses_from_quaternions,
@@ -114,7 +115,7 @@ _REASONS = {
 
 
 def _refuse(name: str, fault: PoseFault, value: NDArray[np.float64]) -> RefusedPose:
-    return RefusedPose(name, fault, f"pose of {name!r} {_REASONS[fault]}: {value.tolist()}")
+    return RefusedPose(name, fault, f"pose of {quoted(name)} {_REASONS[fault]}: {value.tolist()}")
 
 
 def poses_from_components(
@@ -183,7 +184,7 @@ def _components(position: Point | Vector3, rotation: Quaternion) -> tuple[float,
 def _refuse_twice(field: str, names: Sequence[str]) -> None:
     if len(set(names)) != len(names):
         twice = sorted(name for name, count in Counter(names).items() if count > 1)
-        raise MessageError(f"{field} holds names more than once: {twice}")
+        raise MessageError(f"{field} holds names more than once: {quoted(twice)}")
 
 
 def poses_from_multi_dof_joint_state(msg: MultiDOFJointState) -> PoseBatch:
@@ -252,7 +253,7 @@ def joints_from_components(
             good.append(i)
         else:
             fault = PoseFault.FAR_AWAY if math.isfinite(number) else PoseFault.NOT_FINITE
-            text = f"position of joint {name!r} is {fault.value}: {number}"
+            text = f"position of joint {quoted(name)} is {fault.value}: {number}"
             refused.append(RefusedPose(name, fault, text))
     kept = tuple(names[i] for i in good)
     return JointBatch(kept, positions[good], stamp_ns, tuple(refused))

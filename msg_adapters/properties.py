@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.model.properties import (
 )
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
     "properties_from_msg",
@@ -58,6 +59,10 @@ _FIELDS: dict[int, tuple[str, int | None]] = {
 }
 
 
+def _named(msg: Property) -> str:
+    return f"property ({quoted(msg.group)}, {quoted(msg.name)})"
+
+
 def role_from_msg(role: int) -> Role:
     """Return the role of a ``RoleProperties`` constant; raises MessageError for another number."""
     if role not in _CLASSES:
@@ -76,19 +81,17 @@ def property_from_msg(msg: Property) -> Any:
     Raises MessageError where the field of its type does not hold the right number of values.
     """
     if msg.type not in _FIELDS:
-        raise MessageError(f"property ({msg.group!r}, {msg.name!r}) has unknown type {msg.type}")
+        raise MessageError(f"{_named(msg)} has unknown type {msg.type}")
     field, count = _FIELDS[msg.type]
     values = getattr(msg, field)
     if count is not None and len(values) != count:
         raise MessageError(
-            f"property ({msg.group!r}, {msg.name!r}) of type {_TYPE_NAMES[msg.type]} takes "
+            f"{_named(msg)} of type {_TYPE_NAMES[msg.type]} takes "
             f"{count} of {field}, not {list(values)}"
         )
     if msg.type == Property.BOOL:
         if values[0] not in (0, 1):
-            raise MessageError(
-                f"property ({msg.group!r}, {msg.name!r}) is BOOL, so 0 or 1, not {values[0]}"
-            )
+            raise MessageError(f"{_named(msg)} is BOOL, so 0 or 1, not {values[0]}")
         return bool(values[0])
     if msg.type == Property.RGBA:
         return Rgba(*(float(channel) for channel in values))
@@ -132,8 +135,7 @@ def _array_to_msg(msg: Property, value: Any) -> None:
         msg.type, msg.doubles = Property.DOUBLE_ARRAY, float64s_to_msg(array)
     else:
         raise MessageError(
-            f"property ({msg.group!r}, {msg.name!r}) is a {type(value).__name__}, which messages "
-            f"don't carry: {value!r}"
+            f"{_named(msg)} is a {type(value).__name__}, which messages don't carry: {value!r}"
         )
 
 

@@ -40,6 +40,7 @@ from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
 __all__ = [
@@ -69,7 +70,7 @@ def frame_from_msg(msg: FrameDescription) -> tuple[GeometryFrame, NDArray[np.flo
     group.
     """
     if msg.frame_group < 0:
-        raise MessageError(f"frame {msg.name!r}: frame_group {msg.frame_group} is negative")
+        raise MessageError(f"frame {quoted(msg.name)}: frame_group {msg.frame_group} is negative")
     X_PF = pose_from_msg(msg.pose, f"frame {msg.name}")
     return GeometryFrame(msg.name, msg.frame_group), X_PF
 
@@ -97,7 +98,7 @@ def instance_from_msg(
     instance = GeometryInstance(X_PG, shape_from_msg(msg.shape, resolve), msg.name)
     roles = [role.role for role in msg.roles]
     if len(set(roles)) != len(roles):
-        raise MessageError(f"geometry {msg.name!r} names a role more than once: {roles}")
+        raise MessageError(f"geometry {quoted(msg.name)} names a role more than once: {roles}")
     for role in msg.roles:
         properties = properties_from_msg(role)
         resolve_embedded_mesh(properties, resolve)

@@ -16,6 +16,7 @@ from shape_msgs.msg import MeshTriangle, Plane, SolidPrimitive
 from msg_adapters.arrays import float64s_to_msg, rows_from_msg, uint8s_to_msg, uint32s_to_msg
 from msg_adapters.errors import MessageError
 from scene_graph_msgs.msg import Shape as ShapeMsg
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
@@ -65,7 +66,7 @@ def resolve_file(resource: str) -> Path:
         return Path(unquote(urlparse(resource).path))
     if resource.startswith("/"):
         return Path(resource)
-    raise MessageError(f"resource {resource!r} is neither file:// nor an absolute path")
+    raise MessageError(f"resource {quoted(resource)} is neither file:// nor an absolute path")
 
 
 def shape_from_msg(msg: ShapeMsg, resolve: Resolver = resolve_file) -> Shape:

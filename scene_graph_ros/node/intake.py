@@ -18,6 +18,7 @@ import numpy as np
 from msg_adapters.poses import PoseBatch, PoseFault
 from msg_adapters.stamps import EARLIEST, LATEST
 from msg_adapters.wire_poses import Layout
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses, VALID
 from scene_graph_ros.geometry.spatial.record_kernels import latest
 
@@ -35,8 +36,8 @@ __all__ = [
 UNSTAMPED = np.iinfo(np.int64).min
 """Stamp of a frame whose pose never came from a message, nanoseconds."""
 
-_WARNINGS_KEPT = 1000
-"""Distinct warnings remembered per source; further ones are only counted, so memory is bounded."""
+_WARNINGS_KEPT = 100
+"""Distinct warnings per source; what is wrong beyond that is only counted."""
 
 _PLANS_KEPT = 4096
 """Sets of names whose frames are remembered; each object may have a message of its own."""
@@ -207,12 +208,16 @@ class Intake:
     def fault(self, fault: Fault, frame: str, detail: str, count: int = 1) -> None:
         """Count ``count`` poses of ``frame`` as faulty, and warn where that is new."""
         self.statistics.faults[fault] += count
-        key = (fault, frame)
-        if key in self._warned or len(self._warned) >= _WARNINGS_KEPT:
+        if len(self._warned) >= _WARNINGS_KEPT:
             return
-        self._warned.add(key)
-        where = f"source '{self.source}'" + (f", {self._noun} '{frame}'" if frame else "")
+        name = quoted(frame) if frame else ""
+        if (fault, name) in self._warned:
+            return
+        self._warned.add((fault, name))
+        where = f"source {quoted(self.source)}" + (f", {self._noun} {name}" if frame else "")
         self._warn(f"{where}: {detail} ({fault.value}; counted, warned about once)")
+        if len(self._warned) == _WARNINGS_KEPT:
+            self._warn(f"source {quoted(self.source)}: further faults are only counted")
 
     def accept(self, batch: PoseBatch, frames: SourceFrames, limits: TimeLimits) -> int:
         """Write the valid poses of ``batch`` into ``frames`` and return how many there were."""
@@ -224,7 +229,9 @@ class Intake:
             self._name_stranger(batch.names[index], frames)
         for index in plan.misplaced:
             claimed, actual = batch.parents[index], frames.parents[plan.rows[index]]
-            detail = f"the pose is given in '{claimed}', the frame's parent is '{actual}'"
+            detail = (
+                f"the pose is given in {quoted(claimed)}, the frame's parent is {quoted(actual)}"
+            )
             self.fault(Fault.WRONG_PARENT, batch.names[index], detail)
         valid = plan.usable & self._in_time(plan, stamps, limits)
         if valid.all():
@@ -357,7 +364,7 @@ class Intake:
         if self._unknown_is_normal:
             self.statistics.faults[Fault.UNKNOWN_FRAME] += 1
         elif owner is not None:
-            self.fault(Fault.WRONG_SOURCE, name, f"the frame belongs to source '{owner}'")
+            self.fault(Fault.WRONG_SOURCE, name, f"the frame belongs to source {quoted(owner)}")
         else:
             self.fault(Fault.UNKNOWN_FRAME, name, "no such frame is registered")
 
