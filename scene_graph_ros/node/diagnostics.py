@@ -162,6 +162,14 @@ class Diagnostics:
             level, text = DiagnosticStatus.WARN, f"{new} new faults: {_listed(faults)}"
         return diagnostic_status_to_msg(f"{self._name}: source {name}", level, text, values)
 
+    def missing(self, source: str, reason: str, *, noun: str = "poses") -> DiagnosticStatus:
+        """Return the entry of a source whose topic can't be subscribed to."""
+        name = source if noun == "poses" else f"{source} {noun}"
+        text = f"no {noun} can be received: {reason}"
+        return diagnostic_status_to_msg(
+            f"{self._name}: source {name}", DiagnosticStatus.ERROR, text, {}
+        )
+
     def _effect(self, report: EffectReport) -> DiagnosticStatus:
         message = effect_to_msg(
             report.name,
@@ -173,8 +181,11 @@ class Diagnostics:
             max_seconds=report.max_seconds,
         )
         status = effect_to_diagnostic(message, f"{self._name}: effect")
-        extra = diagnostic_status_to_msg("", DiagnosticStatus.OK, "", report.counters)
+        values = {**report.counters, "failures": report.failures}
+        extra = diagnostic_status_to_msg("", DiagnosticStatus.OK, "", values)
         status.values = [*status.values, *extra.values]
+        if report.failure:
+            status.level, status.message = DiagnosticStatus.ERROR, f"failed: {report.failure}"
         return status
 
 

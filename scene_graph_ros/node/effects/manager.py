@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 import importlib
 import threading
 import time
+import traceback
 from typing import Any
 
 from scene_graph_ros.geometry import Role
@@ -29,10 +31,16 @@ LINGER = 2.0
 _RECENT = 100
 """Updates that the mean and worst time of an effect are taken over."""
 
+_TELL_PERIOD = 1.0
+"""Seconds between two log entries about an effect that keeps failing."""
+
 
 @dataclass(frozen=True)
 class EffectReport:
-    """What an effect is doing and why; times in seconds over recent updates."""
+    """What an effect is doing and why; times in seconds over recent updates.
+
+    ``failures`` counts what it could not do; ``failure`` says why, while it can't.
+    """
 
     name: str
     is_on: bool
@@ -42,6 +50,8 @@ class EffectReport:
     mean_seconds: float
     max_seconds: float
     counters: dict[str, Any]
+    failures: int = 0
+    failure: str = ""
 
 
 @dataclass
@@ -52,6 +62,9 @@ class _State:
     closes_at: float | None = None
     count: int = 0
     seconds: deque[float] = field(default_factory=lambda: deque(maxlen=_RECENT))
+    failures: int = 0
+    failure: str = ""
+    told_at: float = float("-inf")
 
     @property
     def is_on(self) -> bool:
@@ -101,15 +114,34 @@ class Effects:
             if snapshot.scene_version != self._scene_version:
                 self._follow(snapshot)
             for state in self._states.values():
-                if state.effect is None:
-                    continue
-                if state.closes_at is not None:
-                    self._close_if_time(state)
-                elif state.effect.has_work():
-                    begin = time.perf_counter()
-                    state.effect.update(snapshot)
-                    state.seconds.append(time.perf_counter() - begin)
-                    state.count += 1
+                if state.effect is not None:
+                    with self._isolated(state):
+                        self._run(state, state.effect, snapshot)
+
+    def _run(self, state: _State, effect: Effect, snapshot: WorldSnapshot) -> None:
+        if state.closes_at is not None:
+            self._close_if_time(state, effect)
+        elif effect.has_work():
+            begin = time.perf_counter()
+            effect.update(snapshot)
+            state.seconds.append(time.perf_counter() - begin)
+            state.count += 1
+            state.failure = ""
+
+    @contextmanager
+    def _isolated(self, state: _State) -> Iterator[None]:
+        """Keep what goes wrong with one effect from the others: count it, and tell of it."""
+        try:
+            yield
+        except Exception as error:  # noqa: BLE001 - one effect never costs another
+            state.failures += 1
+            state.failure = f"{type(error).__name__}: {error}"
+            now = time.monotonic()
+            if now - state.told_at >= _TELL_PERIOD:
+                state.told_at = now
+                self._host.node.get_logger().error(
+                    f"effect {state.declaration.name} failed:\n{traceback.format_exc()}"
+                )
 
     def running(self, name: str) -> Any:
         """Return an effect that publishes, or None while it is off."""
@@ -122,9 +154,11 @@ class Effects:
         with self._lock:
             self._is_open = False
             for state in self._states.values():
-                if state.effect is not None:
-                    state.effect.close()
-                state.effect, state.reason = None, ""
+                effect = state.effect
+                state.effect, state.closes_at, state.reason = None, None, ""
+                if effect is not None:
+                    with self._isolated(state):
+                        effect.close()
             self._scene_version = -1
 
     def reports(self) -> list[EffectReport]:
@@ -152,7 +186,8 @@ class Effects:
             changed = bool(reason) != state.is_on
             state.reason = reason
             if changed:
-                self._switch(state, snapshot)
+                with self._isolated(state):
+                    self._switch(state, snapshot)
 
     def _switch(self, state: _State, snapshot: WorldSnapshot) -> None:
         name, factory = state.declaration.name, state.declaration.factory
@@ -167,15 +202,14 @@ class Effects:
                 state.effect = getattr(importlib.import_module(module), kind)(self._host)
         elif state.effect is not None:
             logger.info(f"effect {name} is off: {self._why_off(state)}")
-            state.effect.vanish(snapshot)
             state.closes_at = time.monotonic() + LINGER
+            state.effect.vanish(snapshot)
 
     @staticmethod
-    def _close_if_time(state: _State) -> None:
-        effect, closes_at = state.effect, state.closes_at
-        if effect is not None and closes_at is not None and time.monotonic() >= closes_at:
-            effect.close()
+    def _close_if_time(state: _State, effect: Effect) -> None:
+        if state.closes_at is not None and time.monotonic() >= state.closes_at:
             state.effect, state.closes_at = None, None
+            effect.close()
 
     def _why_off(self, state: _State) -> str:
         if state.declaration.name in self._switched_off:
@@ -195,4 +229,6 @@ class Effects:
             mean_seconds=sum(seconds) / len(seconds) if seconds else 0.0,
             max_seconds=max(seconds, default=0.0),
             counters=counters,
+            failures=state.failures,
+            failure=state.failure if state.is_on else "",
         )

@@ -1,0 +1,165 @@
+"""Effects beside each other: what goes wrong with one is its own, counted and told."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+from diagnostic_msgs.msg import DiagnosticStatus
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import GeometryInstance, ProximityProperties, SceneGraph, Sphere
+from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
+from scene_graph_ros.node.effects.declarations import EffectDeclaration
+from scene_graph_ros.node.effects.manager import Effects
+from scene_graph_ros.node.world import World
+
+
+class Fine:
+    """An effect that does its work."""
+
+    def __init__(self, host):
+        self.updates = 0
+        self.is_closed = False
+
+    def has_work(self):
+        """There always is some."""
+        return True
+
+    def update(self, snapshot):
+        """Count."""
+        self.updates += 1
+
+    def vanish(self, snapshot):
+        """Leave nothing behind."""
+
+    def close(self):
+        """End."""
+        self.is_closed = True
+
+    def counters(self):
+        """Return how often it worked."""
+        return {"updates": self.updates}
+
+
+class Failing(Fine):
+    """An effect that fails in what its class attribute names."""
+
+    fails_in = "update"
+
+    def _fail(self, where):
+        if where == self.fails_in:
+            raise ZeroDivisionError(f"in {where}")
+
+    def __init__(self, host):
+        super().__init__(host)
+        self._fail("start")
+
+    def has_work(self):
+        """Fail or say yes."""
+        self._fail("has_work")
+        return True
+
+    def update(self, snapshot):
+        """Fail or count."""
+        self._fail("update")
+        super().update(snapshot)
+
+    def close(self):
+        """Fail or end."""
+        self._fail("close")
+        super().close()
+
+
+class Host:
+    """A node of which the effects need its logger alone."""
+
+    def __init__(self):
+        self.errors = []
+        logger = SimpleNamespace(error=self.errors.append, info=lambda text: None)
+        self.node = SimpleNamespace(
+            get_logger=lambda: logger, resolve_topic_name=lambda topic: topic
+        )
+
+
+def declared(name, kind):
+    """Return the declaration of an effect that is always asked for."""
+    return EffectDeclaration(
+        name, lambda demand: "asked for", "anything", (), f"{__name__}:{kind}"
+    )
+
+
+@pytest.fixture
+def world():
+    """A world with a ball."""
+    graph = SceneGraph()
+    source = graph.register_source("s")
+    ball = GeometryInstance(np.eye(4), Sphere(0.1), "ball")
+    ball.set_proximity_properties(ProximityProperties())
+    graph.register_anchored_geometry(source, ball)
+    return World(graph)
+
+
+@pytest.fixture
+def host():
+    """A host that remembers what was logged."""
+    return Host()
+
+
+@pytest.fixture
+def effects(host):
+    """An effect that fails between two that don't."""
+    effects = Effects(
+        host, [declared("before", "Fine"), declared("bad", "Failing"), declared("after", "Fine")]
+    )
+    effects.open()
+    return effects
+
+
+@pytest.mark.parametrize("where", ["start", "has_work", "update"])
+def test_one_that_fails_does_not_cost_the_others(effects, host, world, monkeypatch, where):
+    """They publish at each update; it is logged under its name, and counted."""
+    monkeypatch.setattr(Failing, "fails_in", where)
+    for _ in range(3):
+        effects.update(world.snapshot)
+    assert effects.running("before").updates == 3
+    assert effects.running("after").updates == 3
+    _, report, _ = effects.reports()
+    assert report.failures == (1 if where == "start" else 3)
+    assert report.failure == f"ZeroDivisionError: in {where}"
+    # What keeps failing is told once a second.
+    (error,) = host.errors
+    assert error.startswith("effect bad failed:\n")
+    assert f"ZeroDivisionError: in {where}" in error
+
+
+def test_one_that_works_again_is_well(effects, world, monkeypatch):
+    """Its failures stay counted; what was wrong is no more."""
+    effects.update(world.snapshot)
+    monkeypatch.setattr(Failing, "fails_in", "")
+    effects.update(world.snapshot)
+    _, report, _ = effects.reports()
+    assert (report.failures, report.failure, report.count) == (1, "", 1)
+
+
+def test_all_are_closed_though_one_fails_in_it(effects, host, world, monkeypatch):
+    """The end of one is not in the way of another's."""
+    monkeypatch.setattr(Failing, "fails_in", "close")
+    effects.update(world.snapshot)
+    last = effects.running("after")
+    effects.close()
+    assert last.is_closed
+    assert len(host.errors) == 1
+
+
+def test_diagnostics_say_which_one_fails(effects, world):
+    """Its entry is an error with the reason and a count; those of the others are well."""
+    effects.update(world.snapshot)
+    diagnostics = Diagnostics("scene_graph")
+    status = diagnostics.world(Monitor(), 0, scene_version=0, values={})
+    message = diagnostics.message(stamp=0, world=status, sources=[], effects=effects.reports())
+    _, before, bad, after = message.status
+    assert bad.level == DiagnosticStatus.ERROR
+    assert bad.message == "failed: ZeroDivisionError: in update"
+    assert {"failures": "1"}.items() <= {v.key: v.value for v in bad.values}.items()
+    assert before.level == after.level == DiagnosticStatus.OK
