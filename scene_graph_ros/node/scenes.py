@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from msg_adapters.errors import MessageError
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.scene import Edit, SourceRecord
 from scene_graph_ros.node.world import new_token
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
+
+if TYPE_CHECKING:
+    from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 
 __all__ = ["SceneLoader"]
 
@@ -29,13 +33,26 @@ class SceneLoader:
         return resolve_resource(resource, packages=self._packages)
 
     def load_request(self, edit: Edit, request: Any) -> list[SourceRecord]:
-        """Add the scene that a LoadScene request names or contains."""
-        return self.load(edit, request.resource, text=request.text, prefix=request.prefix)
+        """Add the scene that a LoadScene request names or contains; it switches no effect off."""
+        loaded = self._load(edit, request.resource, request.text, request.prefix)
+        off = [name for name, switch in loaded.effects.items() if switch == "off"]
+        if off:
+            raise MessageError(
+                f"effects: {', '.join(off)}: off for everybody can be said by the scene alone "
+                "that the node starts with, its parameter 'scene'"
+            )
+        return [self._record(edit, source) for source in loaded.sources.values()]
 
-    def load(
-        self, edit: Edit, resource: str, *, text: str = "", prefix: str = ""
-    ) -> list[SourceRecord]:
-        """Add a scene to ``edit`` and return its sources; raises SceneFileError."""
+    def load(self, edit: Edit, resource: str) -> list[SourceRecord]:
+        """Add the scene that the node starts with, and return its sources.
+
+        Raises SceneFileError; MessageError for effects and types of poses that there are not.
+        """
+        loaded = self._load(edit, resource)
+        edit.effects_off.update(name for name, how in loaded.effects.items() if how == "off")
+        return [self._record(edit, source) for source in loaded.sources.values()]
+
+    def _load(self, edit: Edit, resource: str, text: str = "", prefix: str = "") -> LoadedScene:
         # Reading files needs pydantic and the XML readers: only where a scene is loaded.
         from scene_graph_ros.scene_files import load_scene, load_scene_text
 
@@ -44,13 +61,11 @@ class SceneLoader:
         else:
             scene = load_scene_text(text, package_dirs=self._folders)
         loaded = scene.apply(edit.scene_graph, prefix=prefix)
-        for name, switch in loaded.effects.items():
+        for name in loaded.effects:
             if name not in EFFECT_NAMES:
                 known = ", ".join(EFFECT_NAMES)
-                raise MessageError(f"effects: '{name}' is none of {known}")
-            change = edit.effects_off.add if switch == "off" else edit.effects_off.discard
-            change(name)
-        return [self._record(edit, source) for source in loaded.sources.values()]
+                raise MessageError(f"effects: {quoted(name)} is none of {known}")
+        return loaded
 
     def _record(self, edit: Edit, source: Any) -> SourceRecord:
         if source.pose_type:
