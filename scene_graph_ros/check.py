@@ -18,20 +18,23 @@ import sys
 from typing import Any
 
 from scene_graph_ros.geometry import Role, SceneGraph
-from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.errors import SceneGraphError, UnsupportedPairError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.node.effects.declarations import (
     count_compliant,
     count_deformable,
     EFFECT_NAMES,
 )
+from scene_graph_ros.node.half_spaces import check_half_spaces
 from scene_graph_ros.node.names import NODE_NAME
 from scene_graph_ros.node.parameters import PARAMETERS, validate
+from scene_graph_ros.node.topic_names import SourceTopic, topic_problems, topics_of
 from scene_graph_ros.scene_files.errors import SceneFileError
+from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.registration import register_robot
 from scene_graph_ros.scene_files.robot_model import RobotModel
-from scene_graph_ros.scene_files.scene import load_scene
+from scene_graph_ros.scene_files.scene import load_scene, Scene
 from scene_graph_ros.scene_files.schema import json_schema
 from scene_graph_ros.scene_files.srdf import load_srdf, SemanticModel
 from scene_graph_ros.scene_files.urdf import load_urdf
@@ -103,7 +106,24 @@ class Checker:
         scene_graph = SceneGraph()
         loaded = scene.apply(scene_graph)
         report.warnings.extend(loaded.warnings)
+        self._check_topics(report, scene, loaded, scene_graph)
+        try:
+            check_half_spaces(scene_graph.model_inspector())
+        except UnsupportedPairError as error:
+            report.errors.append(f"{scene.document.location('geometries')}: {error}")
         report.summary = _count(len(loaded.sources), "source") + ", " + _contents(scene_graph)
+
+    def _check_topics(
+        self, report: Report, scene: Scene, loaded: LoadedScene, scene_graph: SceneGraph
+    ) -> None:
+        inspector = scene_graph.model_inspector()
+        deforming = {
+            inspector.get_owning_source_name(geometry_id)
+            for geometry_id in inspector.get_all_deformable_geometry_ids()
+        }
+        for topic, problem in topic_problems(topics_of(loaded.sources.values(), deforming)):
+            place = scene.document.location(*_place_of_topic(scene, topic))
+            report.errors.append(f"{place}: {problem}")
 
     def _check_urdf(self, report: Report) -> None:
         robot = load_urdf(report.file, **self._search())
@@ -163,6 +183,16 @@ class Checker:
             place = document.location(*path, "scene")
             report.errors.extend(f"{place}: {error}" for error in nested.errors)
             report.warnings.extend(nested.warnings)
+
+
+def _place_of_topic(scene: Scene, topic: SourceTopic) -> tuple[str | int, ...]:
+    """Return where the scene file names a source's topic, or else the source."""
+    for index, source in enumerate(scene.spec.sources):
+        if source.name == topic.source:
+            place = ("sources", index)
+            return (*place, "name") if topic.is_default else (*place, topic.noun, "topic")
+    names = [robot.name for robot in scene.spec.robots]
+    return ("robots", names.index(topic.source), "joint_states")
 
 
 def _kind(path: Path, label: str) -> tuple[str, YamlDocument | None]:

@@ -111,6 +111,55 @@ def test_places_of_mistakes(capsys, tmp_path, name, text, message):
     assert err[0].startswith(f"error: {file}{message}")
 
 
+HEAD = "version: 1\nsources:\n"
+FRAME = "frames: [{name: f, source: s}]\n"
+PLANES = """
+geometries:
+  - {name: floor, source: s, shape: {type: half_space}}
+  - {name: wall, source: s, frame: f, shape: {type: half_space}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "message"),
+    [
+        (HEAD + " - {name: two words}\nframes: [{name: f, source: two words}]", 3, "'two words'"),
+        (HEAD + " - name: s\n   poses: {topic: two words!}\n" + FRAME, 4, "'two words!'"),
+        (HEAD + " - name: s\n   poses: {topic: ~/contacts}\n" + FRAME, 4, "the node itself"),
+        (
+            HEAD + " - name: s\n   configurations: {topic: a b}\ngeometries:\n - {name: g, source:"
+            " s, shape: {type: box, size: [1, 1, 1]}, deformable: {}}",
+            4,
+            "'a b'",
+        ),
+        (
+            HEAD + " - {name: a, poses: {topic: t}}\n - name: b\n   poses: {topic: t, type:"
+            " geometry_msgs/msg/PoseStamped}\n" + FRAME.replace("source: s", "source: a"),
+            5,
+            "source 'a' uses it for sensor_msgs/msg/MultiDOFJointState",
+        ),
+        (HEAD + " - {name: s}\n" + FRAME + PLANES, 6, "'s/f/wall' and geometry 's/world/floor'"),
+        (HEAD + ' - {name: "a\\nb"}', 3, "printable"),
+    ],
+)
+def test_what_would_harm_others_in_a_node_is_found(capsys, tmp_path, text, place, message):
+    """Topics that can't be subscribed to, and pairs that have no answer, with their line."""
+    status, _, err = check(capsys, write(tmp_path, "s.yaml", text))
+    assert status == 1
+    (line,) = [line for line in err if line.startswith("error:")]
+    assert f"s.yaml:{place}: " in line
+    assert message in line
+
+
+def test_a_name_that_makes_no_topic_is_fine_with_one(capsys, tmp_path):
+    """With a topic of its own, or where no poses are read; a filtered pair is fine, too."""
+    text = HEAD + " - {name: Robot 1, poses: {topic: r}}\n - {name: table-top}\n - {name: s}\n"
+    text += "frames: [{name: f, source: s}, {name: f, source: Robot 1}]" + PLANES
+    text += "collision_filters: [{between: [[s/f], [s/world]]}]\n"
+    status, _, err = check(capsys, write(tmp_path, "s.yaml", text))
+    assert (status, err) == (0, [])
+
+
 def test_missing_file(capsys):
     """A file that is not there is an error, not a crash."""
     status, _, err = check(capsys, "/no/such/scene.yaml")
