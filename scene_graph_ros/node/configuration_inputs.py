@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, TYPE_CHECKING
+from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from rclpy.node import Node
 
+from scene_graph_ros.node.channels import Channels
 from scene_graph_ros.node.intake import Intake, TimeLimits
 from scene_graph_ros.node.loop import OwnThreadGroup
-from scene_graph_ros.node.raw_topics import RawTopics
 from scene_graph_ros.node.scene import SourceRecord
 from scene_graph_ros.node.world import World
 
@@ -28,40 +28,30 @@ class ConfigurationInputs:
     def __init__(
         self, node: Node, world: World, group: OwnThreadGroup, on_change: Callable[[], None]
     ) -> None:
-        """Call ``on_change`` when there are other subscriptions."""
+        """Call ``on_change`` when a subscription is replaced by another."""
         self._world = world
-        self._logger = node.get_logger()
-        self._topics = RawTopics(node, group, on_change)
-        self._on_change = on_change
-        self._channels: dict[str, ConfigurationChannel] = {}
+        self._warn = node.get_logger().warning
+        self._channels: Channels[ConfigurationChannel] = Channels(
+            node, group, on_change, make=self._make, noun="configurations", queued=_QUEUED
+        )
 
     @property
-    def channels(self) -> Mapping[str, Any]:
-        """Channels by name of the source; each has ``topic``, ``record`` and ``intake``."""
-        return dict(self._channels)
+    def channels(self) -> Channels[ConfigurationChannel]:
+        """The channels by name of the source."""
+        return self._channels
 
     def refresh(self) -> None:
         """Subscribe for sources that have deformable geometry now, unsubscribe for others."""
-        wanted = {name: self._world.records[name] for name in self._world.deformables}
-        if not wanted and not self._channels:
-            return
-        for name, channel in list(self._channels.items()):
-            if wanted.get(name) != channel.record:
-                self._topics.unsubscribe(self._channels.pop(name))
-        for name, record in wanted.items():
-            if name not in self._channels:
-                self._channels[name] = self._open(record)
-        self._on_change()
+        snapshot = self._world.snapshot
+        self._channels.follow({name: snapshot.records[name] for name in snapshot.deforming})
 
     def close(self) -> None:
         """Unsubscribe from everything."""
-        for channel in self._channels.values():
-            self._topics.unsubscribe(channel)
-        self._channels.clear()
+        self._channels.close()
 
     def discard(self) -> None:
         """Forget messages that have not been applied yet."""
-        for channel in list(self._channels.values()):
+        for channel in self._channels:
             channel.take()
 
     def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
@@ -71,9 +61,10 @@ class ConfigurationInputs:
         message arrived.
         """
         deformed, arrivals = set(), []
-        for name, channel in list(self._channels.items()):
+        records = self._world.snapshot.records
+        for name, channel in self._channels.open.items():
             kept, deformables = channel.take(), self._world.deformables.get(name)
-            if not kept or deformables is None:
+            if not kept or deformables is None or records.get(name) is not channel.record:
                 continue
             arrival = channel.apply(kept, deformables, limits)
             if arrival is not None:
@@ -81,10 +72,8 @@ class ConfigurationInputs:
                 arrivals.append(arrival)
         return deformed, min(arrivals, default=None)
 
-    def _open(self, record: SourceRecord) -> ConfigurationChannel:
+    def _make(self, record: SourceRecord) -> ConfigurationChannel:
         from scene_graph_ros.node.configurations import ConfigurationChannel
 
-        intake = Intake(record.name, self._logger.warning, noun="geometry")
-        channel = ConfigurationChannel(record, intake, self._world.world_frame)
-        self._topics.subscribe(channel, _QUEUED)
-        return channel
+        intake = Intake(record.name, self._warn, noun="geometry")
+        return ConfigurationChannel(record, intake, self._world.world_frame)

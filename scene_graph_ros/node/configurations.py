@@ -15,16 +15,21 @@ from rclpy.serialization import deserialize_message
 from msg_adapters.deformables import ConfigurationBatch, configurations_from_msg
 from scene_graph_msgs.msg import DeformableConfigurations
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.deformables import SourceDeformables
 from scene_graph_ros.node.intake import Fault, Intake, TimeLimits
-from scene_graph_ros.node.names import default_configuration_topic
+from scene_graph_ros.node.message_sizes import most_bytes, too_long
 from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.topic_names import configuration_topic
 
 __all__ = ["ConfigurationChannel", "accept_configurations"]
 
 _QUEUED = 16
 """Messages kept per source between two updates; they are large, and the newest counts."""
+
+_BYTES_PER_VERTEX = 24
+"""Of a configuration in a message."""
 
 
 def accept_configurations(
@@ -40,7 +45,7 @@ def accept_configurations(
     What is wrong is counted and warned about by ``intake``, and changes nothing.
     """
     if batch.frame_id not in ("", world_frame):
-        detail = f"positions are given in '{batch.frame_id}', not in '{world_frame}'"
+        detail = f"positions are given in {quoted(batch.frame_id)}, not in {quoted(world_frame)}"
         intake.fault(Fault.WRONG_PARENT, "", detail, max(len(batch.names), 1))
         return 0
     stamp = batch.stamp_ns or limits.now
@@ -87,7 +92,7 @@ def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
     if name in deformables.ambiguous:
         return Fault.UNKNOWN_GEOMETRY, "several deformable geometries of the source are called so"
     if owner is not None:
-        return Fault.WRONG_SOURCE, f"the geometry belongs to source '{owner}'"
+        return Fault.WRONG_SOURCE, f"the geometry belongs to source {quoted(owner)}"
     return Fault.UNKNOWN_GEOMETRY, "no such deformable geometry is registered"
 
 
@@ -107,8 +112,7 @@ class ConfigurationChannel:
     @property
     def wanted_topic(self) -> str:
         """Name of the topic, before namespaces and remapping."""
-        record = self.record
-        return record.configuration_topic or default_configuration_topic(record.name)
+        return configuration_topic(self.record)
 
     def store(self, data: bytes, arrival: int) -> None:
         """Keep a message that arrived at a steady time (ns)."""
@@ -135,7 +139,12 @@ class ConfigurationChannel:
     ) -> int | None:
         """Apply messages; return when the oldest that deformed something arrived, None if none."""
         arrivals = []
+        vertices = sum(deformables.counts.values())
+        most = most_bytes(len(deformables.counts)) + _BYTES_PER_VERTEX * vertices
         for data, arrival in kept:
+            if len(data) > most:
+                self.intake.fault(Fault.MALFORMED, "", too_long(data, most))
+                continue
             try:
                 batch = configurations_from_msg(self._deserialize(data))
             except SceneGraphError as error:

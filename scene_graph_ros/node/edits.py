@@ -26,7 +26,9 @@ from scene_graph_ros.geometry.errors import (
 )
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterDeclaration
 from scene_graph_ros.geometry.model.ids import FilterId
+from scene_graph_ros.geometry.model.names import InvalidNameError
 from scene_graph_ros.geometry.model.roles import RoleAssign
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.scene import Edit, SourceRecord
 from scene_graph_ros.node.world import new_token
@@ -57,10 +59,10 @@ def register_source(request: Any, response: Any, edit: Edit, tools: Tools) -> No
     existing = edit.records.get(request.name.strip())
     if existing is not None:
         if request.token == 0 or request.token != existing.token:
-            raise NameConflictError(f"a source called '{request.name}' exists already")
+            raise NameConflictError(f"a source called {quoted(request.name)} exists already")
         if existing.pose_type != pose_type:
             raise MessageError(
-                f"source '{request.name}' sends {existing.pose_type}, not {pose_type}"
+                f"source {quoted(request.name)} sends {existing.pose_type}, not {pose_type}"
             )
         record, edit.has_changes = existing, False
     else:
@@ -87,6 +89,8 @@ def register_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> Non
     world = inspector.get_name(inspector.world_frame_id())
     for description in request.frames:
         frame, X_PF = frame_from_msg(description)
+        if frame.name() in ("world", world):
+            raise InvalidNameError(f"the name {frame.name()!r} means the world frame")
         parent = None
         if description.parent not in ("", "world", world):
             parent = inspector.get_frame_id_by_name(record.id, description.parent)
@@ -115,8 +119,8 @@ def register_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> 
         frame_id, parent = parent, names.geometry_id(reference)
         if edit.scene_graph.model_inspector().get_frame_id(parent) != frame_id:
             raise UnknownIdError(
-                f"parent_geometry '{names.geometry_path(parent)}' is not on frame "
-                f"'{request.frame}'"
+                f"parent_geometry {quoted(names.geometry_path(parent))} is not on frame "
+                f"{quoted(request.frame)}"
             )
     for description in request.geometries:
         instance = instance_from_msg(description, tools.resolve)
@@ -214,7 +218,7 @@ def _require_concern(statement: Any, record: SourceRecord, names: Any, edit: Edi
         if items and all(inspector.belongs_to_source(item, record.id) for item in items):
             return
     raise OwnershipError(
-        f"source '{record.name}' may filter pairs of its own geometry only: one set of each "
+        f"source {quoted(record.name)} may filter pairs of its own geometry only: one set of each "
         "statement must be its own"
     )
 
@@ -228,7 +232,8 @@ def remove_filter(request: Any, response: Any, edit: Edit, tools: Tools) -> None
         return
     if owner != record.name:
         raise OwnershipError(
-            f"filter {request.filter_id} was declared by source '{owner}', not by '{record.name}'"
+            f"filter {request.filter_id} was declared by source {quoted(owner)}, "
+            f"not by {quoted(record.name)}"
         )
     manager = edit.scene_graph.collision_filter_manager()
     response.removed = bool(manager.remove_declaration(FilterId(request.filter_id)))

@@ -9,7 +9,7 @@ deserializer.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 import importlib
 import threading
@@ -30,11 +30,19 @@ from msg_adapters.poses import (
 )
 from msg_adapters.wire_poses import Layout, PoseWire
 from scene_graph_ros.geometry.errors import SceneGraphError
-from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.channels import Channels
+from scene_graph_ros.node.intake import (
+    Fault,
+    Intake,
+    SourceFrames,
+    TimeLimits,
+)
 from scene_graph_ros.node.loop import OwnThreadGroup
-from scene_graph_ros.node.names import default_pose_topic, POSE_TOPICS
-from scene_graph_ros.node.raw_topics import RawTopics
+from scene_graph_ros.node.message_sizes import most_bytes, too_long
+from scene_graph_ros.node.names import POSE_TOPICS
 from scene_graph_ros.node.scene import SourceRecord
+from scene_graph_ros.node.topic_names import pose_topic
 from scene_graph_ros.node.world import World
 
 __all__ = ["Channel", "PoseInputs", "message_type"]
@@ -55,7 +63,7 @@ def message_type(name: str) -> Any:
     """
     if name not in POSE_TOPICS:
         known = ", ".join(POSE_TOPICS)
-        raise MessageError(f"pose_type must be one of {known}, not '{name}'")
+        raise MessageError(f"pose_type must be one of {known}, not {quoted(name)}")
     package, _, kind = name.split("/")
     try:
         return getattr(importlib.import_module(f"{package}.msg"), kind)
@@ -95,8 +103,7 @@ class Channel:
     @property
     def wanted_topic(self) -> str:
         """Name of the topic, before namespaces and remapping."""
-        record = self.record
-        return record.pose_topic or default_pose_topic(record.name, record.pose_type)
+        return pose_topic(self.record)
 
     def store(self, data: bytes, arrival: int) -> None:
         """Keep a message that arrived at a steady time (ns), in place of what it supersedes."""
@@ -186,6 +193,12 @@ class Channel:
 
     def _apply_message(self, data: bytes, frames: SourceFrames, limits: TimeLimits) -> int:
         """Read a message the ordinary way, and learn from it."""
+        robot = self.record.robot
+        known = frames.names if robot is None else robot.kinematics.joint_names
+        most = most_bytes(len(known))
+        if len(data) > most:
+            self.intake.fault(Fault.MALFORMED, "", too_long(data, most))
+            return 0
         try:
             message = self._deserialize(data)
         except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
@@ -229,8 +242,8 @@ class Channel:
 def _only_frame(frames: SourceFrames) -> tuple[str]:
     if len(frames.names) != 1:
         raise MessageError(
-            f"PoseStamped moves a source with one frame; '{frames.source}' has "
-            f"{len(frames.names)}: {list(frames.names)}"
+            f"PoseStamped moves a source with one frame; {quoted(frames.source)} has "
+            f"{len(frames.names)}: {quoted(list(frames.names))}"
         )
     return (frames.names[0],)
 
@@ -249,39 +262,30 @@ class PoseInputs:
     def __init__(
         self, node: Node, world: World, group: OwnThreadGroup, on_change: Callable[[], None]
     ) -> None:
-        """Call ``on_change`` when there are other subscriptions."""
-        self._node = node
+        """Call ``on_change`` when a subscription is replaced by another."""
         self._world = world
-        self._topics = RawTopics(node, group, on_change)
-        self._on_change = on_change
-        self._channels: dict[str, Channel] = {}
+        self._warn = node.get_logger().warning
+        self._channels = Channels(
+            node, group, on_change, make=self._make, noun="poses", queued=_QUEUED
+        )
 
     @property
-    def channels(self) -> Mapping[str, Any]:
-        """Channels by name of the source; each has ``topic``, ``record`` and ``intake``."""
-        return dict(self._channels)
+    def channels(self) -> Channels[Channel]:
+        """The channels by name of the source."""
+        return self._channels
 
     def refresh(self) -> None:
         """Subscribe for new sources, unsubscribe for removed ones."""
-        records = self._world.records
-        for name, channel in list(self._channels.items()):
-            record = records.get(name)
-            if record is None or record != channel.record:
-                self._topics.unsubscribe(self._channels.pop(name))
-        for name, record in records.items():
-            if name not in self._channels and record.pose_type:
-                self._channels[name] = self._open(record)
-        self._on_change()
+        records = self._world.snapshot.records
+        self._channels.follow({name: r for name, r in records.items() if r.pose_type})
 
     def close(self) -> None:
         """Unsubscribe from everything."""
-        for channel in self._channels.values():
-            self._topics.unsubscribe(channel)
-        self._channels.clear()
+        self._channels.close()
 
     def discard(self) -> None:
         """Forget messages that have not been applied yet."""
-        for channel in list(self._channels.values()):
+        for channel in self._channels:
             channel.take()
 
     def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
@@ -291,9 +295,10 @@ class PoseInputs:
         arrived.
         """
         moved, arrivals = set(), []
-        for name, channel in list(self._channels.items()):
+        records = self._world.snapshot.records
+        for name, channel in self._channels.open.items():
             kept = channel.take()
-            if not kept or name not in self._world.records:
+            if not kept or records.get(name) is not channel.record:
                 continue
             arrival = channel.apply(kept, self._world.frames(name), limits)
             if arrival is not None:
@@ -301,14 +306,7 @@ class PoseInputs:
                 arrivals.append(arrival)
         return moved, min(arrivals, default=None)
 
-    def _open(self, record: SourceRecord) -> Channel:
+    def _make(self, record: SourceRecord) -> Channel:
         kind = message_type(record.pose_type)
-        logger = self._node.get_logger()
-        intake = Intake(
-            record.name,
-            logger.warning,
-            unknown_is_normal=record.pose_type == TF,
-        )
-        channel = Channel(record, intake, kind)
-        self._topics.subscribe(channel, _QUEUED)
-        return channel
+        is_tf = record.pose_type == TF
+        return Channel(record, Intake(record.name, self._warn, unknown_is_normal=is_tf), kind)

@@ -64,7 +64,9 @@ class UpdateLoop:
     ) -> None:
         """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz.
 
-        Messages are taken from ``topics``; events of whatever is in ``group`` are handled.
+        Messages are taken from ``topics()``; events of whatever is in ``group`` are handled. The
+        thread calls ``topics`` at its start and when they changed, and waits for nothing then: so
+        that is where to make and destroy what it waits for. Nobody else may while it runs.
         """
         self._node, self._group = node, group
         self._update = update
@@ -86,7 +88,7 @@ class UpdateLoop:
         self._wake()
 
     def topics_changed(self) -> None:
-        """Wait for the topics and events that there are now; safe from any thread."""
+        """Ask for the topics again, and wait for the events there are; safe from any thread."""
         self._have_topics_changed = True
         self._wake()
 
@@ -116,6 +118,9 @@ class UpdateLoop:
 
     def _is_running(self) -> bool:
         return not self._is_stopped and bool(self._node.context.ok())
+
+    def _are_topics_current(self) -> bool:
+        return not self._have_topics_changed
 
     def _run(self) -> None:
         guard = self._guard
@@ -150,7 +155,7 @@ class UpdateLoop:
             wait_set = rclpy_implementation.WaitSet(
                 len(topics), 1, 0, 0, 0, len(events), context.handle
             )
-            while self._is_running() and not self._have_topics_changed:
+            while self._is_running() and self._are_topics_current():
                 wait = self._update_if_due()
                 if wait <= 0.0:
                     continue
@@ -168,6 +173,9 @@ class UpdateLoop:
                     # Before events, which are rare and many to look at.
                     self._update_if_due()
                 for event in events:
+                    # What came before may have destroyed this one.
+                    if not self._are_topics_current():
+                        break
                     if event.is_ready(wait_set):
                         _handle(event)
 

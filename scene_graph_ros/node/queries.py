@@ -40,13 +40,16 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import SignedDistancePairs
 from scene_graph_ros.geometry.query.what_if import ask_what_if
 from scene_graph_ros.node.intake import UNSTAMPED
-from scene_graph_ros.node.scene import SourceRecord
 from scene_graph_ros.node.tally import points_within, require, signed_distances_within, Tally
 from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["QUERIES", "Asked", "Query"]
 
 T = TypeVar("T")
+
+
+def _no_topics(snapshot: WorldSnapshot) -> Mapping[str, str]:
+    return {}
 
 
 @dataclass
@@ -56,9 +59,8 @@ class Asked:
     snapshot: WorldSnapshot
     options: Options
     limit: Callable[[str], Any]
-    records: Mapping[str, SourceRecord]
-    pose_topics: Callable[[], Mapping[str, str]] = dict
-    configuration_topics: Callable[[], Mapping[str, str]] = dict
+    pose_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
+    configuration_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
 
     @cached_property
     def worlds(self) -> list[QueryObject]:
@@ -225,12 +227,13 @@ def describe(request: Any, response: Any, asked: Asked) -> None:
     """Answer DescribeScene."""
     snapshot = asked.snapshot
     inspector, names = snapshot.inspector, snapshot.names
-    chosen = list(asked.records.values())
+    chosen = list(snapshot.records.values())
     if request.source:
         source_id = names.source_id(request.source)
         chosen = [record for record in chosen if record.id == source_id]
     role = role_from_msg(request.role) if request.role else None
-    pose_topics, configuration_topics = asked.pose_topics(), asked.configuration_topics()
+    pose_topics = asked.pose_topics(snapshot)
+    configuration_topics = asked.configuration_topics(snapshot)
     for record in sorted(chosen, key=lambda record: record.id):
         stamp = snapshot.source_stamps.get(record.name, UNSTAMPED)
         response.sources.append(

@@ -32,7 +32,10 @@ def _never(data: bytes) -> None:
 
 
 class RawTopics:
-    """Subscribes; takes what best effort publishers offer where that is all there is."""
+    """Subscribes; takes what best effort publishers offer where that is all there is.
+
+    To be used by the thread that waits for the messages, or while it does not run.
+    """
 
     def __init__(self, node: Node, group: OwnThreadGroup, on_change: Callable[[], None]) -> None:
         """Call ``on_change`` when a subscription is replaced by another."""
@@ -73,5 +76,5 @@ class RawTopics:
             return
         logger.info(f"{topic.topic}: a publisher offers best effort only, so that is taken")
         self._subscribe(topic, pose_qos(old.qos_profile.depth, is_reliable=False))
-        self._on_change()
         self._node.destroy_subscription(old)
+        self._on_change()

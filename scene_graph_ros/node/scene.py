@@ -15,8 +15,10 @@ import numpy as np
 
 from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
+from scene_graph_ros.geometry.errors import OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.model.context import Context
+from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
@@ -56,6 +58,15 @@ class Edit:
         """Return the names of the model as it is now: ask again after a change."""
         return SceneNames(self.scene_graph.model_inspector(), self.names_before)
 
+    def deforming(self) -> frozenset[str]:
+        """Return the names of the sources that have deformable geometry."""
+        inspector = self.scene_graph.model_inspector()
+        owners = {
+            inspector.get_owning_source_id(geometry_id)
+            for geometry_id in inspector.get_all_deformable_geometry_ids()
+        }
+        return frozenset(name for name, record in self.records.items() if record.id in owners)
+
     def owner(self, name: str, token: int) -> SourceRecord:
         """Return the source ``name`` after checking the token.
 
@@ -63,17 +74,19 @@ class Edit:
         """
         record = self.records.get(name)
         if record is None:
-            raise UnknownIdError(f"no source is called '{name}'")
+            raise UnknownIdError(f"no source is called {quoted(name)}")
         if record.token != token:
-            raise OwnershipError(f"the token does not belong to source '{name}'")
+            raise OwnershipError(f"the token does not belong to source {quoted(name)}")
         return record
 
     def add_source(self, name: str, **values: Any) -> SourceRecord:
-        """Register a source in the model and on record; raises NameConflictError if taken."""
-        if not name.strip():
-            raise NameConflictError("the name of a source must not be empty")
-        source_id = self.scene_graph.register_source(name)
-        canonical = self.scene_graph.model_inspector().get_name(source_id)
+        """Register a source in the model and on record; raises NameConflictError if taken.
+
+        Raises InvalidNameError for what can't be a source's name.
+        """
+        # The core would choose a name where there is none.
+        canonical = canonical_name("source", name)
+        source_id = self.scene_graph.register_source(canonical)
         record = SourceRecord(source_id, canonical, **values)
         self.records[canonical] = record
         return record

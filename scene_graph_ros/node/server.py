@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import threading
 import time
 import traceback
 from typing import Any
@@ -21,17 +23,19 @@ from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.guarded import GuardedNode
 from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
-from scene_graph_ros.node.loop import OwnThreadGroup, UpdateLoop
-from scene_graph_ros.node.names import (
-    default_configuration_topic,
-    default_pose_topic,
-    DIAGNOSTICS,
-)
+from scene_graph_ros.node.loop import OwnThreadGroup, Topic, UpdateLoop
+from scene_graph_ros.node.names import DIAGNOSTICS
 from scene_graph_ros.node.namesakes import Namesakes
 from scene_graph_ros.node.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.scenes import SceneLoader
 from scene_graph_ros.node.services import Services
-from scene_graph_ros.node.world import World, WorldSnapshot
+from scene_graph_ros.node.topic_names import (
+    check_topics,
+    expand_topic,
+    TopicNameError,
+    topics_of,
+)
+from scene_graph_ros.node.world import Edit, World, WorldSnapshot
 
 __all__ = ["Server"]
 
@@ -49,17 +53,22 @@ class Server:
         self._given_scene_graph = scene_graph
         self.world_frame: str = self.parameter("world_frame")
         self.group = OwnThreadGroup()
-        self._diagnostics_group = MutuallyExclusiveCallbackGroup()
+        self._diagnostics_lock = threading.Lock()
+        # Never destroyed while an executor may be waiting for it.
+        self._diagnostics_timer = node.create_timer(
+            1.0 / self.parameter("diagnostics_rate"),
+            node.survives("publishing diagnostics", self._publish_diagnostics),
+            callback_group=MutuallyExclusiveCallbackGroup(),
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+            autostart=False,
+        )
         self._monitor = Monitor()
         self._namesakes = Namesakes(node)
         self._loop = UpdateLoop(
             node,
             self.group,
             self._update,
-            topics=lambda: [
-                *self._inputs.channels.values(),
-                *self._configurations.channels.values(),
-            ],
+            topics=self._follow_scene,
             max_rate=lambda: self.parameter("max_update_rate"),
             min_rate=lambda: self.parameter("min_update_rate"),
         )
@@ -86,26 +95,13 @@ class Server:
         """Tell whether poses are taken in and the world is updated."""
         return self._is_active
 
-    def pose_topics(self) -> dict[str, str]:
+    def pose_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the absolute name of each source's pose topic, subscribed to yet or not."""
-        return {
-            name: self.node.resolve_topic_name(
-                record.pose_topic or default_pose_topic(name, record.pose_type)
-            )
-            for name, record in self._world.records.items()
-            if record.pose_type
-        }
+        return self._absolute_topics(snapshot, "poses")
 
-    def configuration_topics(self) -> dict[str, str]:
+    def configuration_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the same of the configurations of sources with deformable geometry."""
-        records = self._world.records
-        return {
-            name: self.node.resolve_topic_name(
-                records[name].configuration_topic or default_configuration_topic(name)
-            )
-            for name in self._world.deformables
-            if name in records
-        }
+        return self._absolute_topics(snapshot, "configurations")
 
     def publishers_changed(self) -> None:
         """Follow other publishers than before."""
@@ -118,9 +114,7 @@ class Server:
 
     def scene_changed(self) -> None:
         """Follow a change of the scene: subscriptions, effects."""
-        if self._is_active:
-            self._inputs.refresh()
-            self._configurations.refresh()
+        self._loop.topics_changed()
         self._effects.switch_off(self._world.effects_off)
         self.request_update()
 
@@ -136,7 +130,9 @@ class Server:
 
     def configure(self) -> None:
         """Load the scene and offer the services."""
-        world = World(self._given_scene_graph, world_frame=self.world_frame)
+        world = World(
+            self._given_scene_graph, world_frame=self.world_frame, check=self._check_topics
+        )
         world.set_accuracy(self.parameter("accuracy"))
         loader = SceneLoader(self.parameter("package_paths"), message_type)
         scene = self.parameter("scene")
@@ -156,13 +152,8 @@ class Server:
             DiagnosticArray,
             DIAGNOSTICS,
             diagnostics_qos(),
+            callback_group=self.group,
             qos_overriding_options=overridable(),
-        )
-        self._diagnostics_timer = self.node.create_timer(
-            1.0 / self.parameter("diagnostics_rate"),
-            self.node.survives("publishing diagnostics", self._publish_diagnostics),
-            callback_group=self._diagnostics_group,
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
         self._jump_handle = self.node.get_clock().create_jump_callback(
             JumpThreshold(
@@ -170,13 +161,15 @@ class Server:
             ),
             post_callback=self._on_clock_jump,
         )
+        self._diagnostics_timer.timer_period_ns = int(1e9 / self.parameter("diagnostics_rate"))
+        self._diagnostics_timer.reset()
+        self.node.wake_executor()
         self._is_configured = True
 
     def activate(self) -> None:
         """Take in poses and publish."""
         self._is_active = True
-        self._inputs.refresh()
-        self._configurations.refresh()
+        self._follow_scene()
         self._effects.open()
         snapshot = self._world.snapshot
         self._effects.update(snapshot)
@@ -203,18 +196,49 @@ class Server:
     def clean_up(self) -> None:
         """Forget the world and stop offering the services."""
         if self._is_configured:
-            self._is_configured = False
+            self._diagnostics_timer.cancel()
+            with self._diagnostics_lock:
+                self._is_configured = False
+                self.node.destroy_publisher(self._diagnostics_publisher)
             self._jump_handle.unregister()
             self._services.close()
-            self.node.destroy_timer(self._diagnostics_timer)
-            self.node.destroy_publisher(self._diagnostics_publisher)
 
     def stop(self) -> None:
         """End whatever is going on, in any state."""
         self.deactivate()
         self.clean_up()
 
+    # Topics of sources.
+
+    def _absolute_topics(self, snapshot: WorldSnapshot, noun: str) -> dict[str, str]:
+        names = {}
+        for topic in topics_of(snapshot.records.values(), snapshot.deforming):
+            if topic.noun == noun:
+                # None for a source that the program which embeds the node gave a bad name.
+                with contextlib.suppress(TopicNameError):
+                    names[topic.source] = self._resolve_topic(topic.topic)
+        return names
+
+    def _resolve_topic(self, topic: str) -> str:
+        """Return the absolute name of a topic after remapping; raises TopicNameError."""
+        expand_topic(topic, node=self.node.get_name(), namespace=self.node.get_namespace())
+        return expand_topic(self.node.resolve_topic_name(topic))
+
+    def _check_topics(self, edit: Edit, before: WorldSnapshot) -> None:
+        """Raise TopicNameError for a new topic of a source that can't be subscribed to."""
+        old = topics_of(before.records.values(), before.deforming)
+        now = topics_of(edit.records.values(), edit.deforming())
+        new = [topic for topic in now if topic not in old]
+        if new:
+            check_topics(new, [topic for topic in now if topic in old], self._resolve_topic)
+
     # What happens while it runs.
+
+    def _follow_scene(self) -> list[Topic]:
+        """Subscribe to what the sources that there are now send; return all of that."""
+        self._inputs.refresh()
+        self._configurations.refresh()
+        return [*self._inputs.channels, *self._configurations.channels]
 
     def _limits(self) -> TimeLimits:
         return TimeLimits(
@@ -287,20 +311,27 @@ class Server:
         self.request_update()
 
     def _publish_diagnostics(self) -> None:
-        if self._diagnostics_publisher.get_subscription_count() == 0:
-            return
+        with self._diagnostics_lock:
+            # A timer may have been due when it was cancelled.
+            if self._is_configured and self._diagnostics_publisher.get_subscription_count() > 0:
+                self._diagnostics_publisher.publish(self._diagnostics_message())
+
+    def _diagnostics_message(self) -> DiagnosticArray:
         now = time.monotonic_ns()
         max_age = self.parameter("max_pose_age")
         sources = [
             self._diagnostics.source(name, channel.topic, channel.intake.statistics, now, max_age)
-            for name, channel in self._inputs.channels.items()
+            for name, channel in self._inputs.channels.open.items()
         ]
         sources += [
             self._diagnostics.source(
                 name, channel.topic, channel.intake.statistics, now, max_age, noun="configurations"
             )
-            for name, channel in self._configurations.channels.items()
+            for name, channel in self._configurations.channels.open.items()
         ]
+        for noun, inputs in (("poses", self._inputs), ("configurations", self._configurations)):
+            for name, reason in inputs.channels.failures.items():
+                sources.append(self._diagnostics.missing(name, reason, noun=noun))
         snapshot = self._world.snapshot
         accuracy = snapshot.query.accuracy
         world = self._diagnostics.world(
@@ -317,10 +348,9 @@ class Server:
                 "nodes of the same name": self._namesakes.count,
             },
         )
-        message = self._diagnostics.message(
+        return self._diagnostics.message(
             stamp=self.node.get_clock().now().nanoseconds,
             world=world,
             sources=sources,
             effects=self._effects.reports(),
         )
-        self._diagnostics_publisher.publish(message)

@@ -24,6 +24,7 @@ from msg_adapters.status import ok_status, status_from_exception
 from scene_graph_msgs.msg import Status
 import scene_graph_msgs.srv
 from scene_graph_msgs.srv import ListEffects
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.bodies import prepare
 from scene_graph_ros.node.edits import EDITS, Tools
 from scene_graph_ros.node.effects.manager import Effects
@@ -47,10 +48,10 @@ class ServiceHost(Protocol):
     def scene_changed(self) -> None:
         """Follow a change of the scene: subscriptions, effects."""
 
-    def pose_topics(self) -> dict[str, str]:
+    def pose_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the absolute name of each source's pose topic."""
 
-    def configuration_topics(self) -> dict[str, str]:
+    def configuration_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the absolute name of the topic of each source with deformable geometry."""
 
     def is_running(self) -> bool:
@@ -155,7 +156,6 @@ class Services:
                 snapshot,
                 options,
                 self._host.parameter,
-                self._world.records,
                 self._host.pose_topics,
                 self._host.configuration_topics,
             )
@@ -182,9 +182,10 @@ class Services:
                 )
                 self._host.scene_changed()
                 if name == "RegisterSource":
-                    response.pose_topic = self._host.pose_topics().get(response.source.name, "")
+                    topics = self._host.pose_topics(snapshot)
+                    response.pose_topic = topics.get(response.source.name, "")
                 elif name == "RegisterDeformableGeometry":
-                    topics = self._host.configuration_topics()
+                    topics = self._host.configuration_topics(snapshot)
                     response.configuration_topic = topics[request.source.name]
                 self._finish(name, response, snapshot)
             except Exception as error:  # noqa: BLE001 - every request is answered
@@ -224,7 +225,7 @@ class Services:
         if hasattr(response, "scene_version"):
             response.scene_version = self._world.snapshot.scene_version
         if response.status.code == Status.INTERNAL_ERROR:
-            details = "".join(traceback.format_exception(error))
+            details = _details(error)
             self._host.node.get_logger().error(f"{name} failed:\n{details}")
         return response
 
@@ -242,6 +243,12 @@ class Services:
             tuple(options.minimal_stamp_sources),
             min(timeout, float(self._host.parameter("max_wait"))),
         )
+
+
+def _details(error: Exception) -> str:
+    """Return where an error comes from and what it says, whatever and how much that quotes."""
+    where = "".join(traceback.format_tb(error.__traceback__))
+    return f"{where}{type(error).__name__}: {quoted(str(error))}"
 
 
 def _stale(awaited: Awaited, snapshot: WorldSnapshot) -> StaleError:

@@ -19,6 +19,7 @@ from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.node.deformables import SourceDeformables
+from scene_graph_ros.node.half_spaces import check_half_spaces
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.scene import Edit, Scene, SourceRecord
 
@@ -36,6 +37,7 @@ def new_token() -> int:
 class WorldSnapshot:
     """The world at one time. Nothing in it changes any more.
 
+    ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry.
     ``stamp`` is the newest stamp among its poses, ``source_stamps`` that of each source;
     nanoseconds of the node's clock. ``arrival`` is when the oldest message that this update
     applied arrived, nanoseconds of the steady clock; None where no message led to it.
@@ -43,6 +45,8 @@ class WorldSnapshot:
 
     query: QueryObject
     names: SceneNames
+    records: Mapping[str, SourceRecord]
+    deforming: frozenset[str]
     scene_version: int
     sequence: int
     stamp: int
@@ -65,15 +69,31 @@ class WorldSnapshot:
         return self.query.inspector()
 
 
+def _allow(edit: Edit, before: WorldSnapshot) -> None:
+    """Find nothing wrong with an edit."""
+
+
 class World:
     """Owner of the model and of all poses."""
 
-    def __init__(self, scene_graph: SceneGraph | None = None, *, world_frame: str = "world"):
+    def __init__(
+        self,
+        scene_graph: SceneGraph | None = None,
+        *,
+        world_frame: str = "world",
+        check: Callable[[Edit, WorldSnapshot], None] = _allow,
+    ) -> None:
+        """``check`` raises for what an edit must not do to the world as it was in the snapshot.
+
+        Raises UnsupportedPairError for two half spaces of ``scene_graph`` that would be checked.
+        """
         self.world_frame = world_frame
+        self._check = check
         self.lock = threading.RLock()
         self._editing = threading.RLock()
         self._sequence = 0
         graph = SceneGraph() if scene_graph is None else scene_graph
+        check_half_spaces(graph.model_inspector())
         self._scene = Scene(Edit(graph, _records_of(graph)), None, world_frame=world_frame)
         self._scene.take_poses(None)
         self._publish(None)
@@ -111,7 +131,8 @@ class World:
 
         One edit is made after another, and beside them poses go on: ``change`` and ``prepare``
         may take long. ``prepare`` gets the scene as it is going to be, before it counts.
-        Returns what ``change`` returned and the snapshot that has the change in it.
+        Returns what ``change`` returned and the snapshot that has the change in it. Raises
+        UnsupportedPairError for two half spaces that would be checked, and what ``check`` raises.
         """
         with self._editing:
             before = self._scene
@@ -119,6 +140,8 @@ class World:
             result = change(edit)
             if not edit.has_changes:
                 return result, self._snapshot
+            check_half_spaces(edit.scene_graph.model_inspector())
+            self._check(edit, self._snapshot)
             scene = Scene(edit, before, world_frame=self.world_frame)
             with self.lock:
                 scene.take_poses(before)
@@ -179,6 +202,8 @@ class World:
         return WorldSnapshot(
             query=QueryObject(scene.context.snapshot).bake(),
             names=scene.names,
+            records=scene.records,
+            deforming=frozenset(scene.deformables),
             scene_version=scene.version,
             sequence=self._sequence,
             stamp=max([0, *stamps.values()]),

@@ -316,3 +316,35 @@ def test_no_message_needs_a_kernel_that_the_set_up_does_not_compile(source, read
     world.commit({"arm"}, None)
     for kernel in (are_valid, place_records, latest, poses_from_quaternions_kernel):
         assert len(kernel.signatures) == 1
+
+
+def test_a_message_of_a_hundred_thousand_names_is_not_read(source, monkeypatch):
+    """Its length alone tells that it is not about three frames; it is counted, others go on."""
+    read = []
+    monkeypatch.setattr(source.channel, "_deserialize", read.append)
+    names = [f"stranger_{i}" for i in range(100_000)]
+    flood = MultiDOFJointState(joint_names=names, transforms=[Transform()] * len(names))
+    source.channel.store(serialize_message(flood), 1)
+    source.send(NOW, a=1.0, b=2.0, c=3.0)
+    assert source.update() is not None
+    assert read == []
+    assert source.intake.statistics.faults[Fault.MALFORMED] == 1
+    (warning,) = source.warnings
+    assert "bytes" in warning
+    assert source.xs == {"a": 1.0, "b": 2.0, "c": 3.0}
+
+
+def test_as_many_strangers_as_are_read_are_counted_and_few_warned_about(source):
+    """Each is counted each time, and the log gets a hundred lines and one, once."""
+    names = [f"stranger_{i}" for i in range(1000)]
+    flood = MultiDOFJointState(
+        joint_names=names,
+        transforms=[Transform(rotation=Quaternion(w=1.0))] * len(names),
+    )
+    flood.header.stamp.sec = NOW // 10**9
+    for _ in range(3):
+        source.channel.store(serialize_message(flood), 1)
+        source.update()
+    assert source.intake.statistics.faults[Fault.UNKNOWN_FRAME] == 3000
+    assert len(source.warnings) == 101
+    assert "further faults are only counted" in source.warnings[-1]

@@ -58,7 +58,6 @@ def answer(world, name, fields, options, threads):
         world.snapshot,
         options_from_msg(options, world.snapshot.names),
         lambda parameter: limits.get(parameter, 10**6),
-        world.records,
     )
     response = getattr(srv, name).Response()
     QUERIES[name].handler(getattr(srv, name).Request(**fields), response, asked)
