@@ -33,7 +33,7 @@ def with_short_edges(mesh: VolumeMesh, longest: float) -> VolumeMesh:
     MAX_ELEMENTS tetrahedra.
     """
     # No tetrahedron with such edges is larger than the regular one.
-    _check_count(mesh, longest, mesh.volume * 6.0 * math.sqrt(2.0) / longest**3)
+    _check_count(mesh, longest, mesh.volume * 6.0 * math.sqrt(2.0) / longest / longest / longest)
     vertices, tetrahedra = mesh.vertices, mesh.tetrahedra
     while True:
         ends, edge_of, longest_first = _ranked_edges(vertices, tetrahedra)

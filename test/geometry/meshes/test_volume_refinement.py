@@ -31,6 +31,19 @@ def test_a_tetrahedron_cut_up(longest):
     assert (longest >= np.sqrt(2.0)) == (mesh.num_tetrahedra == 1)
 
 
+@pytest.mark.parametrize("longest", [1e120, 1e300, 1.7e308])
+def test_edges_may_be_as_long_as_they_like(longest):
+    """A length whose cube is beyond all floats asks for nothing."""
+    assert with_short_edges(TETRAHEDRON, longest).num_tetrahedra == 1
+
+
+@pytest.mark.parametrize("longest", [1e-120, 1e-300, 5e-324])
+def test_edges_shorter_than_anything_are_refused(longest):
+    """A length whose cube is no number above zero asks for more than there may be."""
+    with pytest.raises(MeshError, match="tetrahedra"):
+        with_short_edges(TETRAHEDRON, longest)
+
+
 @pytest.mark.parametrize("shape", [Sphere(0.1), Ellipsoid(0.1, 0.07, 0.12)], ids=repr)
 def test_round_bodies(shape):
     """Their surface, which is fine already, stays; only the inside is cut."""
