@@ -40,6 +40,16 @@ _CODES: dict[type[Exception], int] = {
 }
 
 
+_LONGEST = 10_000
+"""Characters. Messages quote what was asked for, which may be megabytes."""
+
+
+def _readable(text: str) -> str:
+    if len(text) <= _LONGEST:
+        return text
+    return f"{text[:_LONGEST]}... and {len(text) - _LONGEST} characters more"
+
+
 def ok_status() -> Status:
     """Return the status of a request that was answered."""
     return Status(code=Status.OK)
@@ -53,7 +63,7 @@ def status_from_exception(error: BaseException) -> Status:
     """
     for base in type(error).__mro__:
         if base in _CODES:
-            return Status(code=_CODES[base], message=str(error))
+            return Status(code=_CODES[base], message=_readable(str(error)))
     return Status(
         code=Status.INTERNAL_ERROR,
         message=f"the node failed with {type(error).__name__}; its log has the details",

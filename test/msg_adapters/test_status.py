@@ -68,3 +68,10 @@ def test_every_code_is_different() -> None:
     values = [getattr(Status, name) for name in dir(Status) if name.isupper()]
     constants = [value for value in values if isinstance(value, int)]
     assert sorted(constants) == list(range(10))
+
+
+def test_long_messages_are_cut():
+    """A message that quotes a megabyte says how it begins, and how long it was."""
+    status = status_from_exception(adapter_errors.MessageError("x" * 1_000_000))
+    assert status.message == "x" * 10_000 + "... and 990000 characters more"
+    assert status_from_exception(adapter_errors.MessageError("x" * 10_000)).message == "x" * 10_000
