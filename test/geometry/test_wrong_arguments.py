@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import (
+    add_rigid_hydroelastic_properties,
     CollisionFilterDeclaration,
+    Convex,
     GeometryFrame,
     GeometryInstance,
     GeometrySet,
@@ -16,12 +18,15 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.errors import (
+    DeformableError,
+    InvalidShapeError,
     MeshError,
     PropertyError,
     QueryArgumentError,
     UnknownIdError,
 )
 from scene_graph_ros.geometry.meshes.surface_mesh import read_obj_to_surface_mesh
+from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.what_if import ask_what_if
 
@@ -73,7 +78,42 @@ WRONG = np.zeros(3)
             PropertyError,
             r"\('a', 'b'\): no copy can be kept of <generator",
         ),
+        (
+            lambda g, s: g.register_deformable_geometry(
+                s, g.world_frame_id(), GeometryInstance(np.eye(4), Sphere(0.1), "x"), 10**400
+            ),
+            DeformableError,
+            "resolution_hint must be a positive number of metres, not 1000",
+        ),
+        (lambda g, s: read_obj_to_surface_mesh("x.obj", 10**400), MeshError, "scale of 'x.obj'"),
         (lambda g, s: read_obj_to_surface_mesh(b"x"), MeshError, "filename .* b'x'"),
+        (lambda g, s: FrameId(np.array(["a"])), ValueError, "value .*array"),
+        (lambda g, s: GeometryFrame("x", WRONG), ValueError, "frame_group_id .*array"),
+        (
+            lambda g, s: g.create_default_context().set_frame_pose(s, WRONG, np.eye(4)),
+            UnknownIdError,
+            "array",
+        ),
+        (
+            lambda g, s: g.model_inspector().get_unchanged_geometry_ids(None),
+            TypeError,
+            "before .* None",
+        ),
+        (lambda g, s: Convex(vertices=[[10**400] * 3]), InvalidShapeError, "vertices"),
+        (lambda g, s: Convex(vertices=np.eye(4, 3), scale=10**400), InvalidShapeError, "scale"),
+        (
+            lambda g, s: add_rigid_hydroelastic_properties(ProximityProperties(), 10**400),
+            PropertyError,
+            "resolution_hint must be finite",
+        ),
+        (
+            lambda g, s: (
+                ProximityProperties().get_property_or_default("a", "b", FrameId)
+                and ProximityProperties().get_property_or_default([], "b", (i for i in ()))
+            ),
+            PropertyError,
+            r"\[\]",
+        ),
         (lambda g, s: ask_what_if(None, [], len), QueryArgumentError, "query .* None"),
         (
             lambda g, s: ask_what_if(g.query_object(g.create_default_context()), [3], len),

@@ -119,10 +119,12 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> Triangulatio
     # No textures are looked for: without a resolver there are no other files.
     options = {"skip_materials": True} if file_type in ("glb", "gltf") else {}
     try:
-        loaded = trimesh.load(
-            io.BytesIO(contents), file_type=file_type, process=False, force="scene", **options
-        )
-        return _flatten(loaded, name)
+        # What is not finite is refused where all meshes are checked.
+        with np.errstate(all="ignore"):
+            loaded = trimesh.load(
+                io.BytesIO(contents), file_type=file_type, process=False, force="scene", **options
+            )
+            return _flatten(loaded, name)
     except MeshError:
         raise
     except Exception as error:  # third-party parsers raise whatever they meet

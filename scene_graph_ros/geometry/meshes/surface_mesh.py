@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 import numbers
 import os
+import sys
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -141,8 +142,10 @@ def read_obj_to_surface_mesh(filename: str | os.PathLike[str], scale: float = 1.
         raise MeshError(f"filename must be a path, not {quoted(file)}")
     factor: object = scale
     is_number = isinstance(factor, numbers.Real) and not isinstance(factor, bool)
-    if not (is_number and np.isfinite(scale) and scale > 0.0):
-        raise MeshError(f"scale of {os.fspath(filename)!r} must be positive and finite: {scale!r}")
+    if not (is_number and 0.0 < scale <= sys.float_info.max):
+        raise MeshError(
+            f"scale of {quoted(os.fspath(filename))} must be positive and finite: {quoted(scale)}"
+        )
     vertices, triangles = read_mesh(filename)
     if not len(triangles):
         raise MeshError(f"mesh file {os.fspath(filename)!r}: there are no triangles")

@@ -60,12 +60,14 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
         raise MeshError(f"{name}: a tetrahedron refers to a vertex that is not there")
     used, corners = np.unique(corners, return_inverse=True)
     points, corners = points[used], corners.reshape(-1, 4)
-    negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
-    corners[negative, :2] = corners[negative, 1::-1]
-    try:
-        return VolumeMesh(points, corners)
-    except MeshError as error:
-        raise MeshError(f"{name}: {error}") from error
+    # Coordinates near the largest number have no volume; what is none is refused.
+    with np.errstate(all="ignore"):
+        negative = VolumeMesh.trusted(points, corners).volumes() < 0.0
+        corners[negative, :2] = corners[negative, 1::-1]
+        try:
+            return VolumeMesh(points, corners)
+        except MeshError as error:
+            raise MeshError(f"{name}: {error}") from error
 
 
 def _read(contents: bytes, file_type: str, name: str) -> Any:

@@ -119,7 +119,8 @@ class Context(ModelOwner):
 
     def set_frame_pose(self, source_id: SourceId, frame_id: FrameId, X_PF: Any) -> None:
         """Move one frame of a source; see set_frame_poses."""
-        self.set_frame_poses(source_id, {frame_id: X_PF})
+        self._state.require_source(source_id)
+        self.set_frame_poses(source_id, {self._state.frame(frame_id).id: X_PF})
 
     def frame_poses(self, source_id: SourceId) -> NDArray[np.float64]:
         """Return ``X_PF`` ``(n, 4, 4)`` of a source's frames in the order of registration."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-import math
 import numbers
+import sys
 import threading
 from typing import Any, TYPE_CHECKING
 
@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.properties import GeometryProperties
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
@@ -105,9 +106,9 @@ def make_deformable(
     hint: Any = resolution_hint
     if hint is not None:
         is_number = isinstance(hint, numbers.Real) and not isinstance(hint, bool)
-        if not (is_number and math.isfinite(hint) and hint > 0.0):
+        if not (is_number and 0.0 < hint <= sys.float_info.max):
             raise DeformableError(
-                f"{label}: resolution_hint must be a positive number of metres, not {hint!r}"
+                f"{label}: resolution_hint must be a positive number of metres, not {quoted(hint)}"
             )
     if reference_mesh is None:
         return Deformable(_tessellated(instance, hint, label), instance.pose())
@@ -204,7 +205,7 @@ def checked_configurations(
 def _checked_positions(value: Any, count: int, label: str) -> NDArray[np.float64]:
     try:
         q_WG = np.array(value, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidConfigurationError(f"{label} must be numbers: {error}") from error
     if q_WG.shape not in ((count, 3), (3 * count,)):
         raise InvalidConfigurationError(

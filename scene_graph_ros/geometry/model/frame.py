@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numbers
 from typing import Any
 
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["GeometryFrame"]
 
@@ -19,10 +21,10 @@ class GeometryFrame:
         """Raise NameConflictError for an empty name, ValueError for a negative group."""
         self._name = canonical_name("frame", frame_name)
         group: Any = frame_group_id
-        if isinstance(group, bool) or not hasattr(group, "__index__") or group < 0:
+        if isinstance(group, bool) or not isinstance(group, numbers.Integral) or group < 0:
             raise ValueError(
                 f"frame_group_id of frame {self._name!r} must be a non-negative integer,"
-                f" not {group!r}"
+                f" not {quoted(group)}"
             )
         self._frame_group = int(group)
         self._id = FrameId.get_new_id()

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import numbers
 from typing import Any, TypeVar
+
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["FilterId", "FrameId", "GeometryId", "Identifier", "SourceId"]
 
@@ -22,11 +25,12 @@ class Identifier:
     _value: int
 
     def __init__(self, value: int = 0) -> None:
-        if isinstance(value, bool) or not hasattr(value, "__index__") or value < 0:
+        given: Any = value
+        if isinstance(given, bool) or not isinstance(given, numbers.Integral) or given < 0:
             raise ValueError(
-                f"{type(self).__name__}: value must be a non-negative integer: {value!r}"
+                f"{type(self).__name__}: value must be a non-negative integer: {quoted(given)}"
             )
-        object.__setattr__(self, "_value", int(value))
+        object.__setattr__(self, "_value", int(given))
 
     @classmethod
     def get_new_id(cls: type[Self]) -> Self:

@@ -27,6 +27,7 @@ from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -120,7 +121,10 @@ class SceneGraphInspector(NotCopied):
 
     def get_unchanged_geometry_ids(self, before: SceneGraphInspector) -> list[GeometryId]:
         """Return the geometries of which all is as ``before`` says, also frame and source."""
-        new, old = self._state, before._state
+        other: object = before
+        if not isinstance(other, SceneGraphInspector):
+            raise TypeError(f"before must be a SceneGraphInspector, not {quoted(other)}")
+        new, old = self._state, other._state
         return [
             i
             for i, record in new.geometries.items()

@@ -36,6 +36,11 @@ def _normalized(value: Any) -> Any:
     return copy.deepcopy(value)
 
 
+def _kept_type(value: Any) -> type:
+    """Return the type in which a value is stored."""
+    return type(value.item()) if isinstance(value, np.generic) else type(value)
+
+
 def _check_names(*names: Any) -> None:
     """Raise PropertyError for a name of a group or property that is no text."""
     for name in names:
@@ -88,7 +93,7 @@ class GeometryProperties:
         """
         if self.has_property(group_name, name):
             old = self._groups[group_name][name]
-            if type(old) is not type(_normalized(value)):
+            if type(old) is not _kept_type(value):
                 raise PropertyError(
                     f"property ({group_name!r}, {name!r}) is of type {type(old).__name__}:"
                     f" cannot become {value!r} of type {type(value).__name__}"
@@ -145,7 +150,7 @@ class GeometryProperties:
         """
         if not self.has_property(group_name, name):
             return default_value
-        expected = None if default_value is None else type(_normalized(default_value))
+        expected = None if default_value is None else _kept_type(default_value)
         return self.get_property(group_name, name, expected)
 
     def has_property(self, group_name: str, name: str) -> bool:

@@ -169,7 +169,7 @@ def _restore(cls: type[MeshShape], values: list[Any]) -> MeshShape:
 def _checked_scale(name: str, scale: Any) -> tuple[float, float, float]:
     try:
         array = np.asarray(scale, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidShapeError(
             f"{name}: scale must be one or three numbers: {quoted(scale)}"
         ) from error
@@ -226,7 +226,7 @@ def _checked_file_type(name: str, file_type: Any) -> str:
 def _checked_vertices(name: str, vertices: Any) -> NDArray[np.float64]:
     try:
         array = np.array(vertices, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidShapeError(f"{name}: vertices must be (n, 3) numbers: {error}") from error
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
         raise InvalidShapeError(f"{name}: vertices must be (n, 3) with n > 0, not {array.shape}")
