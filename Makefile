@@ -21,7 +21,7 @@ BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-
 CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
 ROS_TESTS = $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
 
-.PHONY: help setup environment demo test lint format test-ros test-core peers bench accuracy clean
+.PHONY: help setup environment demo test lint format test-ros test-core fuzz peers bench accuracy clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
@@ -54,6 +54,13 @@ test-ros: setup  ## test messages, node and tools
 test-core: setup  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
 	.venv-core/bin/python -m pytest -n auto --dist loadfile $(CORE_TESTS)
+
+SECONDS ?= 3600
+FUZZERS := $(wildcard test/fuzz/test_*.py)
+
+fuzz: setup  ## try random input for an hour; SECONDS= for another time, FUZZ_SEED= for one case
+	FUZZ_SECONDS=$$(( $(SECONDS) / $(words $(FUZZERS)) )) ROS_PYTHON_CHECK_FIELDS=1 \
+	  $(RUN) -m pytest -q -s --timeout 0 $(FUZZERS)
 
 peers: environment  ## add the engines to compare with (700 MB)
 	@$(BOOTSTRAP) --peers

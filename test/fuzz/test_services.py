@@ -1,0 +1,313 @@
+"""Requests with odd fields: a status that says why, and nothing has changed where refused."""
+
+from __future__ import annotations
+
+from collections import Counter
+import math
+import random
+from typing import Any
+
+from fuzzing import BAD_NUMBERS, BAD_TEXTS, fuzz, Target
+import numpy as np
+import pytest
+from scene_requests import pose, sphere
+
+from scene_graph_msgs.msg import (
+    CollisionFilterStatement,
+    DeformableGeometryDescription,
+    FrameDescription,
+    GeometryReference,
+    GeometrySet,
+    Property,
+    QueryOptions,
+    RoleProperties,
+    SourceHandle,
+    Status,
+    WhatIf,
+)
+import scene_graph_msgs.srv
+from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.node.edits import EDITS, Tools
+from scene_graph_ros.node.inputs import message_type
+from scene_graph_ros.node.parameters import PARAMETERS
+from scene_graph_ros.node.queries import QUERIES
+from scene_graph_ros.node.scenes import SceneLoader
+from scene_graph_ros.node.services import Services
+from scene_graph_ros.node.world import World
+from scene_graph_ros.scene_files import load_scene_text
+
+SCENE = """
+version: 1
+name: s
+sources: [{name: arm}, {name: table}]
+frames: [{name: base, source: arm}, {name: hand, source: arm, parent: base}]
+geometries:
+  - {name: ball, source: arm, frame: base, shape: {type: sphere, radius: 0.4}}
+  - {name: box, source: arm, frame: hand, shape: {type: box, size: [0.5, 0.6, 0.7]}}
+  - {name: floor, source: table, shape: {type: half_space}}
+"""
+TOKEN = 7
+LIMITS = {"max_rows_per_response": 1000, "max_points_per_request": 1000}
+OWNER = SourceHandle(name="arm", token=TOKEN)
+BALL, BOX = GeometryReference(name="ball"), GeometryReference(name="box")
+WHAT_IF = WhatIf(frames=["base"], poses=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
+
+VALID: dict[str, dict[str, Any]] = {
+    "ApplyCollisionFilter": {
+        "source": OWNER,
+        "statements": [
+            CollisionFilterStatement(
+                operation=1, a=GeometrySet(geometries=[BALL]), b=GeometrySet(frames=["hand"])
+            )
+        ],
+        "is_transient": True,
+    },
+    "AssignRole": {
+        "source": OWNER,
+        "geometries": [BALL],
+        "role": RoleProperties(
+            role=1, properties=[Property(group="a", name="b", type=2, doubles=[1.0])]
+        ),
+        "assign": 1,
+    },
+    "ComputePointPairPenetration": {"options": QueryOptions(what_if=WHAT_IF)},
+    "ComputeSignedDistancePair": {"geometries_a": ["ball"], "geometries_b": ["box"]},
+    "ComputeSignedDistancePairwise": {"max_distance": [1.0]},
+    "ComputeSignedDistanceToPoint": {"points": [0.1, 0.2, 0.3], "threshold": [1.0]},
+    "DescribeScene": {"with_shapes": True, "with_properties": True},
+    "FindCollisionCandidates": {},
+    "GetDeformableConfigurations": {},
+    "GetPoseInWorld": {"frames": ["base"], "geometries": [BALL]},
+    "HasCollisions": {},
+    "IsCollisionFiltered": {"a": [BALL], "b": [BOX]},
+    "LoadScene": {"text": SCENE.replace("arm", "leg").replace("table", "desk"), "prefix": "p_"},
+    "RegisterAnchoredGeometry": {
+        "source": OWNER,
+        "geometries": [sphere("lamp", at=pose(x=1.0))],
+    },
+    "RegisterDeformableGeometry": {
+        "source": OWNER,
+        "geometries": [
+            DeformableGeometryDescription(geometry=sphere("soft"), resolution_hint=[0.3])
+        ],
+    },
+    "RegisterFrame": {"source": OWNER, "frames": [FrameDescription(name="tip", pose=pose())]},
+    "RegisterGeometry": {
+        "source": OWNER,
+        "frame": "hand",
+        "geometries": [sphere("knob", at=pose(x=0.1))],
+    },
+    "RegisterSource": {"name": "third", "token": 3},
+    "RemoveCollisionFilter": {"source": OWNER, "filter_id": 1},
+    "RemoveFrame": {"source": OWNER, "frames": ["hand"]},
+    "RemoveGeometry": {"source": OWNER, "geometries": [BOX]},
+    "RemoveRole": {"source": OWNER, "geometries": [BALL], "role": 1},
+    "RemoveSource": {"source": OWNER},
+}
+"""A good request of each type, but those that are about surfaces: their kernels take minutes."""
+
+INTEGERS = (0, 1, 2, 3, 7, 8, 100, 255, -1, -(2**31), 2**31 - 1, 2**32 - 1, -(2**63), 2**63 - 1)
+RANGES = {
+    "boolean": (0, 1),
+    "octet": (0, 255),
+    "uint8": (0, 255),
+    "int32": (-(2**31), 2**31 - 1),
+    "uint32": (0, 2**32 - 1),
+    "int64": (-(2**63), 2**63 - 1),
+    "uint64": (0, 2**64 - 1),
+}
+
+
+class Host:
+    """What the node is to its services, without one."""
+
+    def __init__(self) -> None:
+        self.node = self
+        self.failures: list[str] = []
+        self.values = {parameter.name: parameter.default for parameter in PARAMETERS} | LIMITS
+
+    def parameter(self, name: str) -> Any:
+        return self.values[name]
+
+    def scene_changed(self) -> None:
+        """Subscribe to nothing."""
+
+    def pose_topics(self, snapshot: Any) -> dict[str, str]:
+        return {}
+
+    def configuration_topics(self, snapshot: Any) -> dict[str, str]:
+        class Topics(dict):
+            def __missing__(self, name: str) -> str:
+                return f"/{name}/configurations"
+
+        return Topics()
+
+    def is_running(self) -> bool:
+        return False
+
+    def get_logger(self) -> Host:
+        return self
+
+    def error(self, text: str) -> None:
+        self.failures.append(text)
+
+    warning = info = error
+
+    def record(self, effect: str, seconds: float) -> None:
+        """Be the effects as well, which book times."""
+
+
+def offer(world: World, host: Host) -> Services:
+    """Return the services without the middleware."""
+    loader = SceneLoader("", message_type)
+    services = object.__new__(Services)
+    services._host, services._world, services._effects = host, world, host
+    services._tools = Tools(loader.resolve, message_type, loader.load_request)
+    services.requests, services.refused = Counter(), Counter()
+    return services
+
+
+def new_world() -> World:
+    """Return a world whose source the requests own."""
+    graph = SceneGraph()
+    load_scene_text(SCENE).apply(graph)
+    world = World(graph)
+
+    def own(edit: Any) -> None:
+        import dataclasses
+
+        edit.records["arm"] = dataclasses.replace(edit.records["arm"], token=TOKEN)
+
+    world.edit(own)
+    return world
+
+
+def fields(message: Any, path: tuple[Any, ...] = ()) -> list[tuple[tuple[Any, ...], str]]:
+    """Return where all fields of a message are, and their types."""
+    found = []
+    for name, kind in message.get_fields_and_field_types().items():
+        value, place = getattr(message, name), (*path, name)
+        found.append((place, kind))
+        if hasattr(value, "get_fields_and_field_types"):
+            found += fields(value, place)
+        elif isinstance(value, list):
+            for index, item in enumerate(value[:2]):
+                if hasattr(item, "get_fields_and_field_types"):
+                    found += fields(item, (*place, index))
+    return found
+
+
+def anything(rng: random.Random, kind: str) -> Any:
+    """Return a value for a field of a type, None for a message, which stays as it is."""
+    if kind.startswith("sequence<"):
+        inner, _, bound = kind[len("sequence<") : -1].partition(", ")
+        most = int(bound) if bound else rng.choice([0, 1, 2, 3, 7, 14, 100])
+        items = [anything(rng, inner) for _ in range(rng.randint(0, most))]
+        return None if None in items else items
+    if kind.endswith("]"):
+        inner, _, count = kind[:-1].partition("[")
+        return [anything(rng, inner) for _ in range(int(count))]
+    if kind == "string":
+        known = ["base", "hand", "ball", "box", "floor", "table", "proximity", "mesh", "triangles"]
+        return rng.choice([*BAD_TEXTS, *known])
+    if kind in ("double", "float"):
+        return rng.choice(BAD_NUMBERS)
+    if kind in RANGES:
+        low, high = RANGES[kind]
+        value = rng.choice([i for i in INTEGERS if low <= i <= high])
+        return bool(value) if kind == "boolean" else value
+    return None
+
+
+def make(rng: random.Random) -> list[Any]:
+    """Return requests in a row: each a type, and fields that are not as in the good one."""
+    steps = []
+    for _ in range(rng.choice([1, 1, 2, 4])):
+        name = rng.choice(list(VALID))
+        places = fields(request_of(name, []))
+        chosen = rng.sample(places, min(rng.choice([0, 1, 1, 2, 3]), len(places)))
+        changes = [(place, anything(rng, kind)) for place, kind in chosen]
+        steps.append((name, [change for change in changes if change[1] is not None]))
+    return steps
+
+
+def request_of(name: str, changes: list[Any]) -> Any:
+    """Return a good request with some fields changed."""
+    from copy import deepcopy
+
+    request = getattr(scene_graph_msgs.srv, name).Request(**deepcopy(VALID[name]))
+    for place, value in sorted(changes, key=lambda change: -len(change[0])):
+        *way, last = place
+        target = request
+        for part in way:
+            target = target[part] if isinstance(part, int) else getattr(target, part)
+        setattr(target, last, value)
+    return request
+
+
+def run(steps: list[Any]) -> None:
+    """Ask, and look at the answers and at what is left of the scene."""
+    world, host = new_world(), Host()
+    services = offer(world, host)
+    for name, changes in steps:
+        request = request_of(name, changes)
+        before = state(world)
+        response = ask(services, name, request)
+        assert response.status.code != Status.INTERNAL_ERROR, host.failures
+        if response.status.code == Status.OK:
+            assert_finite(response)
+            continue
+        assert response.status.message.strip()
+        assert len(response.status.message) < 20_000
+        assert state(world) == before
+    assert ask(services, "HasCollisions", request_of("HasCollisions", [])).status.code in (
+        Status.OK,
+        Status.UNSUPPORTED_PAIR,
+    )
+
+
+def ask(services: Services, name: str, request: Any) -> Any:
+    """Return the response to a request."""
+    if name in QUERIES:
+        answers: list[Any] = []
+        services._query_callback(name)(request, answers.append)
+        return answers[0]
+    assert name in EDITS
+    return services._edit_callback(name)(request, getattr(scene_graph_msgs.srv, name).Response())
+
+
+def state(world: World) -> tuple[Any, ...]:
+    """Return what an edit changes: the scene's version, who owns what, and the poses."""
+    snapshot = world.snapshot
+    poses = snapshot.query.snapshot.X_PF.tobytes()
+    return snapshot.scene_version, tuple(sorted(world.records)), poses
+
+
+def assert_finite(message: Any) -> None:
+    """Fail for a number in a message that is none."""
+    for name, kind in message.get_fields_and_field_types().items():
+        value = getattr(message, name)
+        if hasattr(value, "get_fields_and_field_types"):
+            assert_finite(value)
+        elif isinstance(value, list):
+            for item in value:
+                if hasattr(item, "get_fields_and_field_types"):
+                    assert_finite(item)
+        elif kind == "double":
+            assert math.isfinite(value), (name, value)
+        elif kind.startswith(("double[", "sequence<double")):
+            assert np.isfinite(np.asarray(value, dtype=np.float64)).all(), (name, value)
+
+
+@pytest.mark.parametrize("name", VALID)
+def test_good_requests_are_answered(name):
+    """What the fuzzer starts from is right, so that it gets behind the first check."""
+    world, host = new_world(), Host()
+    response = ask(offer(world, host), name, request_of(name, []))
+    assert response.status.code == Status.OK, (response.status, host.failures)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_requests_with_odd_fields():
+    """Each answer is finite or has a status with a reason, and a refusal changes nothing."""
+    fuzz(Target("services", make, run), 1000)
