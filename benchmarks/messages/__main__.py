@@ -1,9 +1,11 @@
 """The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
 
-    python -m benchmarks.messages [--quick] [jobs | rates | latency | panda | services | start]
+    python -m benchmarks.messages [--quick]
+        [jobs | rates | latency | panda | services | edits | start]
     python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 6 minutes
     python -m benchmarks.messages panda --write       # its table of the demo; 4 minutes
     python -m benchmarks.messages services --write    # its table of answers; 2 minutes
+    python -m benchmarks.messages edits --write       # its table of changes; 3 minutes
 
 Node, sender and listener are processes of their own that talk over DDS on this machine. The
 ordinary way is in ``benchmarks/messages/baseline.py``; it asks the same core for the contacts.
@@ -20,7 +22,8 @@ from tqdm import tqdm
 
 from benchmarks.messages import micro
 from benchmarks.messages.demo_cell import panda
-from benchmarks.messages.report import Row, write, write_answers, write_cells
+from benchmarks.messages.edits import edits
+from benchmarks.messages.report import Row, write, write_answers, write_cells, write_edits
 from benchmarks.messages.requests import services
 from benchmarks.messages.start import start
 from benchmarks.messages.sustained import highest_rate, Measured, rig
@@ -95,6 +98,7 @@ PARTS: dict[str, Callable[[bool], object]] = {
     "latency": latency,
     "panda": panda,
     "services": services,
+    "edits": edits,
     "start": start,
 }
 
@@ -102,6 +106,7 @@ WRITTEN: dict[str, Callable[[list[Any], float], None]] = {
     "rates": write,
     "panda": write_cells,
     "services": write_answers,
+    "edits": write_edits,
 }
 """What the page has tables of."""
 

@@ -17,13 +17,16 @@ from benchmarks.messages.sustained import Measured
 __all__ = [
     "Answers",
     "Cell",
+    "Edited",
     "Row",
     "answers_table",
     "cells_table",
+    "edits_table",
     "table",
     "write",
     "write_answers",
     "write_cells",
+    "write_edits",
 ]
 
 PAGE = ROOT / "docs" / "messages.md"
@@ -62,6 +65,16 @@ class Cell(NamedTuple):
     """With contacts of their own, per second."""
     share: float
     """Of a core, of the node."""
+
+
+class Edited(NamedTuple):
+    """How long changes of the scene of one kind took, and held contacts up."""
+
+    change: str
+    answers: np.ndarray
+    """Milliseconds from each request to its answer."""
+    held_up: np.ndarray
+    """Milliseconds by which the longest gap between contacts was longer than that of poses."""
 
 
 def _latency(measured: Measured) -> str:
@@ -124,6 +137,21 @@ def cells_table(rows: Sequence[Cell]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def edits_table(rows: Sequence[Edited]) -> str:
+    """Return how long contacts were held up in Markdown, a line for each kind of change."""
+    lines = [
+        "| change | times | answer, median (ms) | held up, median (ms) | 99 % (ms) | worst (ms) |",
+        "| --- | ---: | ---: | ---: | ---: | ---: |",
+    ]
+    for change, answers, held_up in rows:
+        median, high, worst = np.percentile(held_up, (50, 99, 100))
+        lines.append(
+            f"| {change} | {len(held_up)} | {np.median(answers):.0f} | {median:.1f} | {high:.1f}"
+            f" | {worst:.1f} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
 def write(rows: Sequence[Row], load: float) -> None:
     """Put the table of rates into docs/messages.md, between its marks, and the plot beside it."""
     _put("measured", table(rows), load)
@@ -138,6 +166,11 @@ def write_answers(rows: Sequence[Answers], load: float) -> None:
 def write_cells(rows: Sequence[Cell], load: float) -> None:
     """Put the latencies of the demo into docs/messages.md, between their marks."""
     _put("panda", cells_table(rows), load)
+
+
+def write_edits(rows: Sequence[Edited], load: float) -> None:
+    """Put how long contacts were held up into docs/messages.md, between its marks."""
+    _put("edits", edits_table(rows), load)
 
 
 def _put(mark: str, table: str, load: float) -> None:
