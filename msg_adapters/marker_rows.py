@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,14 @@ from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import Shape
 
-__all__ = ["HALF_SPACE_EXTENT", "HALF_SPACE_THICKNESS", "MarkerItem", "MarkerRows", "marker_id"]
+__all__ = [
+    "HALF_SPACE_EXTENT",
+    "HALF_SPACE_THICKNESS",
+    "MarkerItem",
+    "MarkerList",
+    "MarkerRows",
+    "marker_id",
+]
 
 HALF_SPACE_EXTENT = 20.0
 """Metres. Edge length of the plate that stands for a half space."""
@@ -40,41 +47,59 @@ def marker_id(geometry_id: int) -> int:
     return int(geometry_id) & _MAX_INT32
 
 
+class MarkerList:
+    """Items in the order of their rows, and what follows from them alone; it never changes."""
+
+    def __init__(self, items: Iterable[MarkerItem]) -> None:
+        """Raise ValueError where two have the same namespace and id."""
+        self.items = list(items)
+        self.keys = dict.fromkeys((i.ns, i.geometry_id & _MAX_INT32) for i in self.items)
+        if len(self.keys) != len(self.items):
+            raise ValueError("two markers have the same namespace and id")
+        self._row_of = {item.geometry_id: row for row, item in enumerate(self.items)}
+        is_plate = [item.shape.kind == ShapeKind.HALF_SPACE for item in self.items]
+        self.plates = np.flatnonzero(np.array(is_plate, dtype=bool))
+
+    def rows_of(self, items: Sequence[MarkerItem]) -> list[int]:
+        """Return the row of each item, -1 of those that are not among these, or are others."""
+        mine = self.items
+        rows = [self._row_of.get(item.geometry_id, -1) for item in items]
+        return [
+            row if row >= 0 and (mine[row] is item or mine[row] == item) else -1
+            for item, row in zip(items, rows, strict=True)
+        ]
+
+
 class MarkerRows:
     """The items of one role, one row each; row i of all poses belongs to item i."""
 
     def __init__(self) -> None:
-        self._rows: dict[MarkerItem, int] = {}
-        self._keys: dict[tuple[str, int], None] = {}
-        self._plates = np.empty(0, dtype=np.int64)
+        self._list = MarkerList([])
         self._sent = np.empty((0, 4, 4))
         self._stale: dict[tuple[str, int], None] = {}
 
     @property
-    def items(self) -> Collection[MarkerItem]:
+    def items(self) -> Sequence[MarkerItem]:
         """The items in the order of their rows."""
-        return self._rows.keys()
+        return self._list.items
 
-    def set_items(self, items: Sequence[MarkerItem]) -> list[int]:
-        """Take over which geometries there are; return the row each had before, -1 for none.
+    def set_items(self, items: Iterable[MarkerItem]) -> None:
+        """Take over which geometries there are.
 
         Raises ValueError, and changes nothing, where two have the same namespace and id.
         """
-        keys = dict.fromkeys((item.ns, marker_id(item.geometry_id)) for item in items)
-        if len(keys) != len(items):
-            raise ValueError("two markers have the same namespace and id")
-        before = [self._rows.get(item, -1) for item in items]
-        self._stale.update(self._keys)
-        for key in keys:
-            self._stale.pop(key, None)
-        self._rows = {item: row for row, item in enumerate(items)}
-        self._keys = keys
-        is_plate = [item.shape.kind == ShapeKind.HALF_SPACE for item in items]
-        self._plates = np.flatnonzero(np.array(is_plate, dtype=bool))
+        self.take(MarkerList(items))
+
+    def take(self, new: MarkerList, rows: Callable[[MarkerList], list[int]] | None = None) -> None:
+        """Take over which geometries there are; ``rows`` returns their rows in a list before."""
+        before, self._list = self._list, new
+        self._stale.update(dict.fromkeys(before.keys.keys() - new.keys.keys()))
+        for key in self._stale.keys() & new.keys.keys():
+            del self._stale[key]
         # Poses that were sent stay known, so that unchanged markers are not sent again.
         never = np.full((1, 4, 4), np.nan)
-        self._sent = np.concatenate([self._sent, never])[np.array(before, dtype=np.int64)]
-        return before
+        known = before.rows_of(new.items) if rows is None else rows(before)
+        self._sent = np.concatenate([self._sent, never])[np.array(known, dtype=np.int64)]
 
     def take_vanished(self) -> list[tuple[str, int]]:
         """Return namespace and id of each marker that vanished since the last call."""
@@ -97,14 +122,16 @@ class MarkerRows:
         else:
             X_WM = X_WG[rows]
             self._sent[rows] = X_WM
-        if not len(self._plates):
+        if not len(self._list.plates):
             return X_WM
         # The plate of a half space hangs below its boundary.
-        plates = np.isin(rows, self._plates)
+        plates = np.isin(rows, self._list.plates)
         X_WM = X_WM.copy()
         X_WM[plates, :3, 3] -= 0.5 * HALF_SPACE_THICKNESS * X_WM[plates, :3, 2]
         return X_WM
 
     def _check(self, X_WG: NDArray[np.float64]) -> None:
-        if X_WG.shape != (len(self._rows), 4, 4):
-            raise ValueError(f"{len(self._rows)} markers take (n, 4, 4) poses, not {X_WG.shape}")
+        if X_WG.shape != (len(self._list.items), 4, 4):
+            raise ValueError(
+                f"{len(self._list.items)} markers take (n, 4, 4) poses, not {X_WG.shape}"
+            )

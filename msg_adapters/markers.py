@@ -46,6 +46,7 @@ __all__ = [
     "SMALLEST_SIZE",
     "MarkerItem",
     "SceneMarkers",
+    "marker_and_triangles",
     "marker_from_shape",
     "marker_id",
     "plain_look",
@@ -77,22 +78,23 @@ def _set_primitive(marker: Marker, kind: int, size: tuple[float, float, float]) 
     marker.scale = _vector(*size)
 
 
-def _set_triangles(marker: Marker, mesh: Triangles) -> None:
-    _set_primitive(marker, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0))
-    marker.points = triangle_points_to_msg(mesh)
-
-
-def _set_mesh(marker: Marker, item: MarkerItem, package_shares: Mapping[str, Path] | None) -> None:
+def _mesh_triangles(item: MarkerItem) -> Triangles | None:
+    """Return the triangles that stand for a mesh; None where viewers read its file."""
     shape = item.shape
     assert isinstance(shape, MeshShape)
     if item.as_hull:
-        _set_triangles(marker, hull_triangles(shape))
-        return
+        return hull_triangles(shape)
     # Viewers mirror a mesh without turning its triangles, so mirrored ones go as triangles.
     is_readable = shape.file_type in _VIEWER_FILE_TYPES and min(shape.scale) > 0.0
-    if shape.path is None or not is_readable:
-        _set_triangles(marker, surface_triangles(shape))
-        return
+    return None if shape.path is not None and is_readable else surface_triangles(shape)
+
+
+def _set_mesh_file(
+    marker: Marker, item: MarkerItem, package_shares: Mapping[str, Path] | None
+) -> None:
+    shape = item.shape
+    assert isinstance(shape, MeshShape)
+    assert shape.path is not None
     _set_primitive(marker, Marker.MESH_RESOURCE, shape.scale)
     marker.mesh_resource = resource_uri(shape.path, package_shares)
     if item.rgba is None and shape.file_type in _FILE_TYPES_WITH_MATERIALS:
@@ -148,14 +150,31 @@ def marker_from_shape(
     look = plain_look(item)
     if look is not None:
         return look.marker(frame_id)
+    marker, triangles = marker_and_triangles(
+        item, frame_id=frame_id, package_shares=package_shares
+    )
+    if triangles is not None:
+        marker.points = triangle_points_to_msg(triangles)
+    return marker
+
+
+def marker_and_triangles(
+    item: MarkerItem, *, frame_id: str, package_shares: Mapping[str, Path] | None = None
+) -> tuple[Marker, Triangles | None]:
+    """Return the marker of a geometry that is not plain, and the triangles it is to have, if any.
+
+    Raises MeshError or InvalidShapeError where the mesh can't be read.
+    """
     marker = Marker(ns=item.ns, id=marker_id(item.geometry_id), action=Marker.ADD)
     marker.header.frame_id = frame_id
     marker.color = _color(item.rgba or DEFAULT_COLOR)
-    if item.shape.kind == ShapeKind.MESH:
-        _set_mesh(marker, item, package_shares)
+    make = _TRIANGLES.get(item.shape.kind)
+    triangles = _mesh_triangles(item) if make is None else make(item.shape)
+    if triangles is None:
+        _set_mesh_file(marker, item, package_shares)
     else:
-        _set_triangles(marker, _TRIANGLES[item.shape.kind](item.shape))
-    return marker
+        _set_primitive(marker, Marker.TRIANGLE_LIST, (1.0, 1.0, 1.0))
+    return marker, triangles
 
 
 class SceneMarkers:

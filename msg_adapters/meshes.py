@@ -83,10 +83,14 @@ def hull_triangles(shape: MeshShape) -> Triangles:
     unreadable.
     """
     hull = hull_of(shape)
-    fans = [
-        (face[0], face[k], face[k + 1]) for face in hull.faces for k in range(1, len(face) - 1)
-    ]
-    return Triangles(hull.vertices, np.array(fans, dtype=np.int64).reshape(-1, 3))
+    by_size: dict[int, list[NDArray[np.int64]]] = {}
+    for face in hull.faces:
+        by_size.setdefault(len(face), []).append(face)
+    fans = [np.empty((0, 3), dtype=np.int64)]
+    for size, faces in sorted(by_size.items()):
+        corners = np.array(faces, dtype=np.int64)
+        fans += [corners[:, (0, k, k + 1)] for k in range(1, size - 1)]
+    return Triangles(hull.vertices, np.concatenate(fans))
 
 
 def triangle_points_to_msg(mesh: Triangles) -> list[Point]:

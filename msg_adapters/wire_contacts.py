@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,12 @@ _MARKED_IDS = (0x1B2C3D4E5F607182, 0x2B3C4D5E6F708192)
 _MARKED_VERSION = 0x3C4D5E6F708192A3
 
 
+_Texts: TypeAlias = dict[int, tuple[GeometryName, bytes]]
+"""Names of geometries by id, as messages and as bytes."""
+
+_NOTHING_READY: tuple[None, _Texts] = (None, {})
+
+
 class _Frame(NamedTuple):
     """What is around the contacts in an array of them, of kinds that are all there."""
 
@@ -56,7 +62,8 @@ class ContactWire:
         self._frames: dict[tuple[int, ...], _Frame] = {}
         self._version = find_once(self._array({}), as_bytes(_MARKED_VERSION, np.uint64))
         self._names_of: SceneNames | None = None
-        self._names: dict[int, tuple[GeometryName, bytes]] = {}
+        self._names: _Texts = {}
+        self._ready: tuple[SceneNames | None, _Texts] = _NOTHING_READY
         self._pairs: tuple[bytes, ...] = ()
         self._template: Patchable | None = None
 
@@ -85,14 +92,29 @@ class ContactWire:
         template.put_bytes(self._version, as_bytes(scene_version, np.uint64))
         return template.data()
 
-    def _take_names(self, names: SceneNames) -> None:
-        """Follow another version of the scene: what is called as before is not written anew."""
-        self._names_of, self._template = names, None
-        self._names = {
+    def prepare(self, table: Any, names: SceneNames) -> None:
+        """Have the names of another version of the scene ready; any thread may call this.
+
+        That is, of those that are known, and of the geometries in a penetration table.
+        """
+        known = self._kept_names(names)
+        ids = np.unique(np.concatenate([table.id_A, table.id_B])).tolist()
+        known.update(self._write_names([value for value in ids if value not in known], names))
+        self._ready = (names, known)
+
+    def _kept_names(self, names: SceneNames) -> _Texts:
+        """Return what is called as before: it is not written anew."""
+        return {
             value: (name, data)
-            for value, (name, data) in self._names.items()
+            for value, (name, data) in list(self._names.items())
             if names.known_name(value) is name
         }
+
+    def _take_names(self, names: SceneNames) -> None:
+        """Follow another version of the scene."""
+        ready, known = self._ready
+        self._names = known if ready is names else self._kept_names(names)
+        self._names_of, self._template = names, None
 
     def _join(self, kinds: Sequence[PairRows], names: SceneNames) -> Patchable:
         """Join the names of all pairs, with room for the numbers."""
@@ -123,11 +145,14 @@ class ContactWire:
         try:
             return [self._names[value][1] for value in ids]
         except KeyError:
-            self._write_names(list(dict.fromkeys(ids) - self._names.keys()), names)
+            unknown = list(dict.fromkeys(ids).keys() - self._names.keys())
+            self._names.update(self._write_names(unknown, names))
             return [self._names[value][1] for value in ids]
 
-    def _write_names(self, ids: Sequence[int], names: SceneNames) -> None:
+    def _write_names(self, ids: Sequence[int], names: SceneNames) -> _Texts:
         """Serialize names, each filled up to where the next field begins."""
+        if not ids:
+            return {}
         kind = KINDS[0]
         blank = kind.make(GeometryName(), GeometryName(id=_MARKED_IDS[1]), [0.0] * kind.width)
         contacts = []
@@ -138,12 +163,14 @@ class ContactWire:
             contacts.append(contact)
         data = self._serialize(ContactArray(points=contacts))
         first, second = (as_bytes(i, np.uint64) for i in _MARKED_IDS)
+        result: _Texts = {}
         end = 0
         for value in ids:
             begin = data.index(first, end) + len(first)
             end = data.index(second, begin)
             text = as_bytes(value, np.uint64) + data[begin:end]
-            self._names[value] = (names.geometry_name(value), text)
+            result[value] = (names.geometry_name(value), text)
+        return result
 
     def _probe(self, used: tuple[int, ...]) -> _Frame:
         """Find what is around contacts of some kinds, by one and by two of each."""

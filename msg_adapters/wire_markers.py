@@ -8,16 +8,18 @@ poses and stamps are written over those of the last message. Where each thing is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.marker_fill import ALIGNMENT, probe_fill
-from msg_adapters.marker_rows import MarkerItem, MarkerRows
-from msg_adapters.markers import marker_from_shape, plain_look
+from msg_adapters.marker_fill import probe_fill
+from msg_adapters.marker_pieces import Look, PieceRow, Pieces, TriangleLook
+from msg_adapters.marker_rows import MarkerItem, MarkerList, MarkerRows
+from msg_adapters.markers import marker_and_triangles, plain_look
 from msg_adapters.wire import (
     as_bytes,
     find_once,
@@ -30,13 +32,32 @@ from msg_adapters.wire import (
 from msg_adapters.wire_plain_markers import marked_pose, Piece, PlainLook, PlainPieces
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 
-__all__ = ["MarkerWire"]
+__all__ = ["MarkerWire", "PreparedMarkers"]
 
 _WIDTH = 7
 """Of a pose: position and quaternion."""
 
+_POSE_AND_CORNERS = 16
+"""Marked numbers, of which the pose has the last ones: others mark corners meanwhile."""
+
 _TEMPLATES_KEPT = 2
 """Joined messages remembered: usually all markers, and those that move."""
+
+
+class PreparedMarkers(NamedTuple):
+    """The markers of one version of a scene, ready to be taken."""
+
+    items: MarkerList
+    pieces: Pieces
+    all_of_them: Patchable
+    """A message of all."""
+    base: MarkerList
+    """The markers that were prepared before, and below the row that each has among them."""
+    rows_before: list[int]
+
+    def rows_in(self, before: MarkerList) -> list[int]:
+        """Return the row that each of these has in the list before, -1 for none."""
+        return self.rows_before if before is self.base else before.rows_of(self.items.items)
 
 
 class MarkerWire:
@@ -55,22 +76,51 @@ class MarkerWire:
         self._fill = probe_fill(self._array)
         self._plain = PlainPieces(self._array, self._fill.before, frame_id)
         self._rows = MarkerRows()
-        self._pieces = _Pieces([], self._plain, self._make_piece)
+        self._pieces = Pieces([], self._plain, self._make_piece)
         self._templates: dict[bytes, Patchable] = {}
+        nothing = self._join((), self._pieces)
+        empty = MarkerList([])
+        self._prepared = PreparedMarkers(empty, self._pieces, nothing, empty, [])
 
     def set_items(self, items: Iterable[MarkerItem]) -> None:
         """Take over which geometries there are; see ``SceneMarkers.set_items``."""
-        items = list(items)
-        known = dict(zip(self._rows.items, self._pieces.markers, strict=True))
-        markers = [known.get(item) or self._marker(item) for item in items]
-        before = self._rows.set_items(items)
-        self._pieces = self._pieces.carried_over(markers, before)
-        self._templates.clear()
+        self.take(self.prepare(items))
 
-    def _marker(self, item: MarkerItem) -> PlainLook | Marker:
-        return plain_look(item) or marker_from_shape(
+    def prepare(self, items: Iterable[MarkerItem]) -> PreparedMarkers:
+        """Return the markers of a scene in bytes, in their order, to be taken.
+
+        What they have in common with those that were prepared before is not made again. Any
+        thread may call this while another sends messages. Raises MeshError or InvalidShapeError
+        where a mesh can't be read, ValueError where two markers have the same namespace and id.
+        """
+        listed, known = MarkerList(items), self._prepared
+        before = known.items.rows_of(listed.items)
+        markers = [
+            self._look(item) if row < 0 else known.pieces.markers[row]
+            for item, row in zip(listed.items, before, strict=True)
+        ]
+        pieces = known.pieces.carried_over(markers, before)
+        joined = self._join(range(len(markers)), pieces)
+        self._prepared = PreparedMarkers(listed, pieces, joined, known.items, before)
+        return self._prepared
+
+    def take(self, prepared: PreparedMarkers) -> None:
+        """Show these markers from now on."""
+        self._rows.take(prepared.items, prepared.rows_in)
+        self._pieces = prepared.pieces
+        self._templates = {_key(np.arange(len(prepared.items.items))): prepared.all_of_them}
+
+    def _look(self, item: MarkerItem) -> Look:
+        plain = plain_look(item)
+        if plain is not None:
+            return plain
+        marker, triangles = marker_and_triangles(
             item, frame_id=self._frame_id, package_shares=self._package_shares
         )
+        if triangles is None:
+            return marker
+        corners = triangles.vertices[triangles.triangles.ravel()]
+        return TriangleLook(marker, corners) if len(corners) else marker
 
     def message(
         self,
@@ -86,61 +136,67 @@ class MarkerWire:
         whatever a viewer may show is deleted first.
         """
         rows = np.arange(len(X_WG)) if is_whole else self._rows.moved(X_WG)
-        vanished = self._rows.take_vanished()
-        if starts_over:
-            deleted = [_deletion("", 0, Marker.DELETEALL)]
-        else:
-            deleted = [_deletion(ns, identity, Marker.DELETE) for ns, identity in vanished]
+        deleted = [_deletion(*key, Marker.DELETE) for key in self._rows.take_vanished()]
         X_WM = self._rows.place(rows, X_WG)
-        template = self._template(rows, deleted)
+        template = self._starting_over(rows) if starts_over else self._template(rows)
         template.put_stamp(stamp_ns)
         if len(rows):
             numbers = np.empty((len(rows), _WIDTH))
             numbers[:, :3], numbers[:, 3:] = X_WM[:, :3, 3], quaternions_from_poses(X_WM)
             template.put_numbers(numbers)
-        return template.data(), len(deleted) + len(rows)
+        data, count = template.data(), len(rows) + starts_over
+        if starts_over or not deleted:
+            return data, count
+        return self._with_deletions(data, count, deleted, stamp_ns), count + len(deleted)
 
-    def _template(self, rows: NDArray[np.int64], deleted: list[PlainLook]) -> Patchable:
-        if deleted:
-            return self._join(rows, deleted)
-        key = rows.tobytes()
-        template = self._templates.pop(key, None) or self._join(rows, [])
+    def _template(self, rows: NDArray[np.int64]) -> Patchable:
+        key = _key(rows)
+        template = self._templates.pop(key, None) or self._join(rows.tolist(), self._pieces)
         while len(self._templates) >= _TEMPLATES_KEPT:
             del self._templates[next(iter(self._templates))]
         # Used last is kept longest.
         self._templates[key] = template
         return template
 
-    def _join(self, rows: NDArray[np.int64], deleted: list[PlainLook]) -> Patchable:
-        """Put the pieces of deletions and markers in a row."""
-        fill, chosen = self._fill, self._pieces
-        deletions = _Pieces(deleted, self._plain, self._make_piece)
-        count = len(deleted) + len(rows)
-        if count == 0:
+    def _starting_over(self, rows: NDArray[np.int64]) -> Patchable:
+        """Put some markers behind the deletion of all that a viewer may show."""
+        return self._join(rows.tolist(), self._pieces, [_deletion("", 0, Marker.DELETEALL)])
+
+    def _join(
+        self, rows: Sequence[int], pieces: Pieces, first: Sequence[PlainLook] = ()
+    ) -> Patchable:
+        """Put the pieces of some markers in a row, behind deletions if there are."""
+        if not len(rows) and not first:
             return Patchable(self._array([]), [], [], _WIDTH)
-        parts, stamps, poses = [self._head()], [], []
-        position = fill.first
-        gap = 0
-        for index, row in enumerate((*range(-len(deleted), 0), *rows.tolist())):
-            position += gap
-            if row < 0:
-                piece = deletions.get(index, position % ALIGNMENT)
-            else:
-                piece = chosen.get(row, position % ALIGNMENT)
-                poses.append(position + piece.pose)
-            parts += (bytes(gap), piece.data)
-            stamps.append(position + piece.stamp)
-            position += len(piece.data)
-            gap = fill.gap[position % ALIGNMENT]
-        template = Patchable(b"".join(parts), stamps, poses, _WIDTH)
-        template.put_bytes(fill.length, as_bytes(count, np.uint32))
+        row = PieceRow(self._fill, self._array([Marker()])[: self._fill.first], 0)
+        deletions = Pieces(first, self._plain, self._make_piece)
+        for index in range(len(first)):
+            row.put(deletions.get(index, row.alignment()))
+        for index in rows:
+            row.put(pieces.get(index, row.alignment()))
+        template = Patchable(row.data(), row.stamps, row.poses[len(first) :], _WIDTH)
+        template.put_bytes(self._fill.length, as_bytes(len(first) + len(rows), np.uint32))
         return template
 
-    def _head(self) -> bytes:
-        return self._array([Marker()])[: self._fill.first]
+    def _with_deletions(
+        self, data: bytes, count: int, deleted: list[PlainLook], stamp_ns: int
+    ) -> bytes:
+        """Put deletions behind the ``count`` markers that are in the bytes of an array."""
+        pieces = Pieces(deleted, self._plain, self._make_piece)
+        row = PieceRow(
+            self._fill, data if count else self._array([Marker()])[: self._fill.first], count
+        )
+        for index in range(len(deleted)):
+            row.put(pieces.get(index, row.alignment()))
+        whole = Patchable(row.data(), row.stamps, [], _WIDTH)
+        whole.put_stamp(stamp_ns)
+        whole.put_bytes(self._fill.length, as_bytes(count + len(deleted), np.uint32))
+        return whole.data()
 
-    def _make_piece(self, look: PlainLook | Marker, alignment: int) -> Piece:
+    def _make_piece(self, look: Look, alignment: int) -> Piece:
         before = self._fill.before[alignment]
+        if isinstance(look, TriangleLook):
+            return self._make_triangles(look, before)
         marker = look.marker(self._frame_id) if isinstance(look, PlainLook) else look
         given = marker.header.stamp, marker.pose
         numbers = marked_numbers(_WIDTH)
@@ -153,6 +209,22 @@ class MarkerWire:
             data = self._array([before, marker])
         return Piece(data[begin:], 0, pose)
 
+    def _make_triangles(self, look: TriangleLook, before: Marker) -> Piece:
+        """Return a piece whose corners are put in as a block: as objects they take seconds."""
+        # Only where something is shown as triangles.
+        from msg_adapters.wire_triangles import TriangleListWire
+
+        marker, numbers = look.marker, marked_numbers(_POSE_AND_CORNERS)[-_WIDTH:]
+        given, marker.pose = marker.pose, marked_pose(numbers)
+        wire = TriangleListWire(self._serialize, marker, has_colors=False)
+        data = wire.data(look.corners, 0, before=[before])
+        marker.pose = given
+        return Piece(
+            data,
+            0,
+            find_once(data[: len(data) - look.corners.nbytes], as_bytes(numbers, np.float64)),
+        )
+
     def _array(self, markers: list[Marker]) -> bytes:
         return self._serialize(MarkerArray(markers=markers))
 
@@ -161,46 +233,5 @@ def _deletion(ns: str, identity: int, action: int) -> PlainLook:
     return PlainLook(ns, identity, 0, action, (0.0,) * 3, (0.0,) * 4)
 
 
-class _Pieces:
-    """The pieces of some markers, those of the plain ones made all at once when one is needed."""
-
-    def __init__(
-        self,
-        markers: Sequence[PlainLook | Marker],
-        plain: PlainPieces,
-        make: Callable[[PlainLook | Marker, int], Piece],
-    ) -> None:
-        self.markers = markers
-        self._plain, self._make = plain, make
-        self._made: dict[int, list[Piece | None]] = {}
-
-    def carried_over(
-        self, markers: Sequence[PlainLook | Marker], before: Sequence[int]
-    ) -> _Pieces:
-        """Return the pieces of other markers, of which some were at these rows before."""
-        result = _Pieces(markers, self._plain, self._make)
-        for alignment, made in self._made.items():
-            result._made[alignment] = [made[row] if row >= 0 else None for row in before]
-        return result
-
-    def get(self, index: int, alignment: int) -> Piece:
-        """Return a piece that begins at a position with this alignment."""
-        made = self._made.get(alignment)
-        if made is None:
-            made = self._made[alignment] = [None] * len(self.markers)
-        piece = made[index]
-        if piece is None:
-            marker = self.markers[index]
-            if isinstance(marker, PlainLook):
-                self._make_plain(made, alignment)
-            piece = made[index] = made[index] or self._make(marker, alignment)
-        return piece
-
-    def _make_plain(self, made: list[Piece | None], alignment: int) -> None:
-        looks = {
-            i: marker
-            for i, marker in enumerate(self.markers)
-            if made[i] is None and isinstance(marker, PlainLook)
-        }
-        for i, piece in zip(looks, self._plain.make(list(looks.values()), alignment), strict=True):
-            made[i] = piece
+def _key(rows: NDArray[np.int64]) -> bytes:
+    return rows.tobytes()

@@ -178,7 +178,8 @@ class Services:
                 resolve = self._tools.resolve
                 prepare(name, request, snapshot.names, snapshot.inspector, resolve)
                 _, snapshot = self._world.edit(
-                    lambda edit: handler(request, response, edit, self._tools)
+                    lambda edit: handler(request, response, edit, self._tools),
+                    self._effects.prepare,
                 )
                 self._host.scene_changed()
                 if name == "RegisterSource":

@@ -86,9 +86,9 @@ class Both:
     def check(self, X_WG, stamp, is_whole):
         """Compare the bytes of both, and return how many markers there are."""
         ours, count = self.wire.message(X_WG, stamp, is_whole=is_whole)
-        message = self.scene.deletions(stamp)
         place = self.scene.full if is_whole else self.scene.moved
-        message.markers.extend(place(X_WG, stamp).markers)
+        message = place(X_WG, stamp)
+        message.markers.extend(self.scene.deletions(stamp).markers)
         assert_same_bytes(ours, message)
         assert count == len(message.markers)
         return count
@@ -183,6 +183,39 @@ def test_an_unchanged_marker_is_not_serialized_again_when_the_scene_changes(rng,
     both.wire.message(poses(rng, len(items) + 1), 1, is_whole=True)
     # The new piece, and the head of the message.
     assert both.calls - before <= 2
+
+
+def test_prepared_markers_are_sent_without_serializing(rng, shapes):
+    """What an edit prepared is only taken: all bytes of the first message are there."""
+    both = Both()
+    items = [item(i, shape) for i, shape in enumerate(shapes.values())]
+    both.set_items(items)
+    both.check(poses(rng, len(items)), 1, is_whole=True)
+    more = [*items, item(99, Sphere(1.0)), item(100, shapes["mesh"])]
+    prepared = both.wire.prepare(more)
+    both.check(poses(rng, len(items)), 2, is_whole=False)
+    before = both.calls
+    both.wire.take(prepared)
+    both.wire.message(X_WG := poses(rng, len(more)), 3, is_whole=True)
+    assert both.calls == before
+    both.scene.set_items(more)
+    both.scene.full(X_WG, 3)
+    both.check(poses(rng, len(more)), 4, is_whole=False)
+
+
+def test_markers_that_were_prepared_in_vain_do_no_harm(rng, shapes):
+    """A scene that never counted, and one that was prepared before another was taken."""
+    both = Both()
+    first = [item(i, shape) for i, shape in enumerate(shapes.values())]
+    both.set_items(first)
+    both.check(poses(rng, len(first)), 1, is_whole=True)
+    both.wire.prepare(first[3:])
+    second = [*first[:2], *first[4:], item(50, Sphere(0.5))]
+    prepared = both.wire.prepare(second)
+    both.wire.prepare([item(7, Sphere(0.1))])
+    both.wire.take(prepared)
+    both.scene.set_items(second)
+    both.check(poses(rng, len(second)), 2, is_whole=False)
 
 
 def test_poses_of_a_wrong_number_are_refused(rng, shapes):

@@ -91,7 +91,8 @@ class SceneGraphInspector(NotCopied):
 
     def num_geometries_with_role(self, role: Role) -> int:
         """Count the geometries with a role; UNASSIGNED counts those without any."""
-        return len(self.get_all_geometry_ids(role))
+        with_role = self._state.with_role.get(checked_role(role))
+        return len(self.get_all_geometry_ids(role)) if with_role is None else len(with_role)
 
     def world_frame_id(self) -> FrameId:
         """Return the id of the world frame."""

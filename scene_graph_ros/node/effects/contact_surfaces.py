@@ -25,6 +25,9 @@ from scene_graph_ros.node.world import WorldSnapshot
 __all__ = ["ContactSurfacesEffect"]
 
 
+_QUESTION = QueryObject.compute_contact_surfaces_with_fallback
+
+
 class ContactSurfacesEffect:
     """Publishes markers and the cloud, and has surfaces for who publishes the contacts.
 
@@ -51,6 +54,19 @@ class ContactSurfacesEffect:
         is_wanted = contacts is not None and contacts.has_work()
         return is_wanted or self._markers.is_due() or self._points.is_due()
 
+    @staticmethod
+    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
+        """Make bodies and find surfaces of a scene that is going to be, if somebody listens."""
+        effect: ContactSurfacesEffect | None = host.effect("contact_surfaces")
+        contacts = host.effect("point_contact")
+        if (effect is not None and effect._is_heard()) or (
+            contacts is not None and contacts.is_heard()
+        ):
+            snapshot.ask(_QUESTION, ContactRepresentation.POLYGON)
+
+    def _is_heard(self) -> bool:
+        return self._markers.is_heard() or self._points.is_heard()
+
     def update(self, snapshot: WorldSnapshot) -> None:
         """Compute the surfaces of ``snapshot``, once, and publish them where they are heard."""
         surfaces = self.surfaces(snapshot)
@@ -74,9 +90,7 @@ class ContactSurfacesEffect:
 
     def _answers(self, snapshot: WorldSnapshot) -> tuple[Any, Any]:
         if snapshot.sequence != self._computed_for:
-            self._answer = snapshot.ask(
-                QueryObject.compute_contact_surfaces_with_fallback, ContactRepresentation.POLYGON
-            )
+            self._answer = snapshot.ask(_QUESTION, ContactRepresentation.POLYGON)
             self._computed_for = snapshot.sequence
             self._computed += 1
         return self._answer

@@ -26,6 +26,13 @@ class DeformableContactEffect:
         contacts = self._host.effect("point_contact")
         return contacts is not None and contacts.wants_contacts()
 
+    @staticmethod
+    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
+        """Find the contacts of a scene that is going to be, if somebody listens to contacts."""
+        contacts = host.effect("point_contact")
+        if contacts is not None and contacts.is_heard():
+            snapshot.ask(QueryObject.compute_deformable_contact)
+
     def update(self, snapshot: WorldSnapshot) -> None:
         """Compute the contacts of ``snapshot``, once."""
         self.contact(snapshot)

@@ -47,6 +47,13 @@ class Host(Protocol):
 class Effect(Protocol):
     """Computes and publishes one thing, in the thread that updates the world."""
 
+    @staticmethod
+    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
+        """Do what takes long the first time for a scene that is going to be, if it is heard.
+
+        Called in the thread of an edit, beside updates, also before the effect is on.
+        """
+
     def has_work(self) -> bool:
         """Tell whether somebody listens and it is time to publish."""
 

@@ -12,7 +12,7 @@ import time
 import traceback
 from typing import Any
 
-from scene_graph_ros.geometry import Role
+from scene_graph_ros.geometry.model.state import ROLES
 from scene_graph_ros.node.effects.declarations import (
     count_compliant,
     count_deformable,
@@ -72,6 +72,12 @@ class _State:
         return bool(self.reason)
 
 
+def _load(factory: str) -> Any:
+    """Import the class that ``module:class`` names."""
+    module, kind = factory.split(":")
+    return getattr(importlib.import_module(module), kind)
+
+
 class Effects:
     """All effects of the node."""
 
@@ -84,6 +90,7 @@ class Effects:
         self._switched_off: frozenset[str] = frozenset()
         self._scene_version = -1
         self._is_open = False
+        self._counted: tuple[int, Demand] = (-1, Demand({}, self._requests))
 
     def open(self) -> None:
         """Let effects come on."""
@@ -104,7 +111,21 @@ class Effects:
             if state is not None and not state.declaration.factory:
                 state.count += 1
                 state.seconds.append(seconds)
-                state.reason = state.declaration.asked_by(self._demand({}))
+                state.reason = state.declaration.asked_by(Demand({}, self._requests))
+
+    def prepare(self, snapshot: WorldSnapshot) -> None:
+        """Do beforehand what takes long for a scene that is going to be; in the edit's thread."""
+        demand = self._demand_of(snapshot)
+        for state in self._states.values():
+            declaration = state.declaration
+            if not declaration.factory or not self._reason(declaration, demand):
+                continue
+            try:
+                _load(declaration.factory).prepare(self._host, snapshot)
+            except Exception:  # noqa: BLE001 - the update meets it again, and says so
+                self._host.node.get_logger().debug(
+                    f"effect {declaration.name} can't be prepared:\n{traceback.format_exc()}"
+                )
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Follow the scene, then let each effect publish that has somebody to publish to."""
@@ -145,9 +166,9 @@ class Effects:
 
     def running(self, name: str) -> Any:
         """Return an effect that publishes, or None while it is off."""
-        with self._lock:
-            state = self._states[name]
-            return state.effect if state.is_on else None
+        # Without the lock of updates: who prepares a scene must not wait for them.
+        state = self._states[name]
+        return state.effect if state.is_on else None
 
     def close(self) -> None:
         """Stop all effects at once, until they are opened again."""
@@ -166,23 +187,26 @@ class Effects:
         with self._lock:
             return [self._report(state) for state in self._states.values()]
 
-    def _demand(self, geometries: dict[Role, int]) -> Demand:
-        return Demand(geometries, self._requests)
+    def _demand_of(self, snapshot: WorldSnapshot) -> Demand:
+        """Count what asks for effects, once for each version of the scene."""
+        version, demand = self._counted
+        if version != snapshot.scene_version:
+            inspector = snapshot.inspector
+            counts = {role: inspector.num_geometries_with_role(role) for role in ROLES}
+            demand = Demand(
+                counts, self._requests, count_compliant(inspector), count_deformable(inspector)
+            )
+            self._counted = (snapshot.scene_version, demand)
+        return demand
+
+    def _reason(self, declaration: EffectDeclaration, demand: Demand) -> str:
+        return "" if declaration.name in self._switched_off else declaration.asked_by(demand)
 
     def _follow(self, snapshot: WorldSnapshot) -> None:
         self._scene_version = snapshot.scene_version
-        inspector = snapshot.inspector
-        counts: dict[Role, int] = {
-            role: inspector.num_geometries_with_role(role)
-            for role in Role
-            if role is not Role.UNASSIGNED
-        }
-        demand = Demand(
-            counts, self._requests, count_compliant(inspector), count_deformable(inspector)
-        )
+        demand = self._demand_of(snapshot)
         for state in self._states.values():
-            name = state.declaration.name
-            reason = "" if name in self._switched_off else state.declaration.asked_by(demand)
+            reason = self._reason(state.declaration, demand)
             changed = bool(reason) != state.is_on
             state.reason = reason
             if changed:
@@ -198,8 +222,7 @@ class Effects:
             logger.info(f"effect {name} is on: {state.reason}")
             state.closes_at = None
             if state.effect is None:
-                module, kind = factory.split(":")
-                state.effect = getattr(importlib.import_module(module), kind)(self._host)
+                state.effect = _load(factory)(self._host)
         elif state.effect is not None:
             logger.info(f"effect {name} is off: {self._why_off(state)}")
             state.closes_at = time.monotonic() + LINGER

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import ClassVar, TYPE_CHECKING
+from typing import ClassVar, NamedTuple, TYPE_CHECKING
 
 from ament_index_python.packages import get_packages_with_prefixes
 from rclpy.serialization import serialize_message
@@ -13,7 +13,8 @@ from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.markers import marker_from_shape, MarkerItem
 from msg_adapters.scene import marker_items
-from msg_adapters.wire_markers import MarkerWire
+from msg_adapters.wire_markers import MarkerWire, PreparedMarkers
+from scene_graph_msgs.msg import GeometryName
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.node.effects.effect import Host, Outlet
@@ -37,6 +38,14 @@ def package_shares() -> dict[str, Path]:
     return {name: Path(prefix) / "share" / name for name, prefix in prefixes.items()}
 
 
+class _Ready(NamedTuple):
+    """The markers of one version of the scene, and the rows of poses they are for (None: all)."""
+
+    scene_version: int
+    markers: PreparedMarkers
+    rows: list[int] | None
+
+
 class RoleMarkers:
     """Publishes the markers of one role where somebody listens."""
 
@@ -56,6 +65,8 @@ class RoleMarkers:
         self._scene_version = -1
         self._sequence = -1
         self._unshown: set[int] = set()
+        self._items: dict[int, tuple[GeometryName, MarkerItem]] = {}
+        self._ready: _Ready | None = None
         self._rows: list[int] | None = None
         self._placed = 0
         self._deformables: RoleDeformables | None = None
@@ -96,18 +107,43 @@ class RoleMarkers:
             serialize_message, frame_id=self._frame_id, package_shares=package_shares()
         )
 
-    def _set_items(self, snapshot: WorldSnapshot) -> None:
-        arrays = snapshot.query.snapshot.role_arrays(self.ROLE)
-        items = marker_items(
-            snapshot.inspector, snapshot.names, self.ROLE, arrays.geometry_ids, mesh_hulls=True
-        )
-        self._rows = None
+    @classmethod
+    def prepare(cls, host: Host, snapshot: WorldSnapshot) -> None:
+        """Make the markers of a scene that is going to be, if somebody listens."""
+        effect: RoleMarkers | None = host.effect(cls.ROLE.name.lower())
+        if effect is not None and effect._outlet.is_heard():
+            effect._ready = effect._make_ready(snapshot)
+
+    def _make_ready(self, snapshot: WorldSnapshot) -> _Ready:
+        """Make the markers of a scene; what can't be shown is left out."""
+        snapshot.query.snapshot.state.deformable_ids(self.ROLE)
+        items, rows = self._items_of(snapshot), None
         try:
-            self._wire.set_items(items)
+            markers = self._wire.prepare(items)
         except SceneGraphError:
             # A mesh that can't be shown must not hide the others: leave only that one out.
-            self._rows = [row for row, item in enumerate(items) if self._can_show(item)]
-            self._wire.set_items([items[row] for row in self._rows])
+            rows = [row for row, item in enumerate(items) if self._can_show(item)]
+            markers = self._wire.prepare([items[row] for row in rows])
+        return _Ready(snapshot.scene_version, markers, rows)
+
+    def _items_of(self, snapshot: WorldSnapshot) -> list[MarkerItem]:
+        """Return what is to be shown; what is named as before is as before, by `SceneNames`."""
+        names, known = snapshot.names, self._items
+        ids = snapshot.query.snapshot.role_arrays(self.ROLE).ids.tolist()
+        kept = {i: known[i] for i in ids if i in known and names.known_name(i) is known[i][0]}
+        new = [i for i in ids if i not in kept]
+        made = marker_items(snapshot.inspector, names, self.ROLE, new, mesh_hulls=True)
+        kept.update((i, (names.geometry_name(i), item)) for i, item in zip(new, made, strict=True))
+        self._items = kept
+        return [kept[i][1] for i in ids]
+
+    def _set_items(self, snapshot: WorldSnapshot) -> None:
+        ready = self._ready
+        if ready is None or ready.scene_version != snapshot.scene_version:
+            # What is ready, if anything, is for an edit that is still going to count.
+            ready = self._make_ready(snapshot)
+        self._wire.take(ready.markers)
+        self._rows = ready.rows
         self._set_deformables(snapshot)
         self._scene_version = snapshot.scene_version
 

@@ -53,6 +53,10 @@ class PointContact:
         """Tell whether somebody listens to contacts or their markers."""
         return self.wants_contacts() or self._markers.is_due()
 
+    def is_heard(self) -> bool:
+        """Tell whether contacts have subscribers at all."""
+        return self._contacts.is_heard() or self._markers.is_heard()
+
     def wants_contacts(self) -> bool:
         """Tell whether somebody listens to contacts."""
         return self._contacts.is_due()
@@ -68,6 +72,14 @@ class PointContact:
             self._publish_contacts(snapshot)
         if self._markers.is_due():
             self._publish_markers(snapshot)
+
+    @staticmethod
+    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
+        """Find the contacts of a scene that is going to be, if somebody listens to them."""
+        effect: PointContact | None = host.effect("point_contact")
+        if effect is not None and effect.is_heard():
+            table = snapshot.ask(QueryObject.compute_point_pair_penetration)
+            effect._contact_wire.prepare(table, snapshot.names)
 
     def _compute(self, snapshot: WorldSnapshot) -> Any:
         """Ask for the contacts, and note what the tier of accuracy costs."""

@@ -1,0 +1,102 @@
+"""Markers in bytes, one by one and in a row: what a message of many of them is put together of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from visualization_msgs.msg import Marker
+
+from msg_adapters.marker_fill import ALIGNMENT, Fill
+from msg_adapters.wire_plain_markers import Piece, PlainLook, PlainPieces
+
+__all__ = ["Look", "PieceRow", "Pieces", "TriangleLook"]
+
+
+class TriangleLook(NamedTuple):
+    """A marker without its corners, and these (3 t, 3), in metres."""
+
+    marker: Marker
+    corners: NDArray[np.float64]
+
+
+Look: TypeAlias = PlainLook | TriangleLook | Marker
+"""A marker without its pose and stamp."""
+
+
+class Pieces:
+    """The pieces of some markers, those of the plain ones made all at once when one is needed."""
+
+    def __init__(
+        self,
+        markers: Sequence[Look],
+        plain: PlainPieces,
+        make: Callable[[Look, int], Piece],
+    ) -> None:
+        self.markers = markers
+        self._plain, self._make = plain, make
+        self._made: dict[int, list[Piece | None]] = {}
+
+    def carried_over(self, markers: Sequence[Look], before: Sequence[int]) -> Pieces:
+        """Return the pieces of other markers, of which some were at these rows before."""
+        result = Pieces(markers, self._plain, self._make)
+        for alignment, made in list(self._made.items()):
+            result._made[alignment] = [made[row] if row >= 0 else None for row in before]
+        return result
+
+    def get(self, index: int, alignment: int) -> Piece:
+        """Return a piece that begins at a position with this alignment."""
+        made = self._made.get(alignment)
+        if made is None:
+            made = self._made[alignment] = [None] * len(self.markers)
+        piece = made[index]
+        if piece is None:
+            marker = self.markers[index]
+            if isinstance(marker, PlainLook):
+                self._make_plain(made, alignment)
+            piece = made[index] = made[index] or self._make(marker, alignment)
+        return piece
+
+    def _make_plain(self, made: list[Piece | None], alignment: int) -> None:
+        looks = {
+            i: marker
+            for i, marker in enumerate(self.markers)
+            if made[i] is None and isinstance(marker, PlainLook)
+        }
+        for i, piece in zip(looks, self._plain.make(list(looks.values()), alignment), strict=True):
+            made[i] = piece
+
+
+class PieceRow:
+    """Pieces one behind the other, and where their stamps and poses are."""
+
+    def __init__(self, fill: Fill, data: bytes, count: int) -> None:
+        """Begin with an array of ``count`` markers, or with what is before the first."""
+        self._gap, self._parts = fill.gap, [data]
+        self._position = len(data)
+        self._has_some = count > 0
+        self.stamps: list[int] = []
+        self.poses: list[int] = []
+
+    def alignment(self) -> int:
+        """Return where the next piece begins, modulo ALIGNMENT."""
+        position = self._position
+        return (position + self._gap[position % ALIGNMENT] * self._has_some) % ALIGNMENT
+
+    def put(self, piece: Piece) -> None:
+        """Put a piece, made for that alignment, behind the others."""
+        position = self._position
+        if self._has_some:
+            gap = self._gap[position % ALIGNMENT]
+            self._parts.append(bytes(gap))
+            position += gap
+        self._parts.append(piece.data)
+        self.stamps.append(position + piece.stamp)
+        self.poses.append(position + piece.pose)
+        self._position, self._has_some = position + len(piece.data), True
+
+    def data(self) -> bytes:
+        """Return all bytes."""
+        return b"".join(self._parts)
