@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-import itertools
 import json
 from pathlib import Path
 import sys
@@ -239,12 +238,7 @@ def _count(number: int, noun: str) -> str:
 def _contents(scene_graph: SceneGraph) -> str:
     inspector = scene_graph.model_inspector()
     solid = inspector.get_all_geometry_ids(Role.PROXIMITY)
-    filtered = sum(
-        inspector.collision_filtered(id_A, id_B)
-        and inspector.get_frame_id(id_A) != inspector.get_frame_id(id_B)
-        and not (inspector.is_anchored(id_A) and inspector.is_anchored(id_B))
-        for id_A, id_B in itertools.combinations(solid, 2)
-    )
+    filtered = inspector.num_excluded_pairs()
     kinds = [f"{len(solid)} with proximity role"]
     counts = {"compliant": count_compliant(inspector), "deformable": count_deformable(inspector)}
     kinds += [f"{count} of them {kind}" for kind, count in counts.items() if count]

@@ -252,19 +252,20 @@ class _Application:
         return source.frames[name]
 
     def _add_frames(self) -> None:
-        waiting = list(enumerate(self.spec.frames))
         names = {(frame.source, frame.name) for frame in self.spec.frames}
-        while waiting:
-            # The checker refused loops, so each round registers at least one frame.
-            later = []
-            for index, frame in waiting:
-                parent_waits = (frame.source, frame.parent) in names
-                if parent_waits and frame.parent not in self._source(frame.source).frames:
-                    later.append((index, frame))
-                else:
-                    self._add_frame(frame, index)
-            assert len(later) < len(waiting)
-            waiting = later
+        waiting: dict[tuple[str, str], list[tuple[int, FrameSpec]]] = {}
+        for index, frame in enumerate(self.spec.frames):
+            parent = (frame.source, frame.parent)
+            if parent in names and frame.parent not in self._source(frame.source).frames:
+                waiting.setdefault(parent, []).append((index, frame))
+                continue
+            ready = [(index, frame)]
+            while ready:
+                at, one = ready.pop()
+                self._add_frame(one, at)
+                ready += reversed(waiting.pop((one.source, one.name), []))
+        # The checker refused loops, so each frame's parent came.
+        assert not waiting
 
     def _add_frame(self, frame: FrameSpec, index: int) -> None:
         source = self._source(frame.source)

@@ -108,6 +108,7 @@ class _Checker:
         self.robots = {robot.name for robot in spec.robots}
         self.sources = {source.name for source in spec.sources} | self.robots
         self.frames = {(frame.source, frame.name): frame for frame in spec.frames}
+        self.rooted: set[tuple[str, str]] = set()
 
     def problems(self) -> list[str]:
         self._unique_sources()
@@ -161,12 +162,19 @@ class _Checker:
             self._no_loop(frame, index)
 
     def _no_loop(self, frame: FrameSpec, index: int) -> None:
-        passed = [frame.name]
-        current: FrameSpec | None = self.frames.get((frame.source, frame.parent))
+        passed = {frame.name: None}
+        current = self.frames.get((frame.source, frame.parent))
         while current is not None and current.name not in passed:
-            passed.append(current.name)
+            if (frame.source, current.name) in self.rooted:
+                current = None
+                break
+            passed[current.name] = None
             current = self.frames.get((frame.source, current.parent))
-        if current is not None and current.name == frame.name:
+        if current is None:
+            # So that no frame's ancestors are walked through twice.
+            self.rooted.update((frame.source, name) for name in passed)
+            return
+        if current.name == frame.name:
             chain = " -> ".join([*passed, frame.name])
             self.report(f"a frame cannot be its own ancestor: {chain}", "frames", index, "parent")
 

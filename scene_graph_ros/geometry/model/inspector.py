@@ -151,6 +151,14 @@ class SceneGraphInspector(NotCopied):
         ids = sorted(self._state.with_role[Role.PROXIMITY])
         return [pair for pair in itertools.combinations(ids, 2) if not filtered(*pair)]
 
+    def num_excluded_pairs(self) -> int:
+        """Count the pairs on different frames that declarations keep from collision queries."""
+        state = self._state
+        ids = sorted(state.with_role[Role.PROXIMITY])
+        frames = np.array([int(state.geometries[i].frame_id) for i in ids], dtype=np.int64)
+        pairs = state.filters.excluded_rows(ids)
+        return int(np.count_nonzero(frames[pairs[:, 0]] != frames[pairs[:, 1]]))
+
     def geometry_version(self) -> GeometryVersion:
         """Return a token per role that changes with what has the role, or its filters."""
         versions = self._state.role_versions

@@ -147,6 +147,18 @@ class PairFilter:
             matrix[row_array[part]] = np.packbits(block, axis=1, bitorder="little")
         return matrix
 
+    def excluded_rows(self, ids: Collection[GeometryId]) -> NDArray[np.int64]:
+        """Return ``(k, 2)`` the rows i < j in ``ids`` of all pairs that are excluded."""
+        matrix = self.bit_matrix(ids)
+        found = [np.empty((0, 2), dtype=np.int64)]
+        for start in range(0, 0 if matrix is None else len(ids), _ROWS_AT_ONCE):
+            assert matrix is not None
+            block = matrix[start : start + _ROWS_AT_ONCE]
+            rows = np.argwhere(np.unpackbits(block, axis=1, bitorder="little"))
+            rows[:, 0] += start
+            found.append(rows[rows[:, 0] < rows[:, 1]])
+        return np.concatenate(found)
+
     def _effective_bits(self) -> Bits:
         if not self._transient:
             return self._bits
