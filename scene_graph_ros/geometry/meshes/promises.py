@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import json
+import re
 from typing import Any
 from xml.parsers import expat
 
@@ -155,10 +156,33 @@ class _ColladaNodes:
         return self.known[key]
 
 
+_VTK_DATASET = re.compile(rb"^[ \t\r\f\v]*DATASET\s+(\w+)", re.MULTILINE | re.IGNORECASE)
+_VTK_COUNT = re.compile(
+    rb"^[ \t\r\f\v]*(?:POINTS|CELLS|CELL_TYPES|POINT_DATA|CELL_DATA)[ \t]+(\d+)(?:[ \t]+(\d+))?",
+    re.MULTILINE | re.IGNORECASE,
+)
+
+
+def _check_vtk(contents: bytes, name: str) -> None:
+    """Compare counts in words with the file's size; regular grids make points of three numbers."""
+    dataset = _VTK_DATASET.search(contents)
+    kind = dataset[1].decode().upper() if dataset else "UNSTRUCTURED_GRID"
+    if kind != "UNSTRUCTURED_GRID":
+        raise MeshError(f"{name}: tetrahedra are in an UNSTRUCTURED_GRID, not in {kind[:60]}")
+    for match in _VTK_COUNT.finditer(contents):
+        for count in match.groups(b"0"):
+            if len(count) > 12 or int(count) > len(contents):
+                stated = b" ".join(match[0].split())[:60].decode(errors="replace")
+                raise MeshError(
+                    f"{name}: {len(contents)} bytes can't hold what it states: {stated}"
+                )
+
+
 _CHECKS: dict[str, Callable[[bytes, str], None]] = {
     "dae": _check_dae,
     "glb": _check_glb,
     "gltf": _check_gltf,
     "ply": _check_ply,
     "stl": _check_stl,
+    "vtk": _check_vtk,
 }

@@ -11,6 +11,8 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.io import read_file, VOLUME_FILE_TYPES
+from scene_graph_ros.geometry.meshes.limited_inflate import limited_inflate
+from scene_graph_ros.geometry.meshes.promises import check_promises
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -71,11 +73,12 @@ def parse_volume_mesh(contents: bytes, file_type: str, *, name: str) -> VolumeMe
 
 
 def _read(contents: bytes, file_type: str, name: str) -> Any:
+    check_promises(contents, file_type, name)
     import meshio
 
     try:
         # Some of meshio's readers want a file with a name, not a stream.
-        with tempfile.TemporaryDirectory() as folder:
+        with tempfile.TemporaryDirectory() as folder, limited_inflate():
             file = Path(folder, f"mesh.{file_type}")
             file.write_bytes(contents)
             return meshio.read(file, file_format=file_type)

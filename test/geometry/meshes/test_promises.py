@@ -3,12 +3,15 @@
 import json
 import struct
 
+import meshio
+import numpy as np
 import pytest
 import trimesh
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes import obj_file, promises
+from scene_graph_ros.geometry.meshes import limited_inflate, obj_file, promises
 from scene_graph_ros.geometry.meshes.io import read_mesh_contents
+from scene_graph_ros.geometry.meshes.volume_io import parse_volume_mesh
 
 
 def refusal(contents, file_type):
@@ -121,3 +124,45 @@ def test_archives_and_files_of_files_are_not_read(kind):
 def test_limits_are_those_of_the_documentation():
     """Twenty million vertices or triangles, a hundred thousand places."""
     assert (promises.MAX_CORNERS, promises.MAX_PLACES) == (20_000_000, 100_000)
+
+
+VTK = "# vtk DataFile Version {}\nx\n{}\nDATASET UNSTRUCTURED_GRID\n"
+
+
+@pytest.mark.parametrize(
+    "words", ["POINTS 4000000000 double", "CELLS 1 4000000000", "CELLS 99999 1"]
+)
+@pytest.mark.parametrize("kind", ["ASCII", "BINARY"])
+def test_vtk_of_four_billion_points(words, kind):
+    """Old VTK files state their counts in words."""
+    contents = (VTK.format("3.0", kind) + words + "\n0 0 0\n").encode()
+    assert f"can't hold what it states: {words[:12]}" in refusal_of_volume(contents, "vtk")
+
+
+def test_vtk_of_a_regular_grid():
+    """A grid of a billion points is three numbers in the file."""
+    contents = b"# vtk DataFile Version 3.0\nx\nASCII\nDataset structured_points\n"
+    contents += b"DIMENSIONS 1000 1000 1000\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+    assert "not in STRUCTURED_POINTS" in refusal_of_volume(contents, "vtk")
+
+
+@pytest.mark.parametrize("compression", ["zlib", "lzma"])
+def test_vtu_that_unpacks_to_more_than_it_may(tmp_path, monkeypatch, compression):
+    """Blocks are unpacked up to the limit, counted over the whole file."""
+    path = tmp_path / "mesh.vtu"
+    mesh = meshio.Mesh(np.eye(4, 3), [("tetra", np.array([[0, 1, 2, 3]]))])
+    mesh.point_data["zeros"] = np.zeros((4, 3))
+    meshio.vtu.write(path, mesh, compression=compression)
+    contents = path.read_bytes()
+    assert parse_volume_mesh(contents, "vtu", name="bomb").num_tetrahedra == 1
+    # Points are 96 bytes, and so are the zeros; the tetrahedron takes 32 and more.
+    monkeypatch.setattr(limited_inflate, "MAX_UNPACKED", 200)
+    assert "it unpacks to more than 200 bytes" in refusal_of_volume(contents, "vtu")
+
+
+def refusal_of_volume(contents, file_type):
+    """Return the message with which tetrahedra are refused."""
+    with pytest.raises(MeshError) as caught:
+        parse_volume_mesh(contents, file_type, name="bomb")
+    assert str(caught.value).startswith("bomb: ")
+    return str(caught.value)
