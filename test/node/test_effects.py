@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import ClassVar
 
 from diagnostic_msgs.msg import DiagnosticStatus
 import numpy as np
@@ -42,6 +43,19 @@ class Fine:
         return {"updates": self.updates}
 
 
+class Prepared(Fine):
+    """An effect that remembers which scenes it was prepared for."""
+
+    versions: ClassVar[list[int]] = []
+
+    @classmethod
+    def prepare(cls, host, snapshot):
+        """Remember the scene's version, or fail."""
+        cls.versions.append(snapshot.scene_version)
+        if snapshot.scene_version == 2:
+            raise ZeroDivisionError("in prepare")
+
+
 class Failing(Fine):
     """An effect that fails in what its class attribute names."""
 
@@ -76,10 +90,22 @@ class Host:
 
     def __init__(self):
         self.errors = []
-        logger = SimpleNamespace(error=self.errors.append, info=lambda text: None)
+        self.warnings = []
+        logger = SimpleNamespace(
+            error=self.errors.append,
+            warning=self.warnings.append,
+            info=lambda text: None,
+            debug=lambda text: None,
+        )
         self.node = SimpleNamespace(
             get_logger=lambda: logger, resolve_topic_name=lambda topic: topic
         )
+        self.min_update_rate = 10.0
+
+    def parameter(self, name):
+        """Return the one parameter that effects are judged by."""
+        assert name == "min_update_rate"
+        return self.min_update_rate
 
 
 def declared(name, kind):
@@ -163,3 +189,49 @@ def test_diagnostics_say_which_one_fails(effects, world):
     assert bad.message == "failed: ZeroDivisionError: in update"
     assert {"failures": "1"}.items() <= {v.key: v.value for v in bad.values}.items()
     assert before.level == after.level == DiagnosticStatus.OK
+
+
+def test_an_effect_that_takes_too_long_is_named_in_the_log_and_in_diagnostics(world, host):
+    """One warning with the figure however often it is slow; all is well again when it is not.
+
+    Any time at all is too long for a rate of 1e12 Hz, and none for one of 1e-6 Hz.
+    """
+    effects = Effects(host, [declared("costly", "Fine")])
+    effects.open()
+    host.min_update_rate = 1e12
+    for _ in range(3):
+        effects.update(world.snapshot)
+    (warning,) = host.warnings
+    assert warning.startswith("effect costly: an update took ")
+    assert "min_update_rate" in warning
+    (report,) = effects.reports()
+    assert "longer than the 1e-12 s of min_update_rate" in report.warning
+    (status,) = statuses(effects)
+    assert (status.level, status.message) == (DiagnosticStatus.WARN, report.warning)
+    host.min_update_rate = 1e-6
+    effects.update(world.snapshot)
+    (status,) = statuses(effects)
+    assert (status.level, status.message) == (DiagnosticStatus.OK, "asked for")
+
+
+def statuses(effects):
+    """Return the entries of effects in the diagnostics."""
+    diagnostics = Diagnostics("node")
+    world = diagnostics.world(Monitor(), 0, scene_version=0, values={})
+    message = diagnostics.message(stamp=0, world=world, sources=[], effects=effects.reports())
+    return [status for status in message.status if ": effect" in status.name]
+
+
+def test_effects_are_prepared_for_a_scene_before_it_counts(world, host):
+    """Once for each edit, in its thread, also while off; one that can't be costs no edit."""
+    effects = Effects(host, [declared("early", "Prepared")])
+    effects.open()
+    Prepared.versions.clear()
+    for version in (1, 2, 3):
+        _, snapshot = world.edit(
+            lambda edit, version=version: edit.add_source(f"s{version}", token=1), effects.prepare
+        )
+        assert snapshot.scene_version == version
+        assert Prepared.versions[-1] == version
+    assert Prepared.versions == [1, 2, 3]
+    assert effects.running("early") is None

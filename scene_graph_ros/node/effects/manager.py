@@ -32,14 +32,15 @@ _RECENT = 100
 """Updates that the mean and worst time of an effect are taken over."""
 
 _TELL_PERIOD = 1.0
-"""Seconds between two log entries about an effect that keeps failing."""
+"""Seconds between two log entries about an effect that keeps failing or is slow."""
 
 
 @dataclass(frozen=True)
 class EffectReport:
     """What an effect is doing and why; times in seconds over recent updates.
 
-    ``failures`` counts what it could not do; ``failure`` says why, while it can't.
+    ``failures`` counts what it could not do; ``failure`` says why, while it can't. ``warning``
+    says that it takes too long, while it does.
     """
 
     name: str
@@ -52,6 +53,7 @@ class EffectReport:
     counters: dict[str, Any]
     failures: int = 0
     failure: str = ""
+    warning: str = ""
 
 
 @dataclass
@@ -64,6 +66,7 @@ class _State:
     seconds: deque[float] = field(default_factory=lambda: deque(maxlen=_RECENT))
     failures: int = 0
     failure: str = ""
+    warning: str = ""
     told_at: float = float("-inf")
 
     @property
@@ -145,9 +148,34 @@ class Effects:
         elif effect.has_work():
             begin = time.perf_counter()
             effect.update(snapshot)
-            state.seconds.append(time.perf_counter() - begin)
+            seconds = time.perf_counter() - begin
+            state.seconds.append(seconds)
             state.count += 1
             state.failure = ""
+            self._judge_time(state, seconds)
+
+    def _judge_time(self, state: _State, seconds: float) -> None:
+        """Warn where an effect alone takes longer than may be between contacts of anybody."""
+        period = 1.0 / self._host.parameter("min_update_rate")
+        state.warning = ""
+        if seconds <= period:
+            return
+        state.warning = (
+            f"an update took {seconds:.3g} s, longer than the {period:.3g} s of min_update_rate:"
+            " it holds up all contacts"
+        )
+        if self._is_to_be_told(state):
+            logger = self._host.node.get_logger()
+            logger.warning(f"effect {state.declaration.name}: {state.warning}")
+
+    @staticmethod
+    def _is_to_be_told(state: _State) -> bool:
+        """Tell whether the last entry about an effect is long enough ago for another."""
+        now = time.monotonic()
+        if now - state.told_at < _TELL_PERIOD:
+            return False
+        state.told_at = now
+        return True
 
     @contextmanager
     def _isolated(self, state: _State) -> Iterator[None]:
@@ -157,9 +185,7 @@ class Effects:
         except Exception as error:  # noqa: BLE001 - one effect never costs another
             state.failures += 1
             state.failure = f"{type(error).__name__}: {error}"
-            now = time.monotonic()
-            if now - state.told_at >= _TELL_PERIOD:
-                state.told_at = now
+            if self._is_to_be_told(state):
                 self._host.node.get_logger().error(
                     f"effect {state.declaration.name} failed:\n{traceback.format_exc()}"
                 )
@@ -254,4 +280,5 @@ class Effects:
             counters=counters,
             failures=state.failures,
             failure=state.failure if state.is_on else "",
+            warning=state.warning if state.is_on else "",
         )
