@@ -18,7 +18,10 @@ from benchmarks.messages.sustained import Rig, rig
 
 __all__ = ["edits"]
 
-FRAMES = 1000
+FULL = (1000, 150, 5000)
+SMALL = (100, 3, 100)
+"""Frames that move, pairs of small changes, and frames of a large one."""
+
 _RATE = 200.0
 _PAUSE = (0.1, 0.2)
 """Seconds between changes, at no fixed phase."""
@@ -95,7 +98,7 @@ def _large(one: Rig, editor: _Editor, size: int) -> list[Edited]:
     """Change a lot at once."""
     folder = one.isolation.folder
     mesh, scene = folder / "torus.obj", folder / "frames.yaml"
-    triangles = _write_torus(mesh, 10 * size)
+    triangles = _write_torus(mesh, 36 * size)
     scene.write_text(scene_text(size).replace("objects", "others"))
     changes = {
         f"a mesh of {triangles} triangles": ("mesh", str(mesh)),
@@ -111,9 +114,9 @@ def _large(one: Rig, editor: _Editor, size: int) -> list[Edited]:
     return rows
 
 
-def _write_torus(path: Path, columns: int) -> int:
-    """Write a ring of some ``18 * columns`` triangles to a file, and return how many they are."""
-    columns, rows = max(columns // 100, 3) * 5, 36
+def _write_torus(path: Path, triangles: int) -> int:
+    """Write a ring of some ``triangles`` to a file, and return how many they are."""
+    columns, rows = triangles // 72, 36
     u, v = np.meshgrid(np.arange(columns) / columns, np.arange(rows) / rows, indexing="ij")
     radius = 1.0 + 0.3 * np.cos(2 * np.pi * v)
     points = np.stack(
@@ -136,7 +139,7 @@ def _write_torus(path: Path, columns: int) -> int:
 
 def edits(is_quick: bool) -> list[Edited]:
     """Print how long contacts were held up by small and by large changes of the scene."""
-    frames, count, size = (100, 3, 100) if is_quick else (FRAMES, 150, 5000)
+    frames, count, size = SMALL if is_quick else FULL
     print(f"contacts held up while {frames} poses come at {_RATE:g} Hz, milliseconds")
     with rig(frames, is_ordinary=False) as one:
         one.sender.begin(_RATE, _STOP)

@@ -12,7 +12,7 @@ if importlib.util.find_spec("rclpy") is None:
 from node_harness import wait_until
 import numpy as np
 
-from benchmarks.messages import micro, report
+from benchmarks.messages import edits, micro, report
 from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.soak import soak
 from benchmarks.messages.sustained import rig
@@ -71,6 +71,19 @@ def test_latencies_of_cells_become_a_table_of_the_page(tmp_path, monkeypatch):
     ramp = np.linspace(0.0, 10.0, 101)
     report.write_cells([report.Cell("the demo", "1 ms", ramp, 199.6, 0.251)], 0.5)
     assert "| the demo | 1 ms | 5.00 | 9.90 | 10.00 | 200 | 0.25 |" in page.read_text()
+
+
+def test_changes_of_the_scene_become_a_table_of_the_page(tmp_path, monkeypatch):
+    """Small and large changes are made and measured, and each kind has its line."""
+    monkeypatch.setattr(edits, "SMALL", (20, 2, 20))
+    rows = edits.edits(is_quick=True)
+    assert [len(row.held_up) for row in rows] == [2, 2, 2, 1, 1, 1]
+    assert all((row.answers > 0.0).all() for row in rows)
+    page = tmp_path / "messages.md"
+    page.write_text("before\n<!-- edits: begin -->old<!-- edits: end -->\nafter\n")
+    monkeypatch.setattr(report, "PAGE", page)
+    report.write_edits([report.Edited("nothing", ramp := np.linspace(0.0, 10.0, 101), ramp)], 0.5)
+    assert "| nothing | 101 | 5 | 5.0 | 9.9 | 10.0 |" in page.read_text()
 
 
 def test_sources_of_the_demo_send_when_they_are_told_to():
