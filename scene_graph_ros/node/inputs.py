@@ -50,6 +50,9 @@ __all__ = ["Channel", "PoseInputs", "message_type"]
 _QUEUED = 64
 """Messages of unknown layout kept per source; also how many the middleware may hold."""
 
+_QUEUED_BYTES = 1 << 18
+"""Their bytes together, unless one has more: to read them takes a tenth of a second."""
+
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
 TF = "tf2_msgs/msg/TFMessage"
@@ -94,6 +97,7 @@ class Channel:
         self._kept: dict[_Kept, None] = {}
         self._newest: dict[Layout, _Kept] = {}
         self._loose: deque[_Kept] = deque()
+        self._loose_bytes = 0
         self._frames: SourceFrames | None = None
         self._only_names: tuple[str, ...] = ()
         self._only_names_of: SourceFrames | None = None
@@ -122,11 +126,20 @@ class Channel:
                     self._kept[kept] = None
                     return
             # Not known, faulty or out of order: to be looked at for itself.
-            if len(self._loose) == _QUEUED:
-                del self._kept[self._loose.popleft()]
-                statistics.superseded += 1
+            self._make_room(len(data))
             self._loose.append(kept)
+            self._loose_bytes += len(data)
             self._kept[kept] = None
+
+    def _make_room(self, size: int) -> None:
+        """Drop the oldest messages of unknown layout that are too many, or too long together."""
+        while self._loose and (
+            len(self._loose) == _QUEUED or self._loose_bytes + size > _QUEUED_BYTES
+        ):
+            oldest = self._loose.popleft()
+            self._loose_bytes -= len(oldest.data)
+            del self._kept[oldest]
+            self.intake.statistics.superseded += 1
 
     def _supersedes(self, newer: _Kept, older: _Kept) -> bool:
         """Tell whether nothing is lost without ``older``, which has the same layout.
@@ -157,6 +170,7 @@ class Channel:
             taken, self._kept = list(self._kept), {}
             self._newest.clear()
             self._loose.clear()
+            self._loose_bytes = 0
         return taken
 
     def apply(self, kept: list[_Kept], frames: SourceFrames, limits: TimeLimits) -> int | None:

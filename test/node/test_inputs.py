@@ -348,3 +348,16 @@ def test_as_many_strangers_as_are_read_are_counted_and_few_warned_about(source):
     assert source.intake.statistics.faults[Fault.UNKNOWN_FRAME] == 3000
     assert len(source.warnings) == 101
     assert "further faults are only counted" in source.warnings[-1]
+
+
+def test_a_flood_of_long_messages_is_read_once_per_update(source):
+    """Of messages with ever other names, each as long as one may be, only the newest is read."""
+    for i in range(60):
+        names = [f"stranger_{i}_{j}" for j in range(2500)]
+        flood = MultiDOFJointState(joint_names=names, transforms=[Transform()] * len(names))
+        source.channel.store(serialize_message(flood), 1)
+    source.update()
+    assert source.intake.statistics.superseded == 59
+    assert source.intake.statistics.dropped == 2500
+    source.send(NOW, a=1.0, b=2.0, c=3.0)
+    assert source.update() is not None
