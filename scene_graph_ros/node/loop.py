@@ -35,6 +35,9 @@ _PAUSE_AFTER_ERROR = 0.1
 class OwnThreadGroup(MutuallyExclusiveCallbackGroup):
     """Keeps executors away from what other threads wait for."""
 
+    def add_entity(self, entity: Any) -> None:
+        """Remember nothing: a list of what comes and goes would grow as long as the node runs."""
+
     def can_execute(self, entity: Any) -> bool:
         """Tell whether an executor may wait for ``entity``: never."""
         return False

@@ -13,6 +13,7 @@ from spinning import SpinningThread
 from visualization_msgs.msg import MarkerArray
 
 from scene_graph_msgs.msg import ContactArray, Status
+from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.node import SceneGraphNode
 
 ROUNDS = 60
@@ -71,3 +72,18 @@ def test_nothing_fails_while_all_come_and_go(client, capfd):
     refusals = {future.result().status.message for future in described}
     assert refusals == {""}
     assert "failed" not in "".join(capfd.readouterr())
+
+
+def test_what_went_leaves_nothing_behind(domain):
+    """The group of what the world's thread waits for does not grow with all that ever came."""
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    node = rclpy.create_node("grows", context=context)
+    group = OwnThreadGroup()
+    for _ in range(3):
+        node.destroy_subscription(
+            node.create_subscription(MarkerArray, "/gone", print, 1, callback_group=group)
+        )
+    assert not group.entities
+    node.destroy_node()
+    rclpy.shutdown(context=context)
