@@ -156,6 +156,9 @@ class Host:
     def record(self, effect: str, seconds: float) -> None:
         """Be the effects as well, which book times."""
 
+    def prepare(self, snapshot: Any) -> None:
+        """Have nothing to prepare."""
+
 
 def offer(world: World, host: Host) -> Services:
     """Return the services without the middleware."""

@@ -59,7 +59,7 @@ def test_threads_end_with_their_context(domain):
         "rclpy.shutdown()\n"
         "own = [t for t in threading.enumerate() if t is not threading.current_thread()]\n"
         "for thread in own: thread.join(60)\n"
-        "assert len(own) == 4, own\n"
+        "assert len(own) == 5, own\n"
         "assert not any(thread.is_alive() for thread in own), own\n"
     )
     done = subprocess.run(
