@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 import sys
 
 from node_harness import Client, wait_until
@@ -23,17 +24,19 @@ DESCRIPTIONS = 3
 """Asked for in each round while a source comes, and as many while it goes."""
 
 
-@pytest.fixture
+@contextmanager
 def switching():
-    """Threads take turns as often as they can, so that what may come between does."""
+    """Let threads take turns as often as they can, so that what may come between does."""
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1e-6)
-    yield
-    sys.setswitchinterval(interval)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(interval)
 
 
 @pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])
-def client(request, domain, switching):
+def client(request, domain):
     """A client of a node in an executor of this process, which fails where that raises."""
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=domain)
@@ -49,10 +52,8 @@ def client(request, domain, switching):
     rclpy.shutdown(context=context)
 
 
-def test_nothing_fails_while_all_come_and_go(client, capfd):
-    """No error is logged, the scene can always be described, and the contacts go on."""
-    register_balls(client)
-    contacts = client.listen(ContactArray, "contacts")
+def come_and_go(client, contacts):
+    """Let sources and viewers come and go; return the futures of descriptions of the scene."""
     described = []
     for i in range(ROUNDS):
         changes = [client.start("RegisterSource", name=f"guest_{i}", token=1)]
@@ -69,6 +70,16 @@ def test_nothing_fails_while_all_come_and_go(client, capfd):
         assert [change.result().status.code for change in changes] == [Status.OK] * 2
         count = contacts.count
         wait_until(lambda count=count: contacts.count > count, "contacts")
+    return described
+
+
+def test_nothing_fails_while_all_come_and_go(client, capfd):
+    """No error is logged, the scene can always be described, and the contacts go on."""
+    register_balls(client)
+    contacts = client.listen(ContactArray, "contacts")
+    contacts.wait_for(lambda message: len(message.points) == 1, "the contact of the balls")
+    with switching():
+        described = come_and_go(client, contacts)
     refusals = {future.result().status.message for future in described}
     assert refusals == {""}
     assert "failed" not in "".join(capfd.readouterr())
