@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 import math
+import os
+from pathlib import Path
 import random
 from typing import Any
+from unittest.mock import Mock
 
 from fuzzing import BAD_NUMBERS, BAD_TEXTS, fuzz, Target
 import numpy as np
@@ -153,18 +156,13 @@ class Host:
 
     warning = info = error
 
-    def record(self, effect: str, seconds: float) -> None:
-        """Be the effects as well, which book times."""
-
-    def prepare(self, snapshot: Any) -> None:
-        """Have nothing to prepare."""
-
 
 def offer(world: World, host: Host) -> Services:
     """Return the services without the middleware."""
     loader = SceneLoader("", message_type)
     services = object.__new__(Services)
-    services._host, services._world, services._effects = host, world, host
+    services._host, services._world = host, world
+    services._effects = Mock()  # what is published is not tried here
     services._tools = Tools(loader.resolve, message_type, loader.load_request)
     services.requests, services.refused = Counter(), Counter()
     return services
@@ -308,6 +306,39 @@ def test_good_requests_are_answered(name):
     world, host = new_world(), Host()
     response = ask(offer(world, host), name, request_of(name, []))
     assert response.status.code == Status.OK, (response.status, host.failures)
+
+
+@pytest.mark.parametrize("kind", ["fifo", "device", "sparse", "deep", "long", "missing"])
+@pytest.mark.parametrize("name", ["LoadScene", "RegisterGeometry"])
+def test_files_that_never_end_are_invalid(tmp_path, name, kind):
+    """A pipe, a device, 40 GB, a bomb and a name of 100 000 characters are INVALID_ARGUMENT."""
+    path, words = tmp_path / "scene.obj", "no such file"
+    if kind == "fifo":
+        os.mkfifo(path)
+        words = "no regular file"
+    elif kind == "device":
+        path, words = Path("/dev/zero"), "no regular file"
+    elif kind == "sparse":
+        with path.open("wb") as file:
+            file.truncate(40 * 2**30)
+        words = "has 42949672960 bytes, the limit is"
+    elif kind == "deep":
+        path.write_text("[" * 2000)
+        words = "100 deep" if name == "LoadScene" else "no vertices"
+    resource = "a" * 100_000 if kind == "long" else str(path)
+    words = "at most 4096 characters, got 100000" if kind == "long" else words
+    place = ("resource",) if name == "LoadScene" else ("geometries", 0, "shape", "resource")
+    changes: list[Any] = [(place, resource)]
+    if name == "LoadScene":
+        changes.append((("text",), ""))
+    if name == "RegisterGeometry":
+        changes += [((*place[:-1], "kind"), 7), ((*place[:-1], "dimensions"), [])]
+    world, host = new_world(), Host()
+    before = state(world)
+    response = ask(offer(world, host), name, request_of(name, changes))
+    assert response.status.code == Status.INVALID_ARGUMENT, response.status
+    assert words in response.status.message
+    assert state(world) == before
 
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
