@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 __all__ = ["Scene", "load_scene", "load_scene_text"]
 
 
+_MOST_PROBLEMS = 100
+"""So many are listed at once. Each looks for a name that may have been meant, which takes time."""
+
+
 @dataclass(frozen=True)
 class Scene:
     """A scene file that was read and checked; robots and meshes are read when it is applied."""
@@ -118,6 +122,8 @@ class _Checker:
         return self.found
 
     def report(self, message: str, *path: str | int) -> None:
+        if len(self.found) >= _MOST_PROBLEMS:
+            raise SceneFileError([*self.found, f"{self.document.file}: there is more wrong"])
         self.found.append(f"{self.document.location(*path)}: {message}")
 
     def _source(self, name: str, *path: str | int) -> bool:

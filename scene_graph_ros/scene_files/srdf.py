@@ -19,6 +19,10 @@ from scene_graph_ros.scene_files.xml_tree import parse_xml, XmlElement
 __all__ = ["DisabledPair", "GroupState", "SemanticModel", "load_srdf"]
 
 
+_MOST_HINTS = 50
+"""Warnings of a file with a name that may have been meant; to look for it takes time."""
+
+
 @dataclass(frozen=True)
 class DisabledPair:
     """Two links, in alphabetical order, that need no collision check, with the file's reason."""
@@ -145,7 +149,8 @@ class _Reader:
         if name in self.robot.links:
             self.matched = True
             return name
-        hint = suggestion(name, self.robot.links)
+        # A robot's relative has a few other names; another robot's file has thousands.
+        hint = suggestion(name, self.robot.links) if len(self.warnings) < _MOST_HINTS else ""
         self.warnings.append(
             f"{element.location(attribute)}: robot {self.robot.name!r} has no link {name!r}{hint}"
         )

@@ -221,3 +221,15 @@ def test_files_are_named_as_they_were_given(tmp_path):
     assert str(caught.value) == f"{file}:2: nonsense: unknown key"
     with pytest.raises(SceneFileError, match=r"gone\.yaml': no such file"):
         load_scene(tmp_path / "gone.yaml")
+
+
+def test_a_hundred_problems_are_enough():
+    """A scene of another cell has thousands of wrong names: the first hundred are listed."""
+    geometries = [
+        f"- {{name: g{i}, source: t, shape: {{type: sphere, radius: 1}}}}" for i in range(300)
+    ]
+    text = "\n".join(["version: 1", "name: x", "sources: [{name: s}]", "geometries:", *geometries])
+    with pytest.raises(SceneFileError) as caught:
+        load_scene_text(text)
+    assert len(caught.value.problems) == 101
+    assert caught.value.problems[-1] == "<text>: there is more wrong"

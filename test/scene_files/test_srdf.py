@@ -2,12 +2,17 @@
 
 import itertools
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 
 from scene_graph_ros.geometry import Role, SceneGraph
-from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot, SceneFileError
+from scene_graph_ros.scene_files import (
+    load_srdf,
+    load_urdf,
+    register_robot,
+    SceneFileError,
+)
 from scene_graph_ros.scene_files.registration import adjacent_pairs
 
 LINKS = ("a", "b", "c", "d", "e")
@@ -152,6 +157,7 @@ def test_welded_links_never_collide():
 pair = st.tuples(st.sampled_from(LINKS), st.sampled_from(LINKS)).filter(lambda p: p[0] != p[1])
 
 
+@settings(deadline=None)
 @given(
     disabled=st.lists(pair, max_size=8),
     enabled=st.lists(pair, max_size=4),
@@ -178,3 +184,18 @@ def test_the_scene_graph_filters_what_the_rules_say(disabled, enabled, defaults,
         expected = by_default or bool(named & set(disabled)) or (adjacent and j == i + 1)
         assert inspector.collision_filtered(geometry[i], geometry[j]) == expected
     assert inspector.num_geometries_with_role(Role.PROXIMITY) == len(LINKS)
+
+
+def test_names_of_another_robot_are_not_all_looked_for(monkeypatch):
+    """Of a hundred unknown links the first fifty are answered with a name that is near."""
+    asked = []
+    suggest = "scene_graph_ros.scene_files.srdf.suggestion"
+    monkeypatch.setattr(suggest, lambda name, known: asked.append(name) or "")
+    pairs = "".join(f'<disable_collisions link1="x{i}" link2="y{i}"/>' for i in range(100))
+    good = '<disable_collisions link1="a" link2="b"/>'
+    robot = load_urdf(
+        '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed">'
+        '<parent link="a"/><child link="b"/></joint></robot>'
+    )
+    assert len(load_srdf(f"<robot>{pairs}{good}</robot>", robot).warnings) == 200
+    assert len(asked) == 50

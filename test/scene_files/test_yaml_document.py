@@ -1,6 +1,6 @@
 """The YAML reader: values, lines, and what it refuses."""
 
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 import pytest
 import yaml
@@ -153,6 +153,7 @@ values = st.recursive(
 )
 
 
+@settings(deadline=None)
 @given(values)
 def test_what_a_writer_writes_is_read_back(value):
     """Any value of plain types survives being written and read."""
