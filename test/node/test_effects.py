@@ -202,7 +202,7 @@ def test_an_effect_that_takes_too_long_is_named_in_the_log_and_in_diagnostics(wo
     for _ in range(3):
         effects.update(world.snapshot)
     (warning,) = host.warnings
-    assert warning.startswith("effect costly: an update took ")
+    assert warning.startswith("effect costly: an update takes ")
     assert "min_update_rate" in warning
     (report,) = effects.reports()
     assert "longer than the 1e-12 s of min_update_rate" in report.warning

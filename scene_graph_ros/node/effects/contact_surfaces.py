@@ -17,6 +17,7 @@ from msg_adapters.contact_surface_markers import ContactSurfaceMarkerWire
 from msg_adapters.contact_surfaces import face_points_to_msg
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
+from scene_graph_ros.node.effects.beside import Beside
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS
 from scene_graph_ros.node.qos import contact_qos, marker_qos
@@ -44,9 +45,10 @@ class ContactSurfacesEffect:
             period=lambda: 1.0 / host.parameter("marker_rate"),
         )
         self._points = Outlet(host, PointCloud2, CONTACT_SURFACE_POINTS, contact_qos())
-        self._computed_for = -1
-        self._answer: tuple[Any, Any] = ((), ())
+        self._beside = Beside(self._compute, host.request_update)
+        self._shown: WorldSnapshot | None = None
         self._computed = 0
+        self._late = 0
 
     def has_work(self) -> bool:
         """Tell whether somebody listens to surfaces in any form."""
@@ -68,32 +70,45 @@ class ContactSurfacesEffect:
         return self._markers.is_heard() or self._points.is_heard()
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Compute the surfaces of ``snapshot``, once, and publish them where they are heard."""
-        surfaces = self.surfaces(snapshot)
+        """Compute the surfaces of ``snapshot``, once, and publish them where they are heard.
+
+        Where they are late, those of the newest snapshot that has some are published, once.
+        """
+        is_in_time = self.answer(snapshot) is not None
+        self._late += not is_in_time
+        found = self._beside.newest
+        if found is None or not (is_in_time or found.snapshot is not self._shown):
+            return
+        self._shown = found.snapshot
+        surfaces, _ = found.answer
         if self._markers.is_due():
-            self._publish_markers(surfaces, snapshot)
+            self._publish_markers(surfaces, found.snapshot)
         if self._points.is_due():
             self._points.take_newcomers()
             self._points.publish(
                 face_points_to_msg(
-                    surfaces, stamp_ns=snapshot.stamp, frame_id=self._host.world_frame
+                    surfaces, stamp_ns=found.snapshot.stamp, frame_id=self._host.world_frame
                 )
             )
 
-    def surfaces(self, snapshot: WorldSnapshot) -> Any:
-        """Return the contact surfaces."""
-        return self._answers(snapshot)[0]
+    def answer(self, snapshot: WorldSnapshot) -> tuple[Any, Any] | None:
+        """Return the surfaces, and the penetrations of the pairs that have none.
 
-    def penetrations(self, snapshot: WorldSnapshot) -> Any:
-        """Return the penetrations of the pairs that have no surface."""
-        return self._answers(snapshot)[1]
+        None where that takes longer than contacts of anybody may be apart: it goes on beside the
+        updates, which are asked for again when it is done.
+        """
+        period = 1.0 / self._host.parameter("min_update_rate")
+        answer: tuple[Any, Any] | None = self._beside.ask(snapshot, period)
+        return answer
 
-    def _answers(self, snapshot: WorldSnapshot) -> tuple[Any, Any]:
-        if snapshot.sequence != self._computed_for:
-            self._answer = snapshot.ask(_QUESTION, ContactRepresentation.POLYGON)
-            self._computed_for = snapshot.sequence
-            self._computed += 1
-        return self._answer
+    def seconds_beside(self) -> float:
+        """Return how long surfaces take, also those that are being computed."""
+        return self._beside.seconds()
+
+    def _compute(self, snapshot: WorldSnapshot) -> tuple[Any, Any]:
+        self._computed += 1
+        answer: tuple[Any, Any] = snapshot.ask(_QUESTION, ContactRepresentation.POLYGON)
+        return answer
 
     def _publish_markers(self, surfaces: Any, snapshot: WorldSnapshot) -> None:
         self._markers.take_newcomers()
@@ -112,14 +127,17 @@ class ContactSurfacesEffect:
 
     def close(self) -> None:
         """Stop being advertised."""
+        self._beside.close()
         self._markers.close()
         self._points.close()
 
     def counters(self) -> Mapping[str, Any]:
         """Return how often surfaces were computed and published, and how many there are."""
-        surfaces = self._answer[0]
+        found = self._beside.newest
+        surfaces: Any = () if found is None else found.answer[0]
         return {
             "computed": self._computed,
+            "updates without, as they were late": self._late,
             "surfaces": len(surfaces),
             "faces": len(surfaces.face_areas) if len(surfaces) else 0,
             "marker messages": self._markers.messages,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 import math
 import threading
 import time
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
@@ -18,7 +18,7 @@ from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.qos import overridable
 from scene_graph_ros.node.world import WorldSnapshot
 
-__all__ = ["Effect", "Host", "Outlet"]
+__all__ = ["Effect", "Host", "Outlet", "WorksBeside"]
 
 
 class Host(Protocol):
@@ -68,6 +68,14 @@ class Effect(Protocol):
 
     def counters(self) -> Mapping[str, Any]:
         """Return how much work was done and how, for diagnostics and tests."""
+
+
+@runtime_checkable
+class WorksBeside(Protocol):
+    """An effect that computes in a thread of its own, so that others need not wait for it."""
+
+    def seconds_beside(self) -> float:
+        """Return how long it takes, also what it is at."""
 
 
 class Outlet:

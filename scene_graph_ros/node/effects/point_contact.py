@@ -6,7 +6,8 @@ Where contact surfaces or deformable contact are on, theirs go out with the poin
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from functools import cached_property
 import time
 from typing import Any
@@ -14,7 +15,7 @@ from typing import Any
 from rclpy.serialization import serialize_message
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.contact_rows import deformable_rows, surface_rows
+from msg_adapters.contact_rows import deformable_rows, NO_ROWS, surface_rows
 from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
 from scene_graph_msgs.msg import ContactArray
 from scene_graph_ros.geometry.query.query_object import QueryObject
@@ -44,6 +45,8 @@ class PointContact:
         )
         self._computed_for = -1
         self._table: Any = None
+        self._surfaces = NO_ROWS
+        self._lacks_surfaces = False
         self._message: bytes | None = None
         self._computed = 0
         self._accuracy = ""
@@ -63,11 +66,8 @@ class PointContact:
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Publish the contacts of ``snapshot``, computed once even if published again."""
-        if snapshot.sequence != self._computed_for:
-            self._table = self._compute(snapshot)
-            self._message = None
-            self._computed_for = snapshot.sequence
-            self._computed += 1
+        if snapshot.sequence != self._computed_for or self._lacks_surfaces:
+            self._compute(snapshot)
         if self._contacts.is_due():
             self._publish_contacts(snapshot)
         if self._markers.is_due():
@@ -81,19 +81,33 @@ class PointContact:
             table = snapshot.ask(QueryObject.compute_point_pair_penetration)
             effect._contact_wire.prepare(table, snapshot.names)
 
-    def _compute(self, snapshot: WorldSnapshot) -> Any:
-        """Ask for the contacts, and note what the tier of accuracy costs."""
+    def _compute(self, snapshot: WorldSnapshot) -> None:
+        """Ask for the contacts; where surfaces are late, all pairs have points alone."""
+        effect = self._host.effect("contact_surfaces")
+        answer = None if effect is None else effect.answer(snapshot)
+        was_lacking, self._lacks_surfaces = self._lacks_surfaces, effect is not None and not answer
+        if snapshot.sequence == self._computed_for and was_lacking == self._lacks_surfaces:
+            return
+        with self._timed(snapshot):
+            if answer is None:
+                self._table = snapshot.ask(QueryObject.compute_point_pair_penetration)
+                self._surfaces = NO_ROWS
+            else:
+                surfaces, self._table = answer
+                self._surfaces = surface_rows(surfaces)
+        self._message = None
+        self._computed_for = snapshot.sequence
+        self._computed += 1
+
+    @contextmanager
+    def _timed(self, snapshot: WorldSnapshot) -> Iterator[None]:
+        """Note what the tier of accuracy costs."""
         if snapshot.query.accuracy != self._accuracy:
             self._accuracy = snapshot.query.accuracy
             self._seconds.clear()
         begin = time.perf_counter()
-        surfaces = self._host.effect("contact_surfaces")
-        if surfaces is not None:
-            table = surfaces.penetrations(snapshot)
-        else:
-            table = snapshot.ask(QueryObject.compute_point_pair_penetration)
+        yield
         self._seconds.append(time.perf_counter() - begin)
-        return table
 
     def _publish_contacts(self, snapshot: WorldSnapshot) -> None:
         self._contacts.take_newcomers()
@@ -110,10 +124,7 @@ class PointContact:
 
     def _beside_points(self, snapshot: WorldSnapshot) -> dict[str, Any]:
         """Return the contacts of other kinds, as far as their effects are on."""
-        kinds = {}
-        surfaces = self._host.effect("contact_surfaces")
-        if surfaces is not None:
-            kinds["surfaces"] = surface_rows(surfaces.surfaces(snapshot))
+        kinds = {"surfaces": self._surfaces}
         deformables = self._host.effect("deformable_contact")
         if deformables is not None:
             kinds["deformables"] = deformable_rows(deformables.contact(snapshot))
@@ -154,6 +165,7 @@ class PointContact:
             "accuracy": self._accuracy,
             "time at this accuracy, mean (s)": sum(seconds) / len(seconds) if seconds else 0.0,
             "computed": self._computed,
+            "surfaces are late": self._lacks_surfaces,
             "contact messages": self._contacts.messages,
             "marker messages": self._markers.messages,
         }
