@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import threading
 import time
 import traceback
@@ -39,6 +40,9 @@ from scene_graph_ros.node.world import Edit, World, WorldSnapshot
 
 __all__ = ["Server"]
 
+_TOPICS_KEPT = 4096
+"""Names of topics of which the absolute ones are remembered."""
+
 
 class Server:
     """A geometry world on a node: `configure`, `activate`, `deactivate`, `clean_up`.
@@ -72,6 +76,8 @@ class Server:
             max_rate=lambda: self.parameter("max_update_rate"),
             min_rate=lambda: self.parameter("min_update_rate"),
         )
+        # Each new topic is compared with all others.
+        self._resolve_topic = functools.lru_cache(_TOPICS_KEPT)(self._absolute_topic)
         self._is_configured = False
         self._is_active = False
         self._timed_sequence = -1
@@ -219,7 +225,7 @@ class Server:
                     names[topic.source] = self._resolve_topic(topic.topic)
         return names
 
-    def _resolve_topic(self, topic: str) -> str:
+    def _absolute_topic(self, topic: str) -> str:
         """Return the absolute name of a topic after remapping; raises TopicNameError."""
         expand_topic(topic, node=self.node.get_name(), namespace=self.node.get_namespace())
         return expand_topic(self.node.resolve_topic_name(topic))
