@@ -13,7 +13,7 @@ import tempfile
 import threading
 
 from geometry_msgs.msg import Quaternion, Transform, Vector3
-from node_harness import environment, ROOT, wait_until
+from node_harness import DEADLINE, environment, ROOT, wait_until
 import pytest
 from rclpy.qos import QoSProfile
 from scene_requests import pose, reference, sphere
@@ -25,6 +25,9 @@ from scene_graph_msgs.msg import ContactArray, FrameDescription, RoleProperties
 TOPIC = "/scene_graph/markers/illustration"
 POSE_RATE = 50.0
 MARKER_RATE = 25.0
+LEASE = 20.0
+"""Seconds after which Fast DDS gives up who does not say that it is there."""
+
 ROLES = (RoleProperties.ILLUSTRATION, RoleProperties.PROXIMITY)
 
 
@@ -168,19 +171,54 @@ def test_a_newcomer_gets_the_whole_scene_while_another_is_stopped(client, reader
         client.forget(newcomer)
 
 
-def test_a_viewer_that_goes_on_does_not_show_what_is_gone(client, scene, reader, viewer):
-    """What was deleted while it was stopped is gone; what moved is where it is."""
+def remove_pebble(client, scene, viewer):
+    """Remove the pebble while a viewer is stopped, who will never get the deletion itself."""
+    removed = client.call("RemoveGeometry", source=scene, geometries=[reference("pebble")])
+    assert removed.status.code == 0
+    viewer.wait_for(
+        lambda m: any(marker.action == Marker.DELETE for marker in m.markers),
+        "the deletion, at the other viewer",
+    )
+    wait_for_more(viewer)
+
+
+def wait_for_more(viewer):
+    """Wait for more messages than the topic keeps."""
+    before = viewer.count
+    wait_until(lambda: viewer.count >= before + 20, "more markers")
+
+
+@pytest.fixture
+def pebble(client, scene, reader):
+    """Something more, that the viewer shows."""
     request = {"source": scene, "frame": "stone", "geometries": [sphere("pebble", roles=ROLES)]}
     assert client.call("RegisterGeometry", **request).status.code == 0
     reader.wait_for(lambda shown: len(shown) == 3, "the pebble")
+
+
+def test_a_viewer_that_goes_on_does_not_show_what_is_gone(client, scene, reader, viewer, pebble):
+    """What was deleted while it was stopped is gone; what moved is where it is."""
     with reader.stopped():
-        removed = client.call("RemoveGeometry", source=scene, geometries=[reference("pebble")])
-        assert removed.status.code == 0
-        viewer.wait_for(
-            lambda m: any(marker.action == Marker.DELETE for marker in m.markers),
-            "the deletion, at the other viewer",
+        remove_pebble(client, scene, viewer)
+    reader.wait_for(lambda shown: len(shown) == 2, "the end of the pebble")
+
+
+def test_a_viewer_that_was_given_up_does_not_show_what_is_gone(
+    client, scene, reader, viewer, pebble
+):
+    """After so long a stop it is a newcomer to the middleware, but shows what it showed."""
+
+    def is_known():
+        infos = client.node.get_subscriptions_info_by_topic(TOPIC)
+        return any(info.node_name == "marker_reader" for info in infos)
+
+    wait_until(is_known, "the viewer to be known")
+    with reader.stopped():
+        remove_pebble(client, scene, viewer)
+        wait_until(
+            lambda: not is_known(),
+            "the middleware to give up the viewer",
+            LEASE + DEADLINE,
         )
-        # More than the topic keeps: the stopped viewer will never get the deletion itself.
-        after = viewer.count
-        wait_until(lambda: viewer.count >= after + 20, "more markers")
+        wait_for_more(viewer)
     reader.wait_for(lambda shown: len(shown) == 2, "the end of the pebble")
