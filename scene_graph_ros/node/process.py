@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from scene_graph_ros.geometry.compiled.cache import KernelCacheWarning
+from scene_graph_ros.node.collecting import keep_what_is_there, look_at_all_again
 from scene_graph_ros.node.ending import Ending
 from scene_graph_ros.node.node import SceneGraphNode
 from scene_graph_ros.node.parameters import PARAMETERS
@@ -65,12 +66,9 @@ def _serve(ending: Ending) -> int:
         sys.stderr.write(f"scene_graph: {error}\n")
         return 1
     ending.timeout = node.server.parameter("shutdown_timeout")
-    # What is there stays: modules, kernels, the scene. To look through it for garbage again and
-    # again would stop all threads for a tenth of a second and more each time.
-    gc.collect()
-    gc.freeze()
+    keep_what_is_there()
     _spin_until(ending.requested, node)
-    gc.unfreeze()
+    look_at_all_again()
     node.destroy_node()
     return 0
 

@@ -26,6 +26,7 @@ import scene_graph_msgs.srv
 from scene_graph_msgs.srv import ListEffects
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.bodies import prepare
+from scene_graph_ros.node.collecting import at_rest
 from scene_graph_ros.node.edits import EDITS, Tools
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.names import service_name
@@ -176,11 +177,12 @@ class Services:
                     raise UnavailableError("the parameter allow_editing is false")
                 snapshot = self._world.snapshot
                 resolve = self._tools.resolve
-                prepare(name, request, snapshot.names, snapshot.inspector, resolve)
-                _, snapshot = self._world.edit(
-                    lambda edit: handler(request, response, edit, self._tools),
-                    self._effects.prepare,
-                )
+                with at_rest():
+                    prepare(name, request, snapshot.names, snapshot.inspector, resolve)
+                    _, snapshot = self._world.edit(
+                        lambda edit: handler(request, response, edit, self._tools),
+                        self._effects.prepare,
+                    )
                 self._host.scene_changed()
                 if name == "RegisterSource":
                     topics = self._host.pose_topics(snapshot)
