@@ -36,7 +36,11 @@ environment:
 demo: setup  ## run the node with a simulated robot for ten seconds
 	@$(RUN) examples/demo.py
 
-test: lint test-ros test-core  ## run what CI runs
+PARTS := lint test-ros test-core
+
+test: setup  ## run what CI runs: every part, also where one fails, and say which did
+	@failed=; for part in $(PARTS); do $(MAKE) $$part || failed="$$failed $$part"; done; \
+	  echo "Parts that failed:$${failed:- none}"; [ -z "$$failed" ]
 
 lint: environment  ## check style, format, types and layers
 	$(RUN) -m ruff check
@@ -49,11 +53,11 @@ format: environment  ## put style and format right
 	$(RUN) -m ruff format
 
 test-ros: setup  ## test messages, node and tools
-	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest $(ROS_TESTS)
+	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest --durations=25 $(ROS_TESTS)
 
 test-core: setup  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
-	.venv-core/bin/python -m pytest -n auto --dist loadfile $(CORE_TESTS)
+	.venv-core/bin/python -m pytest -n auto --dist loadfile --durations=25 $(CORE_TESTS)
 
 SECONDS ?= 3600
 FUZZERS := $(wildcard test/fuzz/test_*.py)
