@@ -19,7 +19,7 @@ RUN := .venv/bin/python
 BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-get install \
   python3 python3-venv python3-dev" >&2; false) -m tools.bootstrap
 CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
-ROS_TESTS = $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
+ROS_TESTS = test/test_warmup.py $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
 
 .PHONY: help setup environment demo test lint format test-ros test-core fuzz peers bench accuracy clean
 .DEFAULT_GOAL := help
@@ -52,8 +52,9 @@ format: environment  ## put style and format right
 	$(RUN) -m ruff check --fix
 	$(RUN) -m ruff format
 
+# More workers than the usual two cores: a test of the node waits for processes most of its time.
 test-ros: setup  ## test messages, node and tools
-	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest --durations=25 $(ROS_TESTS)
+	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n 3 --dist loadfile --durations=25 $(ROS_TESTS)
 
 test-core: setup  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
