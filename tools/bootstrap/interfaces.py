@@ -11,6 +11,9 @@ from tools.bootstrap.progress import Setup
 
 __all__ = ["build_interfaces"]
 
+# Messages are written and read as fast as with -O3, which takes a fifth longer to build.
+_FLAGS = "-O1 -DNDEBUG"
+
 
 def build_interfaces(
     setup: Setup, source: Path, venv: Path, prefix: Path, options: Sequence[str] = ()
@@ -25,6 +28,7 @@ def build_interfaces(
         f"-DCMAKE_INSTALL_PREFIX={prefix}",
         f"-DPython3_EXECUTABLE={venv / 'bin' / 'python'}",
         "-DCMAKE_BUILD_TYPE=Release",
+        *(f"-DCMAKE_{language}_FLAGS_RELEASE={_FLAGS}" for language in ("C", "CXX")),
         "-DBUILD_TESTING=OFF",
         *options,
     ]
