@@ -18,19 +18,19 @@ _ROOT = Path(__file__).resolve().parents[2]
 _OWN_SOURCE = Path(__file__).resolve().parent
 
 
-def _wheels(setup: Setup, venv: Path, names: tuple[str, ...]) -> str:
-    """Make the environment and install wheels; return a key of what is installed."""
+def _wheels(setup: Setup, venv: Path, name: str, product: str = "numpy") -> str:
+    """Make the environment and install what is locked for ``name``; return a key of it."""
     python = venv / "bin" / "python"
     make = functools.partial(environment.make_venv, setup, venv)
     setup.step("Python environment", sys.version, [python], make)
 
     def install() -> None:
-        environment.install_requirements(setup, _ROOT, venv, names)
+        environment.install_locked(setup, _ROOT, venv, name)
         environment.relocate_cmake_files(venv)
 
-    key = digest(environment.requirement_files(_ROOT, names), sys.version)
-    products = [environment.site_packages(venv) / "numpy"]
-    setup.step(f"wheels {' '.join(names)}", key, products, install)
+    key = digest(environment.lock_files(_ROOT, name), sys.version)
+    products = [environment.site_packages(venv) / product]
+    setup.step(f"wheels {name}", key, products, install)
     return key
 
 
@@ -69,7 +69,7 @@ def _set_up_project(venv: Path, *, with_kernels: bool) -> None:
     """Make `.venv`: what a node, its tests and the checks of the source need."""
     environment.check_machine(with_compiler=True)
     setup = Setup(venv / "setup", count=4 + with_kernels)
-    wheels = _wheels(setup, venv, ("core", "extras", "ros", "dev"))
+    wheels = _wheels(setup, venv, "project")
     only_python = "-DONLY_PYTHON=ON"
     _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
     workspace = _ROOT / "test" / "workspace"
@@ -82,14 +82,20 @@ def _set_up_project(venv: Path, *, with_kernels: bool) -> None:
 def _set_up_core(venv: Path) -> None:
     """Make `.venv-core`: the core and its tests, without ROS."""
     environment.check_machine(with_compiler=False)
-    _wheels(Setup(venv / "setup", count=2), venv, ("core", "test"))
+    _wheels(Setup(venv / "setup", count=2), venv, "core")
     environment.link_project(_ROOT, venv, with_ros=False)
 
 
 def _set_up_peers(venv: Path) -> None:
     """Add to `.venv` the engines that benchmarks compare with."""
     environment.check_machine(with_compiler=False)
-    _wheels(Setup(venv / "setup", count=2), venv, ("peers",))
+    _wheels(Setup(venv / "setup", count=2), venv, "peers", "mujoco")
+
+
+def _set_up_workspace(venv: Path) -> None:
+    """Add to `.venv` what builds a workspace."""
+    environment.check_machine(with_compiler=True)
+    _wheels(Setup(venv / "setup", count=2), venv, "workspace", "colcon_core")
 
 
 def _main() -> int:
@@ -97,6 +103,7 @@ def _main() -> int:
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument("--core", action="store_true", help="only .venv-core, without ROS")
     choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
+    choice.add_argument("--workspace", action="store_true", help="only colcon, into .venv")
     choice.add_argument("--without-kernels", action="store_true", help="do not compile kernels")
     arguments = parser.parse_args()
     start = time.monotonic()
@@ -111,6 +118,8 @@ def _main() -> int:
             _set_up_core(_ROOT / ".venv-core")
         elif arguments.peers:
             _set_up_peers(_ROOT / ".venv")
+        elif arguments.workspace:
+            _set_up_workspace(_ROOT / ".venv")
         else:
             _set_up_project(_ROOT / ".venv", with_kernels=not arguments.without_kernels)
     except SetupError as error:

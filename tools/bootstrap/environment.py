@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 import os
 from pathlib import Path
 import re
@@ -16,11 +15,11 @@ from tools.bootstrap.progress import Setup, SetupError
 __all__ = [
     "check_machine",
     "environment_variables",
-    "install_requirements",
+    "install_locked",
     "link_project",
+    "lock_files",
     "make_venv",
     "relocate_cmake_files",
-    "requirement_files",
     "site_packages",
 ]
 
@@ -76,20 +75,23 @@ def make_venv(setup: Setup, venv: Path) -> None:
         )
 
 
-def requirement_files(root: Path, names: Sequence[str]) -> list[Path]:
-    """Return the files that decide which wheels are installed for ``names``."""
-    folder = root / "requirements"
-    files = [folder / f"{name}.txt" for name in names]
-    return [*files, *([folder / "test.txt"] if "dev" in names else []), folder / "constraints.txt"]
+def lock_files(root: Path, name: str) -> list[Path]:
+    """Return the files that say what is installed for ``name``: first what builds, then all."""
+    folder = root / "requirements" / "locked"
+    return [folder / "build.txt", folder / f"{name}.txt"]
 
 
-def install_requirements(setup: Setup, root: Path, venv: Path, names: Sequence[str]) -> None:
-    """Install the pinned wheels of ``requirements/<name>.txt``."""
-    folder = root / "requirements"
-    options = ["--disable-pip-version-check", "--no-input", "--progress-bar", "off"]
-    chosen: list[str | Path] = [part for name in names for part in ("-r", folder / f"{name}.txt")]
-    pip: list[str | Path] = [venv / "bin" / "python", "-m", "pip", "install"]
-    setup.run([*pip, *options, *chosen, "-c", folder / "constraints.txt"])
+def install_locked(setup: Setup, root: Path, venv: Path, name: str) -> None:
+    """Install what ``requirements/locked/<name>.txt`` lists, each file if its hash is listed.
+
+    The lists are complete, so pip has nothing to resolve. Packages that come as sources are built
+    with what is installed, since pip doesn't look at hashes of what it fetches to build them.
+    """
+    pip: list[str | Path] = [venv / "bin" / "python", "-m", "pip", "install", "--no-input"]
+    options = ["--disable-pip-version-check", "--progress-bar", "off", "--no-compile"]
+    for file in lock_files(root, name):
+        hashed = ["--require-hashes", "--no-deps", "--no-build-isolation", "-r", file]
+        setup.run([*pip, *options, *hashed])
 
 
 def relocate_cmake_files(venv: Path) -> None:
