@@ -21,7 +21,8 @@ BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-
 CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
 ROS_TESTS = test/test_warmup.py $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
 
-.PHONY: help setup environment demo test lint format test-ros test-core fuzz peers bench accuracy clean
+.PHONY: help setup environment demo test lint format test-ros test-core fuzz workspace peers bench \
+  accuracy lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
@@ -38,7 +39,7 @@ demo: setup  ## run the node with a simulated robot for ten seconds
 
 PARTS := lint test-ros test-core
 
-test: setup  ## run what CI runs: every part, also where one fails, and say which did
+test: setup  ## run every check and test, also where one fails, and say which did
 	@failed=; for part in $(PARTS); do $(MAKE) $$part || failed="$$failed $$part"; done; \
 	  echo "Parts that failed:$${failed:- none}"; [ -z "$$failed" ]
 
@@ -67,6 +68,10 @@ fuzz: setup  ## try random input for an hour; SECONDS= for another time, FUZZ_SE
 	FUZZ_SECONDS=$$(( $(SECONDS) / $(words $(FUZZERS)) )) ROS_PYTHON_CHECK_FIELDS=1 \
 	  $(RUN) -m pytest -q -s --timeout 0 $(FUZZERS)
 
+workspace: environment  ## build both packages with colcon, and use what is installed
+	@$(BOOTSTRAP) --workspace
+	@$(RUN) -m tools.workspace
+
 peers: environment  ## add the engines to compare with (700 MB)
 	@$(BOOTSTRAP) --peers
 
@@ -76,6 +81,20 @@ bench: setup peers  ## compare speed with the peers
 accuracy: setup peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy
 	$(RUN) -m benchmarks.surfaces
+
+# For Python 3.11 and later on every system, so that one file serves all; it names no host.
+LOCK = .venv-lock/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
+  --no-annotate --no-header -c requirements/constraints.txt -o requirements/locked
+
+lock:  ## write requirements/locked: every package to install, with hashes
+	$(PYTHON) -m venv .venv-lock
+	.venv-lock/bin/python -m pip install --quiet --disable-pip-version-check uv==0.13.9
+	$(LOCK)/build.txt requirements/build.txt
+	$(LOCK)/project.txt requirements/{core,extras,ros,dev}.txt
+	$(LOCK)/core.txt requirements/{core,test}.txt
+	$(LOCK)/peers.txt requirements/peers.txt
+	$(LOCK)/workspace.txt requirements/workspace.txt
+	rm -r .venv-lock
 
 clean:  ## remove what the commands made
 	rm -rf .venv .venv-core build install log .pytest_cache .mypy_cache .ruff_cache
