@@ -90,7 +90,7 @@ def install_locked(setup: Setup, root: Path, venv: Path, name: str) -> None:
     pip: list[str | Path] = [venv / "bin" / "python", "-m", "pip", "install", "--no-input"]
     options = ["--disable-pip-version-check", "--progress-bar", "off", "--no-compile"]
     for file in lock_files(root, name):
-        hashed = ["--require-hashes", "--no-deps", "--no-build-isolation", "-r", file]
+        hashed = ["--require-hashes", "--no-deps", "--no-build-isolation", "-r", str(file)]
         setup.run([*pip, *options, *hashed])
 
 
