@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from contextlib import nullcontext
 from functools import partial
 import time
 import traceback
@@ -36,6 +37,11 @@ from scene_graph_ros.node.waiting import Awaited, Later, Waiting
 from scene_graph_ros.node.world import World, WorldSnapshot
 
 __all__ = ["Services"]
+
+
+_LARGE_EDITS = {"LoadScene"}
+"""Those that make so many objects that the garbage collector had better rest meanwhile; after a
+small one it would have more to look through at once than it has otherwise."""
 
 
 class ServiceHost(Protocol):
@@ -177,7 +183,7 @@ class Services:
                     raise UnavailableError("the parameter allow_editing is false")
                 snapshot = self._world.snapshot
                 resolve = self._tools.resolve
-                with at_rest():
+                with at_rest() if name in _LARGE_EDITS else nullcontext():
                     prepare(name, request, snapshot.names, snapshot.inspector, resolve)
                     _, snapshot = self._world.edit(
                         lambda edit: handler(request, response, edit, self._tools),
