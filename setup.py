@@ -33,7 +33,7 @@ setup(
         *shared("launch"),
         *shared("config"),
     ],
-    python_requires=">=3.11",
+    python_requires=">=3.11,<3.15",  # what the core has wheels for
     install_requires=[
         "setuptools",
         "meshio",

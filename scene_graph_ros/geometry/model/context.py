@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout
 from scene_graph_ros.geometry.model.owner import ModelOwner
+from scene_graph_ros.geometry.model.references import UNSHARED
 from scene_graph_ros.geometry.model.snapshot import (
     Memory,
     NO_CONFIGURATIONS,
@@ -30,9 +31,6 @@ from scene_graph_ros.geometry.spatial.poses import is_for_kernels, to_pose_array
 __all__ = ["Context"]
 
 _pose_versions = itertools.count(1)
-
-_UNSHARED = 2
-"""References to an array that a variable and the argument of a call hold, and nobody else."""
 
 
 class Context(ModelOwner):
@@ -215,7 +213,7 @@ class Context(ModelOwner):
         if count + 1 < len(self._X_PF):
             return self._X_PF.copy()
         # All but the world's are going to be written, whose pose is right in an array of before.
-        if len(spare) == len(self._X_PF) and sys.getrefcount(spare) == _UNSHARED:
+        if len(spare) == len(self._X_PF) and sys.getrefcount(spare) == UNSHARED:
             return spare
         result = np.empty(self._X_PF.shape)
         result[0] = self._X_PF[0]

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.model.layout import RoleArrays
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.proximity import proximity_arrays, ProximityArrays
 from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.references import UNSHARED
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted
@@ -93,13 +94,9 @@ class Memory:
     def take_poses(self, role: Role, rows: RoleArrays) -> Poses | None:
         """Return poses of the same rows that nobody looks at any more; anchored ones are right."""
         known, poses = self.spare.pop(role, (None, None))
-        # This variable and the argument of the call are the only references to a free array.
-        if known is rows and sys.getrefcount(poses) == _UNSHARED:
+        if known is rows and sys.getrefcount(poses) == UNSHARED:
             return poses
         return None
-
-
-_UNSHARED = 2
 
 
 class Snapshot(NotCopied):
