@@ -1,0 +1,35 @@
+"""The page on security states the limits that the code has."""
+
+from pathlib import Path
+import re
+
+from scene_graph_ros.geometry import files
+from scene_graph_ros.geometry.meshes import promises
+from scene_graph_ros.node.parameters import defaults
+from scene_graph_ros.scene_files import yaml_document
+
+ROOT = Path(__file__).parents[2]
+CONSTANTS = {
+    "MAX_MESH_BYTES": files.MAX_MESH_BYTES,
+    "MAX_TEXT_BYTES": files.MAX_TEXT_BYTES,
+    "MAX_SECONDS": files.MAX_SECONDS,
+    "MAX_VALUES": yaml_document.MAX_VALUES,
+    "MAX_CORNERS": promises.MAX_CORNERS,
+}
+
+
+def test_the_limits_are_those_of_the_code():
+    """Each row has the value of its parameter or constant, and each `max_` parameter a row."""
+    text = (ROOT / "docs" / "security.md").read_text()
+    rows = dict(re.findall(r"^\| `(\w+)` \| (\d+)(?: \w+)? \|", text, re.MULTILINE))
+    values = {**defaults(), **CONSTANTS}
+    assert {name: float(value) for name, value in rows.items()} == {
+        name: float(values[name]) for name in rows
+    }
+    limits = {name for name in defaults() if name.startswith("max_")} | set(CONSTANTS)
+    assert limits <= set(rows)
+
+
+def test_the_page_can_be_found():
+    """README leads there."""
+    assert "docs/security.md" in (ROOT / "README.md").read_text()
