@@ -61,7 +61,9 @@ def reachable(root, *borders):
 
 def visit(domain, node):
     """Come with a participant of one's own, look, ask, and go."""
-    outlet = node.server.effects.running("proximity")._outlet
+    effects = node.server.effects
+    markers = wait_until(lambda: effects.running("proximity"), "the effect to be on")
+    outlet = markers._outlet
     visitor = Client(domain, "/visited")
     try:
         before = outlet.messages
@@ -75,7 +77,9 @@ def visit(domain, node):
 
 def test_viewers_leave_nothing_with_what_publishes(domain, node, resident):
     """The outlet of a topic holds as many objects after many visits as after one."""
-    outlet = node.server.effects.running("proximity")._outlet
+    effects = node.server.effects
+    markers = wait_until(lambda: effects.running("proximity"), "the effect to be on")
+    outlet = markers._outlet
     borders = (node, node.server, outlet._publisher)
 
     visit(domain, node)
