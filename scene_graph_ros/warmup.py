@@ -55,6 +55,7 @@ from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.spatial.pose_kernels import check_poses
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions, quaternions_from_poses
 from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records
 
@@ -110,6 +111,7 @@ def read_poses() -> None:
     components = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
     X = poses_from_quaternions(components[:, :3], components[:, 3:])
     quaternions_from_poses(X)
+    check_poses(X)
     data = bytes(_STAMP_SIZE) + components.tobytes()
     numbers, rows = np.array([_STAMP_SIZE]), np.array([0])
     times, newest = np.array([0]), np.array([0])
