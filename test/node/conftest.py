@@ -15,13 +15,14 @@ collect_ignore_glob = [] if HAS_ROS else ["test_*.py"]
 
 if HAS_ROS:
     import domain_coordinator
-    from node_harness import Client, NodeProcess
+    from node_harness import Client, kill_what_is_left, NodeProcess
 
     @pytest.fixture(scope="module")
     def domain():
         """A ROS domain that nobody else on this machine uses meanwhile."""
         with domain_coordinator.domain_id() as number:
             yield number
+            kill_what_is_left(number)
 
     @pytest.fixture(scope="module")
     def client(domain):

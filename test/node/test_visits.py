@@ -16,6 +16,10 @@ from visualization_msgs.msg import MarkerArray
 from scene_graph_ros.node.node import SceneGraphNode
 
 VISITS = 8
+PLAIN = (
+    *(bool, int, float, str, bytes, type(None)),
+    *(type, ModuleType, FunctionType, BuiltinFunctionType),
+)
 TOPIC = "/visited/markers/proximity"
 
 
@@ -44,17 +48,18 @@ def resident(domain, node):
 
 
 def reachable(root, *borders):
-    """Return how many objects hang on ``root``, up to what others own, too."""
+    """Return how many references hang on ``root``, up to what others own, too.
+
+    Plain values count each time: whether two that are equal are one object is the interpreter's.
+    """
     seen = {id(each) for each in borders}
     count, waiting = 0, [root]
     while waiting:
         each = waiting.pop()
-        if id(each) in seen or isinstance(
-            each, (type, ModuleType, FunctionType, BuiltinFunctionType)
-        ):
+        count += 1
+        if isinstance(each, PLAIN) or id(each) in seen:
             continue
         seen.add(id(each))
-        count += 1
         waiting += gc.get_referents(each)
     return count
 

@@ -48,6 +48,18 @@ def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str
     return values
 
 
+_started: list[tuple[int, subprocess.Popen[Any]]] = []
+
+
+def kill_what_is_left(domain: int) -> None:
+    """Kill the nodes that a failed test left in a domain: they would answer the next tests."""
+    for where, process in list(_started):
+        if where == domain:
+            process.kill()
+            process.wait()
+            _started.remove((where, process))
+
+
 class NodeProcess:
     """``python -m scene_graph_ros.node`` in a process of its own."""
 
@@ -80,6 +92,7 @@ class NodeProcess:
             stdout=self._log,
             stderr=subprocess.STDOUT,
         )
+        _started.append((domain, self.process))
 
     def output(self) -> str:
         """Return all that the process has printed so far."""
