@@ -53,9 +53,8 @@ format: environment  ## put style and format right
 	$(RUN) -m ruff check --fix
 	$(RUN) -m ruff format
 
-# More workers than the usual two cores: a test of the node waits for processes most of its time.
 test-ros: setup  ## test messages, node and tools
-	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n 3 --dist loadfile --durations=25 $(ROS_TESTS)
+	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto --dist loadfile --durations=25 $(ROS_TESTS)
 
 test-core: setup  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
