@@ -28,6 +28,9 @@ PATIENT = {"shutdown_timeout": 20.0}
 """Parameters of nodes in tests: on a busy machine an end in order may take its time."""
 TF_PREFIX = Path(sys.prefix) / "test_workspace"
 
+WITH_ITS_PARENT = ["setpriv", "--pdeathsig", "KILL", "--"]
+"""Runs a command that is killed when the tests end, however: it would answer others' tests."""
+
 CLIENT_DEPTH = 5000
 """Requests and answers that a client keeps; the default of ROS, 10, loses what is beyond."""
 
@@ -80,7 +83,7 @@ class NodeProcess:
         for remap in remaps:
             arguments += ["-r", remap]
         node = ["-c", program] if program else ["-m", "scene_graph_ros.node"]
-        command = [sys.executable, *node]
+        command = [*WITH_ITS_PARENT, sys.executable, *node]
         if arguments:
             command += ["--ros-args", *arguments]
         # Deleted with this object, which lives as long as the process.
