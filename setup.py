@@ -26,7 +26,7 @@ setup(
     maintainer_email="maintainers@scene-graph-ros.invalid",
     # Two packages, named explicitly: tests and tools are not installed.
     packages=find_packages(include=[NAME, f"{NAME}.*", "msg_adapters", "msg_adapters.*"]),
-    package_data={NAME: ["py.typed"]},
+    package_data={NAME: ["py.typed"], f"{NAME}.node": ["*.xml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
@@ -53,5 +53,5 @@ setup(
         "tetrahedra": ["pytetwild"],
     },
     entry_points={"console_scripts": ["scene_graph_node = scene_graph_ros.node.main:main"]},
-    zip_safe=True,
+    zip_safe=False,
 )

@@ -21,6 +21,7 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
 from msg_adapters.stamps import stamp_problem
+from scene_graph_ros.node.late_responses import LateResponses
 
 __all__ = ["GuardedNode"]
 
@@ -35,6 +36,9 @@ class GuardedNode(LifecycleNode):
         self.clocks_refused = 0
         """Messages on /clock that said a time which can't be."""
         super().__init__(node_name, **options)
+        self._late_responses = LateResponses(
+            functools.partial(self.get_logger().warning, throttle_duration_sec=1.0)
+        )
         ours = {
             SetParameters: self._set_each,
             SetParametersAtomically: self._set_all,
@@ -44,6 +48,7 @@ class GuardedNode(LifecycleNode):
             if service.srv_type is ChangeState:
                 answer = functools.partial(self._change_state, answer)
             service.callback = self._answered(service, answer)
+            service.send_response = self._sent(service.service_name, service.send_response)
 
     def create_subscription(
         self, msg_type: Any, topic: str, callback: Callable[..., Any], *args: Any, **options: Any
@@ -52,6 +57,11 @@ class GuardedNode(LifecycleNode):
         if msg_type is Clock:
             callback = self._possible_clocks(callback)
         return super().create_subscription(msg_type, topic, callback, *args, **options)
+
+    def destroy_node(self) -> None:
+        """Destroy the node; responses whose client is not known yet are forgotten."""
+        self._late_responses.close()
+        super().destroy_node()
 
     def wake_executor(self) -> None:
         """Let the executor look again at what it waits for, and for how long."""
@@ -85,6 +95,11 @@ class GuardedNode(LifecycleNode):
                 return service.srv_type.Response()
 
         return guarded
+
+    def _sent(self, name: str, send: Callable[[Any, Any], None]) -> Callable[[Any, Any], None]:
+        """Return what sends the responses of a service, also to whom discovery still misses."""
+        late = self._late_responses
+        return lambda response, header: late.send(name, functools.partial(send, response, header))
 
     def _change_state(self, change: Callable[[Any, Any], Any], request: Any, response: Any) -> Any:
         """Refuse a transition that the state does not allow; rclpy raises for it."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 import gc
+import os
+from pathlib import Path
 import sys
 import threading
 import traceback
@@ -30,6 +32,9 @@ _SWITCH_INTERVAL = 1e-4
 about twenty times while a change of the scene is made beside it, with the interpreter's own 5 ms
 for longer than all the rest takes."""
 
+_PROFILES_FILE = "FASTRTPS_DEFAULT_PROFILES_FILE"
+"""The variable that names a file of Fast DDS's profiles; other middleware does not read it."""
+
 _PAUSE_AFTER_ERROR = 0.01
 """Seconds, so that a fault which stays does not keep a core busy."""
 
@@ -47,6 +52,7 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     sys.setswitchinterval(_SWITCH_INTERVAL)
     # The node says it in its log.
     warnings.simplefilter("ignore", KernelCacheWarning)
+    os.environ.setdefault(_PROFILES_FILE, str(Path(__file__).with_name("fast_dds.xml")))
     ending.has_begun()
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)

@@ -22,7 +22,6 @@ import time
 import traceback
 from typing import Any
 
-from rclpy.exceptions import InvalidHandle
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
@@ -30,6 +29,7 @@ from rclpy.node import Node
 from msg_adapters.errors import TooLargeError
 from msg_adapters.size import size_of
 from scene_graph_ros.node.backlog import Backlog, Work
+from scene_graph_ros.node.late_responses import LateResponses
 from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.own_threads import stop_at_exit
 from scene_graph_ros.node.qos import service_qos
@@ -65,6 +65,7 @@ class _Offer:
     """A service and who answers it; of the exclusive ones one request at a time is answered."""
 
     service: Any
+    name: str
     answer: Answer
     refuse: Refuse
     is_exclusive: bool
@@ -93,6 +94,7 @@ class RequestLoop:
         self._alarm = _NO_ALARM
         self._guard: GuardCondition | None = None
         self._held = ExitStack()
+        self._late = LateResponses(partial(node.get_logger().warning, throttle_duration_sec=1.0))
         self._threads: list[threading.Thread] = []
         self._is_stopped = True
 
@@ -109,7 +111,7 @@ class RequestLoop:
         service = self._node.create_service(
             kind, name, _never, qos_profile=service_qos(), callback_group=self._group
         )
-        self._offers.append(_Offer(service, answer, refuse, is_exclusive))
+        self._offers.append(_Offer(service, service.service_name, answer, refuse, is_exclusive))
 
     def start(self) -> None:
         """Begin to take requests."""
@@ -156,6 +158,7 @@ class RequestLoop:
             if self._guard is not None:
                 self._guard.destroy()
                 self._guard = None
+        self._late.close()
         for offer in self._offers:
             self._node.destroy_service(offer.service)
         self._offers.clear()
@@ -234,7 +237,7 @@ class RequestLoop:
             request, header = service.handle.service_take_request(service.srv_type.Request)
             if header is None:
                 return
-            respond = partial(self._respond, service, header)
+            respond = partial(self._respond, offer, header)
             answer = partial(offer.answer, request, respond)
             try:
                 self._backlog.add_request(
@@ -243,13 +246,8 @@ class RequestLoop:
             except TooLargeError as error:
                 respond(offer.refuse(error))
 
-    @staticmethod
-    def _respond(service: Any, header: Any, response: Any) -> None:
-        try:
-            service.send_response(response, header)
-        except InvalidHandle:
-            # The service is gone, and with it whoever could be answered.
-            return
+    def _respond(self, offer: _Offer, header: Any, response: Any) -> None:
+        self._late.send(offer.name, partial(offer.service.send_response, response, header))
 
 
 def _nanoseconds_until(at: float) -> int:
