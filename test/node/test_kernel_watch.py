@@ -96,6 +96,7 @@ def test_a_node_that_compiles_answers_what_it_can_and_obeys_signals(client, doma
         domain,
         {"scene": scene, "shutdown_timeout": 1.5},
         extra_environment={CACHE: str(file / "kernels")},
+        fresh=True,
     )
     wait_until(lambda: "running:" in node.output(), "the node, which compiles", timeout=200.0)
     assert node.output().count("can't be kept") == 1

@@ -92,7 +92,7 @@ def test_a_wrong_start_is_refused_with_a_reason(domain, parameters, message):
 
 def test_names_can_be_remapped_and_put_into_a_namespace(client, start_node, scene):
     """All names are relative: topics and services move with the node's namespace and name."""
-    node = start_node({"scene": scene}, remaps=["__ns:=/cell", "__node:=world"])
+    node = start_node({"scene": scene}, remaps=["__ns:=/cell", "__node:=world"], fresh=True)
     wait_until(lambda: "/cell/world/contacts" in client.topics(), "the topic in the namespace")
     kind = srv.DescribeScene
     answer = client.call_any(kind, "/cell/world/describe_scene", kind.Request())

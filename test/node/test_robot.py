@@ -177,7 +177,7 @@ def test_tf_moves_its_frames_and_ignores_those_of_others(
         "LD_LIBRARY_PATH": str(TF_PREFIX / "lib"),
         "AMENT_PREFIX_PATH": str(TF_PREFIX),
     }
-    node = start_node({"scene": scene}, extra_environment=extra)
+    node = start_node({"scene": scene}, extra_environment=extra, fresh=True)
     publisher = client.publisher(tf_message, "/tf")
     transforms = []
     for child, parent, x in (("cup", "world", 3.0), ("lid", "cup", 0.5), ("map", "earth", 9.0)):

@@ -12,6 +12,7 @@ import sys
 import tempfile
 from typing import Any
 
+from forked import ForkedProcess
 import rclpy
 from rclpy.client import Client as ServiceClient
 from rclpy.executors import SingleThreadedExecutor
@@ -51,7 +52,7 @@ def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str
     return values
 
 
-_started: list[tuple[int, subprocess.Popen[Any]]] = []
+_started: list[tuple[int, subprocess.Popen[Any] | ForkedProcess]] = []
 
 
 def kill_what_is_left(domain: int) -> None:
@@ -63,8 +64,11 @@ def kill_what_is_left(domain: int) -> None:
             _started.remove((where, process))
 
 
+RUN_NODE = "from scene_graph_ros.node.main import main\nmain()"
+
+
 class NodeProcess:
-    """``python -m scene_graph_ros.node`` in a process of its own."""
+    """The node in a process of its own."""
 
     def __init__(
         self,
@@ -73,28 +77,35 @@ class NodeProcess:
         *,
         remaps: Iterable[str] = (),
         extra_environment: Mapping[str, str] | None = None,
-        program: str = "",
+        program: str = RUN_NODE,
+        fresh: bool = False,
     ) -> None:
-        """Start it; ``program`` is what to run in place of the module, which is to call `main`."""
-        arguments: list[str] = []
+        """Start it; ``program`` is what to run in place of the command, which it is to call.
+
+        A ``fresh`` process is a new interpreter, as a user starts it: two seconds of imports.
+        Others are forked from one that has these behind it. What the dynamic linker reads of the
+        environment counts in a fresh one only.
+        """
+        arguments = ["--ros-args"]
         for name, value in {**PATIENT, **(parameters or {})}.items():
             text = str(value).lower() if isinstance(value, bool) else str(value)
             arguments += ["-p", f"{name}:={text}"]
         for remap in remaps:
             arguments += ["-r", remap]
-        node = ["-c", program] if program else ["-m", "scene_graph_ros.node"]
-        command = [*WITH_ITS_PARENT, sys.executable, *node]
-        if arguments:
-            command += ["--ros-args", *arguments]
         # Deleted with this object, which lives as long as the process.
-        self._log = tempfile.NamedTemporaryFile("w+", suffix=".log")  # noqa: SIM115
-        self.process = subprocess.Popen(
-            command,
-            env=environment(domain, extra_environment),
-            cwd=ROOT,
-            stdout=self._log,
-            stderr=subprocess.STDOUT,
-        )
+        self._log = tempfile.NamedTemporaryFile("a+", suffix=".log")  # noqa: SIM115
+        variables = environment(domain, extra_environment)
+        self.process: subprocess.Popen[Any] | ForkedProcess
+        if fresh:
+            self.process = subprocess.Popen(
+                [*WITH_ITS_PARENT, sys.executable, "-c", program, *arguments],
+                env=variables,
+                cwd=ROOT,
+                stdout=self._log,
+                stderr=subprocess.STDOUT,
+            )
+        else:
+            self.process = ForkedProcess(program, arguments, variables, Path(self._log.name))
         _started.append((domain, self.process))
 
     def output(self) -> str:

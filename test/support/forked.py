@@ -1,0 +1,83 @@
+"""Processes forked from one that has done the long imports of the node already.
+
+An interpreter that starts imports numba and rclpy for two seconds before it runs anything of ours.
+The standard library's fork server does so once for all processes that tests start through it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import contextlib
+import ctypes
+import multiprocessing
+import os
+from pathlib import Path
+import signal
+import subprocess
+import sys
+
+__all__ = ["ForkedProcess"]
+
+PRELOADED = "scene_graph_ros.node.process"
+"""What a node that starts imports first; its effects are imported when they are asked for."""
+
+_PR_SET_PDEATHSIG = 1
+
+_server = multiprocessing.get_context("forkserver")
+_server.set_forkserver_preload([PRELOADED])
+
+
+class ForkedProcess:
+    """Runs ``program`` as ``python -c`` does, as far as `subprocess.Popen` is needed of that."""
+
+    def __init__(
+        self, program: str, arguments: Sequence[str], environment: Mapping[str, str], log: Path
+    ) -> None:
+        """Start it; what it prints goes to the file ``log``."""
+        inputs = (program, ["-c", *arguments], dict(environment), str(log))
+        self._process = _server.Process(target=_run, args=inputs, daemon=True)
+        self._process.start()
+        assert self._process.pid is not None
+        self.pid = self._process.pid
+
+    @property
+    def returncode(self) -> int | None:
+        """The exit code as `poll` or `wait` saw it; minus the signal that killed it."""
+        return self._process.exitcode
+
+    def poll(self) -> int | None:
+        """Return the exit code, or None while it runs."""
+        return self.returncode
+
+    def wait(self, timeout: float | None = None) -> int:
+        """Wait for the end and return the exit code."""
+        self._process.join(timeout)
+        if self.returncode is None:
+            raise subprocess.TimeoutExpired(PRELOADED, timeout or 0.0)
+        return self.returncode
+
+    def send_signal(self, number: int) -> None:
+        """Send a signal, unless it has ended."""
+        if self.poll() is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, number)
+
+    def kill(self) -> None:
+        """End it at once."""
+        self._process.kill()
+
+
+def _run(program: str, arguments: list[str], environment: dict[str, str], log: str) -> None:
+    """Become what the program makes of this process."""
+    # The fork server ends with the tests, however they end: a node would answer others' tests.
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    output = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    for stream in (sys.stdout, sys.stderr):
+        os.dup2(output, stream.fileno())
+        stream.reconfigure(line_buffering=True, write_through=True)
+    os.close(output)
+    os.chdir(Path(__file__).parents[2])
+    os.environ.clear()
+    os.environ.update(environment)
+    sys.argv = arguments
+    exec(compile(program, "<program>", "exec"), {"__name__": "__main__"})
