@@ -4,7 +4,14 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.meshes.hull_blocks import vertex, vertex_place
-from scene_graph_ros.geometry.narrowphase.cores import BOX, CYLINDER, ELLIPSOID, HULL
+from scene_graph_ros.geometry.narrowphase.cores import (
+    BOX,
+    CYLINDER,
+    ELLIPSOID,
+    HULL,
+    SEGMENT,
+    TRIANGLE,
+)
 from scene_graph_ros.geometry.spatial.lane_numbers import every, root, select, with_sign
 
 __all__ = ["lane_support"]
@@ -35,10 +42,27 @@ def _furthest_corners(hulls, hull, d):
 
 
 @inlined_kernel
+def _furthest_of_three(params, d):
+    """Return the vertices of a triangle that lie furthest along directions d."""
+    x, y, z = every(params[0]), every(params[1]), every(params[2])
+    height = params[0] * d[0] + params[1] * d[1] + params[2] * d[2]
+    for k in (3, 6):
+        along = params[k] * d[0] + params[k + 1] * d[1] + params[k + 2] * d[2]
+        is_higher = along > height
+        height = select(is_higher, along, height)
+        x, y, z = (
+            select(is_higher, every(params[k]), x),
+            select(is_higher, every(params[k + 1]), y),
+            select(is_higher, every(params[k + 2]), z),
+        )
+    return x, y, z
+
+
+@inlined_kernel
 def lane_support(core, hulls, d):
     """Return points of a core that lie furthest along d, three lanes, in the core's frame.
 
-    For cores with some extent, without their radius: see ``cores.support``.
+    Without their radius: see ``cores.support``, which knows the same kinds.
     """
     kind, h = core[0], core[3]
     if kind == BOX:
@@ -52,4 +76,8 @@ def lane_support(core, hulls, d):
         x, y, z = h[0] * d[0], h[1] * d[1], h[2] * d[2]
         inverse = _inverse_root(x * x + y * y + z * z)
         return h[0] * (inverse * x), h[1] * (inverse * y), h[2] * (inverse * z)
-    return every(0.0), every(0.0), with_sign(h[0], d[2])
+    if kind == SEGMENT:
+        return every(0.0), every(0.0), with_sign(h[0], d[2])
+    if kind == TRIANGLE:
+        return _furthest_of_three(h, d)
+    return every(h[0]), every(h[1]), every(h[2])

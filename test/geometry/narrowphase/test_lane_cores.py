@@ -7,9 +7,13 @@ import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.compiled.kernel import kernel
-from scene_graph_ros.geometry.narrowphase.cores import support
+from scene_graph_ros.geometry.narrowphase import cores
+from scene_graph_ros.geometry.narrowphase.cores import POINT, support, TRIANGLE
 from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
 from scene_graph_ros.geometry.spatial.lane_numbers import LANES, load_lanes, store_lanes
+
+KINDS = {"POINT", "SEGMENT", "BOX", "CYLINDER", "ELLIPSOID", "HULL", "TRIANGLE"}
+NO_KINDS = {"CURVED", "IDENTITY", "ORIGIN"}
 
 
 @kernel
@@ -30,21 +34,35 @@ def one_by_one(core, hulls, room):
         room[3, j], room[4, j], room[5, j] = x
 
 
-@pytest.mark.parametrize(
-    "shape",
-    [
-        Box(0.2, 0.3, 0.14),
-        Capsule(0.05, 0.3),
-        Cylinder(0.1, 0.25),
-        Ellipsoid(0.1, 0.13, 0.16),
-        rounded_hull(0.3, 12),
-        rounded_hull(0.3, 30),
-    ],
-    ids=repr,
-)
-def test_supports_are_those_of_one_direction(shape):
-    """For random directions, and along the axes, where a cylinder has a whole end."""
+def core_of(shape):
+    """Return the core of a shape, and the hulls it may be one of."""
     pair = Pair(shape, shape, np.eye(4))
+    return pair.cores[0], pair.hulls
+
+
+NO_HULLS = np.zeros(8)
+CORES = {
+    "point": ((POINT, -1, 0.0, (0.1, -0.2, 0.3, *np.zeros(6))), NO_HULLS),
+    "triangle": ((TRIANGLE, -1, 0.0, (0.1, 0.0, 0.2, -0.1, 0.3, 0.0, 0.0, -0.2, -0.1)), NO_HULLS),
+    "segment": core_of(Capsule(0.05, 0.3)),
+    "box": core_of(Box(0.2, 0.3, 0.14)),
+    "cylinder": core_of(Cylinder(0.1, 0.25)),
+    "ellipsoid": core_of(Ellipsoid(0.1, 0.13, 0.16)),
+    "small hull": core_of(rounded_hull(0.3, 12)),
+    "hull": core_of(rounded_hull(0.3, 30)),
+}
+
+
+def test_every_kind_of_core_is_tried():
+    """A kind that is added to ``cores`` is to be added here, and to ``lane_support``."""
+    assert {name for name in cores.__all__ if name.isupper()} == KINDS | NO_KINDS
+    assert {core[0] for core, _ in CORES.values()} == {getattr(cores, name) for name in KINDS}
+
+
+@pytest.mark.parametrize("name", CORES)
+def test_supports_are_those_of_one_direction(name):
+    """For random directions, and along the axes, where a cylinder has a whole end."""
+    core, hulls = CORES[name]
     room = np.zeros((6, LANES))
     rng = np.random.default_rng(2)
     axes = np.concatenate([np.eye(3), -np.eye(3)]).T
@@ -52,6 +70,6 @@ def test_supports_are_those_of_one_direction(shape):
         room[:3] = 0.3
         room[:3, : directions.shape[1]] = directions
         expected = room.copy()
-        in_lanes(pair.cores[0], pair.hulls, room)
-        one_by_one(pair.cores[0], pair.hulls, expected)
+        in_lanes(core, hulls, room)
+        one_by_one(core, hulls, expected)
         np.testing.assert_allclose(room[3:], expected[3:], rtol=0.0, atol=1e-16)

@@ -6,6 +6,7 @@ import pytest
 
 from scene_graph_ros.geometry import Box, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.narrowphase.cores import BOX, IDENTITY, ORIGIN, TRIANGLE
 from scene_graph_ros.geometry.narrowphase.lift import (
     FOUND,
     lifted_contact,
@@ -14,7 +15,6 @@ from scene_graph_ros.geometry.narrowphase.lift import (
 )
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 
-IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 BALL = Ellipsoid(0.1, 0.12, 0.15)
 
 
@@ -68,3 +68,37 @@ def test_least_depth_that_no_ball_proves_is_not_found():
 def test_many_features_are_not_guessed():
     """Large hulls are left to GJK and EPA."""
     assert lifted(rounded_hull(0.3, 300), BALL, (0.2, 0.0, 0.0))[0] == UNKNOWN
+
+
+def _least_depth(corners, half):
+    """Return how deep a triangle and a box overlap: by all axes that may separate them."""
+    edges = np.roll(corners, -1, axis=0) - corners
+    axes = [*np.eye(3), np.cross(edges[0], edges[1])]
+    axes += [np.cross(edge, axis) for edge in edges for axis in np.eye(3)]
+    least = np.inf
+    for axis in axes:
+        length = np.linalg.norm(axis)
+        if length > 1e-9:
+            along = corners @ axis / length
+            reach = np.abs(axis / length) @ half
+            least = min(least, reach - along.min(), reach + along.max())
+    return least
+
+
+def test_what_is_proven_of_a_triangle_in_a_box_is_least():
+    """Depths of random triangles that overlap a box: each found one is that of all axes."""
+    half = np.array([0.1, 0.15, 0.07])
+    box = (BOX, -1, 0.0, (*half, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    rng = np.random.default_rng(11)
+    found = 0
+    for _ in range(200):
+        corners = rng.uniform(-0.2, 0.2, (3, 3))
+        triangle = (TRIANGLE, -1, 0.0, tuple(corners.ravel()))
+        S, ids = np.zeros((FIRST_FACE + MAX_FACES, 9)), np.zeros((FIRST_FACE, 2), np.int64)
+        status, distance, *_ = lifted_contact(
+            triangle, box, IDENTITY, ORIGIN, np.zeros(8), np.inf, S, ids, np.zeros(4)
+        )
+        if status == FOUND and distance < 0.0:
+            found += 1
+            assert -distance == pytest.approx(_least_depth(corners, half), abs=1e-14)
+    assert found > 20
