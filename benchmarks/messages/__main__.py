@@ -1,11 +1,12 @@
 """The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
 
     python -m benchmarks.messages [--quick]
-        [jobs | rates | latency | panda | services | edits | start]
+        [jobs | rates | latency | panda | services | edits | start | holes]
     python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 6 minutes
     python -m benchmarks.messages panda --write       # its table of the demo; 4 minutes
     python -m benchmarks.messages services --write    # its table of answers; 2 minutes
     python -m benchmarks.messages edits --write       # its table of changes; 3 minutes
+    python -m benchmarks.messages holes --write       # its table of transports; an hour
 
 Node, sender and listener are processes of their own that talk over DDS on this machine. The
 ordinary way is in ``benchmarks/messages/baseline.py``; it asks the same core for the contacts.
@@ -23,7 +24,15 @@ from tqdm import tqdm
 from benchmarks.messages import micro
 from benchmarks.messages.demo_cell import panda
 from benchmarks.messages.edits import edits
-from benchmarks.messages.report import Row, write, write_answers, write_cells, write_edits
+from benchmarks.messages.holes import holes
+from benchmarks.messages.report import (
+    Row,
+    write,
+    write_answers,
+    write_cells,
+    write_edits,
+    write_holes,
+)
 from benchmarks.messages.requests import services
 from benchmarks.messages.start import start
 from benchmarks.messages.sustained import highest_rate, Measured, rig
@@ -100,13 +109,18 @@ PARTS: dict[str, Callable[[bool], object]] = {
     "services": services,
     "edits": edits,
     "start": start,
+    "holes": holes,
 }
+
+LONG = ("holes",)
+"""What has to be asked for: it takes an hour."""
 
 WRITTEN: dict[str, Callable[[list[Any], float], None]] = {
     "rates": write,
     "panda": write_cells,
     "services": write_answers,
     "edits": write_edits,
+    "holes": write_holes,
 }
 """What the page has tables of."""
 
@@ -118,7 +132,7 @@ def main() -> None:
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; without: all")
+    parser.add_argument("parts", nargs="*", help=f"of {', '.join(PARTS)}; without: all but holes")
     parser.add_argument("--quick", action="store_true", help="small and short, to try it out")
     parser.add_argument("--write", action="store_true", help="write the table to docs/messages.md")
     options = parser.parse_args()
@@ -127,7 +141,7 @@ def main() -> None:
     unknown = set(options.parts) - set(PARTS)
     if unknown:
         parser.error(f"no such part: {', '.join(sorted(unknown))}")
-    for name in options.parts or PARTS:
+    for name in options.parts or [part for part in PARTS if part not in LONG]:
         load = os.getloadavg()[0]
         print(f"\n== {name} ({os.cpu_count()} cores; {load:.1f} processes wanted them before)")
         result = PARTS[name](options.quick)

@@ -56,7 +56,6 @@ class Isolation:
             **os.environ,
             "PYTHONPATH": path.rstrip(os.pathsep),
             "ROS_DOMAIN_ID": str(self.domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         }
         log = (self.folder / f"{len(self.children)}.log").open("w")
         child = subprocess.Popen(command, env=environment, cwd=ROOT, stderr=log, **options)
@@ -96,7 +95,7 @@ class Isolation:
 @contextlib.contextmanager
 def isolated() -> Iterator[Isolation]:
     """Give a domain that nobody else on this machine uses; end its processes at the end."""
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     with tempfile.TemporaryDirectory() as folder, domain_coordinator.domain_id() as domain:
         isolation = Isolation(domain, Path(folder), [])
         try:

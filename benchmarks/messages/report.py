@@ -18,15 +18,18 @@ __all__ = [
     "Answers",
     "Cell",
     "Edited",
+    "Holes",
     "Row",
     "answers_table",
     "cells_table",
     "edits_table",
+    "holes_table",
     "table",
     "write",
     "write_answers",
     "write_cells",
     "write_edits",
+    "write_holes",
 ]
 
 PAGE = ROOT / "docs" / "messages.md"
@@ -52,6 +55,22 @@ class Answers(NamedTuple):
     """From each request to its answer, at the client."""
     updates: float
     """Of the world, per second."""
+
+
+class Holes(NamedTuple):
+    """What one transport did."""
+
+    transport: str
+    seconds: float
+    visits: int
+    messages: int
+    gaps: list[float]
+    """Seconds of each hole."""
+    median: float
+    high: float
+    """Median and 99th percentile of the latency, seconds."""
+    share: float
+    """Of a core, that the node had."""
 
 
 class Cell(NamedTuple):
@@ -171,6 +190,25 @@ def write_cells(rows: Sequence[Cell], load: float) -> None:
 def write_edits(rows: Sequence[Edited], load: float) -> None:
     """Put how long contacts were held up into docs/messages.md, between its marks."""
     _put("edits", edits_table(rows), load)
+
+
+def holes_table(rows: Sequence[Holes]) -> str:
+    """Return how often contacts stayed away, as a table of the page."""
+    head = (
+        "| transport | seconds | visits | holes | longest (ms) | median (ms) | 99 % (ms) "
+        "| share of a core |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n"
+    )
+    return head + "".join(
+        f"| {row.transport} | {row.seconds:.0f} | {row.visits} | {len(row.gaps)} "
+        f"| {1e3 * max(row.gaps, default=0.0):.0f} | {1e3 * row.median:.2f} "
+        f"| {1e3 * row.high:.2f} | {row.share:.2f} |\n"
+        for row in rows
+    )
+
+
+def write_holes(rows: Sequence[Holes], load: float) -> None:
+    """Put how often contacts stayed away into docs/messages.md, between its marks."""
+    _put("holes", holes_table(rows), load)
 
 
 def _put(mark: str, table: str, load: float) -> None:
