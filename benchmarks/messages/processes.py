@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import json
 import os
 from pathlib import Path
+import random
 import signal
 import subprocess
 import sys
@@ -96,7 +97,9 @@ class Isolation:
 def isolated() -> Iterator[Isolation]:
     """Give a domain that nobody else on this machine uses; end its processes at the end."""
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    with tempfile.TemporaryDirectory() as folder, domain_coordinator.domain_id() as domain:
+    # At random: in one that was just left, processes that were killed still seem to be.
+    reserved = domain_coordinator.domain_id(lambda: random.randint(1, 100))
+    with tempfile.TemporaryDirectory() as folder, reserved as domain:
         isolation = Isolation(domain, Path(folder), [])
         try:
             yield isolation

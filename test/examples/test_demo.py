@@ -1,6 +1,5 @@
 """The demo runs for real: three processes over DDS, and a picture of what they published."""
 
-import os
 from pathlib import Path
 import signal
 import subprocess
@@ -14,7 +13,7 @@ from visualization_msgs.msg import Marker
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_demo_sees_contacts_and_ends_by_itself():
+def test_the_demo_sees_contacts_and_ends_by_itself(surroundings):
     """Two seconds of the demo end with exit code 0 and name contacts of the arm."""
     result = subprocess.run(
         [sys.executable, "examples/demo.py", "--seconds", "3", "--no-picture"],
@@ -22,7 +21,7 @@ def test_the_demo_sees_contacts_and_ends_by_itself():
         capture_output=True,
         text=True,
         timeout=150,
-        env={**os.environ, "ROS_DOMAIN_ID": "91", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+        env=surroundings,
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr
@@ -87,14 +86,14 @@ def test_projection_and_ray_tracer_agree(picture):
         (["moving_objects.py"], "waiting for"),
     ],
 )
-def test_a_simulated_source_ends_cleanly_when_told_to(command, sign, number):
+def test_a_simulated_source_ends_cleanly_when_told_to(command, sign, number, surroundings):
     """While it publishes, and while it waits for the node, a signal ends it with exit code 0."""
     process = subprocess.Popen(
         [sys.executable, f"examples/{command[0]}", *command[1:]],
         cwd=ROOT,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "ROS_DOMAIN_ID": "91", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+        env=surroundings,
     )
     try:
         line = process.stderr.readline()

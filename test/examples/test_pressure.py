@@ -1,6 +1,5 @@
 """The gripper feels what the node publishes, and the pad's picture shows the pressure on it."""
 
-import os
 from pathlib import Path
 import re
 import subprocess
@@ -12,7 +11,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_gripper_squeezes_until_it_feels_the_forces():
+def test_the_gripper_squeezes_until_it_feels_the_forces(surroundings):
     """Two forces are reached; four times the force has about twice the radius squared: the area.
 
     Depth d of two bodies that are both linear gives an area of 2 pi R d and a force of R d^2.
@@ -23,7 +22,7 @@ def test_the_gripper_squeezes_until_it_feels_the_forces():
         capture_output=True,
         text=True,
         timeout=200,
-        env={**os.environ, "ROS_DOMAIN_ID": "92", "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"},
+        env=surroundings,
         check=False,
     )
     assert result.returncode == 0, result.stdout + result.stderr

@@ -14,13 +14,13 @@ HAS_ROS = importlib.util.find_spec("rclpy") is not None
 collect_ignore_glob = [] if HAS_ROS else ["test_*.py"]
 
 if HAS_ROS:
-    import domain_coordinator
+    from domains import own_domain
     from node_harness import Client, kill_what_is_left, NodeProcess
 
     @pytest.fixture(scope="module")
     def domain():
         """A ROS domain that nobody else on this machine uses meanwhile."""
-        with domain_coordinator.domain_id() as number:
+        with own_domain() as number:
             yield number
             kill_what_is_left(number)
 
