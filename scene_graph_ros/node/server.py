@@ -173,8 +173,15 @@ class Server:
         self._is_configured = True
 
     def activate(self) -> None:
-        """Take in poses and publish."""
+        """Take in poses and publish; where that fails, all is as before."""
         self._is_active = True
+        try:
+            self._begin()
+        except BaseException:
+            self.deactivate()
+            raise
+
+    def _begin(self) -> None:
         self._follow_scene()
         self._effects.open()
         snapshot = self._world.snapshot

@@ -18,6 +18,7 @@ from rcl_interfaces.msg import ParameterType, ParameterValue
 from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
 import rclpy
 from rclpy.executors import MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
@@ -229,6 +230,30 @@ def test_poses_before_simulated_time_begins_do_not_freeze_their_source(client, s
     client.forget(diagnostics)
     client.destroy(publisher)
     client.destroy(clock)
+
+
+def test_an_activation_that_fails_leaves_the_node_as_it_was(domain, monkeypatch):
+    """Nothing publishes or takes poses in, and the next one succeeds."""
+    from scene_graph_ros.node.effects.manager import Effects
+    from scene_graph_ros.node.node import SceneGraphNode
+
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    parameters = [Parameter("autostart", value=False)]
+    node = SceneGraphNode("unlucky", context=context, parameter_overrides=parameters)
+    try:
+        assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+        with monkeypatch.context() as broken:
+            broken.setattr(Effects, "reports", lambda effects: 1 / 0)
+            assert node.trigger_activate() == TransitionCallbackReturn.FAILURE
+        assert not node.server.is_running()
+        names = {name for name, _ in node.get_publisher_names_and_types_by_node("unlucky", "/")}
+        assert "/unlucky/contacts" not in names
+        assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+        assert node.server.is_running()
+    finally:
+        node.destroy_node()
+        rclpy.shutdown(context=context)
 
 
 @pytest.mark.parametrize("kind", [SingleThreadedExecutor, MultiThreadedExecutor])
