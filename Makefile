@@ -24,7 +24,7 @@ BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-
 CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
 ROS_TESTS = test/test_warmup.py $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
 
-.PHONY: help setup environment demo test lint format test-ros test-core fuzz workspace peers bench \
+.PHONY: help setup environment demo test lint format test-ros test-core search fuzz workspace peers bench \
   accuracy lock clean
 .DEFAULT_GOAL := help
 
@@ -62,6 +62,14 @@ test-ros: setup  ## test messages, node and tools
 test-core: setup  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
 	.venv-core/bin/python -m pytest -n auto --dist loadfile --durations=25 $(CORE_TESTS)
+
+EFFORT ?= 50
+SEARCH_SEED := $(shell date +%s)
+
+search: setup  ## search as tests do, fifty times as long (EFFORT=), and among a million new pairs
+	SEARCH_EFFORT=$(EFFORT) $(RUN) -m pytest -n auto -m search --timeout 0 $(CORE_TESTS)
+	$(RUN) test/numerics/search.py --count 1000000 --seed $(SEARCH_SEED)
+	$(RUN) test/numerics/search.py --count 100000 --seed $(SEARCH_SEED) --meshes
 
 SECONDS ?= 3600
 FUZZERS := $(wildcard test/fuzz/test_*.py)

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
 import pytest
+from searching import times
 
 from scene_graph_ros.geometry import (
     Box,
@@ -162,7 +163,8 @@ def test_scale_changes_nothing_but_the_size(make, scale):
 lengths = st.floats(min_value=-3.0, max_value=3.0).map(lambda x: 10.0**x)
 
 
-@settings(max_examples=60, deadline=None)
+@pytest.mark.search
+@settings(max_examples=times(20), deadline=None)
 @given(lengths, lengths, lengths, st.floats(min_value=0.5, max_value=30.0))
 def test_all_proportions(a, b, c, fineness):
     """Any sizes between 1 mm and 1 km, in any proportion."""
@@ -170,7 +172,8 @@ def test_all_proportions(a, b, c, fineness):
         _assert_right(solid_of(shape, _size(shape) / fineness))
 
 
-@settings(max_examples=60, deadline=None)
+@pytest.mark.search
+@settings(max_examples=times(60), deadline=None)
 @given(st.floats(min_value=1e-16, max_value=1e-2), st.sampled_from([-1.0, 1.0]))
 def test_almost_equal_sizes(difference, sign):
     """Near a cube or a cylinder as wide as long, where the medial axis shrinks to a point."""

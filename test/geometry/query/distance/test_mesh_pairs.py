@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from measuring import measure, measure_both_ways, polytope_distance, pose
 import numpy as np
 import pytest
+from searching import times
 import trimesh
 
 from scene_graph_ros.geometry import (
@@ -123,7 +124,8 @@ def test_half_space_takes_the_deepest_vertex():
     np.testing.assert_allclose(pair.p_WCb, lowest, atol=1e-15)
 
 
-@settings(max_examples=20, deadline=None)
+@pytest.mark.search
+@settings(max_examples=times(10), deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_two_bumpy_meshes_apart(seed):
     """Two bumpy meshes apart are as near as the nearest of all pairs of triangles."""
