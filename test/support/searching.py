@@ -1,6 +1,7 @@
 """How long random searches go on: briefly in each run of the tests, and long in ``make search``.
 
-Tests that search have the mark ``search``; what each of them tries is multiplied.
+Tests that search, or wait for what shows in the long run, have the mark ``search``; what each of
+them tries is multiplied.
 """
 
 from __future__ import annotations
