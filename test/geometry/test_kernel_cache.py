@@ -49,7 +49,7 @@ def _ask(root: Path, cache: Path) -> tuple[list[str], str]:
 
 
 def _copy(root: Path) -> Path:
-    shutil.copytree(_PACKAGE, root / "scene_graph_ros", ignore=shutil.ignore_patterns("__pyc*"))
+    shutil.copytree(_PACKAGE, root / "scene_graph_ros")
     return root
 
 
