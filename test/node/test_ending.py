@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 
-from node_harness import environment, NodeProcess, ROOT, wait_until
+from node_harness import DEADLINE, environment, NodeProcess, ROOT, wait_until
 import pytest
 
 from scene_graph_ros.node.ending import TIMEOUT
@@ -132,7 +132,7 @@ def test_a_signal_while_modules_are_imported_ends_the_process_with_code_0(domain
     ) as process:
         assert process.stderr.readline() == "importing\n"
         process.send_signal(number)
-        assert process.wait(timeout=30) == 0
+        assert process.wait(timeout=DEADLINE) == 0
         assert process.stderr.read() == ""
 
 
@@ -157,7 +157,7 @@ def test_a_reader_that_is_stuck_does_not_keep_the_process(domain):
             said += os.read(reader, 1000)
         fill(writer)
         process.send_signal(signal.SIGTERM)
-        assert process.wait(timeout=30) == KILLED + signal.SIGTERM
+        assert process.wait(timeout=DEADLINE) == KILLED + signal.SIGTERM
     os.close(reader)
     os.close(writer)
 

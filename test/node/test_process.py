@@ -11,7 +11,15 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Quaternion, Transform, Vector3
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from node_harness import Client, diagnostics_values, environment, NodeProcess, ROOT, wait_until
+from node_harness import (
+    Client,
+    DEADLINE,
+    diagnostics_values,
+    environment,
+    NodeProcess,
+    ROOT,
+    wait_until,
+)
 import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
@@ -86,7 +94,7 @@ def test_it_works_with_both_executors_and_stops_cleanly(
 def test_a_wrong_start_is_refused_with_a_reason(domain, parameters, message):
     """A scene that is not there and values out of range end the process with code 1."""
     node = NodeProcess(domain, parameters)
-    assert node.process.wait(timeout=30) == 1
+    assert node.process.wait(timeout=DEADLINE) == 1
     assert message in node.output()
     assert "Traceback" not in node.output()
 

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 from typing import Any
 
 from forked import ForkedProcess
@@ -145,11 +146,13 @@ class Listener:
         self.subscription = subscription
         self.messages: deque[Any] = deque(maxlen=1000)
         self.count = 0
+        self._lock = threading.Lock()
 
     def take(self, message: Any) -> None:
         """Keep a message."""
-        self.count += 1
-        self.messages.append(message)
+        with self._lock:
+            self.count += 1
+            self.messages.append(message)
 
     @property
     def newest(self) -> Any:
@@ -158,9 +161,16 @@ class Listener:
 
     def wait_for(self, condition: Callable[[Any], Any], what: str) -> Any:
         """Return the first message, also of those that came already, that fulfils a condition."""
-        return wait_until(
-            lambda: next((m for m in list(self.messages) if condition(m)), None), what
-        )
+        seen = 0
+
+        def found() -> Any:
+            nonlocal seen
+            with self._lock:
+                new = list(self.messages)[-(self.count - seen) :] if self.count > seen else []
+                seen = self.count
+            return next((message for message in new if condition(message)), None)
+
+        return wait_until(found, what)
 
     def wait_for_newest(self, condition: Callable[[Any], Any], what: str) -> Any:
         """Wait until the newest message fulfils a condition and return it."""
