@@ -22,7 +22,12 @@ RUN := .venv/bin/python
 BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-get install \
   python3 python3-venv python3-dev" >&2; false) -m tools.bootstrap
 CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
-ROS_TESTS = test/test_warmup.py $(filter-out $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/)))
+# The node's first, as they wait longest: what computes fills the cores while the last of them wait.
+ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/))) \
+  test/test_warmup.py
+
+# A file's tests share a process, and with it nodes; files begin in the order in which they stand.
+IN_FILES := --dist loadfile --no-loadscope-reorder --durations=25
 
 .PHONY: help setup environment demo test lint format test-ros test-core search fuzz workspace peers bench \
   accuracy lock clean
@@ -57,17 +62,19 @@ format: environment  ## put style and format right
 	$(RUN) -m ruff format
 
 test-ros: setup  ## test messages, node and tools
-	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto --dist loadfile --durations=25 $(ROS_TESTS)
+	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n $$((2 * $$(nproc))) $(IN_FILES) --budget ros \
+	  $(ROS_TESTS)
 
 test-core: setup  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
-	.venv-core/bin/python -m pytest -n auto --dist loadfile --durations=25 $(CORE_TESTS)
+	.venv-core/bin/python -m pytest -n auto $(IN_FILES) --budget core $(CORE_TESTS)
 
 EFFORT ?= 50
 SEARCH_SEED := $(shell date +%s)
 
-search: setup  ## search as tests do, fifty times as long (EFFORT=), and among a million new pairs
-	SEARCH_EFFORT=$(EFFORT) $(RUN) -m pytest -n auto -m search --timeout 0 $(CORE_TESTS)
+search: setup  ## search and soak fifty times as long as tests do (EFFORT=), and a million new pairs
+	SEARCH_EFFORT=$(EFFORT) ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto -m search --timeout 0 \
+	  $(CORE_TESTS) test/benchmarks
 	$(RUN) test/numerics/search.py --count 1000000 --seed $(SEARCH_SEED)
 	$(RUN) test/numerics/search.py --count 100000 --seed $(SEARCH_SEED) --meshes
 
