@@ -19,6 +19,7 @@ from typing import Any
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError, UnsupportedPairError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.node.effects.declarations import (
     count_compliant,
     count_deformable,
@@ -28,16 +29,15 @@ from scene_graph_ros.node.half_spaces import check_half_spaces
 from scene_graph_ros.node.names import NODE_NAME
 from scene_graph_ros.node.parameters import PARAMETERS, validate
 from scene_graph_ros.node.topic_names import SourceTopic, topic_problems, topics_of
-from scene_graph_ros.scene_files.errors import SceneFileError
+from scene_graph_ros.robots.registration import register_robot
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.semantic_model import SemanticModel
 from scene_graph_ros.scene_files.loaded_scene import LoadedScene
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
-from scene_graph_ros.scene_files.registration import register_robot
-from scene_graph_ros.scene_files.robot_model import RobotModel
 from scene_graph_ros.scene_files.scene import load_scene, Scene
 from scene_graph_ros.scene_files.schema import json_schema
-from scene_graph_ros.scene_files.srdf import load_srdf, SemanticModel
+from scene_graph_ros.scene_files.srdf import load_srdf
 from scene_graph_ros.scene_files.urdf import load_urdf
-from scene_graph_ros.scene_files.urdf_tree import suggestion
 from scene_graph_ros.scene_files.xml_tree import parse_xml
 from scene_graph_ros.scene_files.yaml_document import parse_yaml, YamlDocument
 

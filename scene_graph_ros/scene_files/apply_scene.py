@@ -17,6 +17,10 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
+from scene_graph_ros.located import suggestion
+from scene_graph_ros.robots.registration import register_robot
+from scene_graph_ros.robots.robot_model import Pose, RobotModel
+from scene_graph_ros.robots.semantic_model import SemanticModel
 from scene_graph_ros.scene_files.instances import (
     find_embedded_mesh,
     hydroelastic_of,
@@ -25,12 +29,9 @@ from scene_graph_ros.scene_files.instances import (
 )
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
 from scene_graph_ros.scene_files.packages import resolve_resource
-from scene_graph_ros.scene_files.registration import register_robot
-from scene_graph_ros.scene_files.robot_model import Pose, RobotModel
 from scene_graph_ros.scene_files.schema import DeformableSpec, FrameSpec, PoseSpec, RobotSpec
-from scene_graph_ros.scene_files.srdf import load_srdf, SemanticModel
+from scene_graph_ros.scene_files.srdf import load_srdf
 from scene_graph_ros.scene_files.urdf import load_urdf
-from scene_graph_ros.scene_files.urdf_tree import suggestion
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import ProximityProperties, SceneGraph, Shape

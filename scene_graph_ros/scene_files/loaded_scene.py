@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 from numpy.typing import ArrayLike
 
-from scene_graph_ros.scene_files.kinematics import Kinematics
-from scene_graph_ros.scene_files.robot_model import Pose, RobotModel
-from scene_graph_ros.scene_files.srdf import SemanticModel
+from scene_graph_ros.robots.kinematics import Kinematics
+from scene_graph_ros.robots.robot_model import Pose, RobotModel
+from scene_graph_ros.robots.semantic_model import SemanticModel
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import Context

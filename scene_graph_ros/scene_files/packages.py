@@ -14,15 +14,19 @@ import urllib.parse
 
 from scene_graph_ros.geometry.files import find_file, MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.scene_files.errors import SceneFileError, UnknownPackageError
+from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files.xml_tree import parse_xml
 
-__all__ = ["Packages", "find_package", "resolve_resource"]
+__all__ = ["Packages", "UnknownPackageError", "find_package", "resolve_resource"]
 
 _INDEX = Path("share/ament_index/resource_index/packages")
 
 MAX_RESOURCE = 4096
 """Characters of an address: as many bytes as Linux takes for a path."""
+
+
+class UnknownPackageError(SceneFileError):
+    """A ``package://`` address whose package is found in none of the places searched."""
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
-from scene_graph_ros.scene_files.errors import SceneFileError
+from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
 from scene_graph_ros.scene_files.schema_errors import located_error
-from scene_graph_ros.scene_files.urdf_tree import suggestion
 from scene_graph_ros.scene_files.yaml_document import parse_yaml, YamlDocument
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from scene_graph_ros.scene_files.errors import SceneFileError
+from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files.yaml_document import YamlDocument
 
 __all__ = ["located_error"]

@@ -16,9 +16,8 @@ import numpy as np
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.geometry.tolerances import MIN_SCALE
-from scene_graph_ros.scene_files.errors import Location, SceneFileError
-from scene_graph_ros.scene_files.packages import Packages, resolve_resource
-from scene_graph_ros.scene_files.robot_model import (
+from scene_graph_ros.located import Location, SceneFileError
+from scene_graph_ros.robots.robot_model import (
     Joint,
     JointType,
     Link,
@@ -29,6 +28,7 @@ from scene_graph_ros.scene_files.robot_model import (
     PrimitiveShape,
     RobotModel,
 )
+from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.urdf_tree import (
     arrange_joints,
     check_mimics,

@@ -2,28 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 import dataclasses
-import difflib
 
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.scene_files.errors import Location, SceneFileError
-from scene_graph_ros.scene_files.robot_model import Joint, Link
+from scene_graph_ros.located import Location, SceneFileError, suggestion
+from scene_graph_ros.robots.robot_model import Joint, Link
 from scene_graph_ros.scene_files.xml_tree import XmlElement
 
-__all__ = ["arrange_joints", "check_mimics", "free_of_the_missing", "suggestion"]
-
-_LONGEST_LIST = 1000
-"""Names. Among more of them a search for the nearest takes seconds."""
-
-
-def suggestion(name: str, known: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" for the known name nearest to ``name``, or nothing."""
-    names = list(known)
-    if len(names) > _LONGEST_LIST or len(name) > _LONGEST_LIST:
-        return ""
-    near = difflib.get_close_matches(name, names, n=1)
-    return f"; did you mean {near[0]!r}?" if near else ""
+__all__ = ["arrange_joints", "check_mimics", "free_of_the_missing"]
 
 
 def arrange_joints(

@@ -9,7 +9,7 @@ from xml.parsers import expat
 
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.scene_files.errors import Location, SceneFileError
+from scene_graph_ros.located import Location, SceneFileError
 
 __all__ = ["XmlElement", "parse_xml"]
 

@@ -14,7 +14,7 @@ import yaml
 
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.scene_files.errors import Location, SceneFileError
+from scene_graph_ros.located import Location, SceneFileError
 
 __all__ = ["YamlDocument", "parse_yaml", "path_text"]
 

@@ -7,13 +7,13 @@ from hypothesis import strategies as st
 import pytest
 
 from scene_graph_ros.geometry import Role, SceneGraph
+from scene_graph_ros.robots.adjacency import adjacent_pairs
 from scene_graph_ros.scene_files import (
     load_srdf,
     load_urdf,
     register_robot,
     SceneFileError,
 )
-from scene_graph_ros.scene_files.registration import adjacent_pairs
 
 LINKS = ("a", "b", "c", "d", "e")
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files import xml_tree
-from scene_graph_ros.scene_files.errors import SceneFileError
 from scene_graph_ros.scene_files.xml_tree import parse_xml
 
 TEXT = """<?xml version="1.0"?>

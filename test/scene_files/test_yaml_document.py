@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 import pytest
 import yaml
 
+from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.scene_files import yaml_document
-from scene_graph_ros.scene_files.errors import SceneFileError
 from scene_graph_ros.scene_files.yaml_document import parse_yaml, path_text
 
 

@@ -12,18 +12,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.spatial.pose_kernels import world_poses_of_children
 from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
-from scene_graph_ros.scene_files.errors import JointStateError
-from scene_graph_ros.scene_files.pinocchio_model import build_model
-from scene_graph_ros.scene_files.robot_model import JointType, Mimic, RobotModel
-from scene_graph_ros.scene_files.urdf_tree import suggestion
+from scene_graph_ros.located import suggestion
+from scene_graph_ros.robots.pinocchio_model import build_model
+from scene_graph_ros.robots.robot_model import JointType, Mimic, RobotModel
 
-__all__ = ["Kinematics"]
+__all__ = ["JointStateError", "Kinematics"]
 
 _MAX_MAPPINGS = 32
 """How many different lists of joint names are remembered; publishers use one or two each."""
+
+
+class JointStateError(SceneGraphError, ValueError):
+    """Joint positions that are not finite, or do not match their names."""
 
 
 class _Mapping(NamedTuple):

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.scene_files.errors import Location
+from scene_graph_ros.located import Location
 
 __all__ = [
     "Joint",

@@ -20,22 +20,22 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.errors import SceneGraphError
-from scene_graph_ros.scene_files.errors import SceneFileError
-from scene_graph_ros.scene_files.robot_model import (
-    JointType,
+from scene_graph_ros.located import SceneFileError
+from scene_graph_ros.robots.adjacency import adjacent_pairs
+from scene_graph_ros.robots.robot_model import (
     Link,
     LinkGeometry,
     MeshFile,
     RobotModel,
 )
-from scene_graph_ros.scene_files.srdf import SemanticModel
+from scene_graph_ros.robots.semantic_model import SemanticModel
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.geometry.model.ids import FrameId, SourceId
     from scene_graph_ros.geometry.shapes.shape import Shape
 
-__all__ = ["adjacent_pairs", "filter_link_pairs", "register_robot", "shape_of"]
+__all__ = ["filter_link_pairs", "register_robot", "shape_of"]
 
 
 def shape_of(geometry: LinkGeometry) -> Shape:
@@ -147,32 +147,3 @@ def filter_link_pairs(
         declaration.exclude_between(GeometrySet(frames[link]), GeometrySet(others))
     if partners:
         scene_graph.collision_filter_manager().apply(declaration)
-
-
-def adjacent_pairs(robot: RobotModel) -> set[tuple[str, str]]:
-    """Return the pairs of links that touch by construction, each in alphabetical order.
-
-    Links welded together by fixed joints are one body. Pairs within a body, and pairs of links
-    joined by one joint, are adjacent; a link without collision geometry passes adjacency on to
-    its neighbours.
-    """
-    body = {robot.root: robot.root}
-    neighbours: dict[str, set[str]] = {name: set() for name in robot.links}
-    for joint in robot.joints.values():
-        welded = joint.type is JointType.FIXED
-        body[joint.child] = body[joint.parent] if welded else joint.child
-        neighbours[joint.parent].add(joint.child)
-        neighbours[joint.child].add(joint.parent)
-    for name, link in robot.links.items():
-        if not link.collisions:
-            around = neighbours.pop(name)
-            for neighbour in around:
-                neighbours[neighbour] |= around - {neighbour}
-                neighbours[neighbour].discard(name)
-    solid = sorted(neighbours)
-    return {
-        (link_A, link_B)
-        for index, link_A in enumerate(solid)
-        for link_B in solid[index + 1 :]
-        if body[link_A] == body[link_B] or link_B in neighbours[link_A]
-    }

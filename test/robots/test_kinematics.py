@@ -12,8 +12,8 @@ import pytest
 from robots import find_robot, ROBOTS, URDF_ONLY
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.robots.robot_model import JointType
 from scene_graph_ros.scene_files import JointStateError, Kinematics, load_urdf
-from scene_graph_ros.scene_files.robot_model import JointType
 
 pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
 

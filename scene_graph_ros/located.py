@@ -1,13 +1,17 @@
-"""Errors of scene files: each message starts with where in which file, and quotes the value."""
+"""What is wrong with a file: messages start with where in which file, and quote the value."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+import difflib
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 
-__all__ = ["JointStateError", "Location", "SceneFileError", "UnknownPackageError"]
+__all__ = ["Location", "SceneFileError", "suggestion"]
+
+_LONGEST_LIST = 1000
+"""Names. Among more of them a search for the nearest takes seconds."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +41,10 @@ class SceneFileError(SceneGraphError, ValueError):
         super().__init__("\n".join(self.problems))
 
 
-class UnknownPackageError(SceneFileError):
-    """A ``package://`` address whose package is found in none of the places searched."""
-
-
-class JointStateError(SceneGraphError, ValueError):
-    """Joint positions that are not finite, or do not match their names."""
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return "; did you mean 'x'?" for the known name nearest to ``name``, or nothing."""
+    names = list(known)
+    if len(names) > _LONGEST_LIST or len(name) > _LONGEST_LIST:
+        return ""
+    near = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""

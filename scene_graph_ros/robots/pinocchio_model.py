@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.scene_files.robot_model import Joint, JointType, Pose, RobotModel
+from scene_graph_ros.robots.robot_model import Joint, JointType, Pose, RobotModel
 
 __all__ = ["BuiltModel", "build_model"]
 

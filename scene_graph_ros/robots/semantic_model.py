@@ -1,0 +1,80 @@
+"""What an SRDF says, as plain data: pairs of links without collision checks, named postures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from scene_graph_ros.located import Location, SceneFileError
+
+__all__ = ["DisabledPair", "GroupState", "SemanticModel"]
+
+
+@dataclass(frozen=True)
+class DisabledPair:
+    """Two links, in alphabetical order, that need no collision check, with the file's reason."""
+
+    link_A: str
+    link_B: str
+    reason: str
+    location: Location
+
+
+@dataclass(frozen=True)
+class GroupState:
+    """A named posture of a group of joints; positions in rad or m."""
+
+    name: str
+    group: str
+    positions: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class SemanticModel:
+    """What an SRDF says about collisions and postures of one robot."""
+
+    robot: str
+    file: str
+    disabled_pairs: tuple[DisabledPair, ...]
+    disabled_links: tuple[str, ...]
+    """Links that are checked with no other link unless a pair is enabled."""
+    enabled_pairs: tuple[tuple[str, str], ...]
+    """Exceptions from ``disabled_links``, each in alphabetical order."""
+    group_states: tuple[GroupState, ...]
+    warnings: tuple[str, ...] = ()
+
+    def filtered_pairs(self, links: Iterable[str]) -> set[tuple[str, str]]:
+        """Return the pairs among ``links`` that are not to be checked, each in order.
+
+        As in MoveIt: links disabled by default first, then enabled pairs, then disabled pairs.
+        """
+        known = sorted(set(links))
+        pairs = {
+            (min(link, other), max(link, other))
+            for link in self.disabled_links
+            for other in known
+            if other != link and link in known
+        }
+        pairs -= set(self.enabled_pairs)
+        members = set(known)
+        pairs |= {
+            (pair.link_A, pair.link_B)
+            for pair in self.disabled_pairs
+            if pair.link_A in members and pair.link_B in members
+        }
+        return pairs
+
+    def group_state(self, name: str, group: str | None = None) -> GroupState:
+        """Return a posture by name. Raises SceneFileError if there is none, or it is ambiguous."""
+        found = [
+            state
+            for state in self.group_states
+            if state.name == name and (group is None or state.group == group)
+        ]
+        if len(found) != 1:
+            names = sorted(f"{state.name} (group {state.group})" for state in self.group_states)
+            problem = "no" if not found else "more than one"
+            raise SceneFileError(
+                f"{self.file}: {problem} group state {name!r}; there are: {', '.join(names)}"
+            )
+        return found[0]
