@@ -29,15 +29,18 @@ ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(pa
 # A file's tests share a process, and with it nodes; files begin in the order in which they stand.
 IN_FILES := --dist loadfile --no-loadscope-reorder --durations=25
 
-.PHONY: help setup environment demo test lint format test-ros test-core search fuzz workspace peers bench \
-  accuracy lock clean
+.PHONY: help setup all-kernels environment demo test lint format test-ros test-core search fuzz \
+  workspace peers bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
 	@sed -nE 's/^([a-z-]+):.*## (.*)/make \1|\2/p' Makefile | column -t -s '|'
 
-setup:  ## make .venv: ROS 2 from wheels, the messages, compiled kernels
+setup:  ## make .venv: ROS 2 from wheels, the messages, the kernels of the main job
 	@$(BOOTSTRAP)
+
+all-kernels:  ## make setup, and compile what a node compiles when a scene asks for it
+	@$(BOOTSTRAP) --all-kernels
 
 environment:
 	@$(BOOTSTRAP) --without-kernels
@@ -47,7 +50,7 @@ demo: setup  ## run the node with a simulated robot for ten seconds
 
 PARTS := lint test-ros test-core
 
-test: setup  ## run every check and test, also where one fails, and say which did
+test: all-kernels  ## run every check and test, also where one fails, and say which did
 	@failed=; for part in $(PARTS); do $(MAKE) $$part || failed="$$failed $$part"; done; \
 	  echo "Parts that failed:$${failed:- none}"; [ -z "$$failed" ]
 
@@ -61,18 +64,18 @@ format: environment  ## put style and format right
 	$(RUN) -m ruff check --fix
 	$(RUN) -m ruff format
 
-test-ros: setup  ## test messages, node and tools
+test-ros: all-kernels  ## test messages, node and tools
 	ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n $$((2 * $$(nproc))) $(IN_FILES) --budget ros \
 	  $(ROS_TESTS)
 
-test-core: setup  ## test the core in an environment without ROS
+test-core: all-kernels  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
 	.venv-core/bin/python -m pytest -n auto $(IN_FILES) --budget core $(CORE_TESTS)
 
 EFFORT ?= 50
 SEARCH_SEED := $(shell date +%s)
 
-search: setup  ## search and soak fifty times as long as tests do (EFFORT=), and a million new pairs
+search: all-kernels  ## search and soak fifty times as long as tests do (EFFORT=), and a million new pairs
 	SEARCH_EFFORT=$(EFFORT) ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto -m search --timeout 0 \
 	  $(CORE_TESTS) test/benchmarks
 	$(RUN) test/numerics/search.py --count 1000000 --seed $(SEARCH_SEED)
@@ -81,7 +84,7 @@ search: setup  ## search and soak fifty times as long as tests do (EFFORT=), and
 SECONDS ?= 3600
 FUZZERS := $(wildcard test/fuzz/test_*.py)
 
-fuzz: setup  ## try random input for an hour; SECONDS= for another time, FUZZ_SEED= for one case
+fuzz: all-kernels  ## try random input for an hour; SECONDS= for another time, FUZZ_SEED= for one case
 	FUZZ_SECONDS=$$(( $(SECONDS) / $(words $(FUZZERS)) )) ROS_PYTHON_CHECK_FIELDS=1 \
 	  $(RUN) -m pytest -q -s --timeout 0 $(FUZZERS)
 
@@ -95,7 +98,7 @@ peers: environment  ## add the engines to compare with (700 MB)
 bench: setup peers  ## compare speed with the peers
 	$(RUN) -m benchmarks
 
-accuracy: setup peers  ## compare accuracy with the peers: tables and plots
+accuracy: all-kernels peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy
 	$(RUN) -m benchmarks.surfaces
 

@@ -7,6 +7,7 @@ answers how near, how deep and in contact with what. Conventions are in ``docs/c
 import importlib
 from typing import Any, TYPE_CHECKING
 
+from scene_graph_ros.geometry.compiled.readiness import warn_of_compilation
 from scene_graph_ros.geometry.meshes.surface_mesh import read_obj_to_surface_mesh, SurfaceMesh
 from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterDeclaration,
@@ -124,6 +125,8 @@ _ON_DEMAND = {
 }
 """More public names: results of queries whose code is imported when they are first asked, and
 what they are about. ``import *`` leaves them out, since it would import all of that."""
+
+warn_of_compilation()
 
 
 def __getattr__(name: str) -> Any:

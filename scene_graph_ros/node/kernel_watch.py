@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from scene_graph_ros.geometry.compiled.readiness import Compilations, why_not_ready
+from scene_graph_ros.warmup.groups import MAIN
 
 __all__ = ["KernelWatch"]
 
 _MEANING = (
-    "the first answers may take minutes; `python -m scene_graph_ros.warmup` compiles all kernels "
-    "once, into a folder that must be writable (SCENE_GRAPH_ROS_KERNEL_CACHE names another)"
+    "the first answers may take minutes; `python -m scene_graph_ros.warmup` compiles them once, "
+    "into a folder that must be writable (SCENE_GRAPH_ROS_KERNEL_CACHE names another)"
 )
 
 
@@ -20,7 +21,7 @@ class KernelWatch:
     def __init__(self, logger: Any) -> None:
         """Look at the cache of kernels, and watch until `stop`."""
         self._logger = logger
-        problem = why_not_ready()
+        problem = why_not_ready(MAIN)
         self._is_said = bool(problem)
         if problem:
             logger.warning(f"{problem}: {_MEANING}")

@@ -289,15 +289,19 @@ def _on_demand(name: str) -> Handler:
 
 @dataclass(frozen=True)
 class Query:
-    """A query service: who answers it, and which effect its time is booked under."""
+    """A query service: who answers it, and which effect its time is booked under.
+
+    ``kernels`` names the group of kernels that it needs beside the main job's.
+    """
 
     handler: Handler
     effect: str = ""
+    kernels: str = ""
 
 
 QUERIES: dict[str, Query] = {
-    "ComputeContactSurfaces": Query(_on_demand("contact_surfaces")),
-    "ComputeDeformableContact": Query(_on_demand("deformable_contact")),
+    "ComputeContactSurfaces": Query(_on_demand("contact_surfaces"), kernels="surfaces"),
+    "ComputeDeformableContact": Query(_on_demand("deformable_contact"), kernels="deformable"),
     "ComputePointPairPenetration": Query(penetration),
     "ComputeSignedDistancePair": Query(signed_distance_pairs, "signed_distance"),
     "ComputeSignedDistancePairwise": Query(signed_distances, "signed_distance"),

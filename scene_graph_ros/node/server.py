@@ -24,6 +24,7 @@ from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.guarded import GuardedNode
 from scene_graph_ros.node.inputs import message_type, PoseInputs
 from scene_graph_ros.node.intake import TimeLimits
+from scene_graph_ros.node.kernel_supply import KernelSupply
 from scene_graph_ros.node.loop import OwnThreadGroup, Topic, UpdateLoop
 from scene_graph_ros.node.names import DIAGNOSTICS
 from scene_graph_ros.node.namesakes import Namesakes
@@ -113,6 +114,10 @@ class Server:
         """Follow other publishers than before."""
         self._loop.topics_changed()
 
+    def lack_of_kernels(self, group: str) -> str:
+        """Say what is being done where a group's kernels are not ready; "" where they are."""
+        return self._kernels.lack(group)
+
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
         if self._is_active:
@@ -149,7 +154,8 @@ class Server:
         changed = self._loop.topics_changed
         self._inputs = PoseInputs(self.node, world, self.group, changed)
         self._configurations = ConfigurationInputs(self.node, world, self.group, changed)
-        self._effects = Effects(self)
+        self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
+        self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
         tools = Tools(loader.resolve, message_type, loader.load_request)
         self._services = Services(self, world, self._effects, tools)
@@ -215,11 +221,16 @@ class Server:
                 self.node.destroy_publisher(self._diagnostics_publisher)
             self._jump_handle.unregister()
             self._services.close()
+            self._kernels.stop()
 
     def stop(self) -> None:
         """End whatever is going on, in any state."""
         self.deactivate()
         self.clean_up()
+
+    def _kernels_came(self) -> None:
+        self._effects.come_on(self._world.snapshot)
+        self.request_update()
 
     # Topics of sources.
 

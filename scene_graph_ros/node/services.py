@@ -64,6 +64,9 @@ class ServiceHost(Protocol):
     def is_running(self) -> bool:
         """Tell whether poses are taken in at all."""
 
+    def lack_of_kernels(self, group: str) -> str:
+        """Say what is being done where a group's kernels are not ready; "" where they are."""
+
 
 class Services:
     """All services of the node."""
@@ -151,6 +154,9 @@ class Services:
         try:
             if not awaited.is_met(snapshot):
                 raise _stale(awaited, snapshot)
+            lack = self._host.lack_of_kernels(query.kernels)
+            if lack:
+                raise UnavailableError(f"not yet: {lack}")
             options = Options(({},), 0, (), 0, True)
             if hasattr(request, "options"):
                 options = options_from_msg(

@@ -61,6 +61,15 @@ def test_a_copied_installation_finds_its_kernels(tmp_path):
     assert _ask(_copy(tmp_path / "second"), cache)[0] == ["4.0", "0"]
 
 
+def test_the_first_kernel_to_be_compiled_is_told_with_the_remedy(tmp_path):
+    """Whoever uses the core as a library is warned once; with the kernels there, not at all."""
+    root = _copy(tmp_path)
+    for told in (1, 0):
+        _, warnings = _ask(root, tmp_path / "cache")
+        assert warnings.count("KernelCompilationWarning: kernel ") == told
+        assert warnings.count("`python -m scene_graph_ros.warmup`") == told
+
+
 def test_only_what_depends_on_a_changed_file_is_compiled_again(tmp_path):
     """A change of a file that a kernel's module does not import leaves the kernel's code valid."""
     cache, root = tmp_path / "cache", _copy(tmp_path)
@@ -82,6 +91,7 @@ def test_a_cache_that_cannot_be_written_costs_one_warning(tmp_path):
     (trace, compiled), warnings = _ask(root, blocked / "cache")
     assert (trace, int(compiled) > 0) == ("4.0", True)
     assert warnings.count("KernelCacheWarning") == 1
+    assert "KernelCompilationWarning" not in warnings
     assert str(blocked) in warnings
     assert not [*root.rglob("*.nbi"), *root.rglob("*.nbc")]
 

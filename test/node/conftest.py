@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import subprocess
+import sys
 
 import pytest
 
@@ -16,6 +18,19 @@ collect_ignore_glob = [] if HAS_ROS else ["test_*.py"]
 if HAS_ROS:
     from domains import own_domain
     from node_harness import Client, kill_what_is_left, NodeProcess
+
+    from scene_graph_ros.geometry.compiled.readiness import is_ready
+    from scene_graph_ros.warmup.groups import GROUPS
+
+    @pytest.fixture(scope="session", autouse=True)
+    def _all_kernels():
+        """Kernels of all capabilities, without which an effect comes on a while after it is asked.
+
+        `make test` has compiled them; after a change of the core others have not.
+        """
+        if not all(is_ready(group) for group in GROUPS):
+            command = [sys.executable, "-m", "scene_graph_ros.warmup", "--all"]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
 
     @pytest.fixture(scope="module")
     def domain():

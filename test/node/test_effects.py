@@ -235,3 +235,37 @@ def test_effects_are_prepared_for_a_scene_before_it_counts(world, host):
         assert Prepared.versions[-1] == version
     assert Prepared.versions == [1, 2, 3]
     assert effects.running("early") is None
+
+
+def test_an_effect_waits_for_its_kernels(world, host):
+    """Until they are ready it is off, neither imported nor prepared, and a warning says why."""
+    lacks = {"new": "they are being compiled: 1 of 2"}
+    declarations = [
+        declared("before", "Prepared"),
+        EffectDeclaration(
+            "new", lambda demand: "asked for", "anything", (), f"{__name__}:Prepared", "new"
+        ),
+    ]
+    effects = Effects(host, declarations, lambda group: lacks.get(group, ""))
+    effects.open()
+    Prepared.versions.clear()
+    effects.prepare(world.snapshot)
+    effects.update(world.snapshot)
+    assert len(Prepared.versions) == 1
+    assert effects.running("before").updates == 1
+    assert effects.running("new") is None
+    _, report = effects.reports()
+    assert not report.is_on
+    assert report.reason == "not yet: they are being compiled: 1 of 2; asked for"
+    assert not any("new" in text for text in host.warnings)
+    _, status = statuses(effects)
+    assert (status.level, status.message) == (DiagnosticStatus.WARN, report.reason)
+
+    lacks.clear()
+    effects.come_on(world.snapshot)
+    assert len(Prepared.versions) == 3
+    assert effects.running("new") is None
+    effects.update(world.snapshot)
+    assert effects.running("new").updates == 1
+    _, status = statuses(effects)
+    assert (status.level, status.message) == (DiagnosticStatus.OK, "asked for")

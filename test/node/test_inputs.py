@@ -29,7 +29,7 @@ from scene_graph_ros.node.inputs import Channel
 from scene_graph_ros.node.intake import Fault, Intake, SourceFrames, TimeLimits, UNSTAMPED
 from scene_graph_ros.node.scene import SourceRecord
 from scene_graph_ros.node.world import World
-from scene_graph_ros.warmup import read_poses
+from scene_graph_ros.warmup.main_job import read_poses
 
 NOW = 1_000_000_000_000
 LIMITS = TimeLimits(now=NOW, max_age=5_000_000_000, max_lead=1_000_000_000)

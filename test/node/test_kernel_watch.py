@@ -63,17 +63,18 @@ def test_a_cache_that_can_not_be_written_is_named(monkeypatch, tmp_path):
 
 
 def test_an_empty_cache_is_named_until_all_is_compiled(monkeypatch, tmp_path):
-    """The set-up marks what it has compiled."""
+    """What was compiled is marked, group by group."""
     monkeypatch.setenv(CACHE, str(tmp_path / "kernels"))
-    assert str(tmp_path / "kernels") in why_not_ready()
-    ready_marker().touch()
-    assert why_not_ready() == ""
+    for group in ("main", "surfaces"):
+        assert str(tmp_path / "kernels") in why_not_ready(group)
+        ready_marker(group).touch()
+        assert why_not_ready(group) == ""
 
 
 def test_kernels_that_go_while_the_node_runs_are_named(monkeypatch, tmp_path):
     """At the first that has to be compiled; after the end of the watch nobody is told."""
     monkeypatch.setenv(CACHE, str(tmp_path))
-    monkeypatch.setattr(kernel_watch, "why_not_ready", lambda: "")
+    monkeypatch.setattr(kernel_watch, "why_not_ready", lambda group: "")
     log = Log()
     watch = KernelWatch(log)
     assert not log.warnings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 import fcntl
 import functools
 import os
@@ -46,14 +47,14 @@ def _interfaces(
     )
 
 
-def _kernels(setup: Setup, venv: Path, wheels: str) -> None:
-    """Compile the kernels now, so that no query ever does; they are kept in the user's cache."""
+def _kernels(setup: Setup, venv: Path, wheels: str, name: str, *options: str) -> None:
+    """Compile kernels now, so that no query ever does; they are kept in the user's cache."""
     python = venv / "bin" / "python"
     record = venv / "setup" / "kernel_cache"
     ask = "from scene_graph_ros.geometry.compiled.cache import cache_root; print(cache_root())"
 
     def compile_kernels() -> None:
-        setup.run([python, "-m", "scene_graph_ros.warmup"])
+        setup.run([python, "-m", "scene_graph_ros.warmup", *options])
         answer = subprocess.run([python, "-c", ask], capture_output=True, text=True, check=True)
         record.write_text(answer.stdout.strip())
 
@@ -61,22 +62,27 @@ def _kernels(setup: Setup, venv: Path, wheels: str) -> None:
     variables = [
         f"{n}={os.environ.get(n)}" for n in ("SCENE_GRAPH_ROS_KERNEL_CACHE", "XDG_CACHE_HOME")
     ]
-    sources = [_ROOT / "scene_graph_ros" / "geometry", _ROOT / "scene_graph_ros" / "warmup.py"]
-    setup.step("kernels", digest(sources, wheels, *variables), [record, *cache], compile_kernels)
+    sources = [_ROOT / "scene_graph_ros" / "geometry", _ROOT / "scene_graph_ros" / "warmup"]
+    setup.step(name, digest(sources, wheels, *variables), [record, *cache], compile_kernels)
 
 
-def _set_up_project(venv: Path, *, with_kernels: bool) -> None:
-    """Make `.venv`: what a node, its tests and the checks of the source need."""
+def _set_up_project(venv: Path, kernels: Sequence[str]) -> None:
+    """Make `.venv`: what a node, its tests and the checks of the source need.
+
+    ``kernels`` are "main", and "all" for those of capabilities that a scene may ask for.
+    """
     environment.check_machine(with_compiler=True)
-    setup = Setup(venv / "setup", count=4 + with_kernels)
+    setup = Setup(venv / "setup", count=4 + len(kernels))
     wheels = _wheels(setup, venv, "project")
     only_python = "-DONLY_PYTHON=ON"
     _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
     workspace = _ROOT / "test" / "workspace"
     _interfaces(setup, venv, workspace / "tf2_msgs", venv / "test_workspace", wheels)
     environment.link_project(_ROOT, venv, with_ros=True)
-    if with_kernels:
-        _kernels(setup, venv, wheels)
+    if "main" in kernels:
+        _kernels(setup, venv, wheels, "kernels")
+    if "all" in kernels:
+        _kernels(setup, venv, wheels, "kernels on demand", "--all")
 
 
 def _set_up_core(venv: Path) -> None:
@@ -105,6 +111,9 @@ def _main() -> int:
     choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
     choice.add_argument("--workspace", action="store_true", help="only colcon, into .venv")
     choice.add_argument("--without-kernels", action="store_true", help="do not compile kernels")
+    choice.add_argument(
+        "--all-kernels", action="store_true", help="compile also what scenes may ask for"
+    )
     arguments = parser.parse_args()
     start = time.monotonic()
     lock = os.open(_ROOT, os.O_RDONLY)
@@ -121,7 +130,10 @@ def _main() -> int:
         elif arguments.workspace:
             _set_up_workspace(_ROOT / ".venv")
         else:
-            _set_up_project(_ROOT / ".venv", with_kernels=not arguments.without_kernels)
+            kernels = () if arguments.without_kernels else ("main",)
+            _set_up_project(
+                _ROOT / ".venv", (*kernels, "all") if arguments.all_kernels else kernels
+            )
     except SetupError as error:
         print(f"\nThe set-up stopped: {error}", file=sys.stderr)
         return 1

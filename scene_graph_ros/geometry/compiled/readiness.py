@@ -6,8 +6,10 @@ Not imported by kernels, whose cache depends on all that they import.
 from __future__ import annotations
 
 from collections.abc import Callable
+import functools
 from pathlib import Path
 from typing import Any
+import warnings
 
 from numba.core import event
 import numba.core.config as numba_config
@@ -16,44 +18,107 @@ from scene_graph_ros.geometry.compiled.cache import (
     cache_problem,
     cache_root,
     digest_of_everything,
+    KernelCache,
 )
 
-__all__ = ["Compilations", "ready_marker", "why_not_ready"]
+__all__ = [
+    "Compilations",
+    "KernelCompilationWarning",
+    "is_ready",
+    "ready_marker",
+    "warn_of_compilation",
+    "why_not_ready",
+]
 
 
-def ready_marker() -> Path:
-    """Return the file that is there once all kernels of these sources are compiled and kept."""
-    return cache_root() / f"ready-{digest_of_everything()}"
+class KernelCompilationWarning(UserWarning):
+    """A kernel has to be compiled before there is an answer, which takes seconds to minutes."""
 
 
-def why_not_ready() -> str:
-    """Say why this process will have to compile kernels, "" where it will find all of them."""
+def ready_marker(group: str) -> Path:
+    """Return the file that is there once a group's kernels of these sources are compiled."""
+    return cache_root() / f"ready-{group}-{digest_of_everything()}"
+
+
+def is_ready(group: str) -> bool:
+    """Tell whether a process will find the kernels of a group in the cache."""
+    return bool(numba_config.DISABLE_JIT) or ready_marker(group).exists()
+
+
+def why_not_ready(group: str) -> str:
+    """Say why this process will have to compile a group's kernels, "" where it finds them all."""
     if numba_config.DISABLE_JIT:
         return ""
     problem = cache_problem()
-    if problem or ready_marker().exists():
+    if problem or is_ready(group):
         return problem
-    return f"the kernels of this version have not all been compiled into {cache_root()} yet"
+    return (
+        f"the {group} kernels of this version have not all been compiled into {cache_root()} yet"
+    )
+
+
+def _ignore(kernel: str) -> None:
+    """Listen to nothing."""
+
+
+_watches: list[Compilations] = []
 
 
 class Compilations(event.Listener):
-    """Calls ``tell`` with the name of each kernel that this process begins to compile."""
+    """Calls ``began`` and ``ended`` with the name of each kernel that this process compiles."""
 
-    def __init__(self, tell: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        began: Callable[[str], None] = _ignore,
+        ended: Callable[[str], None] = _ignore,
+    ) -> None:
         """Listen from now on, in whatever thread compiles, until `stop`."""
-        self._tell = tell
+        self._began, self._ended = began, ended
         self._listens = True
+        _watches.append(self)
         event.register("numba:compile", self)
 
     def stop(self) -> None:
         """Listen no more; may be called again."""
         if self._listens:
             self._listens = False
+            _watches.remove(self)
             event.unregister("numba:compile", self)
 
     def on_start(self, event: Any) -> None:
-        """Tell."""
-        self._tell(event.data["dispatcher"].__name__)
+        """Tell the name."""
+        self._tell(self._began, event.data["dispatcher"])
 
     def on_end(self, event: Any) -> None:
-        """Do nothing."""
+        """Tell the name."""
+        self._tell(self._ended, event.data["dispatcher"])
+
+    @staticmethod
+    def _tell(tell: Callable[[str], None], dispatcher: Any) -> None:
+        # Others of this process may compile functions of their own with numba.
+        if isinstance(dispatcher._cache, KernelCache):
+            tell(dispatcher.__name__)
+
+
+_is_warned = False
+
+
+def _warn(kernel: str) -> None:
+    global _is_warned  # noqa: PLW0603 - one warning per process
+    # Whoever else watches says it in a way of its own, and of a bad cache there is a warning.
+    if _is_warned or len(_watches) > 1 or cache_problem():
+        return
+    _is_warned = True
+    warnings.warn(
+        f"kernel {kernel} has to be compiled first, and others may have to be: that takes up to "
+        "minutes, once. `python -m scene_graph_ros.warmup` compiles what the main job needs "
+        "beforehand, with --all what contact surfaces and other capabilities need, too",
+        KernelCompilationWarning,
+        stacklevel=2,
+    )
+
+
+@functools.cache
+def warn_of_compilation() -> None:
+    """Warn when this process compiles its first kernel, unless a `Compilations` says so."""
+    Compilations(_warn)

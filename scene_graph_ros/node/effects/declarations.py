@@ -53,7 +53,8 @@ class EffectDeclaration:
 
     ``asked_by`` returns the sentence that says what asks for it, or "" where nothing does;
     ``would_ask`` says what would. ``factory`` is ``module:class`` of what computes and publishes,
-    empty for answers to requests, which the services compute.
+    empty for answers to requests, which the services compute. ``kernels`` names the group of
+    kernels that it needs beside the main job's: it is on when they are compiled.
     """
 
     name: str
@@ -61,6 +62,7 @@ class EffectDeclaration:
     would_ask: str
     topics: tuple[str, ...] = ()
     factory: str = ""
+    kernels: str = ""
 
 
 def _by_role(role: Role) -> Callable[[Demand], str]:
@@ -102,6 +104,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "a geometry whose proximity role has hydroelastic properties that are compliant",
         (CONTACTS, CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS),
         f"{_PACKAGE}.contact_surfaces:ContactSurfacesEffect",
+        "surfaces",
     ),
     EffectDeclaration(
         "deformable_contact",
@@ -109,6 +112,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "a deformable geometry with the proximity role",
         (CONTACTS,),
         f"{_PACKAGE}.deformable_contact:DeformableContactEffect",
+        "deformable",
     ),
     EffectDeclaration(
         "point_contact",

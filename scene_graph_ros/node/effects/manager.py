@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 import importlib
@@ -40,7 +40,7 @@ class EffectReport:
     """What an effect is doing and why; times in seconds over recent updates.
 
     ``failures`` counts what it could not do; ``failure`` says why, while it can't. ``warning``
-    says that it takes too long, while it does.
+    says that it takes too long, while it does, or what it waits for before it comes on.
     """
 
     name: str
@@ -60,6 +60,7 @@ class EffectReport:
 class _State:
     declaration: EffectDeclaration
     reason: str = ""
+    waiting_reason: str = ""
     effect: Effect | None = None
     closes_at: float | None = None
     count: int = 0
@@ -71,7 +72,7 @@ class _State:
 
     @property
     def is_on(self) -> bool:
-        """Whether something asks for the effect."""
+        """Whether something asks for the effect, and what it needs is there."""
         return bool(self.reason)
 
 
@@ -84,8 +85,15 @@ def _load(factory: str) -> Any:
 class Effects:
     """All effects of the node."""
 
-    def __init__(self, host: Host, declarations: Iterable[EffectDeclaration] = EFFECTS) -> None:
+    def __init__(
+        self,
+        host: Host,
+        declarations: Iterable[EffectDeclaration] = EFFECTS,
+        lack: Callable[[str], str] = lambda group: "",
+    ) -> None:
+        """``lack`` says what is being done where a group of kernels is not ready, and does it."""
         self._host = host
+        self._lack = lack
         self._lock = threading.RLock()
         self._requests_lock = threading.Lock()
         self._states = {d.name: _State(d) for d in declarations}
@@ -105,6 +113,11 @@ class Effects:
         self._switched_off = frozenset(names)
         self._scene_version = -1
 
+    def come_on(self, snapshot: WorldSnapshot) -> None:
+        """Follow that kernels have become ready; in the thread that had them compiled."""
+        self.prepare(snapshot)
+        self._scene_version = -1
+
     def record(self, query: str, seconds: float) -> None:
         """Count a request that a service answered for an effect."""
         # Not the lock of updates: an answer must not wait for what is being published.
@@ -122,6 +135,8 @@ class Effects:
         for state in self._states.values():
             declaration = state.declaration
             if not declaration.factory or not self._reason(declaration, demand):
+                continue
+            if self._lack(declaration.kernels):
                 continue
             try:
                 _load(declaration.factory).prepare(self._host, snapshot)
@@ -205,7 +220,8 @@ class Effects:
             self._is_open = False
             for state in self._states.values():
                 effect = state.effect
-                state.effect, state.closes_at, state.reason = None, None, ""
+                state.effect, state.closes_at = None, None
+                state.reason = state.waiting_reason = ""
                 if effect is not None:
                     with self._isolated(state):
                         effect.close()
@@ -236,6 +252,9 @@ class Effects:
         demand = self._demand_of(snapshot)
         for state in self._states.values():
             reason = self._reason(state.declaration, demand)
+            waits = bool(reason and self._lack(state.declaration.kernels))
+            state.waiting_reason = reason if waits else ""
+            reason = "" if waits else reason
             changed = bool(reason) != state.is_on
             state.reason = reason
             if changed:
@@ -272,10 +291,14 @@ class Effects:
         resolve = self._host.node.resolve_topic_name
         seconds: list[float] = list(state.seconds)
         counters: dict[str, Any] = dict(state.effect.counters()) if state.effect else {}
+        waits = ""
+        if state.waiting_reason:
+            lack = self._lack(state.declaration.kernels) or "its kernels are compiled by now"
+            waits = f"not yet: {lack}; {state.waiting_reason}"
         return EffectReport(
             name=state.declaration.name,
             is_on=state.is_on,
-            reason=state.reason or self._why_off(state),
+            reason=state.reason or waits or self._why_off(state),
             topics=tuple(resolve(topic) for topic in state.declaration.topics),
             count=state.count,
             mean_seconds=sum(seconds) / len(seconds) if seconds else 0.0,
@@ -283,5 +306,5 @@ class Effects:
             counters=counters,
             failures=state.failures,
             failure=state.failure if state.is_on else "",
-            warning=state.warning if state.is_on else "",
+            warning=state.warning if state.is_on else waits,
         )

@@ -44,6 +44,7 @@ class PointContact:
             period=lambda: 1.0 / host.parameter("marker_rate"),
         )
         self._computed_for = -1
+        self._beside: tuple[Any, ...] = ()
         self._table: Any = None
         self._surfaces = NO_ROWS
         self._lacks_surfaces = False
@@ -66,6 +67,10 @@ class PointContact:
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Publish the contacts of ``snapshot``, computed once even if published again."""
+        # These effects may come on or go while the snapshot stays.
+        beside = tuple(map(self._host.effect, ("contact_surfaces", "deformable_contact")))
+        if beside != self._beside:
+            self._beside, self._computed_for = beside, -1
         if snapshot.sequence != self._computed_for or self._lacks_surfaces:
             self._compute(snapshot)
         if self._contacts.is_due():

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from warm_kernels import called_kernels, run_tasks
 
 from scene_graph_ros.geometry import (
     add_compliant_hydroelastic_properties,
@@ -30,9 +31,7 @@ from scene_graph_ros.geometry import (
     SceneGraph,
     Sphere,
 )
-from scene_graph_ros.geometry.compiled import kernel
 from scene_graph_ros.geometry.errors import QueryArgumentError, UnsupportedPairError
-from scene_graph_ros.warmup import ask_everything
 
 E = 1e6
 CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * 0.2
@@ -407,9 +406,9 @@ def test_answers_are_kept_and_follow_the_poses():
 @pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="there are no kernels")
 @pytest.mark.timeout(900)  # alone, on a machine that was not warmed up, it compiles first
 def test_no_surface_compiles():
-    """Once the set-up's kernels are there, no shape, representation or column compiles another."""
-    ask_everything()
-    before = kernel.compilation_count()
+    """With the main kernels and those of surfaces, nothing that is asked compiles another."""
+    run_tasks("main", "surfaces")
+    before = called_kernels()
     scene = Scene()
     for k, shape in enumerate(SHAPES.values()):
         scene.add(shape, compliant(), at(x=0.3 * k, z=0.15))
@@ -422,7 +421,7 @@ def test_no_surface_compiles():
         assert surfaces[1:].grad_pressure_M_W.any()
         assert surfaces.grad_pressure_N_W.any()
         assert pickle.loads(pickle.dumps(surfaces)).grad_pressure_M_W.any()
-    assert kernel.compilation_count() == before
+    assert called_kernels() == before
 
 
 _WITHOUT = """

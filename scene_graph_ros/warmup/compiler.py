@@ -1,0 +1,166 @@
+"""Compiles groups of kernels in processes of their own, and says how far it is."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+import queue
+import subprocess
+import sys
+import threading
+from typing import NamedTuple
+
+from scene_graph_ros.geometry.compiled.readiness import is_ready, ready_marker
+from scene_graph_ros.warmup.groups import KernelGroup, MAIN
+from scene_graph_ros.warmup.task import COMPILED, COUNT
+
+__all__ = ["Compiler", "CompilingError", "Progress"]
+
+_TAIL = 20
+"""Lines of a process that failed that are shown."""
+
+
+class CompilingError(RuntimeError):
+    """A process that compiles ended early; the message says which, and what it said last."""
+
+
+class Progress(NamedTuple):
+    """Kernels that were compiled, of so many that may have to be."""
+
+    done: int
+    total: int
+
+
+@dataclass
+class _Task:
+    """A function, as ``module:name``, that is run for a group; a check finds all compiled."""
+
+    group: str
+    function: str
+    is_check: bool
+    tail: deque[str] = field(default_factory=lambda: deque(maxlen=_TAIL))
+
+
+class _Line(NamedTuple):
+    task: _Task
+    text: str
+    exit_code: int | None = None
+
+
+class Compiler:
+    """Compiles what is not compiled yet; `run` in one thread, `stop` in any."""
+
+    def __init__(
+        self, groups: Iterable[KernelGroup], *, processes: int = 1, niceness: int = 0
+    ) -> None:
+        """Use at most so many processes at a time, that much nicer than this one."""
+        self._groups = tuple(groups)
+        self._processes, self._niceness = processes, niceness
+        self._lines: queue.SimpleQueue[_Line] = queue.SimpleQueue()
+        self._lock = threading.Lock()
+        self._running: list[subprocess.Popen[str]] = []
+        self._is_stopped = False
+        self._totals: dict[str, int] = {}
+        self._compiled: set[str] = set()
+        self._late = 0
+
+    def run(self, tell: Callable[[Progress], None] = lambda progress: None) -> int:
+        """Compile, and mark the groups as ready; ``tell`` is called on each progress.
+
+        Returns the number of kernels that were compiled after all should have been there: 0 when
+        all was well. Raises CompilingError.
+        """
+        for stage in self._stages():
+            self._run_side_by_side(stage, tell)
+        for group in self._groups:
+            marker = ready_marker(group.name)
+            marker.parent.mkdir(parents=True, exist_ok=True)
+            marker.touch()
+        return self._late
+
+    def stop(self) -> None:
+        """End all processes; `run` raises."""
+        with self._lock:
+            self._is_stopped = True
+            for process in self._running:
+                process.kill()
+
+    def _stages(self) -> Iterator[list[_Task]]:
+        """Yield what is to be done side by side: first what all other kernels are built on."""
+        foundation, rest, last = list[_Task](), list[_Task](), list[_Task]()
+        for group in self._groups:
+            is_main = group.name == MAIN
+            tasks = [_Task(group.name, each, False) for each in group.tasks]
+            checks = [_Task(group.name, each, True) for each in group.checks]
+            if is_ready(group.name):
+                rest += checks or [_Task(group.name, each, True) for each in group.tasks]
+            else:
+                (foundation if is_main else rest).extend(tasks)
+                (rest if is_main else last).extend(checks)
+        yield from (foundation, rest, last)
+
+    def _run_side_by_side(self, tasks: list[_Task], tell: Callable[[Progress], None]) -> None:
+        waiting = deque(tasks)
+        running = 0
+        while waiting or running:
+            while waiting and running < self._processes:
+                self._start(waiting.popleft())
+                running += 1
+            line = self._lines.get()
+            if line.exit_code is None:
+                self._read(line)
+                total = sum(self._totals.values())
+                tell(Progress(min(len(self._compiled), total), total))
+            else:
+                running -= 1
+                self._require_success(line)
+
+    def _start(self, task: _Task) -> None:
+        module = "scene_graph_ros.warmup.task"
+        command = [sys.executable, "-m", module, task.function, str(self._niceness)]
+        with self._lock:
+            if self._is_stopped:
+                raise CompilingError("compiling was stopped")
+            process = subprocess.Popen(  # noqa: S603
+                command,
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,  # Ctrl-C is for whoever started it; its end is theirs
+                text=True,
+                errors="replace",
+            )
+            self._running.append(process)
+        threading.Thread(target=self._follow, args=(task, process), daemon=True).start()
+
+    def _follow(self, task: _Task, process: subprocess.Popen[str]) -> None:
+        with process:
+            assert process.stdout is not None
+            for text in process.stdout:
+                self._lines.put(_Line(task, text.rstrip()))
+            exit_code = process.wait()
+            with self._lock:
+                self._running.remove(process)
+        self._lines.put(_Line(task, "", exit_code))
+
+    def _read(self, line: _Line) -> None:
+        task, text = line.task, line.text
+        if text.startswith(COUNT):
+            count = int(text.removeprefix(COUNT))
+            self._totals[task.group] = max(count, self._totals.get(task.group, 0))
+        elif text.startswith(COMPILED):
+            self._compiled.add(text)
+            self._late += task.is_check
+        else:
+            task.tail.append(text)
+
+    def _require_success(self, line: _Line) -> None:
+        if line.exit_code == 0:
+            return
+        self.stop()
+        said = "\n".join(line.task.tail)
+        raise CompilingError(
+            f"compiling {line.task.group!r} with {line.task.function} ended with exit code "
+            f"{line.exit_code}{':' if said else ''}\n{said}".rstrip()
+        )

@@ -1,0 +1,54 @@
+"""The one list of kernels: what the main job needs, and each capability that adds to it.
+
+A capability adds one `KernelGroup`. Its effects and queries in the node name the group; what asks
+for them has it compiled. Nothing is imported by reading this list.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["GROUPS", "MAIN", "KernelGroup"]
+
+MAIN = "main"
+"""The group that the set-up compiles: everything that is not on demand."""
+
+
+@dataclass(frozen=True)
+class KernelGroup:
+    """Kernels that are compiled together.
+
+    ``tasks`` are functions, as ``module:name``, that call the big entry points; they run side by
+    side, the slowest first. ``checks`` ask everything after them and find nothing to compile; the
+    tasks themselves where there are none. The modules import what declares the kernels, so that
+    they can be counted beforehand.
+    """
+
+    name: str
+    what: str
+    tasks: tuple[str, ...]
+    checks: tuple[str, ...] = ()
+
+
+_HERE = "scene_graph_ros.warmup"
+
+GROUPS: dict[str, KernelGroup] = {
+    group.name: group
+    for group in (
+        KernelGroup(
+            MAIN,
+            "all shapes, poses, contacts and distances",
+            tuple(
+                f"{_HERE}.main_job:{task}"
+                for task in ("find_pairs", "measure_points", "find_candidates", "make_models")
+            ),
+            (f"{_HERE}.main_job:ask_main_queries",),
+        ),
+        KernelGroup("surfaces", "contact surfaces", (f"{_HERE}.surfaces:find_surfaces",)),
+        KernelGroup(
+            "deformable",
+            "deformable contact",
+            (f"{_HERE}.deformable:find_deformable_contact",),
+        ),
+    )
+}
