@@ -9,19 +9,18 @@ from __future__ import annotations
 
 import json
 import os
-import random
+import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
-import rclpy
 from tqdm import tqdm
 
-from benchmarks.messages.processes import cpu_seconds, ROOT
+from benchmarks.messages.processes import cpu_seconds, Isolation, ROOT
 from benchmarks.messages.report import Holes
 from benchmarks.messages.sustained import Rig, rig
-from scene_graph_msgs.msg import ContactArray
 
 __all__ = ["TRANSPORTS", "holes"]
 
@@ -36,11 +35,8 @@ TRANSPORTS: dict[str, dict[str, str]] = {
 
 _FRAMES = 100
 _RATE = 100.0
-_STAY, _AWAY = (0.5, 3.0), (0.5, 3.0)
-"""Seconds between which a visitor stays, and is away."""
-
-_HOLE = 0.1
-"""Seconds between two messages of contacts from which on it is a hole, ten times the usual."""
+_HOLE = 0.25
+"""Seconds between two messages of contacts from which on it is a hole, 25 times the usual."""
 
 
 def holes(is_quick: bool, seconds: float = 0.0) -> list[Holes]:
@@ -58,57 +54,74 @@ def holes(is_quick: bool, seconds: float = 0.0) -> list[Holes]:
         for name, environment in TRANSPORTS.items()
     }
     begin = time.monotonic()
-    with tqdm(total=round(seconds), desc="holes", unit="s", leave=False) as bar:
-        while any(driver.poll() is None for driver in drivers.values()):
-            time.sleep(0.5)
-            bar.update(min(round(time.monotonic() - begin), bar.total) - bar.n)
+    try:
+        with tqdm(total=round(seconds), desc="holes", unit="s", leave=False) as bar:
+            while any(driver.poll() is None for driver in drivers.values()):
+                time.sleep(0.5)
+                bar.update(min(round(time.monotonic() - begin), bar.total) - bar.n)
+                for name, driver in drivers.items():
+                    if driver.poll():
+                        raise RuntimeError(f"the rig of {name} ended with {driver.returncode}")
+    finally:
+        for driver in drivers.values():
+            driver.terminate()
     rows = []
     for name, driver in drivers.items():
         output, _ = driver.communicate()
-        if driver.returncode:
-            raise RuntimeError(f"the rig of {name} ended with {driver.returncode}")
         rows.append(Holes(name, **json.loads(output.splitlines()[-1])))
     print(f"gaps of more than {_HOLE:g} s in contacts at {_RATE:g} Hz, participants coming, going")
     for row in rows:
         print(
-            f"{row.transport:14} {row.seconds:6.0f} s, {row.visits:5} visits: {len(row.gaps):3}"
+            f"{row.transport:14} {row.seconds:6.0f} s, {row.visits:5} visits,"
+            f" {row.crashes} crashes of visitors: {len(row.gaps):3}"
             f" holes, longest {1e3 * max(row.gaps, default=0.0):4.0f} ms; latency"
             f" {1e3 * row.median:.2f} ms, 99 % {1e3 * row.high:.2f} ms; {row.share:.2f} of a core"
         )
     return rows
 
 
-def _visit(domain: int, random_state: random.Random) -> None:
-    """Come as a participant that listens to contacts, stay for a while, and go."""
-    context = rclpy.Context()
-    rclpy.init(context=context, domain_id=domain)
-    node = rclpy.create_node("visitor", context=context)
-    node.create_subscription(ContactArray, "/scene_graph/contacts", lambda message: None, 1)
-    time.sleep(random_state.uniform(*_STAY))
-    node.destroy_node()
-    rclpy.shutdown(context=context)
+class _Visitors:
+    """A process whose participants come and go; another takes its place where it crashes."""
+
+    def __init__(self, isolation: Isolation) -> None:
+        self._isolation = isolation
+        self.visits = self.crashes = 0
+        self._is_over = False
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._is_over:
+            pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+            self._process = self._isolation.start("benchmarks.messages.visitor", **pipes)
+            for _ in self._process.stdout:
+                self.visits += 1
+            self.crashes += self._process.wait() != 0
+
+    def close(self) -> None:
+        """Let the last visit end."""
+        self._is_over = True
+        self._process.stdin.close()
+        self._thread.join()
 
 
 def _drive(one: Rig, seconds: float) -> dict[str, object]:
     """Send poses for so long, with visitors, and return what a row has."""
-    random_state, visits = random.Random(0), 0
     one.run(_RATE, 2.0)
     one.listener.arrivals.clear()
-    end = time.monotonic() + seconds
     used = cpu_seconds(one.node.pid)
     one.sender.begin(_RATE, seconds)
-    while time.monotonic() < end - _STAY[1]:
-        time.sleep(random_state.uniform(*_AWAY))
-        _visit(one.isolation.domain, random_state)
-        visits += 1
+    visitors = _Visitors(one.isolation)
     one.sender.end()
+    visitors.close()
     share = (cpu_seconds(one.node.pid) - used) / seconds
     stamps, arrivals = np.array(one.listener.arrivals).T * 1e-9
     gaps = np.diff(arrivals)
     median, high = np.percentile(arrivals - stamps, (50, 99))
     return {
         "seconds": seconds,
-        "visits": visits,
+        "visits": visitors.visits,
+        "crashes": visitors.crashes,
         "messages": len(arrivals),
         "gaps": gaps[gaps > _HOLE].tolist(),
         "median": median,
@@ -119,5 +132,7 @@ def _drive(one: Rig, seconds: float) -> dict[str, object]:
 
 if __name__ == "__main__":
     _, duration = sys.argv[1:]
+    # So that its processes are ended with it.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     with rig(_FRAMES, is_ordinary=False) as driven:
         print(json.dumps(_drive(driven, float(duration))))

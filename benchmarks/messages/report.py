@@ -63,6 +63,8 @@ class Holes(NamedTuple):
     transport: str
     seconds: float
     visits: int
+    crashes: int
+    """Of processes whose participants came and went."""
     messages: int
     gaps: list[float]
     """Seconds of each hole."""
@@ -195,11 +197,12 @@ def write_edits(rows: Sequence[Edited], load: float) -> None:
 def holes_table(rows: Sequence[Holes]) -> str:
     """Return how often contacts stayed away, as a table of the page."""
     head = (
-        "| transport | seconds | visits | holes | longest (ms) | median (ms) | 99 % (ms) "
-        "| share of a core |\n| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n"
+        "| transport | seconds | visits | crashes of visitors | holes | longest (ms) "
+        "| median (ms) | 99 % (ms) | share of a core |\n"
+        "| --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n"
     )
     return head + "".join(
-        f"| {row.transport} | {row.seconds:.0f} | {row.visits} | {len(row.gaps)} "
+        f"| {row.transport} | {row.seconds:.0f} | {row.visits} | {row.crashes} | {len(row.gaps)} "
         f"| {1e3 * max(row.gaps, default=0.0):.0f} | {1e3 * row.median:.2f} "
         f"| {1e3 * row.high:.2f} | {row.share:.2f} |\n"
         for row in rows

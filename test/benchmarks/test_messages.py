@@ -93,13 +93,13 @@ def test_holes_become_a_table_of_the_page(tmp_path, monkeypatch):
     page.write_text("before\n<!-- holes: begin --><!-- holes: end -->\nafter\n")
     monkeypatch.setattr(report, "PAGE", page)
     rows = [
-        report.Holes("UDP", 60.0, 12, 6000, [], 1.5e-3, 3.25e-3, 0.151),
-        report.Holes("pigeons", 60.0, 12, 60, [0.25, 0.333], 1.5e-3, 3.25e-3, 0.151),
+        report.Holes("UDP", 60.0, 12, 0, 6000, [], 1.5e-3, 3.25e-3, 0.151),
+        report.Holes("pigeons", 60.0, 12, 1, 60, [0.25, 0.333], 1.5e-3, 3.25e-3, 0.151),
     ]
     report.write_holes(rows, 0.5)
     text = page.read_text()
-    assert "| UDP | 60 | 12 | 0 | 0 | 1.50 | 3.25 | 0.15 |" in text
-    assert "| pigeons | 60 | 12 | 2 | 333 | 1.50 | 3.25 | 0.15 |" in text
+    assert "| UDP | 60 | 12 | 0 | 0 | 0 | 1.50 | 3.25 | 0.15 |" in text
+    assert "| pigeons | 60 | 12 | 1 | 2 | 333 | 1.50 | 3.25 | 0.15 |" in text
 
 
 def test_sources_of_the_demo_send_when_they_are_told_to():
