@@ -76,6 +76,7 @@ def main() -> int:
         "scene graph node": [
             *(python, "-m", "scene_graph_ros.node", "--ros-args"),
             *("-p", f"scene:={arguments.scene.resolve()}", "--log-level", "warn"),
+            *("-p", "shutdown_timeout:=20.0"),  # a busy machine may take its time
         ],
         "Panda": [python, "examples/panda_robot.py", "--rate", str(arguments.rate)],
         "moving objects": [python, "examples/moving_objects.py", "--rate", str(arguments.rate)],

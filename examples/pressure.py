@@ -46,6 +46,7 @@ def main() -> int:
         *(sys.executable, "-m", "scene_graph_ros.node", "--ros-args"),
         *("-p", f"scene:={scene}", "-p", f"pressure_scale:={PRESSURE_SCALE}"),
         *("--log-level", "warn"),
+        *("-p", "shutdown_timeout:=20.0"),  # a busy machine may take its time
     ]
     patches = []
     with processes({"scene graph node": command}) as running, Gripper(arguments.rate) as gripper:

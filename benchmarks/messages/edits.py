@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 import subprocess
 import time
@@ -46,15 +45,8 @@ class _Editor:
 
     def change(self, what: str, argument: str = "") -> tuple[int, int]:
         """Change the scene; return when the request was sent and answered, nanoseconds."""
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._process.stdin.write(json.dumps({"what": what, "with": argument}) + "\n")
-        self._process.stdin.flush()
-        line = self._process.stdout.readline()
-        if not line:
-            self._process.wait()
-            self._isolation.check()
-        times = json.loads(line)
+        self._isolation.ask(self._process, **{"what": what, "with": argument})
+        times = self._isolation.answer(self._process)
         return times["begin"], times["end"]
 
 

@@ -85,6 +85,23 @@ class Isolation:
             child.kill()
             child.wait()
 
+    def ask(self, child: subprocess.Popen[Any], **question: Any) -> None:
+        """Write a line of JSON to a process."""
+        assert child.stdin is not None
+        child.stdin.write(json.dumps(question) + "\n")
+        child.stdin.flush()
+
+    def answer(self, child: subprocess.Popen[Any]) -> dict[str, Any]:
+        """Return the next line of JSON that a process writes, among what the middleware says."""
+        assert child.stdout is not None
+        for line in child.stdout:
+            if line.startswith("{"):
+                answer: dict[str, Any] = json.loads(line)
+                return answer
+        child.wait()
+        self.check()
+        raise RuntimeError(f"{child.args} ended without an answer")
+
     def check(self) -> None:
         """Raise RuntimeError where a process ended by itself."""
         for index, child in enumerate(self.children):
@@ -112,6 +129,7 @@ class Sender:
     """A process that publishes poses at a rate on demand; see ``benchmarks.messages.sender``."""
 
     def __init__(self, isolation: Isolation, count: int) -> None:
+        self._isolation = isolation
         self.process = isolation.start(
             "benchmarks.messages.sender",
             *("--frames", str(count)),
@@ -122,11 +140,8 @@ class Sender:
 
     def begin(self, rate: float, seconds: float) -> None:
         """Publish for some seconds; returns at once."""
-        assert self.process.stdin is not None
-        self.process.stdin.write(json.dumps({"rate": rate, "seconds": seconds}) + "\n")
-        self.process.stdin.flush()
+        self._isolation.ask(self.process, rate=rate, seconds=seconds)
 
     def end(self) -> int:
         """Wait until it has published and return how many messages."""
-        assert self.process.stdout is not None
-        return int(json.loads(self.process.stdout.readline())["sent"])
+        return int(self._isolation.answer(self.process)["sent"])

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 import contextlib
-import json
 import subprocess
 import time
 from typing import Any
@@ -45,16 +44,8 @@ class Asker:
 
     def ask(self, seconds: float) -> dict[str, list[float]]:
         """Return the milliseconds of each answer, by service."""
-        assert self.process.stdin is not None
-        assert self.process.stdout is not None
-        self.process.stdin.write(json.dumps({"seconds": seconds}) + "\n")
-        self.process.stdin.flush()
-        line = self.process.stdout.readline()
-        if not line:
-            self.process.wait()
-            self._isolation.check()
-        times: dict[str, list[float]] = json.loads(line)
-        return times
+        self._isolation.ask(self.process, seconds=seconds)
+        return self._isolation.answer(self.process)
 
 
 @contextlib.contextmanager
