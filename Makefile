@@ -12,7 +12,7 @@ PYTHON ?= $(shell for python in python3.12 python3.11 python3 python3.13; do \
 unexport PYTHONHOME PYTHONPATH LD_LIBRARY_PATH AMENT_PREFIX_PATH CMAKE_PREFIX_PATH \
   COLCON_PREFIX_PATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
 
-# Where Python may not keep bytecode, each process of hundreds compiles our sources: 1.3 s.
+# Where Python may not keep bytecode, each process that a test starts compiles our sources: 1.3 s.
 unexport PYTHONDONTWRITEBYTECODE
 
 # Tests and demo talk on this machine only.
