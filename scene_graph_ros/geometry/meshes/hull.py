@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.tolerances import HULL_COPLANARITY, HULL_FLATNESS
 
 __all__ = ["Hull", "convex_hull"]
@@ -45,7 +46,7 @@ def convex_hull(points: np.ndarray) -> Hull:
     if not np.isfinite(points).all():
         row = int(np.flatnonzero(~np.isfinite(points).all(axis=1))[0])
         raise MeshError(f"points for a convex hull: row {row} is not finite: {points[row]}")
-    points = np.unique(points, axis=0)
+    points = distinct_rows(points).rows
     extent = float(np.max(points.max(axis=0) - points.min(axis=0)))
     # A set that qhull finds too flat for a solid is treated as flat; each step accepts more.
     for flatness in HULL_FLATNESS:
@@ -188,28 +189,34 @@ def _triangulated_hull(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _assemble(points: np.ndarray, faces: list[np.ndarray], edges: list[tuple[int, int]]) -> Hull:
     """Keep the used vertices and derive adjacency and planes from polygons (and bare edges)."""
-    pairs = [np.array(edges, dtype=np.int64).reshape(-1, 2)]
-    pairs += [np.column_stack([face, np.roll(face, -1)]) for face in faces]
-    directed = np.concatenate(pairs)
-    used = np.unique(directed) if len(directed) else np.zeros(1, dtype=np.int64)
-    vertices = points[used]
-    directed = np.searchsorted(used, directed)
-    both = np.unique(np.concatenate([directed, directed[:, ::-1]]), axis=0)
-    starts = np.searchsorted(both[:, 0], np.arange(len(used) + 1))
-    neighbors = np.split(both[:, 1], starts[1:-1])
-    faces = [np.searchsorted(used, face) for face in faces]
-    normals, offsets = _planes(vertices, faces)
-    return Hull(vertices, neighbors, faces, normals, offsets)
+    ends = np.cumsum([len(face) for face in faces], dtype=np.int64)
+    starts = np.concatenate([[0], ends[:-1]]).astype(np.int64)[: len(faces)]
+    # All faces one behind the other: to look at each alone takes seconds for large meshes.
+    corners = np.concatenate([np.zeros(0, dtype=np.int64), *faces])
+    following = np.arange(1, len(corners) + 1)
+    following[ends - 1] = starts
+    bare = np.array(edges, dtype=np.int64).reshape(-1, 2)
+    directed = np.concatenate([bare, np.column_stack([corners, corners[following]])])
+    used, directed = used_indices(directed, len(points))
+    if not len(used):
+        used = np.zeros(1, dtype=np.int64)
+    vertices, corners = points[used], directed[len(bare) :, 0]
+    both = distinct_rows(np.concatenate([directed, directed[:, ::-1]])).rows
+    first = np.searchsorted(both[:, 0], np.arange(len(used) + 1))
+    neighbors = np.split(both[:, 1], first[1:-1])
+    normals, offsets = _planes(vertices, corners, starts, ends - starts)
+    return Hull(vertices, neighbors, np.split(corners, ends[:-1])[: len(faces)], normals, offsets)
 
 
-def _planes(vertices: np.ndarray, faces: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return unit normals and the largest offsets of polygons' corners."""
-    normals = np.empty((len(faces), 3))
-    offsets = np.empty(len(faces))
-    sizes = np.array([len(face) for face in faces])
+def _planes(
+    vertices: np.ndarray, faces: np.ndarray, starts: np.ndarray, sizes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return unit normals and the largest offsets of polygons' corners, listed in ``faces``."""
+    normals = np.empty((len(sizes), 3))
+    offsets = np.empty(len(sizes))
     for size in np.unique(sizes):
         rows = np.flatnonzero(sizes == size)
-        corners = vertices[np.array([faces[row] for row in rows])]
+        corners = vertices[faces[starts[rows, None] + np.arange(size)]]
         normals[rows] = _normals(corners)
         offsets[rows] = np.einsum("fcj,fj->fc", corners, normals[rows]).max(axis=1)
     return normals, offsets

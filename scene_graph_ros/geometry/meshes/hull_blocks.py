@@ -69,9 +69,14 @@ def _lists(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], int]:
     """Return where each list of vertices is, all lists from ``at`` on, and where they end."""
     lengths = np.array([len(row) for row in rows], dtype=np.int64)
-    places = at + np.concatenate([[0], np.cumsum(lengths + 1)]).astype(np.int64)
-    lists = [np.concatenate([[len(row)], _places(start, np.asarray(row))]) for row in rows]
-    return places[:-1], np.concatenate([np.zeros(0), *lists]), int(places[-1])
+    ends = np.cumsum(lengths + 1)
+    begins = ends - lengths - 1
+    lists = np.empty(len(ends) and ends[-1], dtype=np.float64)
+    is_length = np.zeros(len(lists), dtype=bool)
+    is_length[begins] = True
+    lists[is_length] = lengths
+    lists[~is_length] = _places(start, np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
+    return at + begins, lists, at + len(lists)
 
 
 def _places(start: int, numbers: NDArray[np.int64]) -> NDArray[np.int64]:

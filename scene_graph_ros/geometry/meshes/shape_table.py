@@ -201,22 +201,26 @@ def _stack(parts: Sequence[np.ndarray], shape: tuple[int, ...], dtype: type) -> 
     return np.concatenate([np.zeros((0, *shape), dtype=dtype), *parts]).astype(dtype, copy=False)
 
 
+def _flat(rows: Sequence[np.ndarray]) -> np.ndarray:
+    return _stack(rows, (), np.int64)
+
+
 def _pack_hulls(hulls: Sequence[Hull]) -> Hulls:
     vertex_start = _starts([len(hull.vertices) for hull in hulls])
     shifted = list(zip(hulls, vertex_start[:-1], strict=True))
-    neighbors = [row + shift for hull, shift in shifted for row in hull.neighbors]
-    faces = [row + shift for hull, shift in shifted for row in hull.faces]
+    neighbors = [row for hull in hulls for row in hull.neighbors]
+    faces = [row for hull in hulls for row in hull.faces]
     block_start, blocks = pack_blocks(hulls)
     return Hulls(
         vertex_start=vertex_start,
         vertices=_stack([hull.vertices for hull in hulls], (3,), np.float64),
         neighbor_start=_starts([len(row) for row in neighbors]),
-        neighbors=_stack(neighbors, (), np.int64),
+        neighbors=_stack([_flat(h.neighbors) + shift for h, shift in shifted], (), np.int64),
         face_start=_starts([len(hull.faces) for hull in hulls]),
         face_normals=_stack([hull.normals for hull in hulls], (3,), np.float64),
         face_offsets=_stack([hull.offsets for hull in hulls], (), np.float64),
         face_vertex_start=_starts([len(row) for row in faces]),
-        face_vertices=_stack(faces, (), np.int64),
+        face_vertices=_stack([_flat(h.faces) + shift for h, shift in shifted], (), np.int64),
         block_start=block_start,
         blocks=blocks,
     )

@@ -13,6 +13,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
+from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import (
     checked_mesh,
@@ -83,7 +84,7 @@ def hull_of(shape: MeshShape) -> Hull:
     def build() -> Hull:
         vertices, triangles = load_surface(shape)
         if shape.kind == ShapeKind.MESH and len(triangles):
-            vertices = vertices[np.unique(triangles)]
+            vertices = vertices[used_indices(triangles, len(vertices))[0]]
         return convex_hull(vertices)
 
     return _hulls.get(source_identity(shape), build)

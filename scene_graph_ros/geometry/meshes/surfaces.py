@@ -17,6 +17,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.bvh import build_bvh
+from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
 from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.tolerances import CONVEX_VOLUME, DEGENERATE_TRIANGLE
 
@@ -95,14 +96,13 @@ def is_convex_surface(surface: Surface, hull: Hull) -> bool:
 def _weld(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Apply rules 1 and 2; vertices that no triangle uses go as well."""
     vertices = vertices + 0.0  # -0.0 and 0.0 are one coordinate
-    vertices, inverse = np.unique(vertices, axis=0, return_inverse=True)
-    triangles = inverse.reshape(-1)[triangles]
+    vertices, _, inverse = distinct_rows(vertices)
+    triangles = inverse[triangles]
     a, b, c = triangles.T
     triangles = triangles[(a != b) & (b != c) & (c != a)]
-    _, first = np.unique(np.sort(triangles, axis=1), axis=0, return_index=True)
-    triangles = triangles[np.sort(first)]
-    used = np.unique(triangles)
-    return vertices[used], np.searchsorted(used, triangles)
+    triangles = triangles[np.sort(distinct_rows(np.sort(triangles, axis=1)).first)]
+    used, triangles = used_indices(triangles, len(vertices))
+    return vertices[used], triangles
 
 
 def _crosses(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
