@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
+from scene_graph_ros.geometry.meshes.changed_table import changed_table, TableOfShapes
+from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.meshes.sources import validate
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.hydroelastic_properties import (
@@ -42,6 +43,9 @@ class ProximityArrays(NamedTuple):
 
 
 def _is_exact(record: GeometryRecord) -> bool:
+    """Tell whether a mesh is its triangles; other shapes have none."""
+    if not isinstance(record.shape, MeshShape):
+        return False
     properties = record.properties[Role.PROXIMITY]
     assert isinstance(properties, ProximityProperties)
     return uses_triangles(properties)
@@ -77,7 +81,7 @@ def proximity_arrays(state: GeometryState) -> ProximityArrays:
 
 def _assemble(state: GeometryState) -> ProximityArrays:
     rows = state.role_arrays(Role.PROXIMITY)
-    table = state.cached("table", lambda: _table(state))
+    table = state.cached("table", lambda: _table(state)).table
     bits = state.cached("pairs", lambda: (state.filters.bit_matrix(rows.geometry_ids),))[0]
     return ProximityArrays(
         table=table,
@@ -90,7 +94,8 @@ def _assemble(state: GeometryState) -> ProximityArrays:
     )
 
 
-def _table(state: GeometryState) -> ShapeTable:
+def _table(state: GeometryState) -> TableOfShapes:
     ids = state.role_arrays(Role.PROXIMITY).geometry_ids
     records = [state.geometries[geometry_id] for geometry_id in ids]
-    return build_shape_table([r.shape for r in records], [_is_exact(r) for r in records])
+    before: TableOfShapes | None = state.outdated("table")
+    return changed_table(before, [r.shape for r in records], [_is_exact(r) for r in records])

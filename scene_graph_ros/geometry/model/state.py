@@ -113,6 +113,8 @@ class GeometryState:
             self.role_versions[role] = next(_versions)
             self._forget(f"arrays {role.name}")
             if role is Role.PROXIMITY:
+                if "table" in self._caches:
+                    self._caches["outdated table"] = self._caches["table"]
                 self._forget("proximity", "table", "pairs")
 
     def filters_changed(self) -> None:
@@ -134,6 +136,10 @@ class GeometryState:
                 if value is None:
                     value = self._caches[key] = compute()
         return value
+
+    def outdated(self, key: str) -> Any:
+        """Return the value that was forgotten last, once, for what is like it; None without."""
+        return self._caches.pop(f"outdated {key}", None)
 
     def layout(self) -> FrameLayout:
         """Return the rows of the frames."""
