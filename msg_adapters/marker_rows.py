@@ -83,6 +83,11 @@ class MarkerRows:
         """The items in the order of their rows."""
         return self._list.items
 
+    @property
+    def listed(self) -> MarkerList:
+        """The items as they were taken."""
+        return self._list
+
     def set_items(self, items: Iterable[MarkerItem]) -> None:
         """Take over which geometries there are.
 

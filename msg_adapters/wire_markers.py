@@ -31,6 +31,7 @@ from msg_adapters.wire import (
 )
 from msg_adapters.wire_plain_markers import marked_pose, Piece, PlainLook, PlainPieces
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
+from scene_graph_ros.geometry.steps import between_steps
 
 __all__ = ["MarkerWire", "PreparedMarkers"]
 
@@ -49,8 +50,8 @@ class PreparedMarkers(NamedTuple):
 
     items: MarkerList
     pieces: Pieces
-    all_of_them: Patchable
-    """A message of all."""
+    templates: dict[bytes, Patchable]
+    """Messages of all, and of those that are likely to be sent next, by their rows."""
     base: MarkerList
     """The markers that were prepared before, and below the row that each has among them."""
     rows_before: list[int]
@@ -74,13 +75,14 @@ class MarkerWire:
         self._serialize = serialize
         self._frame_id, self._package_shares = frame_id, package_shares
         self._fill = probe_fill(self._array)
+        self._head = self._array([Marker()])[: self._fill.first]
+        """What is before the first marker."""
         self._plain = PlainPieces(self._array, self._fill.before, frame_id)
         self._rows = MarkerRows()
         self._pieces = Pieces([], self._plain, self._make_piece)
         self._templates: dict[bytes, Patchable] = {}
-        nothing = self._join((), self._pieces)
         empty = MarkerList([])
-        self._prepared = PreparedMarkers(empty, self._pieces, nothing, empty, [])
+        self._prepared = PreparedMarkers(empty, self._pieces, {}, empty, [])
 
     def set_items(self, items: Iterable[MarkerItem]) -> None:
         """Take over which geometries there are; see ``SceneMarkers.set_items``."""
@@ -100,15 +102,38 @@ class MarkerWire:
             for item, row in zip(listed.items, before, strict=True)
         ]
         pieces = known.pieces.carried_over(markers, before)
-        joined = self._join(range(len(markers)), pieces)
-        self._prepared = PreparedMarkers(listed, pieces, joined, known.items, before)
+        templates = {}
+        for rows in self._likely_rows(known.items, np.array(before, dtype=np.int64)):
+            key = _key(rows)
+            if key not in templates:
+                between_steps()
+                templates[key] = self._join(rows.tolist(), pieces)
+        self._prepared = PreparedMarkers(listed, pieces, templates, known.items, before)
         return self._prepared
+
+    def _likely_rows(
+        self, known: MarkerList, before: NDArray[np.int64]
+    ) -> list[NDArray[np.int64]]:
+        """Return which rows messages are likely to have: all, those that are new, and what moves.
+
+        What moves is what was sent last; ``before`` has the rows among the markers before.
+        """
+        new = before < 0
+        result = [np.arange(len(before)), np.flatnonzero(new)]
+        if known is self._rows.listed:
+            for key in list(self._templates):
+                was_sent = np.zeros(len(known.items), dtype=bool)
+                was_sent[np.frombuffer(key, dtype=np.int64)] = True
+                moves = np.zeros(len(before), dtype=bool)
+                moves[~new] = was_sent[before[~new]]
+                result += [np.flatnonzero(moves | new), np.flatnonzero(moves)]
+        return [rows for rows in result if len(rows)]
 
     def take(self, prepared: PreparedMarkers) -> None:
         """Show these markers from now on."""
         self._rows.take(prepared.items, prepared.rows_in)
         self._pieces = prepared.pieces
-        self._templates = {_key(np.arange(len(prepared.items.items))): prepared.all_of_them}
+        self._templates = dict(prepared.templates)
 
     def _look(self, item: MarkerItem) -> Look:
         plain = plain_look(item)
@@ -168,7 +193,7 @@ class MarkerWire:
         """Put the pieces of some markers in a row, behind deletions if there are."""
         if not len(rows) and not first:
             return Patchable(self._array([]), [], [], _WIDTH)
-        row = PieceRow(self._fill, self._array([Marker()])[: self._fill.first], 0)
+        row = PieceRow(self._fill, self._head, 0)
         deletions = Pieces(first, self._plain, self._make_piece)
         for index in range(len(first)):
             row.put(deletions.get(index, row.alignment()))
@@ -183,9 +208,7 @@ class MarkerWire:
     ) -> bytes:
         """Put deletions behind the ``count`` markers that are in the bytes of an array."""
         pieces = Pieces(deleted, self._plain, self._make_piece)
-        row = PieceRow(
-            self._fill, data if count else self._array([Marker()])[: self._fill.first], count
-        )
+        row = PieceRow(self._fill, data if count else self._head, count)
         for index in range(len(deleted)):
             row.put(pieces.get(index, row.alignment()))
         whole = Patchable(row.data(), row.stamps, [], _WIDTH)

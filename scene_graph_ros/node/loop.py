@@ -22,6 +22,7 @@ from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.node import Node
 
 from scene_graph_ros.node.own_threads import stop_at_exit
+from scene_graph_ros.node.precedence import Precedence
 
 __all__ = ["OwnThreadGroup", "Topic", "UpdateLoop"]
 
@@ -64,17 +65,20 @@ class UpdateLoop:
         topics: Callable[[], Iterable[Topic]],
         max_rate: Callable[[], float],
         min_rate: Callable[[], float],
+        precedence: Precedence,
     ) -> None:
         """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz.
 
         Messages are taken from ``topics()``; events of whatever is in ``group`` are handled. The
         thread calls ``topics`` at its start and when they changed, and waits for nothing then: so
-        that is where to make and destroy what it waits for. Nobody else may while it runs.
+        that is where to make and destroy what it waits for. Nobody else may while it runs. It has
+        ``precedence`` but while it waits.
         """
         self._node, self._group = node, group
         self._update = update
         self._topics = topics
         self._max_rate, self._min_rate = max_rate, min_rate
+        self._precedence = precedence
         self._lock = threading.Lock()
         self._guard: GuardCondition | None = None
         self._thread: threading.Thread | None = None
@@ -131,7 +135,9 @@ class UpdateLoop:
         while self._is_running():
             try:
                 self._have_topics_changed = False
-                self._serve(list(self._topics()), guard)
+                topics = list(self._topics())
+                with self._precedence.taken():
+                    self._serve(topics, guard)
             except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
                 if self._is_running():
                     self._node.get_logger().error(
@@ -168,7 +174,8 @@ class UpdateLoop:
                     wait_set.add_subscription(topic.subscription.handle)
                 for event in events:
                     event.add_to_wait_set(wait_set)
-                wait_set.wait(int(wait * 1e9) + 1)
+                with self._precedence.left():
+                    wait_set.wait(int(wait * 1e9) + 1)
                 taken = wait_set.get_ready_entities("subscription")
                 for pointer in taken:
                     self._take(by_pointer[pointer])

@@ -134,13 +134,17 @@ class Scene:
             old = None if before is None else before.frames.get(name)
             if old is not None and old is not frames:
                 _bring_poses(old, frames)
-            frames.foreign = self._owners
             if frames.names:
                 self.context.set_frame_poses(self.records[name].id, frames.X_PF)
         for name, deformables in self.deformables.items():
             if before is not None and name in before.deformables:
                 deformables.take_over(before.deformables[name])
             self.deform(name)
+
+    def begin(self) -> None:
+        """Tell the frames, which the scene before may share, whose all others are from now on."""
+        for frames in self.frames.values():
+            frames.foreign = self._owners
 
     def set_accuracy(self, accuracy: str) -> bool:
         """Answer at this tier; tell whether that is another than before."""

@@ -28,6 +28,7 @@ from scene_graph_ros.node.kernel_supply import KernelSupply
 from scene_graph_ros.node.loop import OwnThreadGroup, Topic, UpdateLoop
 from scene_graph_ros.node.names import DIAGNOSTICS
 from scene_graph_ros.node.namesakes import Namesakes
+from scene_graph_ros.node.precedence import Precedence
 from scene_graph_ros.node.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.scenes import SceneLoader
 from scene_graph_ros.node.services import Services
@@ -69,6 +70,7 @@ class Server:
         )
         self._monitor = Monitor()
         self._namesakes = Namesakes(node)
+        self._precedence = Precedence()
         self._loop = UpdateLoop(
             node,
             self.group,
@@ -76,6 +78,7 @@ class Server:
             topics=self._follow_scene,
             max_rate=lambda: self.parameter("max_update_rate"),
             min_rate=lambda: self.parameter("min_update_rate"),
+            precedence=self._precedence,
         )
         # Each new topic is compared with all others.
         self._resolve_topic = functools.lru_cache(_TOPICS_KEPT)(self._absolute_topic)
@@ -142,7 +145,10 @@ class Server:
     def configure(self) -> None:
         """Load the scene and offer the services."""
         world = World(
-            self._given_scene_graph, world_frame=self.world_frame, check=self._check_topics
+            self._given_scene_graph,
+            world_frame=self.world_frame,
+            check=self._check_topics,
+            precedence=self._precedence,
         )
         world.set_accuracy(self.parameter("accuracy"))
         loader = SceneLoader(self.parameter("package_paths"), message_type)

@@ -18,9 +18,11 @@ from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.spatial.record_kernels import latest
+from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
 from scene_graph_ros.node.deformables import SourceDeformables
 from scene_graph_ros.node.half_spaces import check_half_spaces
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
+from scene_graph_ros.node.precedence import Precedence
 from scene_graph_ros.node.scene import Edit, Scene, SourceRecord
 
 __all__ = ["World", "WorldSnapshot", "new_token"]
@@ -82,13 +84,16 @@ class World:
         *,
         world_frame: str = "world",
         check: Callable[[Edit, WorldSnapshot], None] = _allow,
+        precedence: Precedence | None = None,
     ) -> None:
         """``check`` raises for what an edit must not do to the world as it was in the snapshot.
 
+        Who has ``precedence`` updates the world: edits stand back between their steps.
         Raises UnsupportedPairError for two half spaces of ``scene_graph`` that would be checked.
         """
         self.world_frame = world_frame
         self._check = check
+        self._precedence = Precedence() if precedence is None else precedence
         self.lock = threading.RLock()
         self._editing = threading.RLock()
         self._sequence = 0
@@ -96,6 +101,7 @@ class World:
         check_half_spaces(graph.model_inspector())
         self._scene = Scene(Edit(graph, _records_of(graph)), None, world_frame=world_frame)
         self._scene.take_poses(None)
+        self._scene.begin()
         self._publish(None)
 
     @property
@@ -134,22 +140,29 @@ class World:
         Returns what ``change`` returned and the snapshot that has the change in it. Raises
         UnsupportedPairError for two half spaces that would be checked, and what ``check`` raises.
         """
-        with self._editing:
+        with self._editing, calling_between_steps(self._precedence.stand_back):
             before = self._scene
+            between_steps()
             edit = before.begin_edit()
             result = change(edit)
             if not edit.has_changes:
                 return result, self._snapshot
+            between_steps()
             check_half_spaces(edit.scene_graph.model_inspector())
+            between_steps()
             self._check(edit, self._snapshot)
+            between_steps()
             scene = Scene(edit, before, world_frame=self.world_frame)
+            between_steps()
             with self.lock:
                 scene.take_poses(before)
                 preview = self._snapshot_of(scene, None)
             prepare(preview)
+            between_steps()
             with self.lock:
                 scene.take_poses(before)
                 scene.set_accuracy(before.scene_graph.accuracy)
+                scene.begin()
                 self._scene = scene
                 self._publish(None)
                 return result, self._snapshot

@@ -17,6 +17,7 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
+from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.robots.registration import register_robot
 from scene_graph_ros.robots.robot_model import Pose, RobotModel
@@ -269,6 +270,7 @@ class _Application:
         assert not waiting
 
     def _add_frame(self, frame: FrameSpec, index: int) -> None:
+        between_steps()
         source = self._source(frame.source)
         parent = self._frame_id(source, frame.parent, "frames", index, "parent")
         with self._located("frames", index, "name"):
@@ -281,6 +283,7 @@ class _Application:
 
     def _add_geometries(self) -> None:
         for index, spec in enumerate(self.spec.geometries):
+            between_steps()
             source = self._source(spec.source)
             frame_id = self._frame_id(source, spec.frame, "geometries", index, "frame")
             with self._located("geometries", index, "pose"):

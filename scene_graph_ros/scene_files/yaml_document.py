@@ -14,6 +14,7 @@ import yaml
 
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.located import Location, SceneFileError
 
 __all__ = ["YamlDocument", "parse_yaml", "path_text"]
@@ -39,6 +40,7 @@ class _Loader(yaml.SafeLoader):
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
         """Compose a node and all in it, as long as they are neither too deep nor too many."""
+        between_steps()
         self.depth += 1
         self.count += 1
         if self.depth > MAX_DEPTH:
@@ -163,6 +165,7 @@ class _Builder:
             raise self.fail(node, path, f"the tag {quoted(node.tag)} is refused")
         if id(node) in self.open:
             raise self.fail(node, path, "an alias contains itself")
+        between_steps()
         self.lines[path] = node.start_mark.line + 1
         if len(self.lines) > MAX_VALUES:
             raise self.fail(node, path, f"more than {MAX_VALUES} values")

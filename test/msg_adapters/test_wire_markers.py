@@ -203,6 +203,30 @@ def test_prepared_markers_are_sent_without_serializing(rng, shapes):
     both.check(poses(rng, len(more)), 4, is_whole=False)
 
 
+@pytest.mark.parametrize("are_moved", [False, True], ids=["new ones", "new ones and what moves"])
+def test_messages_that_are_likely_next_are_prepared(rng, shapes, are_moved, monkeypatch):
+    """After an edit nothing is joined for what is new, nor for what moves as it did before."""
+    both = Both()
+    items = [item(i, shape) for i, shape in enumerate(shapes.values())]
+    both.set_items(items)
+    X_WG = poses(rng, len(items))
+    both.check(X_WG, 1, is_whole=True)
+    X_WG[::2] = poses(rng, len(X_WG[::2]))
+    both.check(X_WG, 2, is_whole=False)
+    more = [item(50, Sphere(1.0)), *items[:3], *items[4:], item(99, shapes["mesh"])]
+    both.set_items(more)
+    joined, join = [], both.wire._join
+    monkeypatch.setattr(both.wire, "_join", lambda rows, *a: joined.append(rows) or join(rows, *a))
+    X_WG = np.concatenate([poses(rng, 1), X_WG[:3], X_WG[4:], poses(rng, 1)])
+    # Where every other one of before is by now.
+    moving = [1, 3, 4, 6, 8]
+    for stamp in (3, 4):
+        if are_moved or stamp == 4:
+            X_WG[moving] = poses(rng, len(moving))
+        both.check(X_WG, stamp, is_whole=False)
+    assert joined == []
+
+
 def test_markers_that_were_prepared_in_vain_do_no_harm(rng, shapes):
     """A scene that never counted, and one that was prepared before another was taken."""
     both = Both()

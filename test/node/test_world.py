@@ -120,6 +120,23 @@ def test_an_edit_that_raises_leaves_no_trace(world):
     assert after.scene_version == before.scene_version + 1
 
 
+def test_whose_a_name_is_changes_when_an_edit_counts(world):
+    """One that is refused after all leaves faults in poses with the reason that they had."""
+    foreign = dict(world.frames("a").foreign)
+
+    def change(edit):
+        add_frames(edit, edit.add_source("b", token=1).id, "h")
+
+    def refuse(snapshot):
+        raise RuntimeError("no")
+
+    with pytest.raises(RuntimeError, match="no"):
+        world.edit(change, refuse)
+    assert world.frames("a").foreign == foreign == {"f": "a", "g": "a"}
+    world.edit(change)
+    assert world.frames("a").foreign == {"f": "a", "g": "a", "h": "b"}
+
+
 def test_accuracy_that_is_set_during_an_edit_holds(world):
     """The copy that the edit was made on does not bring the old tier back."""
 

@@ -9,6 +9,7 @@ import pytest
 from scene_graph_ros.check import main
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.steps import calling_between_steps
 from scene_graph_ros.scene_files import load_scene_text
 
 HEAD = "version: 1\nsources: [{name: s}]\nframes:\n"
@@ -78,3 +79,24 @@ def test_the_checker_asks_of_no_pair_by_itself(tmp_path, monkeypatch, capsys):
     path.write_text(chain(4, parents_first=True) + "geometries:\n" + "".join(lines) + filters)
     assert main([str(path)]) == 0
     assert "3 filtered pairs" in capsys.readouterr().out
+
+
+def test_a_scene_is_read_and_registered_in_steps():
+    """Between any two values of the file, frames and geometries something else may go before."""
+    count = 20
+    shapes = "".join(
+        f"  - {{name: g{i}, source: s, frame: f{i}, shape: {{type: sphere, radius: 0.1}}}}\n"
+        for i in range(count)
+    )
+    text = chain(count, parents_first=True) + "geometries:\n" + shapes
+    steps = []
+    with calling_between_steps(lambda: steps.append("reading")):
+        scene = load_scene_text(text)
+    # Each frame is a mapping of three names and values, each geometry of four and one more.
+    assert len(steps) > count * (1 + 6 + 1 + 8)
+    steps.clear()
+    graph = SceneGraph()
+    with calling_between_steps(lambda: steps.append(graph.model_inspector().num_geometries())):
+        scene.apply(graph)
+    # Before each frame, then before each geometry.
+    assert steps == [0] * count + list(range(count))

@@ -160,13 +160,14 @@ EFFECT_NAMES = tuple(declaration.name for declaration in EFFECTS)
 def count_compliant(inspector: Any) -> int:
     """Count the rigid geometries that their proximity role makes compliant in contact."""
     property_of_interest = (HYDROELASTIC_GROUP, "compliance_type", None)
-    return sum(
-        inspector.get_properties(geometry_id, Role.PROXIMITY).get_property_or_default(
-            *property_of_interest
-        )
-        == Compliance.COMPLIANT.value
+    given = [
+        (geometry_id, inspector.get_properties(geometry_id, Role.PROXIMITY))
         for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY)
-        if not inspector.is_deformable(geometry_id)
+    ]
+    return sum(
+        properties.get_property_or_default(*property_of_interest) == Compliance.COMPLIANT.value
+        for geometry_id, properties in given
+        if properties.has_group(HYDROELASTIC_GROUP) and not inspector.is_deformable(geometry_id)
     )
 
 

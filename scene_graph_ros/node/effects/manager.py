@@ -13,6 +13,7 @@ import traceback
 from typing import Any
 
 from scene_graph_ros.geometry.model.state import ROLES
+from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.declarations import (
     count_compliant,
     count_deformable,
@@ -131,6 +132,7 @@ class Effects:
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
         """Do beforehand what takes long for a scene that is going to be; in the edit's thread."""
+        between_steps()
         demand = self._demand_of(snapshot)
         for state in self._states.values():
             declaration = state.declaration
@@ -138,6 +140,7 @@ class Effects:
                 continue
             if self._lack(declaration.kernels):
                 continue
+            between_steps()
             try:
                 _load(declaration.factory).prepare(self._host, snapshot)
             except Exception:  # noqa: BLE001 - the update meets it again, and says so

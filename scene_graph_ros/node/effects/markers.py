@@ -17,6 +17,7 @@ from msg_adapters.wire_markers import MarkerWire, PreparedMarkers
 from scene_graph_msgs.msg import GeometryName
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import (
     MARKERS_ILLUSTRATION,
@@ -112,12 +113,15 @@ class RoleMarkers:
         """Make the markers of a scene that is going to be, if somebody listens."""
         effect: RoleMarkers | None = host.effect(cls.ROLE.name.lower())
         if effect is not None and effect._outlet.is_heard():
+            snapshot.query.snapshot.role_arrays(cls.ROLE)
+            between_steps()
             effect._ready = effect._make_ready(snapshot)
 
     def _make_ready(self, snapshot: WorldSnapshot) -> _Ready:
         """Make the markers of a scene; what can't be shown is left out."""
         snapshot.query.snapshot.state.deformable_ids(self.ROLE)
         items, rows = self._items_of(snapshot), None
+        between_steps()
         try:
             markers = self._wire.prepare(items)
         except SceneGraphError:

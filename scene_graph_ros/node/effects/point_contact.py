@@ -18,7 +18,9 @@ from visualization_msgs.msg import MarkerArray
 from msg_adapters.contact_rows import deformable_rows, NO_ROWS, surface_rows
 from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
 from scene_graph_msgs.msg import ContactArray
+from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import CONTACT_MARKERS, CONTACTS
 from scene_graph_ros.node.qos import contact_qos, marker_qos
@@ -83,7 +85,13 @@ class PointContact:
         """Find the contacts of a scene that is going to be, if somebody listens to them."""
         effect: PointContact | None = host.effect("point_contact")
         if effect is not None and effect.is_heard():
+            # What the query would find out by itself, in steps.
+            snapshot.query.snapshot.role_arrays(Role.PROXIMITY)
+            between_steps()
+            _ = snapshot.query.snapshot.proximity
+            between_steps()
             table = snapshot.ask(QueryObject.compute_point_pair_penetration)
+            between_steps()
             effect._contact_wire.prepare(table, snapshot.names)
 
     def _compute(self, snapshot: WorldSnapshot) -> None:

@@ -1,0 +1,38 @@
+"""Work in Python that takes long is done in steps, between which others may go before.
+
+The core knows nothing of threads that wait for the interpreter; whoever starts the work says what
+is to be done between its steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+__all__ = ["between_steps", "calling_between_steps"]
+
+
+def _nothing() -> None:
+    """Go on at once."""
+
+
+_callback: ContextVar[Callable[[], None]] = ContextVar("between steps", default=_nothing)
+
+
+def between_steps() -> None:
+    """Do what whoever started the work wants done between its steps; without that, nothing.
+
+    To be called where nothing is held that another thread may wait for.
+    """
+    _callback.get()()
+
+
+@contextmanager
+def calling_between_steps(callback: Callable[[], None]) -> Iterator[None]:
+    """Have this thread call ``callback`` between the steps of what it does meanwhile."""
+    token = _callback.set(callback)
+    try:
+        yield
+    finally:
+        _callback.reset(token)
