@@ -20,6 +20,7 @@ from scene_graph_msgs.msg import GeometryName, GeometryNames, GeometryReference
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.steps import between_steps
 
 __all__ = ["SceneNames", "legend"]
 
@@ -216,6 +217,7 @@ def legend(names: SceneNames | None, *columns: ArrayLike) -> GeometryNames:
 def _by_name(ids: Iterable[T], name: Any) -> Mapping[str, list[T]]:
     result = defaultdict(list)
     for item in ids:
+        between_steps()
         result[name(item)].append(item)
     return dict(result)
 

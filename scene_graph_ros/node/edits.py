@@ -7,6 +7,7 @@ raises, the copy is thrown away and nothing has changed.
 from __future__ import annotations
 
 from collections.abc import Callable
+import contextlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +30,7 @@ from scene_graph_ros.geometry.model.ids import FilterId
 from scene_graph_ros.geometry.model.names import InvalidNameError
 from scene_graph_ros.geometry.model.roles import RoleAssign
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.scene import Edit, SourceRecord
 from scene_graph_ros.node.world import new_token
@@ -123,6 +125,7 @@ def register_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> 
                 f"{quoted(request.frame)}"
             )
     for description in request.geometries:
+        between_steps()
         instance = instance_from_msg(description, tools.resolve)
         geometry_id = edit.scene_graph.register_geometry(record.id, parent, instance)
         response.geometry_ids.append(int(geometry_id))
@@ -132,6 +135,7 @@ def register_anchored_geometry(request: Any, response: Any, edit: Edit, tools: T
     """Answer RegisterAnchoredGeometry."""
     record = _owner(request, edit)
     for description in request.geometries:
+        between_steps()
         instance = instance_from_msg(description, tools.resolve)
         geometry_id = edit.scene_graph.register_anchored_geometry(record.id, instance)
         response.geometry_ids.append(int(geometry_id))
@@ -146,6 +150,7 @@ def register_deformable_geometry(
     record = _owner(request, edit)
     world = edit.scene_graph.model_inspector().world_frame_id()
     for description in request.geometries:
+        between_steps()
         instance, resolution_hint, reference_mesh = deformable_from_msg(description, tools.resolve)
         geometry_id = edit.scene_graph.register_deformable_geometry(
             record.id, world, instance, resolution_hint, reference_mesh=reference_mesh
@@ -160,7 +165,9 @@ def remove_geometry(request: Any, response: Any, edit: Edit, tools: Tools) -> No
     record = _owner(request, edit)
     names = edit.names()
     for geometry_id in [names.geometry_id(reference) for reference in request.geometries]:
-        if geometry_id in edit.scene_graph.model_inspector().get_all_geometry_ids():
+        between_steps()
+        # All were there, so one that is not went with its parent.
+        with contextlib.suppress(UnknownIdError):
             edit.scene_graph.remove_geometry(record.id, geometry_id)
 
 

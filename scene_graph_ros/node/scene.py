@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.errors import OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.model.context import Context
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
@@ -105,7 +106,9 @@ class Scene:
         self.version: int = 0 if before is None else before.version + 1
         inspector = self.scene_graph.model_inspector()
         self.context: Context = self.scene_graph.create_default_context()
+        between_steps()
         self.names = SceneNames(self.context.snapshot.inspector, edit.names_before)
+        between_steps()
         known = {} if before is None else before.frames
         self.frames: dict[str, SourceFrames] = {}
         for name, record in self.records.items():
