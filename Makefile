@@ -95,7 +95,7 @@ workspace: environment  ## build both packages with colcon, and use what is inst
 peers: environment  ## add the engines to compare with (700 MB)
 	@$(BOOTSTRAP) --peers
 
-bench: setup peers  ## compare speed with the peers
+bench: all-kernels peers  ## compare speed with the peers
 	$(RUN) -m benchmarks
 
 accuracy: all-kernels peers  ## compare accuracy with the peers: tables and plots

@@ -71,6 +71,47 @@ def test_a_long_step_shows_that_it_moves(setup, capsys, monkeypatch):
     assert "half way" in capsys.readouterr().out
 
 
+def test_steps_go_side_by_side(setup, tmp_path, capsys):
+    """Each waits for a file that the other makes; both are told, and have a log of their own."""
+    wait = "import pathlib as p, time\nwhile not p.Path({there!r}).exists(): time.sleep(0.01)"
+    folder = str(tmp_path)
+    make = "p.Path({here!r}).touch(); print('{name} is done')"
+
+    def chain(name, other):
+        here, there = f"{folder}/{name}", f"{folder}/{other}"
+        script = f"import pathlib as p; {make.format(here=here, name=name)}\n"
+        command = [sys.executable, "-c", script + wait.format(there=there)]
+        setup.step(name, "key", [tmp_path / name], lambda: setup.run(command))
+
+    setup.side_by_side(lambda: chain("one", "two"), lambda: chain("two", "one"))
+    said = capsys.readouterr().out
+    for name in ("one", "two"):
+        assert f"] {name}: done in" in said
+        log = tmp_path / "setup" / "log" / f"{name}.txt"
+        assert log.read_text() == f"{name} is done\n"
+
+
+def test_the_first_step_that_fails_ends_those_beside_it(setup, tmp_path):
+    """What it said is the error; the other, which would never end, is killed and not done."""
+    forever = "import pathlib, time\npathlib.Path({!r}).touch()\nwhile True: time.sleep(1)"
+    begun = tmp_path / "begun"
+    wait = (
+        f"import pathlib, time\nwhile not pathlib.Path({str(begun)!r}).exists(): time.sleep(0.01)"
+    )
+
+    def endless():
+        script = forever.format(str(begun))
+        setup.step("endless", "key", [], lambda: setup.run([sys.executable, "-c", script]))
+
+    def failing():
+        script = f"{wait}\nraise SystemExit('the reason')"
+        setup.step("failing", "key", [], lambda: setup.run([sys.executable, "-c", script]))
+
+    with pytest.raises(SetupError, match=r"(?s)'failing' failed.*the reason"):
+        setup.side_by_side(endless, failing)
+    assert not (tmp_path / "setup" / "stamps" / "endless").exists()
+
+
 def test_a_digest_sees_contents_and_names(tmp_path):
     """Changing a file, renaming it or adding a word changes the digest; nothing else does."""
     folder = tmp_path / "folder"

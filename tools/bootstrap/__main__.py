@@ -24,6 +24,11 @@ def _wheels(setup: Setup, venv: Path, name: str, product: str = "numpy") -> str:
     python = venv / "bin" / "python"
     make = functools.partial(environment.make_venv, setup, venv)
     setup.step("Python environment", sys.version, [python], make)
+    return _install(setup, venv, name, product)
+
+
+def _install(setup: Setup, venv: Path, name: str, product: str) -> str:
+    """Install what is locked for ``name`` and not there yet; return a key of it."""
 
     def install() -> None:
         environment.install_locked(setup, _ROOT, venv, name)
@@ -54,8 +59,12 @@ def _kernels(setup: Setup, venv: Path, wheels: str, name: str, *options: str) ->
     ask = "from scene_graph_ros.geometry.compiled.cache import cache_root; print(cache_root())"
 
     def compile_kernels() -> None:
-        setup.run([python, "-m", "scene_graph_ros.warmup", *options])
-        answer = subprocess.run([python, "-c", ask], capture_output=True, text=True, check=True)
+        # Without ROS's libraries, which may be half installed when these begin.
+        env = {**os.environ, "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
+        setup.run([python, "-m", "scene_graph_ros.warmup", *options], env)
+        answer = subprocess.run(
+            [python, "-c", ask], env=env, capture_output=True, text=True, check=True
+        )
         record.write_text(answer.stdout.strip())
 
     cache = [Path(record.read_text())] if record.is_file() else []
@@ -69,20 +78,31 @@ def _kernels(setup: Setup, venv: Path, wheels: str, name: str, *options: str) ->
 def _set_up_project(venv: Path, kernels: Sequence[str]) -> None:
     """Make `.venv`: what a node, its tests and the checks of the source need.
 
-    ``kernels`` are "main", and "all" for those of capabilities that a scene may ask for.
+    ``kernels`` are "main", and "all" for those of capabilities that a scene may ask for. They need
+    the core's wheels alone, so they are compiled while all else is installed and built, most of
+    which is done by one process at a time.
     """
     environment.check_machine(with_compiler=True)
-    setup = Setup(venv / "setup", count=4 + len(kernels))
-    wheels = _wheels(setup, venv, "project")
+    setup = Setup(venv / "setup", count=5 + len(kernels))
+    core = _wheels(setup, venv, "core")
+
+    def compile_kernels() -> None:
+        if "main" in kernels:
+            _kernels(setup, venv, core, "kernels")
+        if "all" in kernels:
+            _kernels(setup, venv, core, "kernels on demand", "--all")
+
+    setup.side_by_side(compile_kernels, lambda: _install_ros(setup, venv))
+    environment.link_project(_ROOT, venv, with_ros=True)
+
+
+def _install_ros(setup: Setup, venv: Path) -> None:
+    """Install the wheels that the core does without, and build the messages."""
+    wheels = _install(setup, venv, "project", "rclpy")
     only_python = "-DONLY_PYTHON=ON"
     _interfaces(setup, venv, _ROOT / "scene_graph_msgs", venv, wheels, only_python)
     workspace = _ROOT / "test" / "workspace"
     _interfaces(setup, venv, workspace / "tf2_msgs", venv / "test_workspace", wheels)
-    environment.link_project(_ROOT, venv, with_ros=True)
-    if "main" in kernels:
-        _kernels(setup, venv, wheels, "kernels")
-    if "all" in kernels:
-        _kernels(setup, venv, wheels, "kernels on demand", "--all")
 
 
 def _set_up_core(venv: Path) -> None:
