@@ -36,9 +36,9 @@ def test_single_jobs_do_the_same_both_ways(job):
 def test_poses_have_contacts_of_their_own(is_ordinary):
     """The node, and the ordinary way beside it, answer poses with contacts of their stamp."""
     with rig(20, is_ordinary=is_ordinary) as one:
-        measured = one.run(20.0, 1.0)
+        # On a busy machine all answers of a second may come later than they are waited for.
+        measured = wait_until(lambda: (m := one.run(20.0, 1.0)).answered and m, "own contacts")
     assert measured.sent == 20
-    assert measured.answered > 0
     assert measured.latencies.min() > 0.0
 
 
