@@ -148,6 +148,9 @@ class Host:
     def is_running(self) -> bool:
         return False
 
+    def lack_of_kernels(self, group: str) -> str:
+        return ""
+
     def get_logger(self) -> Host:
         return self
 
