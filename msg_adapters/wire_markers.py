@@ -41,6 +41,9 @@ _WIDTH = 7
 _POSE_AND_CORNERS = 16
 """Marked numbers, of which the pose has the last ones: others mark corners meanwhile."""
 
+_ROWS_IN_A_STEP = 256
+"""Pieces that are joined at a stretch: half a millisecond."""
+
 _TEMPLATES_KEPT = 2
 """Joined messages remembered: usually all markers, and those that move."""
 
@@ -106,7 +109,6 @@ class MarkerWire:
         for rows in self._likely_rows(known.items, np.array(before, dtype=np.int64)):
             key = _key(rows)
             if key not in templates:
-                between_steps()
                 templates[key] = self._join(rows.tolist(), pieces)
         self._prepared = PreparedMarkers(listed, pieces, templates, known.items, before)
         return self._prepared
@@ -197,7 +199,9 @@ class MarkerWire:
         deletions = Pieces(first, self._plain, self._make_piece)
         for index in range(len(first)):
             row.put(deletions.get(index, row.alignment()))
-        for index in rows:
+        for count, index in enumerate(rows):
+            if count % _ROWS_IN_A_STEP == 0:
+                between_steps()
             row.put(pieces.get(index, row.alignment()))
         template = Patchable(row.data(), row.stamps, row.poses[len(first) :], _WIDTH)
         template.put_bytes(self._fill.length, as_bytes(len(first) + len(rows), np.uint32))
