@@ -58,10 +58,11 @@ def test_each_group_has_what_it_adds():
         ("run_checks", "main"),
         ("run_tasks", "surfaces"),
         ("run_tasks", "deformable"),
+        ("run_tasks", "cameras"),
     ]
     base, late, *others = json.loads(run(_GROUPS.format(runs=runs)))
     on_demand = tuple(
-        f"scene_graph_ros.geometry.{name}" for name in ("hydroelastic", "deformable")
+        f"scene_graph_ros.geometry.{name}" for name in ("hydroelastic", "deformable", "perception")
     )
     early = [name for module, name, _ in base if module.startswith(on_demand)]
     assert early == ["element_boxes", "linear_fields"]

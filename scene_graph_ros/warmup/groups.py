@@ -50,5 +50,6 @@ GROUPS: dict[str, KernelGroup] = {
             "deformable contact",
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
+        KernelGroup("cameras", "images of cameras", (f"{_HERE}.cameras:render_images",)),
     )
 }

@@ -10,6 +10,7 @@ from scene_graph_ros.geometry.model.deformable import refuse_deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import checked_properties, checked_shape
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
 from scene_graph_ros.geometry.model.proximity import check_proximity
 from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.registration import check_name_is_free
@@ -44,6 +45,8 @@ def assign_role(
         check_name_is_free(state, record.frame_id, role, record.name)
     if role is Role.PROXIMITY:
         check_proximity(record, properties)
+    elif role is Role.PERCEPTION:
+        read_perception_properties(properties, record.name)
     changed = {**record.properties, role: properties.read_only_copy()}
     state.geometries[geometry_id] = dataclasses.replace(record, properties=changed)
     state.geometry_by_name[record.frame_id, role, record.name] = geometry_id

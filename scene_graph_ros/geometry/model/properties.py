@@ -244,7 +244,12 @@ class IllustrationProperties(GeometryProperties):
 
 
 class PerceptionProperties(GeometryProperties):
-    """Properties for cameras. ``("phong", "diffuse")`` is the colour, an Rgba."""
+    """Properties for cameras.
+
+    ``("phong", "diffuse")`` is the colour, an Rgba or three or four numbers; ``("label", "id")``
+    a RenderLabel or a whole number; ``("renderer", "accepting")`` the set of names of the
+    renderers that draw the geometry: all do without it, or if it is empty.
+    """
 
     role = Role.PERCEPTION
     __slots__ = ()

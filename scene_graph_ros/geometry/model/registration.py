@@ -10,6 +10,7 @@ from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
 from scene_graph_ros.geometry.model.proximity import check_proximity
 from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import Role
@@ -118,6 +119,8 @@ def add_geometry(
         check_name_is_free(state, record.frame_id, role, record.name)
         if role is Role.PROXIMITY:
             check_proximity(record, properties)
+        elif role is Role.PERCEPTION:
+            read_perception_properties(properties, record.name)
     state.geometries[record.id] = record
     state.frame_geometries[record.frame_id][record.id] = None
     if record.parent_id is not None:

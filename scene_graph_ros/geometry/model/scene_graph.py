@@ -20,9 +20,15 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import checked_shape, GeometryInstance
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
+from scene_graph_ros.geometry.model.perception_properties import read_visible_mesh
+from scene_graph_ros.geometry.model.properties import (
+    GeometryProperties,
+    PerceptionProperties,
+    ProximityProperties,
+)
 from scene_graph_ros.geometry.model.proximity import read_mesh_data
 from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.renderer_registry import RendererRegistry
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -34,7 +40,7 @@ if TYPE_CHECKING:
 __all__ = ["SceneGraph"]
 
 
-class SceneGraph(NotCopied):
+class SceneGraph(RendererRegistry, NotCopied):
     """The model of the world, from which contexts are made.
 
     Every method that changes the model takes ``context``: without it the scene graph's own model
@@ -206,12 +212,15 @@ class SceneGraph(NotCopied):
 
         It gets the roles its instance has properties for. Returns the geometry's id. Raises
         NameConflictError if its name is taken on that frame for one of the roles or the instance
-        is registered already, and MeshError or PropertyError if it cannot get the proximity role.
+        is registered already, and MeshError or PropertyError if it cannot get the proximity or
+        the perception role.
         """
         owner = self._owner(context)
         registration.check_instance(geometry)
         if geometry.properties(Role.PROXIMITY) is not None:
             read_mesh_data(geometry.shape())
+        if geometry.properties(Role.PERCEPTION) is not None:
+            read_visible_mesh(geometry.shape())
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)
 
@@ -270,7 +279,7 @@ class SceneGraph(NotCopied):
 
         Raises RoleError if it has the role already (NEW) or not yet (REPLACE), NameConflictError
         if another geometry on its frame has that role and its name, and MeshError or PropertyError
-        if it cannot get the proximity role. The properties are copied.
+        if it cannot get the proximity or the perception role. The properties are copied.
         """
         owner = self._owner(context)
         owner.state.require_source(source_id)
@@ -335,6 +344,8 @@ class SceneGraph(NotCopied):
         record = owner.state.geometry(geometry_id)
         if record.deformable is None and Role.PROXIMITY in record.properties:
             read_mesh_data(checked_shape(shape, record.name))
+        if record.deformable is None and Role.PERCEPTION in record.properties:
+            read_visible_mesh(checked_shape(shape, record.name))
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 
@@ -364,3 +375,5 @@ def _read_files(record: GeometryRecord, properties: GeometryProperties) -> None:
         read_embedded_meshes([properties])
     elif isinstance(properties, ProximityProperties):
         read_mesh_data(record.shape)
+    elif isinstance(properties, PerceptionProperties):
+        read_visible_mesh(record.shape)

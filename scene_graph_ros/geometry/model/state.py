@@ -7,7 +7,7 @@ changed, so any number of threads may read it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 import itertools
 import threading
 from typing import Any, TYPE_CHECKING
@@ -31,6 +31,7 @@ from scene_graph_ros.geometry.quoting import quoted
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.driven_mesh import DrivenMesh
+    from scene_graph_ros.geometry.model.renderers import Renderer
 
 __all__ = ["ROLES", "GeometryState"]
 
@@ -50,6 +51,7 @@ class GeometryState:
         self.shared = False
         self.accuracy = Accuracy.EXACT
         self.engine = Engine.NATIVE
+        self.renderers: Mapping[str, Renderer] = {}  # replaced as a whole, so copies may share it
         self.source_names: dict[SourceId, str] = {_INTERNAL_SOURCE: "scene_graph_internal"}
         self.source_by_name: dict[str, SourceId] = {"scene_graph_internal": _INTERNAL_SOURCE}
         self.source_frames: dict[SourceId, dict[FrameId, None]] = {_INTERNAL_SOURCE: {}}
@@ -111,7 +113,7 @@ class GeometryState:
             self._forget("layout", "arrays", "proximity")
         for role in roles:
             self.role_versions[role] = next(_versions)
-            self._forget(f"arrays {role.name}")
+            self._forget(f"arrays {role.name}", f"bodies {role.name}")
             if role is Role.PROXIMITY:
                 if "table" in self._caches:
                     self._caches["outdated table"] = self._caches["table"]

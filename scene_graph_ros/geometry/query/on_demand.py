@@ -23,6 +23,8 @@ ON_DEMAND = {
     "compute_deformable_contact": (
         "scene_graph_ros.geometry.deformable.query:compute_deformable_contact"
     ),
+    "render_images": "scene_graph_ros.geometry.perception.query:render_images",
+    "render_one": "scene_graph_ros.geometry.perception.query:render_one",
 }
 """The function, as ``module:name``, that answers each query about a Snapshot."""
 

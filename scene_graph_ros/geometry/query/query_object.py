@@ -30,6 +30,7 @@ from scene_graph_ros.geometry.query.arguments import (
     checked_threads,
 )
 from scene_graph_ros.geometry.query.on_demand import on_demand
+from scene_graph_ros.geometry.query.render_queries import RenderQueries
 from scene_graph_ros.geometry.query.representation import as_representation, ContactRepresentation
 from scene_graph_ros.geometry.query.results import (
     CandidatePairs,
@@ -76,7 +77,7 @@ class _Answers:
         return answer
 
 
-class QueryObject(NotCopied):
+class QueryObject(RenderQueries, NotCopied):
     """Queries about geometries with the proximity role, in the world frame W.
 
     A *live* query object follows its context; ``bake`` freezes the present. Results never change

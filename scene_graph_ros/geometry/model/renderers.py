@@ -1,0 +1,66 @@
+"""The renderers of a model by name. What they do is known above; here they are only kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from scene_graph_ros.geometry.errors import EngineError, NameConflictError
+from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["Renderer", "add_renderer", "find_renderer", "remove_renderer"]
+
+
+class Renderer(Protocol):
+    """What is kept of a renderer: a value that never changes, shared by all copies of a model."""
+
+    @property
+    def type_name(self) -> str:
+        """The name of its class."""
+        ...
+
+    def parameter_yaml(self) -> str:
+        """Return its parameters as YAML, below its type's name."""
+        ...
+
+    def render(self, *arguments: Any) -> Any:
+        """Render images; see ``perception.engine``."""
+        ...
+
+
+_MEMBERS = ("type_name", "parameter_yaml", "render")
+
+
+def add_renderer(state: GeometryState, name: str, renderer: Any) -> None:
+    """Keep a renderer under a name of its own."""
+    label = canonical_name("renderer", name)
+    missing = [member for member in _MEMBERS if not hasattr(renderer, member)]
+    if missing or isinstance(renderer, type):
+        lacks = f", which has no {', '.join(missing)}" if missing else ", a class"
+        raise EngineError(
+            f"renderer {label!r} must be a RenderEngine such as ExactRenderEngine(), not"
+            f" {quoted(renderer)}{lacks}"
+        )
+    if label in state.renderers:
+        raise NameConflictError(f"there is a renderer named {label!r} already")
+    state.renderers = {**state.renderers, label: renderer}
+    state.changed()
+
+
+def remove_renderer(state: GeometryState, name: str) -> None:
+    """Forget a renderer."""
+    find_renderer(state.renderers, name)
+    state.renderers = {kept: r for kept, r in state.renderers.items() if kept != name}
+    state.changed()
+
+
+def find_renderer(renderers: Mapping[str, Renderer], name: Any) -> Renderer:
+    """Return the renderer of a name. Raises EngineError, naming those there are."""
+    renderer = renderers.get(name) if isinstance(name, str) else None
+    if renderer is None:
+        raise EngineError(
+            f"there is no renderer named {quoted(name)}; renderers: {sorted(renderers)}"
+        )
+    return renderer

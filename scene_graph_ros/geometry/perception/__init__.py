@@ -1,0 +1,31 @@
+"""What cameras see: depth, label and colour of the geometries with the perception role.
+
+A renderer is added to a scene graph by a name, which the camera says; ``ExactRenderEngine`` is
+our own. Pixels, axes and images are described in ``docs/cameras.md``.
+"""
+
+from scene_graph_ros.geometry.model.render_label import RenderLabel
+from scene_graph_ros.geometry.perception.camera import (
+    CameraIntrinsics,
+    ClippingRange,
+    ColorRenderCamera,
+    DepthRange,
+    DepthRenderCamera,
+    RenderCameraCore,
+)
+from scene_graph_ros.geometry.perception.engine import ImageKind, Images, RenderEngine
+from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactRenderEngine
+
+__all__ = [
+    "CameraIntrinsics",
+    "ClippingRange",
+    "ColorRenderCamera",
+    "DepthRange",
+    "DepthRenderCamera",
+    "ExactRenderEngine",
+    "ImageKind",
+    "Images",
+    "RenderCameraCore",
+    "RenderEngine",
+    "RenderLabel",
+]

@@ -1,0 +1,1 @@
+"""Our own renderer: depth and label exact, object by object, colour of what is visible."""

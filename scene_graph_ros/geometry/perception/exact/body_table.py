@@ -1,0 +1,226 @@
+"""Gather the bodies that a renderer draws: fixed data once per model, poses per snapshot."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.cache import BuildCache
+from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface, source_identity
+from scene_graph_ros.geometry.model.driven_mesh import driven_mesh
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.perception_properties import (
+    Appearance,
+    read_perception_properties,
+)
+from scene_graph_ros.geometry.model.records import GeometryRecord
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.model.state import GeometryState
+from scene_graph_ros.geometry.perception.exact.bodies import Bodies, MAX_TRIANGLES
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
+
+__all__ = ["BodyTable", "body_table", "place_bodies"]
+
+FloatArray = NDArray[np.float64]
+
+
+class VisibleMesh(NamedTuple):
+    """Triangles to draw, and a ball around them."""
+
+    vertices: FloatArray
+    triangles: NDArray[np.int32]
+    center: FloatArray
+    radius: float
+
+
+class BodyTable(NamedTuple):
+    """The bodies of a model that a renderer draws, without poses; deformable ones have no data."""
+
+    bodies: Bodies
+    rigid: NDArray[np.int64]
+    """(r,) rows of rigid bodies."""
+    posed: NDArray[np.int64]
+    """(r,) rows of the same among all rigid geometries with the perception role."""
+    deformable: dict[int, GeometryId]
+    """The deformable bodies by row."""
+
+
+_meshes: BuildCache[VisibleMesh] = BuildCache(4096)
+
+
+def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) -> BodyTable:
+    """Return the bodies that ``renderer`` draws; ``diffuse`` is the colour of those without one.
+
+    Raises MeshError for a mesh of too many triangles.
+    """
+    key = f"bodies {Role.PERCEPTION.name} {diffuse!r} {renderer}"
+    result: BodyTable = state.cached(key, lambda: _gather(state, renderer, diffuse))
+    return result
+
+
+def _gather(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) -> BodyTable:
+    records: list[GeometryRecord] = []
+    looks: list[Appearance] = []
+    for geometry_id in sorted(state.with_role[Role.PERCEPTION]):
+        record = state.geometries[geometry_id]
+        look = read_perception_properties(record.properties[Role.PERCEPTION], record.name)
+        if not look.accepting or renderer in look.accepting:
+            records.append(record)
+            looks.append(look)
+    n = len(records)
+    is_rigid = np.array([record.deformable is None for record in records], dtype=np.bool_)
+    kind = np.array([record.shape.kind for record in records], dtype=np.int32)
+    kind[~is_rigid] = ShapeKind.MESH
+    size, center, radius = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros(n)
+    mesh = np.full(n, -1, dtype=np.int32)
+    meshes: list[VisibleMesh] = []
+    known: dict[Any, int] = {}
+    for row in np.flatnonzero(is_rigid):
+        shape = records[row].shape
+        if isinstance(shape, PrimitiveShape):
+            size[row], radius[row] = _size_and_reach(shape)
+            continue
+        assert isinstance(shape, MeshShape)  # the shapes without sizes
+        identity = source_identity(shape)
+        if identity not in known:
+            known[identity] = len(meshes)
+            meshes.append(_visible_mesh(shape, records[row].name))
+        mesh[row] = known[identity]
+        center[row], radius[row] = meshes[mesh[row]].center, meshes[mesh[row]].radius
+    deformable = {int(row): records[row].id for row in np.flatnonzero(~is_rigid)}
+    rigid_ids = state.role_arrays(Role.PERCEPTION).ids
+    chosen = np.array([int(record.id) for record in records], dtype=np.int64)
+    rigid = np.flatnonzero(is_rigid)
+    colors = [diffuse[:3] if a.diffuse is None else a.diffuse.as_array()[:3] for a in looks]
+    bodies = Bodies(
+        kind=kind,
+        size=size,
+        X_WG=np.zeros((n, 4, 4)),
+        center=center,
+        radius=radius,
+        mesh=mesh,
+        **_packed(meshes),
+        label=np.array([int(a.label) for a in looks], dtype=np.int16),
+        diffuse=np.array(colors, dtype=np.float64).reshape(n, 3),
+    )
+    return BodyTable(bodies, rigid, np.searchsorted(rigid_ids, chosen[rigid]), deformable)
+
+
+def _size_and_reach(shape: Any) -> tuple[tuple[float, float, float], float]:
+    """Return a shape's numbers as kernels read them, and how far it reaches from its origin."""
+    match shape.kind:
+        case ShapeKind.SPHERE:
+            return (shape.radius, 0.0, 0.0), shape.radius
+        case ShapeKind.CAPSULE:
+            half = 0.5 * shape.length
+            return (shape.radius, half, 0.0), shape.radius + half
+        case ShapeKind.CYLINDER:
+            half = 0.5 * shape.length
+            return (shape.radius, half, 0.0), float(np.hypot(shape.radius, half))
+        case ShapeKind.BOX:
+            halves = 0.5 * shape.size
+            return tuple(halves.tolist()), float(np.linalg.norm(halves))
+        case ShapeKind.ELLIPSOID:
+            return (shape.a, shape.b, shape.c), max(shape.a, shape.b, shape.c)
+        case ShapeKind.HALF_SPACE:
+            return (0.0, 0.0, 0.0), np.inf
+    raise AssertionError(shape)
+
+
+def _visible_mesh(shape: MeshShape, name: str) -> VisibleMesh:
+    def build() -> VisibleMesh:
+        if shape.kind == ShapeKind.CONVEX:
+            hull = hull_of(shape)
+            fans = [
+                (face[0], face[k], face[k + 1])
+                for face in hull.faces
+                for k in range(1, len(face) - 1)
+            ]
+            return _with_ball(hull.vertices, np.array(fans, dtype=np.int32).reshape(-1, 3), name)
+        return _with_ball(*load_surface(shape), name)
+
+    return _meshes.get(source_identity(shape), build)
+
+
+def _with_ball(vertices: FloatArray, triangles: NDArray[Any], name: str) -> VisibleMesh:
+    if len(triangles) > MAX_TRIANGLES:
+        raise MeshError(
+            f"geometry {name!r}: {len(triangles)} triangles are more than cameras can see of one"
+            f" body, {MAX_TRIANGLES}"
+        )
+    used, corners = np.unique(triangles, return_inverse=True)
+    points = np.ascontiguousarray(vertices[used], dtype=np.float64).reshape(-1, 3)
+    center = np.zeros(3)
+    radius = 0.0
+    if len(points):
+        center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        radius = float(np.sqrt(np.square(points - center).sum(axis=1).max()))
+    return VisibleMesh(points, corners.reshape(-1, 3).astype(np.int32), center, radius)
+
+
+def _packed(meshes: list[VisibleMesh]) -> dict[str, Any]:
+    def starts(lengths: list[int]) -> NDArray[np.int64]:
+        return np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64)
+
+    return {
+        "vertex_start": starts([len(mesh.vertices) for mesh in meshes]),
+        "vertices": np.concatenate([np.zeros((0, 3)), *[mesh.vertices for mesh in meshes]]),
+        "triangle_start": starts([len(mesh.triangles) for mesh in meshes]),
+        "triangles": np.concatenate(
+            [np.zeros((0, 3), np.int32), *[mesh.triangles for mesh in meshes]]
+        ),
+    }
+
+
+def place_bodies(snapshot: Snapshot, table: BodyTable) -> Bodies:
+    """Return the bodies of a table where they are in a snapshot."""
+    bodies = table.bodies
+    X_WG = snapshot.X_WG_of(Role.PERCEPTION)
+    if table.deformable:
+        return _with_deformable(snapshot, table, X_WG)
+    if len(table.posed) < len(X_WG):
+        X_WG = X_WG[table.posed]
+    return bodies._replace(X_WG=X_WG)
+
+
+def _with_deformable(snapshot: Snapshot, table: BodyTable, X_WG: FloatArray) -> Bodies:
+    """Add the deformable bodies as meshes of the moment, each about its own centre.
+
+    Far from the world's origin, their vertices keep the digits that they have.
+    """
+    bodies, meshes = table.bodies, []
+    poses = np.tile(np.eye(4), (len(bodies.kind), 1, 1))
+    poses[table.rigid] = X_WG[table.posed]
+    mesh, radius = bodies.mesh.copy(), bodies.radius.copy()
+    first = len(bodies.vertex_start) - 1
+    for k, (row, geometry_id) in enumerate(table.deformable.items()):
+        record = snapshot.state.geometries[geometry_id]
+        assert record.deformable is not None  # it was when the table was made of the same model
+        driven = driven_mesh(record.deformable, record.properties[Role.PERCEPTION])
+        (points,) = snapshot.driven_mesh_configurations(geometry_id, Role.PERCEPTION)
+        origin = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        triangles = driven.surface.triangles
+        seen = _with_ball(points - origin, triangles, record.name)
+        meshes.append(seen)
+        mesh[row], radius[row] = first + k, float(np.linalg.norm(seen.center)) + seen.radius
+        poses[row, :3, 3] = origin
+    added = _packed(meshes)
+    return bodies._replace(
+        X_WG=poses,
+        mesh=mesh,
+        radius=radius,
+        vertex_start=np.concatenate(
+            [bodies.vertex_start, bodies.vertex_start[-1] + added["vertex_start"][1:]]
+        ),
+        vertices=np.concatenate([bodies.vertices, added["vertices"]]),
+        triangle_start=np.concatenate(
+            [bodies.triangle_start, bodies.triangle_start[-1] + added["triangle_start"][1:]]
+        ),
+        triangles=np.concatenate([bodies.triangles, added["triangles"]]),
+    )

@@ -1,0 +1,142 @@
+"""What the pixels see, as images; colour is computed once per visible pixel."""
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.perception.exact.bodies import row_of, triangle_of
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.spatial.vectors import (
+    axpy,
+    column,
+    cross,
+    dot,
+    load_rotation,
+    load_translation,
+    load_vector,
+    relative_pose,
+    subtract,
+    unit,
+)
+
+__all__ = ["write_color", "write_depth", "write_label"]
+
+_SPHERE = int(ShapeKind.SPHERE)
+_CAPSULE = int(ShapeKind.CAPSULE)
+_BOX = int(ShapeKind.BOX)
+_CYLINDER = int(ShapeKind.CYLINDER)
+_ELLIPSOID = int(ShapeKind.ELLIPSOID)
+_HALF_SPACE = int(ShapeKind.HALF_SPACE)
+_UP = (0.0, 0.0, 1.0)
+_OPAQUE = 255
+
+
+@lean_kernel
+def write_depth(screen, nearest, farthest, image):
+    """Write depths in m as float32: 0 nearer than ``nearest``, inf beyond ``farthest``."""
+    for v in range(image.shape[0]):
+        for u in range(image.shape[1]):
+            depth = screen.depth[v, u]
+            if depth > farthest:
+                image[v, u] = np.float32(np.inf)
+            elif depth < nearest:
+                image[v, u] = np.float32(0.0)
+            else:
+                image[v, u] = np.float32(depth)
+
+
+@lean_kernel
+def write_label(screen, bodies, empty, image):
+    """Write the label of each pixel's body, ``empty`` where it sees none."""
+    for v in range(image.shape[0]):
+        for u in range(image.shape[1]):
+            number = screen.seen[v, u]
+            image[v, u] = empty if number < 0.0 else bodies.label[row_of(number) & LAST_PLACE]
+
+
+@inlined_kernel
+def _box_normal(size, p):
+    x, y, z = abs(p[0]) - size[0], abs(p[1]) - size[1], abs(p[2]) - size[2]
+    if x >= y and x >= z:
+        return (1.0, 0.0, 0.0)
+    return (0.0, 1.0, 0.0) if y >= z else _UP
+
+
+@inlined_kernel
+def _cylinder_normal(size, p):
+    if abs(p[2]) - size[1] >= math.sqrt(p[0] * p[0] + p[1] * p[1]) - size[0]:
+        return _UP
+    return unit((p[0], p[1], 0.0), _UP)
+
+
+@lean_kernel
+def _normal(kind, size, p):
+    """Return a unit normal, out or in, of a shape with a closed form at a point of its surface."""
+    if kind == _SPHERE:
+        return unit(p, _UP)
+    if kind == _CAPSULE:
+        return unit((p[0], p[1], p[2] - max(-size[1], min(size[1], p[2]))), _UP)
+    if kind == _BOX:
+        return _box_normal(size, p)
+    if kind == _CYLINDER:
+        return _cylinder_normal(size, p)
+    if kind == _ELLIPSOID:
+        x, y, z = p[0] / size[0], p[1] / size[1], p[2] / size[2]
+        return unit((x / size[0], y / size[1], z / size[2]), _UP)
+    return _UP
+
+
+@lean_kernel
+def _triangle_normal(bodies, row, triangle):
+    mesh = bodies.mesh[row] & LAST_PLACE
+    at = (bodies.triangle_start[mesh] + triangle) & LAST_PLACE
+    first = bodies.vertex_start[mesh]
+    a = load_vector(bodies.vertices, (first + bodies.triangles[at, 0]) & LAST_PLACE)
+    b = load_vector(bodies.vertices, (first + bodies.triangles[at, 1]) & LAST_PLACE)
+    c = load_vector(bodies.vertices, (first + bodies.triangles[at, 2]) & LAST_PLACE)
+    return unit(cross(subtract(b, a), subtract(c, a)), _UP)
+
+
+@inlined_kernel
+def _level(share):
+    """Return a share of full intensity as a level of 0 to 255, rounded to nearest."""
+    return np.uint8(255.0 * share + 0.5)
+
+
+@lean_kernel
+def write_color(sensor, screen, bodies, background, image):
+    """Write red, green, blue and alpha: Lambert's law with a white light along the camera's axis.
+
+    ``background`` is the colour where nothing is. Both sides of a surface look alike.
+    """
+    known = -1
+    R_WG, p_WG = sensor.R_WS, sensor.p_WS
+    R_GS, p_GS = relative_pose(R_WG, p_WG, sensor.R_WS, sensor.p_WS)
+    right, down, ahead = column(R_GS, 0), column(R_GS, 1), column(R_GS, 2)
+    for v in range(image.shape[0]):
+        y = sensor.y[v]
+        for u in range(image.shape[1]):
+            number = screen.seen[v, u]
+            image[v, u, 3] = _OPAQUE
+            if number < 0.0:
+                for channel in range(3):
+                    image[v, u, channel] = background[channel]
+                continue
+            row = row_of(number) & LAST_PLACE
+            if row != known:
+                known = row
+                R_WG, p_WG = load_rotation(bodies.X_WG, row), load_translation(bodies.X_WG, row)
+                R_GS, p_GS = relative_pose(R_WG, p_WG, sensor.R_WS, sensor.p_WS)
+                right, down, ahead = column(R_GS, 0), column(R_GS, 1), column(R_GS, 2)
+            kind = bodies.kind[row]
+            if kind > _HALF_SPACE:
+                normal = _triangle_normal(bodies, row, triangle_of(number))
+            else:
+                d = axpy(sensor.x[u], right, axpy(y, down, ahead))
+                p_GQ = axpy(screen.depth[v, u], d, p_GS)
+                normal = _normal(kind, load_vector(bodies.size, row), p_GQ)
+            light = abs(dot(normal, ahead))
+            for channel in range(3):
+                image[v, u, channel] = _level(bodies.diffuse[row, channel] * light)
