@@ -18,6 +18,8 @@ import sys
 import time
 
 ROOT = Path(__file__).resolve().parent.parent
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 DISCOVERY_SECONDS = 60.0
 STOP_SECONDS = 10.0
 
@@ -39,8 +41,14 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def isolate() -> None:
-    """Keep the topics on this machine and in a domain of their own, unless told otherwise."""
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    """Keep the topics on this machine and in a domain of their own, unless told otherwise.
+
+    And out of Fast DDS's shared memory, which delays messages now and then: see docs/messages.md.
+    """
+    is_local = os.environ.get(RANGE, "LOCALHOST") == "LOCALHOST"
+    if is_local and PROFILES not in os.environ:
+        os.environ[RANGE] = "SYSTEM_DEFAULT"
+        os.environ[PROFILES] = str(ROOT / "config" / "udp_on_this_machine.xml")
     os.environ.setdefault("ROS_DOMAIN_ID", str(1 + os.getpid() % 100))
 
 

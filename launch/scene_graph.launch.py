@@ -1,16 +1,24 @@
 """Start the node: ``ros2 launch scene_graph_ros scene_graph.launch.py scene:=<file>``.
 
-With ``rviz:=true`` RViz comes along. Every argument can be listed with ``--show-args``.
+With ``rviz:=true`` RViz comes along. Every argument can be listed with ``--show-args``. Fast DDS
+talks UDP also on one machine, unless FASTDDS_BUILTIN_TRANSPORTS says otherwise: its shared memory
+loses a wake-up now and then, and contacts come a third of a second late (docs/messages.md).
 """
 
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import (
+    EnvironmentVariable,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+)
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
+
+TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
 
 # Name, default (a list is a path inside this package's share folder), description.
 ARGUMENTS = (
@@ -20,6 +28,11 @@ ARGUMENTS = (
     ("namespace", "", "Namespace of the node."),
     ("use_sim_time", "false", "Whether to take the time from /clock."),
     ("log_level", "info", "Least severe log messages to print."),
+    (
+        "transports",
+        EnvironmentVariable(TRANSPORTS, default_value="UDPv4"),
+        "Transports of the node, where the middleware is Fast DDS: UDPv4, DEFAULT or others.",
+    ),
     ("rviz", "false", "Whether to start RViz."),
     ("rviz_config", ["config", "scene_graph.rviz"], "Configuration of RViz."),
 )
@@ -41,6 +54,7 @@ def generate_launch_description() -> LaunchDescription:
         name=LaunchConfiguration("name"),
         namespace=LaunchConfiguration("namespace"),
         output="screen",
+        additional_env={TRANSPORTS: LaunchConfiguration("transports")},
         parameters=[
             LaunchConfiguration("params_file"),
             {"scene": scene, "use_sim_time": use_sim_time},

@@ -34,7 +34,11 @@ def description(monkeypatch):
         "launch": ("LaunchDescription",),
         "launch.actions": ("DeclareLaunchArgument",),
         "launch.conditions": ("IfCondition",),
-        "launch.substitutions": ("LaunchConfiguration", "PathJoinSubstitution"),
+        "launch.substitutions": (
+            "EnvironmentVariable",
+            "LaunchConfiguration",
+            "PathJoinSubstitution",
+        ),
         "launch_ros": (),
         "launch_ros.actions": ("Node",),
         "launch_ros.parameter_descriptions": ("ParameterValue",),
@@ -81,6 +85,24 @@ def test_the_launch_file_starts_what_is_installed(description):
     )
 
 
+def test_the_launch_file_chooses_udp_unless_the_environment_chooses(description):
+    """Shared memory of Fast DDS holds messages up now and then."""
+    (default,) = (
+        item.kwargs["default_value"]
+        for item in description
+        if type(item).__name__.startswith("Declare") and item.args == ("transports",)
+    )
+    assert default.args == ("FASTDDS_BUILTIN_TRANSPORTS",)
+    assert default.kwargs == {"default_value": "UDPv4"}
+    ours = next(
+        item
+        for item in description
+        if getattr(item, "kwargs", {}).get("package") == "scene_graph_ros"
+    )
+    (variable,) = ours.kwargs["additional_env"]
+    assert variable == "FASTDDS_BUILTIN_TRANSPORTS"
+
+
 def test_files_that_the_launch_file_names_exist(description):
     """Defaults inside the package's share folder are files of this project."""
     for item in description:
@@ -88,7 +110,7 @@ def test_files_that_the_launch_file_names_exist(description):
             continue
         default = item.kwargs["default_value"]
         assert item.kwargs["description"]
-        if isinstance(default, Recorded):
+        if type(default).__name__ == "PathJoinSubstitution":
             _, *parts = default.args[0]
             assert ROOT.joinpath(*parts).is_file()
 
