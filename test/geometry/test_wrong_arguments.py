@@ -160,6 +160,17 @@ def test_integers_beyond_all_floats_are_infinite(scene):
         query.compute_signed_distance_to_point([10**400, 0, 0])
 
 
+@pytest.mark.filterwarnings("error")
+def test_short_floats_are_numbers_as_others_are(scene, tmp_path):
+    """Without a warning of numpy's that a bound is beyond what they can be."""
+    source = scene.model_inspector().get_source_id_by_name("s")
+    instance = GeometryInstance(np.eye(4), Sphere(0.2), "short")
+    scene.register_deformable_geometry(source, scene.world_frame_id(), instance, np.float32(0.25))
+    file = tmp_path / "triangle.obj"
+    file.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    assert read_obj_to_surface_mesh(file, np.float16(2.0)).vertices.max() == 2.0
+
+
 def test_what_names_nothing_is_not_there(scene):
     """Questions whether something is there are answered for anything."""
     assert not scene.source_is_registered([1])

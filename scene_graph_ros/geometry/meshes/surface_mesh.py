@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from functools import cached_property
-import numbers
+import math
 import os
-import sys
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,6 +13,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.io import checked_mesh, read_mesh
 from scene_graph_ros.geometry.meshes.surfaces import is_closed_surface
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
 
 __all__ = ["SurfaceMesh", "read_obj_to_surface_mesh"]
 
@@ -140,13 +140,12 @@ def read_obj_to_surface_mesh(filename: str | os.PathLike[str], scale: float = 1.
     file: object = filename
     if not isinstance(file, (str, os.PathLike)):
         raise MeshError(f"filename must be a path, not {quoted(file)}")
-    factor: object = scale
-    is_number = isinstance(factor, numbers.Real) and not isinstance(factor, bool)
-    if not (is_number and 0.0 < scale <= sys.float_info.max):
+    factor = as_float(scale)
+    if factor is None or not 0.0 < factor < math.inf:
         raise MeshError(
             f"scale of {quoted(os.fspath(filename))} must be positive and finite: {quoted(scale)}"
         )
     vertices, triangles = read_mesh(filename)
     if not len(triangles):
         raise MeshError(f"mesh file {os.fspath(filename)!r}: there are no triangles")
-    return SurfaceMesh(scale * vertices, triangles)
+    return SurfaceMesh(factor * vertices, triangles)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-import numbers
-import sys
+import math
 import threading
 from typing import Any, TYPE_CHECKING
 
@@ -21,6 +20,7 @@ from scene_graph_ros.geometry.model.ids import GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
@@ -105,11 +105,12 @@ def make_deformable(
     label = f"deformable geometry {instance.name()!r}"
     hint: Any = resolution_hint
     if hint is not None:
-        is_number = isinstance(hint, numbers.Real) and not isinstance(hint, bool)
-        if not (is_number and 0.0 < hint <= sys.float_info.max):
+        length = as_float(hint)
+        if length is None or not 0.0 < length < math.inf:
             raise DeformableError(
                 f"{label}: resolution_hint must be a positive number of metres, not {quoted(hint)}"
             )
+        hint = length
     if reference_mesh is None:
         return Deformable(_tessellated(instance, hint, label), instance.pose())
     mesh: Any = reference_mesh
