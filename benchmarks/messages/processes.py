@@ -59,6 +59,8 @@ class Isolation:
             "ROS_DOMAIN_ID": str(self.domain),
         }
         log = (self.folder / f"{len(self.children)}.log").open("w")
+        # Whatever a shell starts in the background ignores SIGINT, and so would this.
+        command = ["env", "--default-signal=INT", *command]
         child = subprocess.Popen(command, env=environment, cwd=ROOT, stderr=log, **options)
         log.close()
         self.children.append(child)
