@@ -4,7 +4,6 @@ from convex_bodies import pose, rounded_hull
 import numpy as np
 from overlapping_pairs import overlapping, Pair
 import pytest
-from searching import times
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
@@ -45,12 +44,11 @@ def look(pair, n, depth, a, b):
     return look_everywhere(*pair.cores, pair.R, pair.p, pair.hulls, a, b, n, depth, 0.5, pair.S)
 
 
-@pytest.mark.search
 @pytest.mark.parametrize(("shape_A", "shape_B"), ROUND_PAIRS, ids=repr)
 def test_what_is_found_is_the_least_depth(shape_A, shape_B):
     """Whatever is claimed to be the depth, no direction undercuts it, and nearly all is found."""
-    found, seeds = 0, times(4)
-    for seed in range(100, 100 + seeds):
+    found = 0
+    for seed in range(100, 108):
         for A, B in ((shape_A, shape_B), (shape_B, shape_A)):
             pair = overlapping(A, B, seed)
             status, distance, _, _, n, _ = pair.lift()
@@ -60,7 +58,7 @@ def test_what_is_found_is_the_least_depth(shape_A, shape_B):
                 assert pair.least_depth() == pytest.approx(-distance, abs=1e-8)
             else:
                 found += distance >= 0.0  # the cores of rounded bodies may be apart
-    assert found >= 1.5 * seeds
+    assert found >= 14
 
 
 def test_far_side_is_deeper_and_the_near_side_is_found():
