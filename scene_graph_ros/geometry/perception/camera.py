@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.spatial.poses import as_pose, identity
 
 __all__ = [
@@ -39,12 +40,9 @@ _MAX_NUMBER = 1e9
 def _checked(owner: object, name: str, value: Any, *, positive: bool = True) -> float:
     """Return a finite number. Raises QueryArgumentError, naming class, field and value."""
     label = f"{type(owner).__name__}: {name}"
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+    number = as_float(value)
+    if number is None:
         raise QueryArgumentError(f"{label} must be a number, not {quoted(value)}")
-    try:
-        number = float(value)
-    except OverflowError:  # an integer beyond all floats
-        number = math.inf
     least = 1.0 / _MAX_NUMBER if positive else -_MAX_NUMBER
     if not least <= number <= _MAX_NUMBER:
         raise QueryArgumentError(
