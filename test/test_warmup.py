@@ -59,10 +59,12 @@ def test_each_group_has_what_it_adds():
         ("run_tasks", "surfaces"),
         ("run_tasks", "deformable"),
         ("run_tasks", "cameras"),
+        ("run_tasks", "convex"),
     ]
     base, late, *others = json.loads(run(_GROUPS.format(runs=runs)))
     on_demand = tuple(
-        f"scene_graph_ros.geometry.{name}" for name in ("hydroelastic", "deformable", "perception")
+        f"scene_graph_ros.geometry.{name}"
+        for name in ("hydroelastic", "deformable", "perception", "optimization")
     )
     early = [name for module, name, _ in base if module.startswith(on_demand)]
     assert early == ["element_boxes", "linear_fields"]

@@ -51,5 +51,6 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
         KernelGroup("cameras", "images of cameras", (f"{_HERE}.cameras:render_images",)),
+        KernelGroup("convex", "convex sets", (f"{_HERE}.convex_sets:ask_convex_sets",)),
     )
 }

@@ -1,0 +1,1 @@
+"""Convex sets, and what can be proven of them."""

@@ -1,0 +1,115 @@
+"""How large ``c . x`` is on a polyhedron: in floats with its gap, and as a proven bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.solve.active_set import (
+    enter_equalities,
+    UNBOUNDED,
+)
+from scene_graph_ros.geometry.optimization.solve.proof import (
+    as_given,
+    fresh_basis,
+    in_order,
+    Proof,
+    two_to,
+    walk,
+    weights_of_basis,
+)
+from scene_graph_ros.geometry.optimization.solve.rational_simplex import (
+    fractions_of,
+    RationalSimplex,
+)
+from scene_graph_ros.geometry.optimization.solve.rows import is_inside, Rows
+
+__all__ = ["Optimum", "maximize", "prove_bound"]
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """The largest ``c . x``, in floats: infinite, with the direction as ``ray``, if unbounded.
+
+    ``upper`` is what the multipliers ``y (m,)`` bound it by; ``gap`` the difference, which
+    includes by how much x is outside and y is off, each at most once.
+    """
+
+    value: float
+    x: np.ndarray
+    y: np.ndarray
+    upper: float
+    gap: float
+    ray: np.ndarray | None
+    basis: np.ndarray
+
+
+def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
+    """Return the largest ``c . x`` over a set, from a point ``(n,)`` of it, in floats."""
+    A, b = rows.scaled
+    scales = rows.exponents
+    goal = np.ldexp(c, scales[1])
+    x = np.ldexp(start, -scales[1])
+    state = fresh_basis(len(x))
+    enter_equalities(A, b, rows.num_equalities, x, *state)
+    status, weights, ray = walk(A, b, rows.num_equalities, goal, x, state)
+    point = np.ldexp(x, scales[1])
+    y = np.zeros(len(b))
+    for place, row in enumerate(state[0]):
+        if row >= 0:
+            y[row] = weights[place]
+    y = np.ldexp(y, scales[0])
+    if status == UNBOUNDED:
+        direction = np.ldexp(ray, scales[1])
+        return Optimum(np.inf, point, y, np.inf, 0.0, direction, state[0])
+    y[rows.num_equalities :] = np.maximum(y[rows.num_equalities :], 0.0)
+    # About the point, so that a set far from the origin loses nothing.
+    slack = rows.b - rows.A @ point
+    value = float(c @ point)
+    off = np.abs(c - y @ rows.A) @ np.maximum(np.abs(point), np.abs(start))
+    gap = float(abs(y @ slack) + off)
+    return Optimum(value, point, y, value + gap, gap, None, state[0])
+
+
+def prove_bound(rows: Rows, c: np.ndarray, bound: Fraction, start: Proof) -> Proof:
+    """Decide whether ``c . x <= bound`` for all points of the set.
+
+    ``start`` is a point of it. Returns multipliers that show it, or a point where ``c . x`` is
+    larger.
+    """
+    optimum = maximize(rows, c, np.array([float(v) for v in start.vector]))
+    if optimum.ray is None and optimum.value > bound and is_inside(rows, optimum.x):
+        exact_value = sum(Fraction(a) * Fraction(v) for a, v in zip(c, optimum.x, strict=True))
+        if exact_value > bound:
+            return Proof("point", fractions_of(optimum.x))
+    scaled = fractions_of(np.ldexp(c, rows.exponents[1]))
+    denominator = max((v.denominator for v in scaled), default=1)
+    whole = np.array([int(v * denominator) for v in scaled], dtype=object)
+    limit = bound * denominator
+    found = weights_of_basis(*rows.scaled, rows.num_equalities, optimum.basis, whole)
+    if found is not None and found[1] <= limit:
+        weights = {k: v / denominator for k, v in found[0].items()}
+        return Proof("multipliers", in_order(weights, rows))
+    exact = RationalSimplex(*rows.scaled, rows.num_equalities)
+    x = np.ldexp(optimum.x, -rows.exponents[1])
+    if not (exact.load_basis(optimum.basis, x) and exact.is_inside()):
+        exact.restart(np.zeros(len(c)))
+        exact.stand_at(
+            tuple(v / two_to(e) for v, e in zip(start.vector, rows.exponents[1], strict=True))
+        )
+        exact.enter_equalities()
+    answer = exact.climb(whole)
+    assert answer is not None  # nothing is enough
+    if isinstance(answer, dict) and exact.bound(answer) <= limit:
+        weights = {k: v / denominator for k, v in exact.weights_of_rows(answer).items()}
+        return Proof("multipliers", in_order(weights, rows))
+    point = exact.point()
+    if not isinstance(answer, dict):
+        # Far enough along the direction that the bound is passed.
+        rate = sum(a * d for a, d in zip(whole, answer, strict=True))
+        height = sum(a * v for a, v in zip(whole, point, strict=True))
+        step = max(Fraction(0), limit - height) / rate + 1
+        point = tuple(v + step * d for v, d in zip(point, answer, strict=True))
+    return Proof("point", as_given(point, rows))

@@ -1,0 +1,106 @@
+"""Rows of linear equations and inequalities, and their scaling."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+import functools
+
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.optimization.solve.active_set import exact_residual
+from scene_graph_ros.geometry.optimization.solve.rational_simplex import whole_rows
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = ["Rows", "is_inside"]
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A polyhedron ``A x <= b`` of which the first ``num_equalities`` rows are equations.
+
+    ``A`` is ``(m, n)`` and ``b`` ``(m,)``, both finite.
+    """
+
+    A: np.ndarray
+    b: np.ndarray
+    num_equalities: int = 0
+
+    @functools.cached_property
+    def exponents(self) -> tuple[np.ndarray, np.ndarray]:
+        """Powers of two ``(m,)`` and ``(n,)`` that bring rows and variables to a size.
+
+        Row i times ``2^exponents[0][i]`` in variables ``x / 2^exponents[1]`` has a length between
+        1/2 and 1, and where columns are of different size, as few orders of magnitude between its
+        entries as two passes of geometric means bring about (Fulkerson and Wolfe 1962).
+        """
+        with np.errstate(divide="ignore"):
+            sizes = np.log2(np.abs(self.A))
+        is_zero = np.isneginf(sizes)
+        rows, columns = np.zeros(len(self.A)), np.zeros(self.A.shape[1])
+        spread = _middle(sizes, is_zero, axis=1)
+        if sizes.size and np.ptp(_middle(sizes - spread[:, None], is_zero, axis=0)) > _SPREAD:
+            for _ in range(2):
+                rows = -_middle(sizes + columns, is_zero, axis=1)
+                columns = -_middle(sizes + rows[:, None], is_zero, axis=0)
+            columns = np.rint(columns)
+        with np.errstate(divide="ignore"):
+            lengths = np.log2(np.linalg.norm(np.exp2(sizes + columns - spread[:, None]), axis=1))
+        lengths = np.where(np.isneginf(lengths), -spread, lengths)
+        rows = -np.ceil(lengths + spread)
+        return rows.astype(np.int64), columns.astype(np.int64)
+
+    @functools.cached_property
+    def scaled(self) -> tuple[np.ndarray, np.ndarray]:
+        """The rows and right sides in the scaled variables: exactly the same polyhedron."""
+        rows, columns = self.exponents
+        return np.ldexp(self.A, rows[:, None] + columns), np.ldexp(self.b, rows)
+
+
+_SPREAD = 8.0
+"""Binary orders of magnitude between columns, from which on they are scaled."""
+
+
+def _middle(sizes: np.ndarray, is_zero: np.ndarray, axis: int) -> np.ndarray:
+    """Return the mean of the largest and the smallest logarithm; 0 where there is none."""
+    if not sizes.size:
+        return np.zeros(sizes.shape[1 - axis])
+    high = np.where(is_zero, -np.inf, sizes).max(axis=axis)
+    low = np.where(is_zero, np.inf, sizes).min(axis=axis)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(high), 0.5 * (high + low), 0.0)
+
+
+@kernel
+def _signs(A, b, num_equalities, x):
+    """Return the first row that a point breaks, -1 for none, -2 - i if row i can't be told."""
+    m, n = A.shape
+    unsure = -1
+    for i in range(m):
+        size = abs(b[i])
+        for k in range(n):
+            size += abs(A[i, k] * x[k])
+        slack = exact_residual(A[i], x, b[i])
+        # The error of doubled precision (Ogita, Rump and Oishi 2005, proposition 5.5).
+        error = 2.0 * EPSILON * abs(slack) + 2.0 * (n + 1) ** 2 * EPSILON**2 * size
+        if size == 0.0:
+            continue
+        if slack < -error or (i < num_equalities and slack > error):
+            return i
+        if unsure == -1 and (i < num_equalities or slack < error):
+            unsure = -2 - i
+    return unsure
+
+
+def is_inside(rows: Rows, x: np.ndarray) -> bool:
+    """Tell whether a point ``(n,)`` of floats fulfils all rows, exactly."""
+    first = _signs(rows.A, rows.b, rows.num_equalities, x)
+    if first >= -1:
+        return bool(first == -1)
+    start = min(-2 - first, rows.num_equalities)
+    whole, sides, _ = whole_rows(rows.A[start:], rows.b[start:])
+    exact = np.array([Fraction(v) for v in x.tolist()], dtype=object)
+    rest = sides - whole @ exact if len(x) else sides
+    split = rows.num_equalities - start
+    return all(v == 0 for v in rest[:split]) and all(v >= 0 for v in rest[split:])
