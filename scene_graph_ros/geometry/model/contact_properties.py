@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 import math
-import numbers
 from typing import Any
 
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.model.properties import ProximityProperties
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
 
 __all__ = [
     "CONVEX_HULL",
@@ -49,12 +49,9 @@ def uses_triangles(properties: ProximityProperties) -> bool:
 
 def _number(name: str, value: Any, *, at_least: float | None = None) -> float:
     """Return a finite number above zero, or at least ``at_least`` where that is given."""
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+    number = as_float(value)
+    if number is None:
         raise PropertyError(f"{name} must be a number, not {quoted(value)}")
-    try:
-        number = float(value)
-    except OverflowError:  # an integer beyond all floats
-        number = math.inf
     accepted = number > 0.0 if at_least is None else number >= at_least
     if not math.isfinite(number) or not accepted:
         bound = "positive" if at_least is None else f"at least {at_least:g}"

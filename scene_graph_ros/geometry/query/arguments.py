@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
 
 __all__ = ["checked_flag", "checked_limit", "checked_points", "checked_threads"]
 
@@ -29,12 +30,10 @@ def checked_limit(name: str, value: Any) -> float:
     """Return a distance in metres, maybe inf. Raises QueryArgumentError."""
     if type(value) is float and value == value:
         return value
-    if isinstance(value, bool) or not isinstance(value, numbers.Real) or value != value:
+    number = as_float(value)
+    if number is None or number != number:
         raise QueryArgumentError(f"{name} must be a number of metres: {quoted(value)}")
-    try:
-        return float(value)
-    except OverflowError:  # an integer beyond all floats
-        return -math.inf if value <= 0.0 else math.inf
+    return number
 
 
 def checked_threads(value: Any) -> int:

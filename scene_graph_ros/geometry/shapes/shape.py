@@ -5,7 +5,6 @@ from __future__ import annotations
 import abc
 import dataclasses
 import math
-import numbers
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import InvalidShapeError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE, MIN_SHAPE_SIZE
 
@@ -63,12 +63,9 @@ def _checked_size(shape: PrimitiveShape, field: str, value: Any) -> float:
     MIN_SHAPE_SIZE and MAX_SHAPE_SIZE, or 0 where the shape may be a point.
     """
     label = f"{shape.type_name}: {field}"
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
+    size = as_float(value)
+    if size is None:
         raise InvalidShapeError(f"{label} must be a number, not {quoted(value)}")
-    try:
-        size = float(value)
-    except OverflowError:  # an integer beyond all floats
-        size = math.inf
     may_be_zero = shape.may_be_point
     if not math.isfinite(size) or size < 0.0 or (size == 0.0 and not may_be_zero):
         sign = "at least 0" if may_be_zero else "positive"
