@@ -249,6 +249,7 @@ def test_contacts_go_on_while_surfaces_are_made_ready(client, slow_node, tmp_pat
     assert effect_of(client, "contact_surfaces").is_on
     assert client.call("ComputeContactSurfaces", with_fallback=True).status.code == Status.OK
     slow_node.wait_for_output("effect contact_surfaces is on: 1 geometry is compliant")
+    assert "not in the cache any more" not in slow_node.output()
     client.forget(contacts)
     client.forget(diagnostics)
 

@@ -37,6 +37,10 @@ CLIENT_DEPTH = 5000
 """Requests and answers that a client keeps; the default of ROS, 10, loses what is beyond."""
 
 
+PATH_LISTS = ("AMENT_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH")
+"""Variables of which a test's value goes before what is there; of others it counts alone."""
+
+
 def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str, str]:
     """Return the environment of a process on an isolated domain."""
     path = [str(ROOT), os.environ.get("PYTHONPATH", "")]
@@ -49,7 +53,8 @@ def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str
         "ROS_PYTHON_CHECK_FIELDS": "1",
     }
     for name, value in (extra or {}).items():
-        values[name] = os.pathsep.join(p for p in (value, values.get(name, "")) if p)
+        before = values.get(name, "") if name in PATH_LISTS else ""
+        values[name] = os.pathsep.join(part for part in (value, before) if part)
     return values
 
 
