@@ -111,6 +111,8 @@ class Checker:
         except UnsupportedPairError as error:
             report.errors.append(f"{scene.document.location('geometries')}: {error}")
         report.summary = _count(len(loaded.sources), "source") + ", " + _contents(scene_graph)
+        if loaded.cameras:
+            report.summary += ", " + _count(len(loaded.cameras), "camera")
 
     def _check_topics(
         self, report: Report, scene: Scene, loaded: LoadedScene, scene_graph: SceneGraph

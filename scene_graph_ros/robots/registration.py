@@ -15,6 +15,7 @@ from scene_graph_ros.geometry import (
     GeometrySet,
     IllustrationProperties,
     Mesh,
+    PerceptionProperties,
     ProximityProperties,
     Rgba,
     Sphere,
@@ -80,14 +81,16 @@ def register_robot(
     visual: bool = True,
     all_links: bool = False,
     proximity: ProximityProperties | None = None,
+    perception: PerceptionProperties | None = None,
 ) -> dict[str, FrameId]:
     """Register a frame for each link with geometry, and the geometry; return frames by link.
 
     Collision geometry gets the proximity role (with a copy of ``proximity``), visual geometry the
-    illustration role. Frames are called ``prefix + link`` and are children of ``parent``, or of
-    the world: set their poses from Kinematics. ``all_links`` makes frames of links without
-    geometry, too. Without ``semantics`` nothing is filtered, as in MoveIt; ``filter_adjacent``
-    excludes the pairs of ``adjacent_pairs``.
+    illustration role and, with a copy of ``perception`` where that is given, the perception role,
+    both in its own colour unless ``perception`` has one. Frames are called ``prefix + link`` and
+    are children of ``parent``, or of the world: set their poses from Kinematics. ``all_links``
+    makes frames of links without geometry, too. Without ``semantics`` nothing is filtered, as in
+    MoveIt; ``filter_adjacent`` excludes the pairs of ``adjacent_pairs``.
 
     Raises SceneFileError for a mesh that cannot be read, and what the scene graph raises.
     """
@@ -102,7 +105,7 @@ def register_robot(
             frames[link.name] = scene_graph.register_frame(source_id, frame)
         else:
             frames[link.name] = scene_graph.register_frame(source_id, frame, parent=parent)
-        for instance in _instances(link, bool(solid), bool(shown), prefix, proximity):
+        for instance in _instances(link, bool(solid), bool(shown), prefix, proximity, perception):
             scene_graph.register_geometry(source_id, frames[link.name], instance)
     pairs = set() if semantics is None else semantics.filtered_pairs(robot.links)
     if filter_adjacent:
@@ -117,6 +120,7 @@ def _instances(
     visual: bool,
     prefix: str,
     proximity: ProximityProperties | None,
+    perception: PerceptionProperties | None,
 ) -> Iterator[GeometryInstance]:
     for geometry in link.collisions if collision else ():
         instance = GeometryInstance(geometry.X_LG, shape_of(geometry), prefix + geometry.name)
@@ -124,10 +128,16 @@ def _instances(
         yield instance
     for geometry in link.visuals if visual else ():
         instance = GeometryInstance(geometry.X_LG, shape_of(geometry), prefix + geometry.name)
-        properties = IllustrationProperties()
-        if geometry.rgba is not None:
-            properties.add_property("phong", "diffuse", Rgba(*geometry.rgba))
-        instance.set_illustration_properties(properties)
+        shown = IllustrationProperties()
+        seen = None if perception is None else perception.copy()
+        for properties in (shown, seen):
+            if properties is None or geometry.rgba is None:
+                continue
+            if not properties.has_property("phong", "diffuse"):
+                properties.add_property("phong", "diffuse", Rgba(*geometry.rgba))
+        instance.set_illustration_properties(shown)
+        if seen is not None:
+            instance.set_perception_properties(seen)
         yield instance
 
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from scene_graph_ros.geometry import (
     CollisionFilterDeclaration,
@@ -16,21 +15,23 @@ from scene_graph_ros.geometry import (
     GeometrySet,
 )
 from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError
-from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
+from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.robots.registration import register_robot
-from scene_graph_ros.robots.robot_model import Pose, RobotModel
+from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.semantic_model import SemanticModel
 from scene_graph_ros.scene_files.instances import (
     find_embedded_mesh,
     hydroelastic_of,
     instance_from_spec,
+    perception_from_spec,
+    pose_from_spec,
     properties_from_spec,
 )
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
 from scene_graph_ros.scene_files.packages import resolve_resource
-from scene_graph_ros.scene_files.schema import DeformableSpec, FrameSpec, PoseSpec, RobotSpec
+from scene_graph_ros.scene_files.schema import DeformableSpec, FrameSpec, RobotSpec
 from scene_graph_ros.scene_files.srdf import load_srdf
 from scene_graph_ros.scene_files.urdf import load_urdf
 
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry import ProximityProperties, SceneGraph, Shape
     from scene_graph_ros.geometry.model.hydroelastic_properties import HydroelasticProperties
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+    from scene_graph_ros.geometry.perception import CameraDescription
     from scene_graph_ros.scene_files.scene import Scene
 
 __all__ = ["apply_scene"]
@@ -65,6 +67,7 @@ class _Application:
         self.prefix = prefix
         self.sources: dict[str, LoadedSource] = {}
         self.geometries: dict[str, GeometryId] = {}
+        self.cameras: dict[str, CameraDescription] = {}
         self.warnings: list[str] = []
         self.bodies: list[tuple[tuple[str | int, ...], Shape, HydroelasticProperties]] = []
 
@@ -88,11 +91,13 @@ class _Application:
         self._add_geometries()
         self._make_bodies()
         self._apply_filters()
+        self._add_cameras()
         return LoadedScene(
             name=self.spec.name,
             sources=self.sources,
             geometries=self.geometries,
             effects=dict(self.spec.effects),
+            cameras=self.cameras,
             warnings=tuple(self.warnings),
         )
 
@@ -135,9 +140,15 @@ class _Application:
         semantics = self._semantics(spec, model, index)
         positions = self._positions(spec, model, semantics, index)
         with self._located("robots", index, "base"):
-            X_WB = _pose(spec.base, f"base of robot {spec.name!r}")
+            X_WB = pose_from_spec(spec.base, f"base of robot {spec.name!r}")
         with self._located("robots", index, "proximity"):
             proximity = properties_from_spec("proximity", spec.proximity, None)
+        with self._located("robots", index, "perception"):
+            perception = perception_from_spec(
+                spec.perception, spec.label, is_seen=bool(self.spec.cameras)
+            )
+            if perception is not None:
+                read_perception_properties(perception, spec.name)
         frames: dict[str, FrameId] = {}
         robot = LoadedRobot(model, semantics, frames, X_WB, positions, spec.joint_states)
         with self._located("robots", index, "name"):
@@ -155,6 +166,7 @@ class _Application:
                     visual=spec.visual,
                     all_links=spec.all_links,
                     proximity=proximity,  # type: ignore[arg-type]
+                    perception=perception,
                 )
             )
         source.frames.update((spec.prefix + link, frame) for link, frame in frames.items())
@@ -278,7 +290,7 @@ class _Application:
                 source.source_id, GeometryFrame(frame.name), parent=parent
             )
         with self._located("frames", index, "pose"):
-            source.initial_poses[frame_id] = _pose(frame.pose, f"of frame {frame.name!r}")
+            source.initial_poses[frame_id] = pose_from_spec(frame.pose, f"of frame {frame.name!r}")
         source.frames[frame.name] = frame_id
 
     def _add_geometries(self) -> None:
@@ -287,9 +299,11 @@ class _Application:
             source = self._source(spec.source)
             frame_id = self._frame_id(source, spec.frame, "geometries", index, "frame")
             with self._located("geometries", index, "pose"):
-                X_FG = _pose(spec.pose, f"of geometry {spec.name!r}")
+                X_FG = pose_from_spec(spec.pose, f"of geometry {spec.name!r}")
             with self._located("geometries", index, "shape"):
-                instance = instance_from_spec(spec, X_FG, self._resource)
+                instance = instance_from_spec(
+                    spec, X_FG, self._resource, is_seen=bool(self.spec.cameras)
+                )
             if spec.frame == "world":
                 instance.set_name(self.prefix + spec.name)
             if spec.deformable is not None:
@@ -324,6 +338,28 @@ class _Application:
 
     def _resource(self, resource: str) -> Path:
         return Path(self._resolve(resource))
+
+    # Cameras.
+
+    def _add_cameras(self) -> None:
+        """Describe the cameras; what they are made of is imported only where there are some."""
+        if not self.spec.cameras:
+            return
+        from scene_graph_ros.scene_files.cameras import add_renderer, camera_from_spec
+
+        for index, spec in enumerate(self.spec.cameras):
+            located = partial(self._located, "cameras", index)
+            source = self._source(spec.source)
+            self._frame_id(source, spec.frame, "cameras", index, "frame")
+            with located("pose"):
+                X_PC = pose_from_spec(spec.pose, f"of camera {spec.name!r}")
+            name = self.prefix + spec.name
+            camera = camera_from_spec(spec, X_PC, name, source.name, located)
+            self.cameras[camera.name] = camera
+        # After all that may fail: it stays where the rest is taken back.
+        add_renderer(self.scene_graph)
+
+    # Filters.
 
     def _apply_filters(self) -> None:
         manager = self.scene_graph.collision_filter_manager()
@@ -379,10 +415,3 @@ class _Application:
         raise self.scene.document.error(
             f"frame {frame!r} of source {source!r} has no geometry {name!r}", *path
         )
-
-
-def _pose(spec: PoseSpec, name: str) -> Pose:
-    """Return the pose ``(4, 4)``. Raises InvalidPoseError for a quaternion that is no unit."""
-    if spec.quaternion is not None:
-        return poses_from_quaternions([spec.xyz], [spec.quaternion], name)[0]
-    return pose_from_xyz_rpy(np.array(spec.xyz), np.array(spec.rpy or [0.0, 0.0, 0.0]))

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry import (
     Box,
@@ -32,7 +32,8 @@ from scene_graph_ros.geometry.model.hydroelastic_properties import (
     read_hydroelastic_properties,
 )
 from scene_graph_ros.geometry.model.properties import GeometryProperties
-from scene_graph_ros.scene_files.schema import GeometrySpec
+from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy, poses_from_quaternions
+from scene_graph_ros.scene_files.schema import GeometrySpec, PoseSpec
 from scene_graph_ros.scene_files.schema_shapes import (
     BoxSpec,
     CapsuleSpec,
@@ -49,6 +50,8 @@ __all__ = [
     "find_embedded_mesh",
     "hydroelastic_of",
     "instance_from_spec",
+    "perception_from_spec",
+    "pose_from_spec",
     "properties_from_spec",
     "shape_from_spec",
 ]
@@ -61,6 +64,13 @@ _PROPERTIES: dict[str, type[GeometryProperties]] = {
     "illustration": IllustrationProperties,
     "perception": PerceptionProperties,
 }
+
+
+def pose_from_spec(spec: PoseSpec, name: str) -> NDArray[np.float64]:
+    """Return the pose ``(4, 4)``. Raises InvalidPoseError for a quaternion that is no unit."""
+    if spec.quaternion is not None:
+        return poses_from_quaternions([spec.xyz], [spec.quaternion], name)[0]
+    return pose_from_xyz_rpy(np.array(spec.xyz), np.array(spec.rpy or [0.0, 0.0, 0.0]))
 
 
 def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
@@ -94,18 +104,45 @@ def shape_from_spec(spec: ShapeSpec, resolve: Callable[[str], Path]) -> Shape:
 
 
 def instance_from_spec(
-    spec: GeometrySpec, X_PG: ArrayLike, resolve: Callable[[str], Path]
+    spec: GeometrySpec, X_PG: ArrayLike, resolve: Callable[[str], Path], *, is_seen: bool = False
 ) -> GeometryInstance:
     """Return the geometry with its roles at ``X_PG`` ``(4, 4)`` in its frame.
 
+    Where the file names no roles it has the perception role if it ``is_seen`` by cameras.
     Files that its properties name are not looked for yet: see ``find_embedded_mesh``.
     """
     instance = GeometryInstance(X_PG, shape_from_spec(spec.shape, resolve), spec.name)
     for role in _PROPERTIES:
         groups = getattr(spec.roles, role)
-        if groups is not None:
+        if role == "perception":
+            is_default = is_seen and "roles" not in spec.model_fields_set
+            properties = perception_from_spec(groups, spec.label, spec.color, is_seen=is_default)
+            if properties is not None:
+                instance.set_perception_properties(properties)
+        elif groups is not None:
             instance.set_properties(properties_from_spec(role, groups, spec.color))
     return instance
+
+
+def perception_from_spec(
+    groups: Mapping[str, Mapping[str, Any]] | None,
+    label: int | None,
+    color: list[float] | None = None,
+    *,
+    is_seen: bool,
+) -> PerceptionProperties | None:
+    """Return the properties of what has the perception role, None where it has not.
+
+    It has it by its properties, by a ``label``, which is ("label", "id") unless the properties
+    have one, or because it ``is_seen`` without either.
+    """
+    if groups is None and label is None and not is_seen:
+        return None
+    properties = properties_from_spec("perception", groups or {}, color)
+    assert isinstance(properties, PerceptionProperties)
+    if label is not None and not properties.has_property("label", "id"):
+        properties.add_property("label", "id", label)
+    return properties
 
 
 def find_embedded_mesh(

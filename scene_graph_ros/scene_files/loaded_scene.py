@@ -16,6 +16,7 @@ from scene_graph_ros.robots.semantic_model import SemanticModel
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import Context
     from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
+    from scene_graph_ros.geometry.perception import CameraDescription
 
 __all__ = ["LoadedRobot", "LoadedScene", "LoadedSource"]
 
@@ -81,6 +82,8 @@ class LoadedScene:
     effects: dict[str, str]
     """"auto" or "off" by the name of an effect; effects not named are "auto"."""
     warnings: tuple[str, ...]
+    cameras: dict[str, CameraDescription] = field(default_factory=dict)
+    """By name, with the prefix that the scene was given."""
 
     def set_initial_poses(self, context: Context) -> None:
         """Put every frame of the scene where the file says; robots need pinocchio for that."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.geometry.model.names import canonical_name, InvalidNameError
 from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
@@ -117,6 +118,7 @@ class _Checker:
         self._unique_sources()
         self._frames()
         self._geometries()
+        self._cameras()
         self._filters()
         return self.found
 
@@ -198,6 +200,17 @@ class _Checker:
             owner = "" if geometry.frame == "world" else f"{geometry.source}/"
             path = f"{owner}{geometry.frame}/{geometry.name}"
             self._unique(places, path, "geometries", index, "name")
+
+    def _cameras(self) -> None:
+        places: dict[str, tuple[str | int, ...]] = {}
+        for index, camera in enumerate(self.spec.cameras):
+            try:
+                canonical_name("camera", camera.name)
+            except InvalidNameError as error:
+                self.report(str(error), "cameras", index, "name")
+            self._unique(places, camera.name, "cameras", index, "name")
+            if self._source(camera.source, "cameras", index, "source"):
+                self._parent(camera.source, camera.frame, "cameras", index, "frame")
 
     def _filters(self) -> None:
         for index, declared in enumerate(self.spec.collision_filters):

@@ -15,15 +15,18 @@ from pydantic import (
     WithJsonSchema,
 )
 
+from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
 
 __all__ = [
+    "CameraSpec",
     "ColorSpec",
     "DeformableSpec",
     "FilterSpec",
     "FrameSpec",
     "GeometrySpec",
+    "LensSpec",
     "PoseSpec",
     "PoseType",
     "RobotSpec",
@@ -41,6 +44,8 @@ Name = Annotated[
 ]
 Text = Annotated[str, StringConstraints(strict=True, strip_whitespace=True, min_length=1)]
 Reference = Text
+Positive = Annotated[Number, Field(gt=0.0)]
+Label = Annotated[int, Field(strict=True, ge=0, le=RenderLabel.MAX_FREE)]
 ColorSpec = Annotated[list[Channel], Field(min_length=3, max_length=4)]
 
 
@@ -163,9 +168,13 @@ class GeometrySpec(_Spec):
     pose: PoseSpec = PoseSpec()
     shape: ShapeSpec
     color: ColorSpec | None = Field(None, description="Red, green, blue and opacity, 0 to 1.")
+    label: Label | None = Field(
+        None, description="The number in label images. It gives the perception role."
+    )
     roles: RolesSpec = Field(
         RolesSpec(proximity={}, illustration={}),
-        description="Default: proximity and illustration, without properties.",
+        description="Default: proximity and illustration, and perception where the file has "
+        "cameras; without properties.",
     )
     deformable: DeformableSpec | None = Field(
         None, description="Given, even if empty, the geometry is deformable and in the world."
@@ -188,11 +197,65 @@ class RobotSpec(_Spec):
     all_links: bool = Field(False, description="Make frames of links without geometry, too.")
     filter_adjacent: bool = Field(False, description="Never check links that a joint connects.")
     proximity: Properties = Field({}, description="Properties of all collision geometry.")
+    label: Label | None = Field(
+        None, description="The number in label images. It gives the perception role."
+    )
+    perception: Properties | None = Field(
+        None,
+        description="Properties of all visual geometry, which then has the perception role; "
+        "default: without properties where the file has cameras, else no such role.",
+    )
 
     @model_validator(mode="after")
     def _posture_needs_srdf(self) -> RobotSpec:
         if self.group_state is not None and self.srdf is None:
             raise ValueError("group_state needs an srdf")
+        return self
+
+
+class LensSpec(_Spec):
+    """The lens of a camera, in pixels; pixels' centres are at whole numbers."""
+
+    fx: Positive
+    fy: Positive
+    cx: Number
+    cy: Number
+
+
+class CameraSpec(_Spec):
+    """A camera on a frame, which publishes images where somebody listens.
+
+    Its own frame is the optical one: x to the right, y down and z ahead.
+    """
+
+    name: Text = Field(description="Part of topics: letters, digits and '_', no digit first.")
+    source: Name = Field(description="Whose camera it is.")
+    frame: Name = Field("world", description="A frame of the same source, or world.")
+    pose: PoseSpec = Field(PoseSpec(), description="Of the optical frame in that frame.")
+    size: Annotated[
+        list[Annotated[int, Field(strict=True, ge=1)]], Field(min_length=2, max_length=2)
+    ] = Field(description="Width and height in pixels.")
+    fov_y: Annotated[Number, Field(gt=0.0, lt=math.pi)] | None = Field(
+        None, description="Angle of view from the upper edge to the lower one, radians."
+    )
+    intrinsics: LensSpec | None = Field(None, description="In place of fov_y.")
+    clipping: Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(
+        [0.01, 100.0], description="Least and largest depth at which anything is seen, metres."
+    )
+    depth_range: Annotated[list[Positive], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="Depths that depth images tell apart, metres; default: the clipping."
+    )
+    images: Annotated[list[Literal["color", "depth", "label", "points"]], Field(min_length=1)] = (
+        Field(["color", "depth", "label"], description="What it offers.")
+    )
+    rate: Annotated[Number, Field(ge=1e-3, le=1e3)] = Field(
+        30.0, description="Most images of each kind per second."
+    )
+
+    @model_validator(mode="after")
+    def _one_lens(self) -> CameraSpec:
+        if (self.fov_y is None) == (self.intrinsics is None):
+            raise ValueError("give fov_y or intrinsics, and only one of them")
         return self
 
 
@@ -232,6 +295,7 @@ class SceneSpec(_Spec):
     robots: list[RobotSpec] = []
     frames: list[FrameSpec] = []
     geometries: list[GeometrySpec] = []
+    cameras: list[CameraSpec] = []
     collision_filters: list[FilterSpec] = []
     effects: dict[Text, Literal["auto", "off"]] = Field(
         {}, description="auto: computed when something asks for it; off: never."

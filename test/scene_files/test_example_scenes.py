@@ -110,12 +110,13 @@ def test_examples_of_the_documentation_run(tmp_path):
     """The scene and the Python lines in docs/scene_files.md do what they say."""
     pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
     text = (SCENES.parents[1] / "docs" / "scene_files.md").read_text()
-    scene, bodies = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    scene, bodies, cameras = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (tmp_path / "meshes").symlink_to(SCENES / "meshes")
-    (tmp_path / "scene.yaml").write_text(scene)
+    (tmp_path / "scene.yaml").write_text(scene + cameras)
     loaded = load_scene(tmp_path / "scene.yaml").apply(SceneGraph())
     assert list(loaded.sources) == ["cell", "objects", "tracker", "panda"]
+    assert loaded.cameras["wrist"].frame == "panda_hand"
     _load_bodies(bodies, tmp_path / "soft")
     names: dict = {}
     exec(code, names)

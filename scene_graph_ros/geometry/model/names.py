@@ -1,5 +1,6 @@
-"""The rule for names of sources, frames and geometries."""
+"""The rule for names of sources, frames, geometries and cameras."""
 
+import re
 from typing import Any
 
 from scene_graph_ros.geometry.errors import NameConflictError
@@ -9,6 +10,10 @@ __all__ = ["LONGEST_NAME", "InvalidNameError", "canonical_name", "trimmed_name"]
 
 LONGEST_NAME = 255
 """Characters."""
+
+
+_CAMERA = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
+"""What can be part of a topic's name, however long the others are."""
 
 
 class InvalidNameError(NameConflictError):
@@ -34,7 +39,8 @@ def canonical_name(what: str, name: Any) -> str:
 
     It has 1 to 255 characters, which are printable, or tabs: it is one line wherever it is shown.
     As ``source/frame/geometry`` is a path, a source's name has no slash in it, and that
-    of a frame or a geometry none at its ends. Raises InvalidNameError.
+    of a frame or a geometry none at its ends. A camera's name is part of topics' names: up to 64
+    letters, digits and '_', no digit first. Raises InvalidNameError.
     """
     trimmed = trimmed_name(what, name)
     broken = _broken_rule(what, trimmed)
@@ -50,6 +56,8 @@ def _broken_rule(what: str, name: str) -> str:
         return "have printable characters only, no line ends or control characters"
     if what == "source" and "/" in name:
         return "have no '/' in it, which ends it in paths"
+    if what == "camera" and not _CAMERA.fullmatch(name):
+        return "be made of up to 64 letters, digits and '_' with no digit first"
     if name != name.strip("/"):
         return "not begin or end with '/', which separates names in paths"
     return ""

@@ -13,11 +13,17 @@ from scene_graph_ros.geometry.perception.camera import (
     DepthRenderCamera,
     RenderCameraCore,
 )
+from scene_graph_ros.geometry.perception.camera_description import (
+    CameraDescription,
+    CameraOutput,
+)
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images, RenderEngine
 from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactRenderEngine
 
 __all__ = [
+    "CameraDescription",
     "CameraIntrinsics",
+    "CameraOutput",
     "ClippingRange",
     "ColorRenderCamera",
     "DepthRange",
