@@ -20,23 +20,22 @@ LARGE = 1 << 14
 _LINE_BYTES = 8 * LINE
 
 
-def new_answers(count: int) -> Answers:
+def new_answers(count: int, memory: type[np.ndarray[Any, Any]] = np.ndarray) -> Answers:
     """Return flat columns for ``count`` answers, unset.
 
-    From ``LARGE`` answers on, each is a view of an array that nobody else has.
+    ``memory`` is the class of arrays that they become.
     """
-    new = _lined if count >= LARGE else np.empty
+    margin = _LINE_BYTES if count >= LARGE else 0
+
+    def column(length: int, kind: Any) -> NDArray[Any]:
+        size = length * np.dtype(kind).itemsize
+        room = memory((size + margin,), np.uint8)
+        start = -room.ctypes.data % margin if margin else 0
+        return room[start : start + size].view(kind)
+
     return (
-        new(count, np.float64),
-        new(3 * count, np.float64),
-        new(3 * count, np.float64),
-        new(count, np.bool_),
+        column(count, np.float64),
+        column(3 * count, np.float64),
+        column(3 * count, np.float64),
+        column(count, np.bool_),
     )
-
-
-def _lined(count: int, kind: Any) -> NDArray[Any]:
-    """Return an array that begins where a line of the cache does."""
-    size = count * np.dtype(kind).itemsize
-    memory = np.empty(size + _LINE_BYTES, np.uint8)
-    start = -memory.ctypes.data % _LINE_BYTES
-    return memory[start : start + size].view(kind)

@@ -1,14 +1,10 @@
-"""Use the memory of an answer again once nobody looks at it any more.
-
-The system clears each page of memory before it hands it out, which takes longer than writing an
-answer of many megabytes. Who asks again and again, and drops the last answer, is spared that.
-"""
+"""Use the memory of an answer again once nobody looks at it any more; see ``loans``."""
 
 from __future__ import annotations
 
-import sys
 import threading
 
+from scene_graph_ros.geometry.loans import Block, Loan
 from scene_graph_ros.geometry.query.point.answers import Answers, LARGE, new_answers
 
 __all__ = ["AnswerMemory"]
@@ -21,22 +17,14 @@ _WASTE = 2
 """How many times as large as needed kept memory may be."""
 
 
-def _references(answers: Answers) -> int:
-    """Return how many refer to one's memory at most: each view does, also a view of a view."""
-    return max(sys.getrefcount(column.base) for column in answers)
-
-
-_UNSHARED = _references(new_answers(LARGE))
-"""What it returns where nobody has a view."""
-
-
 class AnswerMemory:
     """Hands out memory for answers, and remembers what it handed out. Any thread may ask."""
 
     __slots__ = ("_known", "_lock")
 
     def __init__(self) -> None:
-        self._known: list[Answers] = []
+        self._known: list[tuple[int, tuple[Loan, ...]]] = []
+        """For how many answers there is room in each."""
         self._lock = threading.Lock()
 
     def take(self, count: int) -> Answers:
@@ -47,16 +35,15 @@ class AnswerMemory:
         if not LARGE <= count <= _MOST:
             return new_answers(count)
         with self._lock:
-            chosen = self._free(count)
-            if chosen is None:
-                chosen = new_answers(count)
-                self._known = [*self._known[1 - _KEPT :], chosen]
-            phi, p_GN, grad_W, unique = chosen
+            loans = self._free(count)
+            if loans is None:
+                loans = tuple(Loan(column) for column in new_answers(count, Block))
+                self._known = [*self._known[1 - _KEPT :], (count, loans)]
+            phi, p_GN, grad_W, unique = (loan.lend() for loan in loans)
             return phi[:count], p_GN[: 3 * count], grad_W[: 3 * count], unique[:count]
 
-    def _free(self, count: int) -> Answers | None:
-        for answers in self._known:
-            room = len(answers[0])
-            if count <= room <= _WASTE * count and _references(answers) == _UNSHARED:
-                return answers
+    def _free(self, count: int) -> tuple[Loan, ...] | None:
+        for room, loans in self._known:
+            if count <= room <= _WASTE * count and all(loan.is_over() for loan in loans):
+                return loans
         return None

@@ -1,0 +1,76 @@
+"""Arrays that are lent, and lent again when nobody looks at them any more.
+
+New memory of some megabytes is cleared by the system, page by page, which takes longer than
+writing it. Who asks again and again, and drops what it got before, is spared that.
+
+A loan is over when the array that was lent is gone: it and every view of it, for each of them
+refers to that very array. NumPy lets a view refer to the array at the end of a chain of views,
+but not past one of another class (``PyArray_SetBaseObject``); so what is lent is a view of a
+``Block``. Weak references tell when it is gone, on every interpreter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import threading
+from typing import Any
+import weakref
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Block", "Lender", "Loan"]
+
+_KEPT = 2
+"""The last array is often dropped only after the next one has come."""
+
+
+class Block(np.ndarray):
+    """Memory to lend. Nobody but the loan refers to it."""
+
+
+def _nothing() -> None:
+    """Return what a weak reference does whose array is gone."""
+
+
+class Loan:
+    """A block that is lent as a plain array. One thread at a time."""
+
+    __slots__ = ("_block", "_lent")
+
+    def __init__(self, block: NDArray[Any]) -> None:
+        """Take a block, or a view of one, that nobody else refers to."""
+        self._block = block
+        self._lent: Callable[[], NDArray[Any] | None] = _nothing
+
+    def is_over(self) -> bool:
+        """Tell whether nobody looks at the array that was lent."""
+        return self._lent() is None
+
+    def lend(self) -> NDArray[Any]:
+        """Return an array, as the last borrower left it. The loan before must be over."""
+        array = self._block.view(np.ndarray)
+        self._lent = weakref.ref(array)
+        return array
+
+
+class Lender:
+    """Lends arrays of one shape. Any thread may ask."""
+
+    __slots__ = ("_loans", "_lock", "_shape")
+
+    def __init__(self, shape: tuple[int, ...]) -> None:
+        """Take the shape of all arrays; they hold float64."""
+        self._shape = shape
+        self._loans: list[Loan] = []
+        self._lock = threading.Lock()
+
+    def take(self) -> tuple[NDArray[np.float64], bool]:
+        """Return an array, and whether it is one of before, as its last borrower left it."""
+        with self._lock:
+            for loan in self._loans:
+                if loan.is_over():
+                    return loan.lend(), True
+            loan = Loan(Block(self._shape))
+            self._loans = [*self._loans[1 - _KEPT :], loan]
+            return loan.lend(), False
