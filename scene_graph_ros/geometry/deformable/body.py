@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.meshes.bvh import build_bvh
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.model.deformable import Configuration, Deformable
+from scene_graph_ros.geometry.model.derived import derived_of_constant
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     cross,
@@ -75,13 +76,10 @@ _CAPACITY = 64
 _bodies: BuildCache[Body] = BuildCache(_CAPACITY)
 
 
+@derived_of_constant
 def body_of(deformable: Deformable) -> Body:
     """Return what no configuration changes, built on first use; equal meshes share it."""
-    mesh = deformable.mesh
-    result: Body = deformable.cached(
-        "contact body", lambda: _bodies.get(mesh, lambda: _build(mesh))
-    )
-    return result
+    return _bodies.get(deformable.mesh, lambda: _build(deformable.mesh))
 
 
 def _build(mesh: VolumeMesh) -> Body:
@@ -90,13 +88,9 @@ def _build(mesh: VolumeMesh) -> Body:
     return Body(mesh.tetrahedra.copy(), reference_field(mesh), left, right, order)
 
 
+@derived_of_constant
 def deformed_body(configuration: Configuration) -> DeformedBody:
     """Return the body in a configuration, computed on first use."""
-    result: DeformedBody = configuration.cached("contact body", lambda: _deform(configuration))
-    return result
-
-
-def _deform(configuration: Configuration) -> DeformedBody:
     q_WG = configuration.q_WG
     body = body_of(configuration.deformable)
     origin = 0.5 * q_WG.min(axis=0) + 0.5 * q_WG.max(axis=0)

@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.hydroelastic.bodies import Body, body_of
+from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.hydroelastic_properties import (
     HydroelasticProperties,
     read_hydroelastic_properties,
@@ -105,14 +106,10 @@ _KINDS = {
 }
 
 
+@derived(Role.PROXIMITY)
 def body_table(state: GeometryState) -> BodyTable:
     """Return the bodies of a model, built on first use and kept while they hold."""
-    result: BodyTable = state.cached("table hydroelastic", lambda: _of_state(state))
-    return result
-
-
-def _of_state(state: GeometryState) -> BodyTable:
-    ids = state.role_arrays(Role.PROXIMITY).geometry_ids
+    ids = state.rigid_ids(Role.PROXIMITY)
     records = [state.geometries[geometry_id] for geometry_id in ids]
     properties = [record.properties[Role.PROXIMITY] for record in records]
     return build_body_table(

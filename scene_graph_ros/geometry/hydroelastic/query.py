@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.hydroelastic.contact_surface import ContactSurface
 from scene_graph_ros.geometry.hydroelastic.driver import solve_surfaces
 from scene_graph_ros.geometry.hydroelastic.element_table import build_element_table, ElementTable
 from scene_graph_ros.geometry.model.contact_properties import MATERIAL_GROUP
+from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
@@ -104,11 +105,9 @@ def compute_contact_surfaces_with_fallback(
     return _surfaces(snapshot, table, with_surface, chosen), penetrations
 
 
+@derived(Role.PROXIMITY)
 def _element_table(state: GeometryState) -> ElementTable:
-    result: ElementTable = state.cached(
-        "table elements", lambda: build_element_table(body_table(state))
-    )
-    return result
+    return build_element_table(body_table(state))
 
 
 def _candidates(
@@ -151,16 +150,10 @@ def _surfaces(
     return ContactSurfaces(columns, patches, representation, _materials(snapshot.state))
 
 
+@derived(Role.PROXIMITY)
 def _materials(state: GeometryState) -> Mapping[int, Mapping[str, Any]]:
-    result: Mapping[int, Mapping[str, Any]] = state.cached(
-        "table materials", lambda: _read_materials(state)
-    )
-    return result
-
-
-def _read_materials(state: GeometryState) -> Mapping[int, Mapping[str, Any]]:
     materials: dict[int, Mapping[str, Any]] = {}
-    for geometry_id in state.role_arrays(Role.PROXIMITY).geometry_ids:
+    for geometry_id in state.rigid_ids(Role.PROXIMITY):
         properties = state.geometries[geometry_id].properties[Role.PROXIMITY]
         known = properties.has_group(MATERIAL_GROUP)
         group = properties.get_properties_in_group(MATERIAL_GROUP) if known else {}

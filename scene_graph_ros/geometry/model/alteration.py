@@ -6,13 +6,16 @@ import dataclasses
 from typing import Any
 
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, RoleError
-from scene_graph_ros.geometry.model.deformable import refuse_deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import checked_properties, checked_shape
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
 from scene_graph_ros.geometry.model.proximity import check_proximity
-from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.records import (
+    GeometryRecord,
+    refuse_deformable,
+    WORLD_FRAME_ID,
+)
 from scene_graph_ros.geometry.model.registration import check_name_is_free
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.state import GeometryState

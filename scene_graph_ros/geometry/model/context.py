@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 import itertools
-import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
-from scene_graph_ros.geometry.model.deformable import checked_configurations, Configuration
+from scene_graph_ros.geometry.loans import Lender
+from scene_graph_ros.geometry.model.configurations import checked_configurations
+from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import FrameLayout
+from scene_graph_ros.geometry.model.memory import Memory
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.references import UNSHARED
 from scene_graph_ros.geometry.model.snapshot import (
-    Memory,
     NO_CONFIGURATIONS,
     refuse_frame_pose,
     Snapshot,
@@ -46,7 +46,7 @@ class Context(ModelOwner):
         self._layout = state.layout()
         self._X_PF = np.tile(np.eye(4), (len(self._layout.ids), 1, 1))
         self._poses_are_shared = False
-        self._spare = self._X_PF
+        self._lender = Lender(self._X_PF.shape)
         self._configurations: Mapping[GeometryId, Configuration] = NO_CONFIGURATIONS
         self._pose_version = next(_pose_versions)
         self._snapshot: Snapshot | None = None
@@ -209,14 +209,12 @@ class Context(ModelOwner):
         """Return poses to write ``count`` of to: a snapshot keeps the array it was given."""
         if not self._poses_are_shared:
             return self._X_PF
-        spare, self._spare = self._spare, self._X_PF
         if count + 1 < len(self._X_PF):
             return self._X_PF.copy()
         # All but the world's are going to be written, whose pose is right in an array of before.
-        if len(spare) == len(self._X_PF) and sys.getrefcount(spare) == UNSHARED:
-            return spare
-        result = np.empty(self._X_PF.shape)
-        result[0] = self._X_PF[0]
+        result, was_used = self._lender.take()
+        if not was_used:
+            result[0] = self._X_PF[0]
         return result
 
     def _fit_layout(self) -> FrameLayout:
@@ -229,5 +227,6 @@ class Context(ModelOwner):
             new_rows, old_rows = zip(*kept, strict=True)
             X_PF[list(new_rows)] = self._X_PF[list(old_rows)]
             self._X_PF, self._layout, self._poses_are_shared = X_PF, layout, False
+            self._lender = Lender(X_PF.shape)
             self._pose_version = next(_pose_versions)
         return layout

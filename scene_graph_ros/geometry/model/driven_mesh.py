@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.model.deformable import (
     Deformable,
     DEFORMABLE_GROUP,
 )
+from scene_graph_ros.geometry.model.derived import derived_of_constant
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 
@@ -74,12 +75,12 @@ def read_embedded_mesh(properties: GeometryProperties) -> None:
 
 def driven_mesh(deformable: Deformable, properties: GeometryProperties) -> DrivenMesh:
     """Return the driven mesh of a role, made on first use."""
-    shape = _embedded_shape(properties)
-    result: DrivenMesh = deformable.cached(
-        ("driven mesh", shape),
-        lambda: _boundary(deformable.mesh) if shape is None else _embed(deformable.mesh, shape),
-    )
-    return result
+    return _driven_mesh(deformable, _embedded_shape(properties))
+
+
+@derived_of_constant
+def _driven_mesh(deformable: Deformable, shape: Mesh | None) -> DrivenMesh:
+    return _boundary(deformable.mesh) if shape is None else _embed(deformable.mesh, shape)
 
 
 def driven_positions(mesh: DrivenMesh, configuration: Configuration) -> NDArray[np.float64]:

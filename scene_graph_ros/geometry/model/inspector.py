@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.sources import hull_of
-from scene_graph_ros.geometry.model.deformable import deformable_of
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
@@ -23,7 +22,7 @@ from scene_graph_ros.geometry.model.properties import (
     PerceptionProperties,
     ProximityProperties,
 )
-from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.records import deformable_of, WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.model.version import GeometryVersion

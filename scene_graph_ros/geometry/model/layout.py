@@ -68,8 +68,8 @@ def frame_layout(records: Iterable[FrameRecord], sources: Iterable[SourceId]) ->
 
 
 def role_arrays(records: Iterable[GeometryRecord], layout: FrameLayout) -> RoleArrays:
-    """Lay out geometries in the order of their ids."""
-    chosen = sorted(records, key=lambda record: int(record.id))
+    """Lay out geometries that are given in the order of their ids."""
+    chosen = list(records)
     X_FG = np.empty((len(chosen), 4, 4))
     for i, record in enumerate(chosen):
         X_FG[i] = record.X_FG

@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.meshes.changed_table import changed_table, TableOf
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.meshes.sources import validate
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
+from scene_graph_ros.geometry.model.derived import derived, Part, renewed
 from scene_graph_ros.geometry.model.hydroelastic_properties import (
     read_hydroelastic_properties,
 )
@@ -21,7 +22,13 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["ProximityArrays", "check_proximity", "proximity_arrays", "read_mesh_data"]
+__all__ = [
+    "ProximityArrays",
+    "check_proximity",
+    "proximity_arrays",
+    "read_mesh_data",
+    "shape_table",
+]
 
 
 class ProximityArrays(NamedTuple):
@@ -73,29 +80,32 @@ def read_mesh_data(shape: Any) -> None:
         validate(shape)
 
 
+@derived(Part.FRAMES, Part.FILTERS, Role.PROXIMITY)
 def proximity_arrays(state: GeometryState) -> ProximityArrays:
     """Return the arrays of a state, computed on first use and kept while they hold."""
-    result: ProximityArrays = state.cached("proximity", lambda: _assemble(state))
-    return result
-
-
-def _assemble(state: GeometryState) -> ProximityArrays:
     rows = state.role_arrays(Role.PROXIMITY)
-    table = state.cached("table", lambda: _table(state)).table
-    bits = state.cached("pairs", lambda: (state.filters.bit_matrix(rows.geometry_ids),))[0]
     return ProximityArrays(
-        table=table,
+        table=shape_table(state),
         ids=rows.ids,
         geometry_ids=rows.geometry_ids,
         frame=rows.frame,
         X_FG=rows.X_FG,
         is_anchored=rows.frame == 0,
-        filter_bits=bits,
+        filter_bits=_filter_bits(state),
     )
 
 
-def _table(state: GeometryState) -> TableOfShapes:
-    ids = state.role_arrays(Role.PROXIMITY).geometry_ids
-    records = [state.geometries[geometry_id] for geometry_id in ids]
-    before: TableOfShapes | None = state.outdated("table")
+@derived(Part.FILTERS, Role.PROXIMITY)
+def _filter_bits(state: GeometryState) -> NDArray[np.uint8] | None:
+    return state.filters.bit_matrix(state.rigid_ids(Role.PROXIMITY))
+
+
+def shape_table(state: GeometryState) -> ShapeTable:
+    """Return the shapes of the rows of ``proximity_arrays``, which no pose or filter changes."""
+    return _table(state).table
+
+
+@renewed(Role.PROXIMITY)
+def _table(state: GeometryState, before: TableOfShapes | None) -> TableOfShapes:
+    records = [state.geometries[i] for i in state.rigid_ids(Role.PROXIMITY)]
     return changed_table(before, [r.shape for r in records], [_is_exact(r) for r in records])

@@ -8,13 +8,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.errors import DeformableError
 from scene_graph_ros.geometry.model.deformable import Deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.shapes.shape import Shape
 
-__all__ = ["WORLD_FRAME_ID", "FrameRecord", "GeometryRecord"]
+__all__ = [
+    "WORLD_FRAME_ID",
+    "FrameRecord",
+    "GeometryRecord",
+    "deformable_of",
+    "refuse_deformable",
+]
 
 WORLD_FRAME_ID = FrameId.get_new_id()
 """The one frame that never moves; the same in every scene graph."""
@@ -50,3 +57,19 @@ class GeometryRecord:
     def is_anchored(self) -> bool:
         """Whether the geometry hangs on the world, and is rigid."""
         return self.frame_id == WORLD_FRAME_ID and self.deformable is None
+
+
+def refuse_deformable(record: GeometryRecord, what: str) -> None:
+    """Raise DeformableError, saying ``what``, if a geometry is deformable."""
+    if record.deformable is not None:
+        raise DeformableError(f"geometry {record.name!r} ({record.id!r}) is deformable: {what}")
+
+
+def deformable_of(record: GeometryRecord) -> Deformable:
+    """Return what a deformable geometry has. Raises DeformableError for a rigid one."""
+    if record.deformable is None:
+        raise DeformableError(
+            f"geometry {record.name!r} ({record.id!r}) is rigid: it has a pose, and neither a"
+            " volume mesh nor a configuration"
+        )
+    return record.deformable

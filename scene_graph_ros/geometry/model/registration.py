@@ -5,14 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 from scene_graph_ros.geometry.errors import DeformableError, NameConflictError, UnknownIdError
-from scene_graph_ros.geometry.model.deformable import Deformable, refuse_deformable
+from scene_graph_ros.geometry.model.deformable import Deformable
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
 from scene_graph_ros.geometry.model.proximity import check_proximity
-from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.records import (
+    FrameRecord,
+    GeometryRecord,
+    refuse_deformable,
+    WORLD_FRAME_ID,
+)
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted

@@ -3,31 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any
 
 from scene_graph_ros.geometry.errors import EngineError, NameConflictError
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.renderer import Renderer
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["Renderer", "add_renderer", "find_renderer", "remove_renderer"]
-
-
-class Renderer(Protocol):
-    """What is kept of a renderer: a value that never changes, shared by all copies of a model."""
-
-    @property
-    def type_name(self) -> str:
-        """The name of its class."""
-        ...
-
-    def parameter_yaml(self) -> str:
-        """Return its parameters as YAML, below its type's name."""
-        ...
-
-    def render(self, *arguments: Any) -> Any:
-        """Render images; see ``perception.engine``."""
-        ...
+__all__ = ["add_renderer", "find_renderer", "remove_renderer"]
 
 
 _MEMBERS = ("type_name", "parameter_yaml", "render")

@@ -12,7 +12,6 @@ from scene_graph_ros.geometry.model.collision_filter import (
     CollisionFilterManager,
 )
 from scene_graph_ros.geometry.model.context import Context
-from scene_graph_ros.geometry.model.deformable import make_deformable, read_embedded_meshes
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
@@ -28,6 +27,7 @@ from scene_graph_ros.geometry.model.properties import (
 )
 from scene_graph_ros.geometry.model.proximity import read_mesh_data
 from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.reference_meshes import make_deformable, read_embedded_meshes
 from scene_graph_ros.geometry.model.renderer_registry import RendererRegistry
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.state import GeometryState, ROLES
@@ -138,7 +138,10 @@ class SceneGraph(RendererRegistry, NotCopied):
             raise TypeError("query_object needs a context: create_default_context() makes one")
         self._owner(context)
         make = type(self)._query_type
-        assert make is not None
+        if make is None:
+            raise TypeError(
+                "no queries were provided: import scene_graph_ros.geometry, which provides them"
+            )
         result: QueryObject = make(context)
         return result
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-import sys
 import threading
 from types import MappingProxyType
 from typing import Any
@@ -12,18 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import InvalidPoseError, OwnershipError
-from scene_graph_ros.geometry.model.deformable import (
-    Configuration,
-    deformable_of,
-    refuse_deformable,
-)
+from scene_graph_ros.geometry.loans import Lender
+from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.layout import RoleArrays
+from scene_graph_ros.geometry.model.memory import Memory
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.proximity import proximity_arrays, ProximityArrays
-from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
-from scene_graph_ros.geometry.model.references import UNSHARED
+from scene_graph_ros.geometry.model.records import (
+    deformable_of,
+    refuse_deformable,
+    WORLD_FRAME_ID,
+)
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.quoting import quoted
@@ -35,7 +35,7 @@ from scene_graph_ros.geometry.spatial.pose_kernels import (
 )
 from scene_graph_ros.geometry.spatial.poses import refuse_pose, to_pose_array
 
-__all__ = ["NO_CONFIGURATIONS", "Memory", "Snapshot", "refuse_frame_pose", "stacked_poses"]
+__all__ = ["NO_CONFIGURATIONS", "Snapshot", "refuse_frame_pose", "stacked_poses"]
 
 Poses = NDArray[np.float64]
 
@@ -75,28 +75,8 @@ def stacked_poses(state: GeometryState, poses: Mapping[FrameId, Any]) -> tuple[A
     return rows, X_PFs
 
 
-class Memory:
-    """What the snapshots of one context pass on, so that little motion costs little work.
-
-    It changes how fast an answer is found, never the answer.
-    """
-
-    __slots__ = ("answers", "pairs", "spare")
-
-    def __init__(self) -> None:
-        self.pairs: tuple[Any, Any] = (None, None)
-        """The arrays of a model, and what the search for its candidate pairs remembers."""
-        self.spare: dict[Role, tuple[RoleArrays, Poses]] = {}
-        """The last world poses of the geometries with a role, and the rows they are for."""
-        self.answers: Any = None
-        """What hands out the memory of answers to points."""
-
-    def take_poses(self, role: Role, rows: RoleArrays) -> Poses | None:
-        """Return poses of the same rows that nobody looks at any more; anchored ones are right."""
-        known, poses = self.spare.pop(role, (None, None))
-        if known is rows and sys.getrefcount(poses) == UNSHARED:
-            return poses
-        return None
+def _lender_of_poses(rows: RoleArrays) -> Lender:
+    return Lender(rows.X_FG.shape)
 
 
 class Snapshot(NotCopied):
@@ -211,11 +191,10 @@ class Snapshot(NotCopied):
         """Place the geometries with a role on their frames, in memory that is free if there is."""
         if rows.first_frame is not None:
             return X_WF[rows.first_frame : rows.first_frame + len(rows.ids)]
-        moving, result = rows.moving_rows, self.memory.take_poses(role, rows)
-        if result is None:
-            moving, result = rows.all_rows, np.empty_like(rows.X_FG)
+        result, was_used = self.memory.of(_lender_of_poses, rows, role).take()
+        # In an array of before, which is lent for the same rows, the anchored ones are right.
+        moving = rows.moving_rows if was_used else rows.all_rows
         world_poses_of_children(moving, rows.frame, X_WF, rows.X_FG, result)
-        self.memory.spare[role] = (rows, result)
         return result
 
     def pose_in_world(self, target: FrameId | GeometryId) -> Poses:

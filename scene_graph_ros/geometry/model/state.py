@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 import itertools
-import threading
 from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.errors import OwnershipError, RoleError, UnknownIdError
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterScope
-from scene_graph_ros.geometry.model.deformable import deformable_of
+from scene_graph_ros.geometry.model.derived import derived, DerivedValues, Part
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.layout import (
@@ -25,13 +24,18 @@ from scene_graph_ros.geometry.model.layout import (
     RoleArrays,
 )
 from scene_graph_ros.geometry.model.pair_filter import PairFilter
-from scene_graph_ros.geometry.model.records import FrameRecord, GeometryRecord, WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.records import (
+    deformable_of,
+    FrameRecord,
+    GeometryRecord,
+    WORLD_FRAME_ID,
+)
+from scene_graph_ros.geometry.model.renderer import Renderer
 from scene_graph_ros.geometry.model.roles import checked_role, Role
 from scene_graph_ros.geometry.quoting import quoted
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.model.driven_mesh import DrivenMesh
-    from scene_graph_ros.geometry.model.renderers import Renderer
 
 __all__ = ["ROLES", "GeometryState"]
 
@@ -66,8 +70,7 @@ class GeometryState:
         self.filters = PairFilter()
         self.version = next(_versions)
         self.role_versions: dict[Role, int] = {role: next(_versions) for role in ROLES}
-        self._caches: dict[str, Any] = {}
-        self._lock = threading.RLock()
+        self.derived = DerivedValues()
 
     def copy(self) -> GeometryState:
         """Return an independent state; records and caches are shared, for they never change."""
@@ -94,9 +97,7 @@ class GeometryState:
             nested = getattr(self, name)
             setattr(result, name, {key: dict(members) for key, members in nested.items()})
         result.filters = self.filters.copy()
-        with self._lock:
-            result._caches = dict(self._caches)
-        result._lock = threading.RLock()
+        result.derived = self.derived.copy()
         return result
 
     @property
@@ -104,71 +105,37 @@ class GeometryState:
         """This state, so that an inspector takes it like any other holder of one."""
         return self
 
-    # Versions and caches.
+    # Versions, and what is derived.
 
     def changed(self, *, frames: bool = False, roles: Iterable[Role] = ()) -> None:
         """Record a change, and forget what was derived from the parts that changed."""
         self.version = next(_versions)
-        if frames:
-            self._forget("layout", "arrays", "proximity")
-        for role in roles:
+        parts = tuple(roles)
+        for role in parts:
             self.role_versions[role] = next(_versions)
-            self._forget(f"arrays {role.name}", f"bodies {role.name}")
-            if role is Role.PROXIMITY:
-                if "table" in self._caches:
-                    self._caches["outdated table"] = self._caches["table"]
-                self._forget("proximity", "table", "pairs")
+        self.derived.forget((*parts, Part.FRAMES) if frames else parts)
 
     def filters_changed(self) -> None:
         """Record a change of the collision filters alone: shapes and poses are kept."""
         self.version = next(_versions)
         self.role_versions[Role.PROXIMITY] = next(_versions)
-        self._forget("proximity", "pairs")
-
-    def _forget(self, *prefixes: str) -> None:
-        for key in [key for key in self._caches if key.startswith(prefixes)]:
-            del self._caches[key]
-
-    def cached(self, key: str, compute: Callable[[], Any]) -> Any:
-        """Return a derived value, computed once; other threads wait for it."""
-        value = self._caches.get(key)
-        if value is None:
-            with self._lock:
-                value = self._caches.get(key)
-                if value is None:
-                    value = self._caches[key] = compute()
-        return value
-
-    def outdated(self, key: str) -> Any:
-        """Return the value that was forgotten last, once, for what is like it; None without."""
-        return self._caches.pop(f"outdated {key}", None)
+        self.derived.forget((Part.FILTERS,))
 
     def layout(self) -> FrameLayout:
         """Return the rows of the frames."""
-        result: FrameLayout = self.cached(
-            "layout", lambda: frame_layout(self.frames.values(), self.source_names)
-        )
-        return result
+        return _layout(self)
+
+    def rigid_ids(self, role: Role) -> tuple[GeometryId, ...]:
+        """Return the rigid geometries with a role, sorted: the rows of ``role_arrays``."""
+        return _RIGID_IDS[role](self)
 
     def role_arrays(self, role: Role) -> RoleArrays:
         """Return the rows of the rigid geometries with a role."""
-
-        def lay_out() -> RoleArrays:
-            records = (self.geometries[i] for i in self.with_role[role])
-            return role_arrays([r for r in records if r.deformable is None], self.layout())
-
-        result: RoleArrays = self.cached(f"arrays {role.name}", lay_out)
-        return result
+        return _ROWS[role](self)
 
     def deformable_ids(self, role: Role) -> tuple[GeometryId, ...]:
         """Return the deformable geometries with a role, sorted."""
-
-        def find() -> tuple[GeometryId, ...]:
-            of_role = self.with_role[role]
-            return tuple(sorted(i for i in of_role if self.geometries[i].deformable is not None))
-
-        result: tuple[GeometryId, ...] = self.cached(f"arrays {role.name} deformable", find)
-        return result
+        return _DEFORMABLE_IDS[role](self)
 
     # Look-ups that refuse what is not there.
 
@@ -289,3 +256,31 @@ class GeometryState:
         if are_rigid and records[0].frame_id == records[1].frame_id:
             return True
         return self.filters.is_excluded(id_A, id_B)
+
+
+@derived(Part.FRAMES)
+def _layout(state: GeometryState) -> FrameLayout:
+    return frame_layout(state.frames.values(), state.source_names)
+
+
+def _rows_of(role: Role) -> Callable[[GeometryState], RoleArrays]:
+    @derived(Part.FRAMES, role)
+    def rows(state: GeometryState) -> RoleArrays:
+        records = [state.geometries[geometry_id] for geometry_id in state.rigid_ids(role)]
+        return role_arrays(records, state.layout())
+
+    return rows
+
+
+def _ids_of(role: Role, *, deform: bool) -> Callable[[GeometryState], tuple[GeometryId, ...]]:
+    @derived(role)
+    def ids(state: GeometryState) -> tuple[GeometryId, ...]:
+        of_role = state.with_role[role]
+        return tuple(sorted(i for i in of_role if state.is_deformable(i) is deform))
+
+    return ids
+
+
+_ROWS = {role: _rows_of(role) for role in ROLES}
+_RIGID_IDS = {role: _ids_of(role, deform=False) for role in ROLES}
+_DEFORMABLE_IDS = {role: _ids_of(role, deform=True) for role in ROLES}

@@ -13,7 +13,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.model.snapshot import Memory, Snapshot
+from scene_graph_ros.geometry.model.memory import Memory
+from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query import scene
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import (

@@ -21,7 +21,11 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import EngineError, UnsupportedPairError
 from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
+from scene_graph_ros.geometry.model.derived import derived
+from scene_graph_ros.geometry.model.proximity import shape_table
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, NO_FAILURE, WITHIN
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tolerances import OSCULATION
@@ -166,6 +170,11 @@ def _nearest(bodies: _Bodies, i: int, j: int) -> Contact:
     return phi, p_WCa, p_WCb, nhat, contact is not None
 
 
+@derived(Role.PROXIMITY)
+def _bodies(state: GeometryState) -> _Bodies:
+    return _Bodies(shape_table(state))
+
+
 def solve_pairs_with_fcl(
     snapshot: Snapshot,
     pairs: NDArray[np.int64],
@@ -184,8 +193,7 @@ def solve_pairs_with_fcl(
         EngineError: its answer is not finite.
 
     """
-    table = snapshot.proximity.table
-    bodies: _Bodies = snapshot.state.cached("table of fcl", lambda: _Bodies(table))
+    bodies = _bodies(snapshot.state)
     found: list[tuple[int, int, Contact]] = []
     failed = NO_FAILURE
     with bodies.lock:

@@ -15,10 +15,10 @@ from scene_graph_ros.geometry.errors import (
     RoleError,
     UnsupportedPairError,
 )
-from scene_graph_ros.geometry.model.deformable import refuse_deformable
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.no_copies import NotCopied
+from scene_graph_ros.geometry.model.records import refuse_deformable
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.model.snapshot import Snapshot

@@ -13,8 +13,12 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.errors import UnsupportedPairError
-from scene_graph_ros.geometry.meshes.held_table import hold
+from scene_graph_ros.geometry.meshes.held_table import HeldTable, hold
+from scene_graph_ros.geometry.model.derived import derived
+from scene_graph_ros.geometry.model.proximity import ProximityArrays, shape_table
+from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.query.distance.driver import (
     FIRST_PENETRATION,
     NO_FAILURE,
@@ -23,7 +27,7 @@ from scene_graph_ros.geometry.query.distance.driver import (
     WITHIN,
 )
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
-from scene_graph_ros.geometry.query.point.all_rows import group_by_kind
+from scene_graph_ros.geometry.query.point.all_rows import group_by_kind, KindTable
 from scene_graph_ros.geometry.query.point.batch import distance_points, distances_to_all
 from scene_graph_ros.geometry.query.point.reuse import AnswerMemory
 from scene_graph_ros.geometry.query.results import (
@@ -43,6 +47,7 @@ __all__ = [
     "distances_of_pairs",
     "pair_distance",
     "pair_distances",
+    "pair_memory",
     "pairs_of_candidates",
     "penetrations",
     "penetrations_of",
@@ -66,7 +71,7 @@ def candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
     """Return the (k, 2) rows of pairs that may come within ``margin`` >= 0, may be infinite."""
     X_WG = snapshot.X_WG
     if math.isfinite(margin):
-        return _pair_memory(snapshot).close_pairs(X_WG, margin)
+        return pair_memory(snapshot).close_pairs(X_WG, margin)
     proximity = snapshot.proximity
     lower, upper = world_boxes(proximity.table, X_WG)
     bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
@@ -77,15 +82,24 @@ def candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
     return rows
 
 
-def _pair_memory(snapshot: Snapshot) -> PairMemory:
+def pair_memory(snapshot: Snapshot) -> PairMemory:
     """Return what the context of a snapshot remembers, begun anew after a change of its model."""
-    proximity = snapshot.proximity
-    known, memory = snapshot.memory.pairs
-    if known is not proximity:
-        bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
-        memory = PairMemory(proximity.table, proximity.frame, bits)
-        snapshot.memory.pairs = (proximity, memory)
-    return memory
+    return snapshot.memory.of(_begin_pairs, snapshot.proximity)
+
+
+def _begin_pairs(proximity: ProximityArrays) -> PairMemory:
+    bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
+    return PairMemory(proximity.table, proximity.frame, bits)
+
+
+@derived(Role.PROXIMITY)
+def _held_table(state: GeometryState) -> HeldTable:
+    return hold(shape_table(state))
+
+
+@derived(Role.PROXIMITY)
+def _kinds(state: GeometryState) -> KindTable:
+    return group_by_kind(shape_table(state))
 
 
 def _solve(
@@ -97,7 +111,6 @@ def _solve(
     query: str,
 ) -> tuple[NDArray[Any], ...]:
     """Return the columns of ``solve_pairs``. Raises UnsupportedPairError for two half spaces."""
-    proximity = snapshot.proximity
     if settings.engine is Engine.FCL:
         from scene_graph_ros.geometry.query.fcl_engine import solve_pairs_with_fcl
 
@@ -105,9 +118,8 @@ def _solve(
             snapshot, pairs, max_distance, keep, lambda row: describe(snapshot, row), query
         )
     else:
-        held = snapshot.state.cached("table of pairs", lambda: hold(proximity.table))
         *columns, failed = solve_pairs(
-            held,
+            _held_table(snapshot.state),
             snapshot.X_WG,
             pairs,
             max_distance,
@@ -164,7 +176,7 @@ def _derivatives(
 
 def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     """Return the pairs whose bounding boxes meet."""
-    ids = snapshot.proximity.ids[_pair_memory(snapshot).candidate_pairs(snapshot.X_WG, 0.0)]
+    ids = snapshot.proximity.ids[pair_memory(snapshot).candidate_pairs(snapshot.X_WG, 0.0)]
     return CandidatePairs({"id_A": ids[:, 0], "id_B": ids[:, 1]})
 
 
@@ -258,8 +270,8 @@ def point_distances(
     id_G: Column
     if threshold == math.inf:
         m, n = len(p_WQs), len(ids)
-        kinds = snapshot.state.cached("table of points", lambda: group_by_kind(table))
-        answers = _answer_memory(snapshot).take(m * n)
+        kinds = _kinds(snapshot.state)
+        answers = snapshot.memory.of(_begin_answers, None).take(m * n)
         columns = distances_to_all(table, kinds, X_WG, p_WQs, threads, answers)
         # Where each answer has its place, these are known without looking.
         point, id_G = lambda: np.repeat(np.arange(m), n), lambda: np.tile(ids, m)
@@ -279,9 +291,5 @@ def point_distances(
     )
 
 
-def _answer_memory(snapshot: Snapshot) -> AnswerMemory:
-    """Return what the context of a snapshot hands out for answers to points."""
-    memory = snapshot.memory
-    if memory.answers is None:
-        memory.answers = AnswerMemory()
-    return memory.answers
+def _begin_answers(_: None) -> AnswerMemory:
+    return AnswerMemory()

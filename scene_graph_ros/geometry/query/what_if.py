@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from scene_graph_ros.geometry.errors import QueryArgumentError
 from scene_graph_ros.geometry.model.ids import FrameId
-from scene_graph_ros.geometry.model.snapshot import Memory
+from scene_graph_ros.geometry.model.memory import Memory
 from scene_graph_ros.geometry.query.arguments import checked_threads
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.tracking import BOUNDED, LOOKED_AT, REFENCED, SEARCHED
+from scene_graph_ros.geometry.query.scene import pair_memory
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 
@@ -74,7 +75,7 @@ class Scene:
 
     def counters(self, margin: float = 0.0) -> np.ndarray:
         """Return what the context's memory counts."""
-        return self.query.snapshot.memory.pairs[1].counters(margin)
+        return pair_memory(self.query.snapshot).counters(margin)
 
 
 def expected_pairs(query, margin: float) -> np.ndarray:
@@ -253,7 +254,7 @@ def test_threads_that_ask_at_once() -> None:
     def ask(k: int) -> None:
         for turn in range(30):
             i = (k + turn) % len(baked)
-            memory = baked[i].snapshot.memory.pairs[1]
+            memory = pair_memory(baked[i].snapshot)
             rows = memory.candidate_pairs(baked[i].snapshot.X_WG, 0.0)
             ids = baked[i].snapshot.proximity.ids[rows]
             answers[k].append(np.array_equal(ids, truths[i]))

@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.query.blocks import (
     signed_distance_blocks,
     widening_distances,
 )
+from scene_graph_ros.geometry.query.scene import pair_memory
 
 COUNT = 12
 
@@ -82,7 +83,7 @@ def test_distances_widen_up_to_the_one_asked_for(query):
 def test_searches_apart_do_not_disturb_the_context(query):
     """What the context remembers of its own search is there afterwards."""
     query.find_collision_candidates()
-    memory = query.snapshot.memory.pairs
+    memory = pair_memory(query.snapshot)
     list(signed_distance_blocks(apart_from_context(query), 3.0, rows=5))
-    assert query.snapshot.memory.pairs is memory
-    assert list(memory[1]._trackers) == [0.0]
+    assert pair_memory(query.snapshot) is memory
+    assert list(memory._trackers) == [0.0]

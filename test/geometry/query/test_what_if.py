@@ -24,6 +24,7 @@ from scene_graph_ros.geometry.errors import (
     QueryArgumentError,
     UnknownIdError,
 )
+from scene_graph_ros.geometry.query.scene import pair_memory
 
 SHAPES = [Sphere(0.3), Box(0.5, 0.4, 0.3), Capsule(0.2, 0.4)]
 BODIES = 9
@@ -100,11 +101,11 @@ def test_threads_answer_bit_for_bit_what_one_after_another_does(scene, configura
 def test_nothing_moves_and_nothing_is_remembered(scene, configurations):
     """The context's poses and what it knows of its pairs stay as they were."""
     query, frames = scene
-    before, memory = everything(query), query.snapshot.memory.pairs
+    before, memory = everything(query), pair_memory(query.snapshot)
     X_WF = query.get_pose_in_world(frames[0])
     ask_what_if(query, configurations, everything, threads=2)
     assert np.array_equal(query.get_pose_in_world(frames[0]), X_WF)
-    assert query.snapshot.memory.pairs is memory
+    assert pair_memory(query.snapshot) is memory
     assert everything(query.bake()) == before
 
 

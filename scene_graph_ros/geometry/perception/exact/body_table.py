@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface, source_identity
+from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.driven_mesh import driven_mesh
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.perception_properties import (
@@ -54,17 +55,12 @@ class BodyTable(NamedTuple):
 _meshes: BuildCache[VisibleMesh] = BuildCache(4096)
 
 
+@derived(Role.PERCEPTION)
 def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) -> BodyTable:
     """Return the bodies that ``renderer`` draws; ``diffuse`` is the colour of those without one.
 
     Raises MeshError for a mesh of too many triangles.
     """
-    key = f"bodies {Role.PERCEPTION.name} {diffuse!r} {renderer}"
-    result: BodyTable = state.cached(key, lambda: _gather(state, renderer, diffuse))
-    return result
-
-
-def _gather(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) -> BodyTable:
     records: list[GeometryRecord] = []
     looks: list[Appearance] = []
     for geometry_id in sorted(state.with_role[Role.PERCEPTION]):
@@ -94,7 +90,7 @@ def _gather(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) -> 
         mesh[row] = known[identity]
         center[row], radius[row] = meshes[mesh[row]].center, meshes[mesh[row]].radius
     deformable = {int(row): records[row].id for row in np.flatnonzero(~is_rigid)}
-    rigid_ids = state.role_arrays(Role.PERCEPTION).ids
+    rigid_ids = np.array([int(i) for i in state.rigid_ids(Role.PERCEPTION)], dtype=np.int64)
     chosen = np.array([int(record.id) for record in records], dtype=np.int64)
     rigid = np.flatnonzero(is_rigid)
     colors = [diffuse[:3] if a.diffuse is None else a.diffuse.as_array()[:3] for a in looks]

@@ -1,0 +1,37 @@
+"""What a context remembers from one moment to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+
+__all__ = ["Memory"]
+
+About = TypeVar("About")
+Value = TypeVar("Value")
+
+
+class Memory:
+    """What the snapshots of one context pass on, so that little motion costs little work.
+
+    It changes how fast an answer is found, never the answer. Any thread may ask.
+    """
+
+    __slots__ = ("_known",)
+
+    def __init__(self) -> None:
+        self._known: dict[Hashable, tuple[Any, Any]] = {}
+
+    def of(self, begin: Callable[[About], Value], about: About, *which: Hashable) -> Value:
+        """Return what ``begin(about)`` returned when last begun, for as long as it is about that.
+
+        ``begin`` is a function of a module; what it returns is valid for one object ``about``,
+        and begun anew for another. ``which`` tells apart what is begun alike.
+        """
+        key = (begin, which)
+        known, value = self._known.get(key, (None, None))
+        if value is None or known is not about:
+            value = begin(about)
+            self._known[key] = (about, value)
+        result: Value = value
+        return result
