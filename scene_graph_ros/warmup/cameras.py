@@ -19,13 +19,19 @@ from scene_graph_ros.geometry.perception import (
     ExactRenderEngine,
     RenderCameraCore,
 )
+from scene_graph_ros.geometry.perception.image_forms import (
+    colors,
+    depths,
+    millimetres,
+    points,
+)
 from scene_graph_ros.warmup.bodies import FACES, TETRAHEDRON
 
 __all__ = ["render_images"]
 
 
 def render_images() -> None:
-    """Ask for every kind of image of a ball and a mesh."""
+    """Ask for every kind of image of a ball and a mesh, in every form that others read."""
     scene_graph = SceneGraph()
     scene_graph.add_renderer("exact", ExactRenderEngine())
     source = scene_graph.register_source("warm_up")
@@ -37,4 +43,11 @@ def render_images() -> None:
     lens = CameraIntrinsics.from_fov_y(4, 3, 1.0)
     core = RenderCameraCore("exact", lens, ClippingRange(0.01, 10.0))
     camera = DepthRenderCamera(core, DepthRange(0.01, 10.0))
-    query.render_images(camera, scene_graph.world_frame_id(), np.eye(4))
+    color, depth, label = query.render_images(camera, scene_graph.world_frame_id(), np.eye(4))
+    assert color is not None
+    assert depth is not None
+    assert label is not None
+    depths(depth)
+    millimetres(depth)
+    colors(color)
+    points(lens, depth, color, label)
