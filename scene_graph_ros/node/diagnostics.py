@@ -184,6 +184,8 @@ class Diagnostics:
         values = {**report.counters, "failures": report.failures}
         extra = diagnostic_status_to_msg("", DiagnosticStatus.OK, "", values)
         status.values = [*status.values, *extra.values]
+        if report.stale:
+            status.level, status.message = DiagnosticStatus.STALE, report.stale
         if report.warning:
             status.level, status.message = DiagnosticStatus.WARN, report.warning
         if report.failure:

@@ -80,8 +80,7 @@ def register_source(request: Any, response: Any, edit: Edit, tools: Tools) -> No
 def remove_source(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer RemoveSource."""
     record = _owner(request, edit)
-    edit.scene_graph.remove_source(record.id)
-    del edit.records[record.name]
+    edit.remove_source(record)
 
 
 def register_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> None:

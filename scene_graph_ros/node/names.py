@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 __all__ = [
+    "CAMERAS",
     "CONTACTS",
     "CONTACT_MARKERS",
     "CONTACT_SURFACE_MARKERS",
@@ -14,6 +15,7 @@ __all__ = [
     "MARKERS_PROXIMITY",
     "NODE_NAME",
     "POSE_TOPICS",
+    "TRANSFORMS",
     "default_configuration_topic",
     "default_pose_topic",
     "service_name",
@@ -28,7 +30,9 @@ CONTACTS = "~/contacts"
 CONTACT_MARKERS = "~/contact_markers"
 CONTACT_SURFACE_MARKERS = "~/contact_surface_markers"
 CONTACT_SURFACE_POINTS = "~/contact_surface_points"
+CAMERAS = "~/cameras"
 DIAGNOSTICS = "/diagnostics"
+TRANSFORMS = "/tf"
 
 DEFAULT_POSE_TYPE = "sensor_msgs/msg/MultiDOFJointState"
 

@@ -17,6 +17,8 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 __all__ = [
     "contact_qos",
     "diagnostics_qos",
+    "image_qos",
+    "latched_qos",
     "marker_qos",
     "overridable",
     "pose_qos",
@@ -73,6 +75,29 @@ def contact_qos() -> QoSProfile:
 def diagnostics_qos() -> QoSProfile:
     """Return the profile that diagnostic aggregators expect."""
     return QoSProfile(depth=10)
+
+
+def image_qos() -> QoSProfile:
+    """Return the profile of images: reliable; a subscriber may ask for less.
+
+    Two are kept, so that one may be on its way while the next is sent.
+    """
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=2,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.VOLATILE,
+    )
+
+
+def latched_qos() -> QoSProfile:
+    """Return the profile of what changes rarely: the newest is kept for those who come later."""
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=1,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL,
+    )
 
 
 def service_qos() -> QoSProfile:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 
 from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.geometry.errors import OwnershipError, UnknownIdError
+from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.model.context import Context
 from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.quoting import quoted
@@ -23,6 +23,9 @@ from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.names import DEFAULT_POSE_TYPE
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.perception import CameraDescription
 
 __all__ = ["Edit", "Scene", "SourceRecord"]
 
@@ -52,6 +55,7 @@ class Edit:
     filter_owners: dict[int, str] = field(default_factory=dict)
     effects_off: set[str] = field(default_factory=set)
     initial_poses: dict[Any, np.ndarray] = field(default_factory=dict)
+    cameras: dict[str, CameraDescription] = field(default_factory=dict)
     has_changes: bool = True
     names_before: SceneNames | None = None
 
@@ -80,6 +84,20 @@ class Edit:
             raise OwnershipError(f"the token does not belong to source {quoted(name)}")
         return record
 
+    def add_cameras(self, cameras: Mapping[str, CameraDescription]) -> None:
+        """Add cameras by name; raises NameConflictError for a name that is taken."""
+        for name in cameras:
+            if name in self.cameras:
+                raise NameConflictError(f"there is a camera named {name!r} already")
+        self.cameras.update(cameras)
+
+    def remove_source(self, record: SourceRecord) -> None:
+        """Remove a source with all that it registered, and its cameras."""
+        self.scene_graph.remove_source(record.id)
+        del self.records[record.name]
+        for name in [n for n, each in self.cameras.items() if each.source == record.name]:
+            del self.cameras[name]
+
     def add_source(self, name: str, **values: Any) -> SourceRecord:
         """Register a source in the model and on record; raises NameConflictError if taken.
 
@@ -103,6 +121,7 @@ class Scene:
         """Make what ``edit`` ended with ready; `take_poses` before it is used."""
         self.scene_graph, self.records = edit.scene_graph, edit.records
         self.filter_owners, self.effects_off = edit.filter_owners, frozenset(edit.effects_off)
+        self.cameras: Mapping[str, CameraDescription] = dict(edit.cameras)
         self.version: int = 0 if before is None else before.version + 1
         inspector = self.scene_graph.model_inspector()
         self.context: Context = self.scene_graph.create_default_context()
@@ -128,6 +147,7 @@ class Scene:
             dict(self.records),
             dict(self.filter_owners),
             set(self.effects_off),
+            cameras=dict(self.cameras),
             names_before=self.names,
         )
 

@@ -61,6 +61,7 @@ class SceneLoader:
         else:
             scene = load_scene_text(text, package_dirs=self._folders)
         loaded = scene.apply(edit.scene_graph, prefix=prefix)
+        edit.add_cameras(loaded.cameras)
         for name in loaded.effects:
             if name not in EFFECT_NAMES:
                 known = ", ".join(EFFECT_NAMES)

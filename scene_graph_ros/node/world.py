@@ -12,7 +12,7 @@ from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
 import secrets
 import threading
-from typing import Any, TypeVar
+from typing import Any, TYPE_CHECKING, TypeVar
 
 from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
@@ -24,6 +24,9 @@ from scene_graph_ros.node.half_spaces import check_half_spaces
 from scene_graph_ros.node.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.precedence import Precedence
 from scene_graph_ros.node.scene import Edit, Scene, SourceRecord
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.perception import CameraDescription
 
 __all__ = ["World", "WorldSnapshot", "new_token"]
 
@@ -39,7 +42,8 @@ def new_token() -> int:
 class WorldSnapshot:
     """The world at one time. Nothing in it changes any more.
 
-    ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry.
+    ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
+    ``cameras`` the cameras by name, also those whose frame is gone.
     ``stamp`` is the newest stamp among its poses, ``source_stamps`` that of each source;
     nanoseconds of the node's clock. ``arrival`` is when the oldest message that this update
     applied arrived, nanoseconds of the steady clock; None where no message led to it.
@@ -54,6 +58,7 @@ class WorldSnapshot:
     stamp: int
     source_stamps: Mapping[str, int]
     arrival: int | None = None
+    cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
 
     def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
@@ -222,6 +227,7 @@ class World:
             stamp=max([0, *stamps.values()]),
             source_stamps=stamps,
             arrival=arrival,
+            cameras=scene.cameras,
         )
 
 

@@ -53,6 +53,7 @@ print(json.dumps({
     "contacts": [len(got["contacts"].points), len(got["contacts"].surfaces)],
     "topics": topics,
     "modules": sorted(sys.modules),
+    "threads": sorted(thread.name for thread in threading.enumerate()),
 }))
 node.destroy_node()
 rclpy.shutdown()
@@ -79,16 +80,29 @@ OF_BOTH = (
     "msg_adapters.wire_triangles",
     "scene_graph_ros.node.surface_",
 )
+OF_CAMERAS = (
+    "scene_graph_ros.geometry.perception",
+    "msg_adapters.cameras",
+    "msg_adapters.images",
+    "msg_adapters.labels",
+    "msg_adapters.wire_images",
+    "scene_graph_ros.node.effects.camera",
+    "scene_graph_ros.node.effects.frames",
+)
+CAMERA = """
+cameras:
+  - {name: eye, source: s, size: [4, 3], fov_y: 1, images: [depth]}
+"""
 
 
 @pytest.fixture
 def run(domain, tmp_path):
     """Run a node with a ball of given properties until all that is asked for has come."""
 
-    def run_with(properties):
+    def run_with(properties, more=""):
         import json
 
-        (tmp_path / "scene.yaml").write_text(PLAIN.replace("%s", properties))
+        (tmp_path / "scene.yaml").write_text(PLAIN.replace("%s", properties) + more)
         done = subprocess.run(
             [sys.executable, "-c", PROGRAM, str(tmp_path / "scene.yaml")],
             env=environment(domain),
@@ -110,17 +124,25 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     report = run(properties)
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
-    unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH
+    unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
-    assert not [t for t in report["topics"] if "surface" in t or "configurations" in t]
+    words = ("surface", "configurations", "camera")
+    assert not [t for t in report["topics"] if any(word in t for word in words)]
+    assert not [t for t in report["threads"] if "camera" in t]
 
 
 def test_what_is_asked_for_is_there(run):
-    """The same with a compliant ball: otherwise the test above would show nothing."""
-    report = run(COMPLIANT)
+    """The same with a compliant ball and a camera: else the test above would show nothing.
+
+    Nobody hears the camera, so it has no thread.
+    """
+    report = run(COMPLIANT, CAMERA)
     modules = set(report["modules"])
     assert {"scene_graph_ros.node.effects.contact_surfaces", "msg_adapters.contact_surfaces"} <= (
         modules
     )
     assert "/scene_graph/contact_surface_markers" in report["topics"]
     assert not [m for m in modules if m.startswith(OF_DEFORMABLES)]
+    assert {"scene_graph_ros.node.effects.camera", "msg_adapters.images"} <= modules
+    assert "/scene_graph/cameras/eye/depth/image" in report["topics"]
+    assert not [t for t in report["threads"] if "camera" in t]

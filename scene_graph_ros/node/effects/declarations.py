@@ -6,14 +6,15 @@ rclpy nor any effect.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
 from scene_graph_ros.geometry.model.hydroelastic_properties import Compliance
 from scene_graph_ros.node.names import (
+    CAMERAS,
     CONTACT_MARKERS,
     CONTACT_SURFACE_MARKERS,
     CONTACT_SURFACE_POINTS,
@@ -23,11 +24,17 @@ from scene_graph_ros.node.names import (
     MARKERS_PROXIMITY,
 )
 
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.perception import CameraDescription
+
 __all__ = [
+    "CAMERAS_SWITCH",
+    "CAMERA_TOPICS",
     "EFFECTS",
     "EFFECT_NAMES",
     "Demand",
     "EffectDeclaration",
+    "camera_effect",
     "count_compliant",
     "count_deformable",
 ]
@@ -38,13 +45,14 @@ class Demand:
     """What may ask for effects: geometries per role, and requests per query so far.
 
     ``compliant`` counts the geometries that the proximity role makes compliant, ``deformable``
-    the deformable ones with that role.
+    the deformable ones with that role. ``cameras`` are the names of the scene's cameras.
     """
 
     geometries: Mapping[Role, int]
     requests: Mapping[str, int]
     compliant: int = 0
     deformable: int = 0
+    cameras: Container[str] = ()
 
 
 @dataclass(frozen=True)
@@ -54,7 +62,9 @@ class EffectDeclaration:
     ``asked_by`` returns the sentence that says what asks for it, or "" where nothing does;
     ``would_ask`` says what would. ``factory`` is ``module:class`` of what computes and publishes,
     empty for answers to requests, which the services compute. ``kernels`` names the group of
-    kernels that it needs beside the main job's: it is on when they are compiled.
+    kernels that it needs beside the main job's: it is on when they are compiled. ``argument``,
+    if any, is what the class is told beside its host, and the effect is there as long as it is;
+    ``switch`` is the name by which scene files switch it off, if not its own.
     """
 
     name: str
@@ -63,6 +73,8 @@ class EffectDeclaration:
     topics: tuple[str, ...] = ()
     factory: str = ""
     kernels: str = ""
+    argument: Any = None
+    switch: str = ""
 
 
 def _by_role(role: Role) -> Callable[[Demand], str]:
@@ -93,6 +105,14 @@ def _by_request(query: str) -> Callable[[Demand], str]:
 
     return asked_by
 
+
+CAMERA_TOPICS: dict[str, tuple[str, ...]] = {
+    "color": ("color/image", "color/camera_info"),
+    "depth": ("depth/image", "depth/image_raw", "depth/camera_info"),
+    "label": ("label/image", "label/table"),
+    "points": ("points", "label/table"),
+}
+"""Below a camera's own name, by what scene files call its images; each has "pose", too."""
 
 _PACKAGE = "scene_graph_ros.node.effects"
 
@@ -154,7 +174,39 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
     ),
 )
 
-EFFECT_NAMES = tuple(declaration.name for declaration in EFFECTS)
+CAMERAS_SWITCH = "cameras"
+"""Switches all cameras off."""
+
+EFFECT_NAMES = (*(declaration.name for declaration in EFFECTS), CAMERAS_SWITCH)
+"""What scene files may switch off."""
+
+
+def camera_effect(camera: CameraDescription) -> EffectDeclaration:
+    """Return the effect of one camera."""
+    name, frame = camera.name, camera.frame
+    where = "the world" if frame == "world" else f"frame {camera.source}/{frame}"
+
+    def asked_by(demand: Demand) -> str:
+        return f"the scene has it on {where}" if name in demand.cameras else ""
+
+    return EffectDeclaration(
+        f"camera {name}",
+        asked_by,
+        "a scene that has it",
+        camera_topics(camera),
+        f"{_PACKAGE}.camera:CameraEffect",
+        "cameras",
+        camera,
+        CAMERAS_SWITCH,
+    )
+
+
+def camera_topics(camera: CameraDescription) -> tuple[str, ...]:
+    """Return the names of the topics that a camera has."""
+    topics = ["pose"]
+    for output, names in CAMERA_TOPICS.items():
+        topics += [name for name in names if output in camera.outputs and name not in topics]
+    return tuple(f"{CAMERAS}/{camera.name}/{name}" for name in topics)
 
 
 def count_compliant(inspector: Any) -> int:

@@ -18,7 +18,7 @@ from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.qos import overridable
 from scene_graph_ros.node.world import WorldSnapshot
 
-__all__ = ["Effect", "Host", "Outlet", "WorksBeside"]
+__all__ = ["Effect", "Host", "Outlet", "WorksAlone", "WorksBeside"]
 
 
 class Host(Protocol):
@@ -76,6 +76,27 @@ class WorksBeside(Protocol):
 
     def seconds_beside(self) -> float:
         """Return how long it takes, also what it is at."""
+
+
+@runtime_checkable
+class WorksAlone(Protocol):
+    """An effect that computes and publishes in a thread of its own.
+
+    What goes wrong there nobody else sees, so it says so itself; who fails is off until the scene
+    changes.
+    """
+
+    def failure(self) -> str:
+        """Say why it is off, "" while it is not."""
+
+    def stale(self) -> str:
+        """Say what it lost and waits for, "" while it has it."""
+
+    def recent_seconds(self) -> list[float]:
+        """Return how long it took for each of its last frames."""
+
+    def count(self) -> int:
+        """Return how many frames it made."""
 
 
 class Outlet:

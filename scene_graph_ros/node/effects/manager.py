@@ -15,13 +15,14 @@ from typing import Any
 from scene_graph_ros.geometry.model.state import ROLES
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.declarations import (
+    camera_effect,
     count_compliant,
     count_deformable,
     Demand,
     EffectDeclaration,
     EFFECTS,
 )
-from scene_graph_ros.node.effects.effect import Effect, Host, WorksBeside
+from scene_graph_ros.node.effects.effect import Effect, Host, WorksAlone, WorksBeside
 from scene_graph_ros.node.world import WorldSnapshot
 
 __all__ = ["EffectReport", "Effects"]
@@ -41,7 +42,8 @@ class EffectReport:
     """What an effect is doing and why; times in seconds over recent updates.
 
     ``failures`` counts what it could not do; ``failure`` says why, while it can't. ``warning``
-    says that it takes too long, while it does, or what it waits for before it comes on.
+    says that it takes too long, while it does, or what it waits for before it comes on; ``stale``
+    what it lost that it is about.
     """
 
     name: str
@@ -55,6 +57,7 @@ class EffectReport:
     failures: int = 0
     failure: str = ""
     warning: str = ""
+    stale: str = ""
 
 
 @dataclass
@@ -134,7 +137,7 @@ class Effects:
         """Do beforehand what takes long for a scene that is going to be; in the edit's thread."""
         between_steps()
         demand = self._demand_of(snapshot)
-        for state in self._states.values():
+        for state in list(self._states.values()):
             declaration = state.declaration
             if not declaration.factory or not self._reason(declaration, demand):
                 continue
@@ -155,7 +158,7 @@ class Effects:
                 return
             if snapshot.scene_version != self._scene_version:
                 self._follow(snapshot)
-            for state in self._states.values():
+            for state in list(self._states.values()):
                 if state.effect is not None:
                     with self._isolated(state):
                         self._run(state, state.effect, snapshot)
@@ -242,18 +245,26 @@ class Effects:
             inspector = snapshot.inspector
             counts = {role: inspector.num_geometries_with_role(role) for role in ROLES}
             demand = Demand(
-                counts, self._requests, count_compliant(inspector), count_deformable(inspector)
+                counts,
+                self._requests,
+                count_compliant(inspector),
+                count_deformable(inspector),
+                snapshot.cameras,
             )
             self._counted = (snapshot.scene_version, demand)
         return demand
 
     def _reason(self, declaration: EffectDeclaration, demand: Demand) -> str:
-        return "" if declaration.name in self._switched_off else declaration.asked_by(demand)
+        return "" if self._is_switched_off(declaration) else declaration.asked_by(demand)
+
+    def _is_switched_off(self, declaration: EffectDeclaration) -> bool:
+        return (declaration.switch or declaration.name) in self._switched_off
 
     def _follow(self, snapshot: WorldSnapshot) -> None:
         self._scene_version = snapshot.scene_version
         demand = self._demand_of(snapshot)
-        for state in self._states.values():
+        self._declare_cameras(snapshot)
+        for state in list(self._states.values()):
             reason = self._reason(state.declaration, demand)
             waits = bool(reason and self._lack(state.declaration.kernels))
             state.waiting_reason = reason if waits else ""
@@ -273,26 +284,53 @@ class Effects:
             logger.info(f"effect {name} is on: {state.reason}")
             state.closes_at = None
             if state.effect is None:
-                state.effect = _load(factory)(self._host)
+                argument = state.declaration.argument
+                told = (self._host,) if argument is None else (self._host, argument)
+                state.effect = _load(factory)(*told)
         elif state.effect is not None:
             logger.info(f"effect {name} is off: {self._why_off(state)}")
             state.closes_at = time.monotonic() + LINGER
             state.effect.vanish(snapshot)
 
-    @staticmethod
-    def _close_if_time(state: _State, effect: Effect) -> None:
+    def _close_if_time(self, state: _State, effect: Effect) -> None:
         if state.closes_at is not None and time.monotonic() >= state.closes_at:
-            state.effect, state.closes_at = None, None
-            effect.close()
+            self._close(state, effect)
+
+    @staticmethod
+    def _close(state: _State, effect: Effect) -> None:
+        state.effect, state.closes_at = None, None
+        effect.close()
+
+    def _declare_cameras(self, snapshot: WorldSnapshot) -> None:
+        """Have an effect for each camera of the scene, and for no other."""
+        states = dict(self._states)
+        for name, state in self._states.items():
+            camera = state.declaration.argument
+            if camera is None or snapshot.cameras.get(camera.name) is camera:
+                continue
+            # Another of the same name must not meet its topics.
+            if state.effect is not None:
+                with self._isolated(state):
+                    self._close(state, state.effect)
+            del states[name]
+        for camera in snapshot.cameras.values():
+            declaration = camera_effect(camera)
+            states.setdefault(declaration.name, _State(declaration))
+        # Others read without the lock: what they have does not change.
+        self._states = states
 
     def _why_off(self, state: _State) -> str:
-        if state.declaration.name in self._switched_off:
+        if self._is_switched_off(state.declaration):
             return "switched off by the scene file"
         return f"nothing asks for it; {state.declaration.would_ask} would"
 
     def _report(self, state: _State) -> EffectReport:
         resolve = self._host.node.resolve_topic_name
-        seconds: list[float] = list(state.seconds)
+        seconds, count, failure, stale = list(state.seconds), state.count, state.failure, ""
+        effect: object = state.effect
+        if isinstance(effect, WorksAlone):
+            seconds, count = effect.recent_seconds(), effect.count()
+            failure, stale = failure or effect.failure(), effect.stale()
         counters: dict[str, Any] = dict(state.effect.counters()) if state.effect else {}
         waits = ""
         if state.waiting_reason:
@@ -303,11 +341,12 @@ class Effects:
             is_on=state.is_on,
             reason=state.reason or waits or self._why_off(state),
             topics=tuple(resolve(topic) for topic in state.declaration.topics),
-            count=state.count,
+            count=count,
             mean_seconds=sum(seconds) / len(seconds) if seconds else 0.0,
             max_seconds=max(seconds, default=0.0),
             counters=counters,
             failures=state.failures,
-            failure=state.failure if state.is_on else "",
+            failure=failure if state.is_on else "",
             warning=state.warning if state.is_on else waits,
+            stale=stale if state.is_on else "",
         )
