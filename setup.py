@@ -48,7 +48,6 @@ setup(
     ],
     extras_require={
         "fcl": ["python-fcl"],
-        "joints": ["pin"],
         "test": ["hypothesis", "pytest"],
         "tetrahedra": ["pytetwild"],
     },

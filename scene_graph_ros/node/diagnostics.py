@@ -27,7 +27,7 @@ from scene_graph_ros.node.intake import (
 
 __all__ = ["Diagnostics", "Monitor"]
 
-_OPTIONAL_MODULES = ("meshio", "pinocchio", "pytetwild", "tf2_msgs", "trimesh")
+_OPTIONAL_MODULES = ("meshio", "pytetwild", "tf2_msgs", "trimesh")
 """Costly or optional imports: reported, so that it can be seen what a scene really needs."""
 
 _LATENCIES = 1000

@@ -1,7 +1,6 @@
 """Robots: their links and joints, where these are, which may touch. Nothing here imports ROS.
 
-Files are read by ``scene_files``. The names below are imported when they are first used:
-``Kinematics`` needs pinocchio.
+Files are read by ``scene_files``. The names below are imported when they are first used.
 """
 
 import importlib
@@ -9,6 +8,7 @@ from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
     from scene_graph_ros.robots.adjacency import adjacent_pairs
+    from scene_graph_ros.robots.kinematic_tree import KinematicTree, KinematicTreeError
     from scene_graph_ros.robots.kinematics import JointStateError, Kinematics
     from scene_graph_ros.robots.registration import register_robot
     from scene_graph_ros.robots.robot_model import RobotModel
@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "JointStateError",
+    "KinematicTree",
+    "KinematicTreeError",
     "Kinematics",
     "RobotModel",
     "SemanticModel",
@@ -25,6 +27,7 @@ __all__ = [
 
 _MODULES = {
     "adjacency": ("adjacent_pairs",),
+    "kinematic_tree": ("KinematicTree", "KinematicTreeError"),
     "kinematics": ("JointStateError", "Kinematics"),
     "registration": ("register_robot",),
     "robot_model": ("RobotModel",),

@@ -1,24 +1,21 @@
-"""Where a robot's links are, from the positions of its joints (forward kinematics by pinocchio).
-
-Pinocchio is imported when the first Kinematics is made, not when this module is.
-"""
+"""Where a robot's links are, from the positions of its joints, as messages about them come in."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
-from scene_graph_ros.geometry.spatial.pose_kernels import world_poses_of_children
 from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.located import suggestion
-from scene_graph_ros.robots.pinocchio_model import build_model
 from scene_graph_ros.robots.robot_model import JointType, Mimic, RobotModel
+from scene_graph_ros.robots.tree_kernels import link_poses
+from scene_graph_ros.robots.tree_of_model import plane_of, tree_of_model
 
 __all__ = ["JointStateError", "Kinematics"]
 
@@ -47,7 +44,7 @@ class Kinematics:
 
     Poses are of links L in the parent P of the robot's frames: the world, unless the robot was
     registered below a frame. All joints start at 0, or where ``positions`` says. An instance may
-    be used by one thread at a time.
+    be used by one thread at a time. For many configurations at once: `KinematicTree`.
     """
 
     def __init__(
@@ -59,7 +56,7 @@ class Kinematics:
     ) -> None:
         """Prepare for ``links`` (default: all); ``X_PB`` is the pose of the root link in P.
 
-        Raises KeyError for an unknown link and ImportError, naming the package, without pinocchio.
+        Raises KeyError for an unknown link.
         """
         self.robot = robot
         self.link_names: tuple[str, ...] = tuple(robot.links if links is None else links)
@@ -67,43 +64,26 @@ class Kinematics:
             if name not in robot.links:
                 hint = suggestion(name, robot.links)
                 raise KeyError(f"robot {robot.name!r} has no link {name!r}{hint}")
-        built = build_model(robot)
-        self._pinocchio, self._model = built.pinocchio, built.model
-        self._data = self._model.createData()
-        self._q = self._pinocchio.neutral(self._model)
-        self._link_rows = np.arange(len(self.link_names))
-        self._joint_rows = np.array([built.joint_of_link[n] for n in self.link_names], np.int32)
-        self._X_JL = np.array([built.X_JL[name] for name in self.link_names]).reshape(-1, 4, 4)
-        self._q_start = built.q_start
+        # A joint that mimics another may be measured itself, so each has a position of its own.
+        tree = tree_of_model(robot, follows=False)
+        self._table = tree.table
+        self._q = tree.zero_configuration()[np.newaxis]
+        self._link_rows = np.array([tree.link_index(name) for name in self.link_names], np.int64)
+        self._index_in_q = {
+            joint.name: int(start)
+            for joint, start in zip(tree.joints, tree.table.starts[1:], strict=True)
+        }
         self.joint_names: tuple[str, ...] = tuple(j.name for j in robot.positioned_joints())
         self._index = {name: i for i, name in enumerate(self.joint_names)}
-        self._q_of = np.array([built.q_start[name] for name in self.joint_names], np.intp)
+        self._q_of = np.array([self._index_in_q[name] for name in self.joint_names], np.intp)
         self._positions = [0.0] * len(self.joint_names)
         self._mappings: dict[tuple[str, ...], _Mapping] = {}
-        self._X_PJ = np.tile(np.eye(4), (self._model.njoints, 1, 1))
-        self._views = self._views_of_joints()
-        self._X_BJ_of_roots = {
-            joint: self._model.jointPlacements[joint].homogeneous
-            for joint in range(1, self._model.njoints)
-            if self._model.parents[joint] == 0
-        }
         self.unknown_joints: tuple[str, ...] = ()
         """Names in the last update that are no joint of the robot with a position."""
         self.X_PB = np.eye(4) if X_PB is None else X_PB
         for entry in self._mimics_of(frozenset(self.joint_names) - self._following()):
             self._follow(self._positions, entry)
-        self._q[self._q_of] = self._positions
-
-    def _views_of_joints(self) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-        """Pair the parts of X_PJ with pinocchio's own memory, of the joints that move links.
-
-        Forward kinematics write there in place; a call for each pose would take longer than they.
-        """
-        result = []
-        for joint in sorted(set(self._joint_rows.tolist()) - {0}):
-            X, X_PJ = self._data.oMi[joint], self._X_PJ[joint]
-            result += [(X_PJ[:3, :3], X.rotation), (X_PJ[:3, 3], X.translation)]
-        return result
+        self._q[0, self._q_of] = self._positions
 
     @property
     def X_PB(self) -> NDArray[np.float64]:
@@ -113,9 +93,6 @@ class Kinematics:
     @X_PB.setter
     def X_PB(self, X: ArrayLike) -> None:
         self._X_PB = as_pose(X, f"X_PB of robot {self.robot.name!r}")
-        self._X_PJ[0] = self._X_PB
-        for joint, X_BJ in self._X_BJ_of_roots.items():
-            self._model.jointPlacements[joint] = self._pinocchio.SE3(self._X_PB @ X_BJ)
 
     @property
     def positions(self) -> dict[str, float]:
@@ -150,7 +127,7 @@ class Kinematics:
             self._positions[joint] = position
         for entry in mapping.mimics:
             self._follow(self._positions, entry)
-        self._q[self._q_of] = self._positions
+        self._q[0, self._q_of] = self._positions
         self.unknown_joints = mapping.unknown
 
     @staticmethod
@@ -194,7 +171,7 @@ class Kinematics:
                 moving.append(name)  # to be visited later in this loop
         return tuple(result)
 
-    def set_joint_pose(self, joint_name: str, X_JcC: Any) -> None:
+    def set_joint_pose(self, joint_name: str, X_JcC: ArrayLike) -> None:
         """Place the child of a planar or floating joint relative to where it is at rest.
 
         ``X_JcC`` is ``(4, 4)``. Raises JointStateError for another kind of joint, or a pose that
@@ -206,18 +183,23 @@ class Kinematics:
                 f"robot {self.robot.name!r} has no planar or floating joint {joint_name!r}"
             )
         X = as_pose(X_JcC, f"of joint {joint_name!r}")
-        if joint.type is JointType.PLANAR:
-            normal = np.array(joint.axis)
-            tilt = float(np.abs(X[:3, :3] @ normal - normal).max())
-            lift = abs(float(normal @ X[:3, 3]))
-            if tilt > ROTATION_DEFECT or lift > ROTATION_DEFECT:
-                raise JointStateError(
-                    f"joint {joint_name!r} is planar with normal {joint.axis}: the pose leaves the"
-                    f" plane by {lift:g} m and a tilt of {tilt:g}"
-                )
-        start = self._q_start[joint_name]
-        self._q[start : start + 3] = X[:3, 3]
-        self._q[start + 3 : start + 7] = quaternions_from_poses(X[np.newaxis])[0]
+        start = self._index_in_q[joint_name]
+        if joint.type is JointType.FLOATING:
+            self._q[0, start : start + 4] = np.roll(quaternions_from_poses(X[np.newaxis])[0], 1)
+            self._q[0, start + 4 : start + 7] = X[:3, 3]
+            return
+        normal = np.array(joint.axis)
+        tilt = float(np.abs(X[:3, :3] @ normal - normal).max())
+        lift = abs(float(normal @ X[:3, 3]))
+        if tilt > ROTATION_DEFECT or lift > ROTATION_DEFECT:
+            raise JointStateError(
+                f"joint {joint_name!r} is planar with normal {joint.axis}: the pose leaves the"
+                f" plane by {lift:g} m and a tilt of {tilt:g}"
+            )
+        X_CJ = plane_of(joint.axis)
+        x, y, _ = X_CJ[:3, :3].T @ X[:3, 3]
+        R = X_CJ[:3, :3].T @ X[:3, :3] @ X_CJ[:3, :3]
+        self._q[0, start : start + 3] = x, y, math.atan2(R[1, 0], R[0, 0])
 
     def link_poses(
         self, joint_names: Sequence[str] = (), positions: ArrayLike = ()
@@ -228,9 +210,6 @@ class Kinematics:
         """
         if len(joint_names):
             self.update(joint_names, positions)
-        self._pinocchio.forwardKinematics(self._model, self._data, self._q)
-        for own, view in self._views:
-            np.copyto(own, view)
-        X_PL = np.empty_like(self._X_JL)
-        world_poses_of_children(self._link_rows, self._joint_rows, self._X_PJ, self._X_JL, X_PL)
-        return self.link_names, X_PL
+        X_PL = np.empty((1, len(self.link_names), 4, 4))
+        link_poses(self._table, self._q, self._X_PB, self._link_rows, X_PL)
+        return self.link_names, X_PL[0]

@@ -6,11 +6,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 import enum
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.located import Location
+
+if TYPE_CHECKING:
+    from scene_graph_ros.robots.kinematic_tree import KinematicTree
+    from scene_graph_ros.robots.semantic_model import SemanticModel
 
 __all__ = [
     "Joint",
@@ -134,6 +139,14 @@ class RobotModel:
             cached = {joint.child: joint for joint in self.joints.values()}
             object.__setattr__(self, "_by_child", cached)
         return cached
+
+    def kinematic_tree(
+        self, semantics: SemanticModel | None = None, *, floating_base: str = ""
+    ) -> KinematicTree:
+        """Return the joints and links as arrays, for batches; see `tree_of_model`."""
+        from scene_graph_ros.robots.tree_of_model import tree_of_model
+
+        return tree_of_model(self, semantics, floating_base=floating_base)
 
     def positioned_joints(self) -> Iterator[Joint]:
         """Yield the joints whose position is one number, mimicking ones included."""

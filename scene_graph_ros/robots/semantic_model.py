@@ -1,9 +1,10 @@
-"""What an SRDF says, as plain data: pairs of links without collision checks, named postures."""
+"""What an SRDF says, as plain data: pairs of links without checks, postures, groups of joints."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from types import MappingProxyType
 
 from scene_graph_ros.located import Location, SceneFileError
 
@@ -31,7 +32,7 @@ class GroupState:
 
 @dataclass(frozen=True)
 class SemanticModel:
-    """What an SRDF says about collisions and postures of one robot."""
+    """What an SRDF says about collisions, postures and groups of joints of one robot."""
 
     robot: str
     file: str
@@ -42,6 +43,8 @@ class SemanticModel:
     """Exceptions from ``disabled_links``, each in alphabetical order."""
     group_states: tuple[GroupState, ...]
     warnings: tuple[str, ...] = ()
+    groups: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    """The joints of each group, in the robot's order; fixed ones are left out."""
 
     def filtered_pairs(self, links: Iterable[str]) -> set[tuple[str, str]]:
         """Return the pairs among ``links`` that are not to be checked, each in order.

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         resolve_resource,
         UnknownPackageError,
     )
+    from scene_graph_ros.scene_files.robot_trees import load_kinematic_tree
     from scene_graph_ros.scene_files.scene import load_scene, load_scene_text, Scene
     from scene_graph_ros.scene_files.schema import json_schema
     from scene_graph_ros.scene_files.srdf import load_srdf
@@ -41,6 +42,7 @@ __all__ = [
     "UnknownPackageError",
     "find_package",
     "json_schema",
+    "load_kinematic_tree",
     "load_scene",
     "load_scene_text",
     "load_srdf",
@@ -60,6 +62,7 @@ _MODULES = {
     ),
     f"{__name__}.loaded_scene": ("LoadedRobot", "LoadedScene", "LoadedSource"),
     f"{__name__}.packages": ("UnknownPackageError", "find_package", "resolve_resource"),
+    f"{__name__}.robot_trees": ("load_kinematic_tree",),
     f"{__name__}.scene": ("Scene", "load_scene", "load_scene_text"),
     f"{__name__}.schema": ("json_schema",),
     f"{__name__}.srdf": ("load_srdf",),

@@ -23,7 +23,7 @@ __all__ = ["LoadedRobot", "LoadedScene", "LoadedSource"]
 
 @dataclass(frozen=True, eq=False)
 class LoadedRobot:
-    """A registered robot; pinocchio is imported when ``kinematics`` is first used."""
+    """A registered robot."""
 
     model: RobotModel
     semantics: SemanticModel | None

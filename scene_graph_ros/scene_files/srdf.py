@@ -1,15 +1,16 @@
-"""Read SRDF files: which pairs of a robot's links need no collision check, and named postures.
+"""Read SRDF files: which pairs of a robot's links need no check, named postures, groups of joints.
 
-Groups of joints, end effectors, virtual joints and planning hints are passed over.
+End effectors, virtual joints and planning hints are passed over.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from scene_graph_ros.located import Location, SceneFileError, suggestion
-from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_model import JointType, RobotModel
 from scene_graph_ros.robots.semantic_model import DisabledPair, GroupState, SemanticModel
 from scene_graph_ros.scene_files.packages import Packages
 from scene_graph_ros.scene_files.urdf import read_robot_text
@@ -62,6 +63,7 @@ class _Reader:
                 pair for pair in map(self._pair, self.root.all("enable_collisions")) if pair
             ),
             group_states=tuple(self._states()),
+            groups=MappingProxyType(self._groups()),
             warnings=tuple(self.warnings),
         )
         collisions = [c for c in self.root.children if "collisions" in c.tag]
@@ -117,12 +119,85 @@ class _Reader:
                 if known is None and len(values) != 1:
                     continue  # the pose of a virtual joint between the robot and the world
                 if known is None:
-                    self.warnings.append(
-                        f"{joint.location('name')}: robot {self.robot.name!r} has no joint"
-                        f" {name!r}{suggestion(name, self.robot.joints)}"
-                    )
+                    self._no_joint(joint)
                 elif known.type.has_position:
                     positions[name] = joint.number("value")
             yield GroupState(
                 element.string("name"), element.attributes.get("group", "").strip(), positions
             )
+
+    def _groups(self) -> dict[str, tuple[str, ...]]:
+        """Return the joints of each group: its own, those before its links, chains, subgroups."""
+        elements: dict[str, XmlElement] = {}
+        for element in self.root.all("group"):
+            name = element.string("name")
+            if name in elements:
+                self._warn(element, f"left out, as there is another group called {name!r}")
+            elements.setdefault(name, element)
+        moving = [j for j in self.robot.joints.values() if j.type is not JointType.FIXED]
+        known: dict[str, set[str]] = {}
+        for name in elements:
+            self._collect_group(name, elements, known, ())
+        return {
+            name: tuple(joint.name for joint in moving if joint.name in known[name])
+            for name in elements
+        }
+
+    def _collect_group(
+        self,
+        name: str,
+        elements: Mapping[str, XmlElement],
+        known: dict[str, set[str]],
+        inside: tuple[str, ...],
+    ) -> set[str]:
+        """Find the joints of a group, after those of the groups in it."""
+        if name in known:
+            return known[name]
+        element, members = elements[name], set()
+        for joint in element.all("joint"):
+            if joint.string("name") in self.robot.joints:
+                members.add(joint.string("name"))
+            else:
+                self._no_joint(joint)
+        for link in element.all("link"):
+            before = self.robot.parent_joint(self._link(link, "name") or "")
+            members.update([before.name] if before is not None else [])
+        for chain in element.all("chain"):
+            members |= self._chain(chain)
+        for other in element.all("group"):
+            within = other.string("name")
+            if within not in elements:
+                self._warn(other, f"there is no group {within!r}{suggestion(within, elements)}")
+            elif within in (name, *inside):
+                self._warn(other, f"left out, as group {within!r} is inside itself")
+            else:
+                members |= self._collect_group(within, elements, known, (*inside, name))
+        known[name] = members
+        return members
+
+    def _chain(self, element: XmlElement) -> set[str]:
+        """Return the joints between two links."""
+        base, tip = self._link(element, "base_link"), self._link(element, "tip_link")
+        if base is None or tip is None:
+            return set()
+        names, link = set(), tip
+        while link != base:
+            joint = self.robot.parent_joint(link)
+            if joint is None:
+                self._warn(element, f"left out, as link {tip!r} is not behind link {base!r}")
+                return set()
+            names.add(joint.name)
+            link = joint.parent
+        return names
+
+    def _no_joint(self, element: XmlElement) -> None:
+        name = element.string("name")
+        self._warn(
+            element,
+            f"robot {self.robot.name!r} has no joint {name!r}"
+            f"{suggestion(name, self.robot.joints)}",
+        )
+
+    def _warn(self, element: XmlElement, text: str) -> None:
+        attribute = "name" if "name" in element.attributes else ""
+        self.warnings.append(f"{element.location(attribute)}: {text}")

@@ -38,11 +38,14 @@ GROUPS: dict[str, KernelGroup] = {
         KernelGroup(
             MAIN,
             "all shapes, poses, contacts and distances",
-            tuple(
-                f"{_HERE}.main_job:{task}"
-                for task in ("find_pairs", "measure_points", "find_candidates", "make_models")
+            (
+                f"{_HERE}.main_job:find_pairs",
+                f"{_HERE}.main_job:measure_points",
+                f"{_HERE}.main_job:find_candidates",
+                f"{_HERE}.main_job:make_models",
+                f"{_HERE}.robots:place_links",
             ),
-            (f"{_HERE}.main_job:ask_main_queries",),
+            (f"{_HERE}.main_job:ask_main_queries", f"{_HERE}.robots:place_links"),
         ),
         KernelGroup("surfaces", "contact surfaces", (f"{_HERE}.surfaces:find_surfaces",)),
         KernelGroup(
@@ -51,6 +54,7 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
         KernelGroup("cameras", "images of cameras", (f"{_HERE}.cameras:render_images",)),
+        KernelGroup("planning", "planning", (f"{_HERE}.robots:differentiate_links",)),
         KernelGroup("convex", "convex sets", (f"{_HERE}.convex_sets:ask_convex_sets",)),
     )
 }

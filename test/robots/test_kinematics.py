@@ -1,9 +1,7 @@
-"""Forward kinematics against what is worked out without pinocchio."""
+"""Forward kinematics of joint states against products of matrices."""
 
 import gc
 import math
-import subprocess
-import sys
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,8 +12,6 @@ from robots import find_robot, ROBOTS, URDF_ONLY
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.robots.robot_model import JointType
 from scene_graph_ros.scene_files import JointStateError, Kinematics, load_urdf
-
-pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
 
 ROUNDING = 1e-13  # products of some ten rotations, in m for robots of about 1 m
 
@@ -138,7 +134,7 @@ def test_base_pose_moves_every_branch_at_the_root():
 
 
 def test_robots_of_one_model_move_each_for_itself():
-    """What one has in pinocchio's memory is not the other's, nor gone with it."""
+    """What one remembers is not the other's, nor gone with it."""
     robot = planar_arm()
     one, other = Kinematics(robot), Kinematics(robot, X_PB=np.diag([-1.0, -1.0, 1.0, 1.0]))
     tip = position_of(other, "tip")
@@ -277,21 +273,3 @@ def test_order_and_splitting_of_messages_do_not_matter(q, order, cut):
     for part in (shuffled[:cut], shuffled[cut:]):
         parts.update([name for name, _ in part], [value for _, value in part])
     np.testing.assert_array_equal(parts.link_poses()[1], expected)
-
-
-def test_pinocchio_is_imported_only_when_kinematics_are_made():
-    """Importing Kinematics, and loading a scene with a robot, leaves pinocchio alone."""
-    code = (
-        "import sys; from scene_graph_ros.scene_files import Kinematics, load_urdf\n"
-        "robot = load_urdf('<robot><link name=\"a\"/></robot>')\n"
-        "print('pinocchio' in sys.modules); Kinematics(robot); print('pinocchio' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "True"]
-
-
-def test_missing_pinocchio_is_named_with_the_remedy(monkeypatch):
-    """Without pinocchio the error says which package to install."""
-    monkeypatch.setitem(sys.modules, "pinocchio", None)
-    with pytest.raises(ImportError, match="install the package 'pin'"):
-        Kinematics(planar_arm())

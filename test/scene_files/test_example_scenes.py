@@ -19,7 +19,6 @@ SCENES = Path(__file__).parents[2] / "config" / "scenes"
 @pytest.fixture(scope="module")
 def cell():
     """Return the Panda cell in a scene graph, with a context in which all is where it starts."""
-    pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
     scene_graph = SceneGraph()
     loaded = load_scene(SCENES / "panda_cell.yaml").apply(scene_graph)
     context = scene_graph.create_default_context()
@@ -108,7 +107,6 @@ def test_meshes_are_what_their_script_writes():
 
 def test_examples_of_the_documentation_run(tmp_path):
     """The scene and the Python lines in docs/scene_files.md do what they say."""
-    pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
     text = (SCENES.parents[1] / "docs" / "scene_files.md").read_text()
     scene, bodies, cameras = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)

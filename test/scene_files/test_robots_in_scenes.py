@@ -29,7 +29,6 @@ def robot_scene(folder, options="", extra=""):
 
 def test_robot_in_a_scene(tmp_path):
     """A robot is a source moved by joint states, placed by its base and its posture."""
-    pytest.importorskip("pinocchio", reason="kinematics is an extra: it needs the package 'pin'")
     options = (
         ", base: {xyz: [0, 0, 1], rpy: [0, 0, 1.5707963267948966]}, group_state: out,"
         " joint_states: left/joint_states, prefix: l_"

@@ -1,0 +1,316 @@
+"""Where the joints of a tree are, for eight configurations at a time, and how they move points.
+
+One configuration is worked out as eight are, seven of them for nothing: so a configuration's
+poses are the same bits whatever stands beside it.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
+
+__all__ = [
+    "FLOATING",
+    "LANES",
+    "PLANAR",
+    "PRISMATIC",
+    "REVOLUTE",
+    "TreeTable",
+    "joint_columns",
+    "link_poses",
+    "sines_cosines",
+]
+
+LANES = 8
+"""Configurations that are worked out side by side."""
+
+REVOLUTE = 0
+PRISMATIC = 1
+PLANAR = 2
+FLOATING = 3
+
+
+class TreeTable(NamedTuple):
+    """The joints of a tree, parents before children; joint 0 is the base and does not move.
+
+    A joint turns about, or slides along, the z axis of its frame J, which at position zero is at
+    ``X_PJ`` in the frame of its parent joint. A planar joint slides along x and y and turns about
+    z; a floating one has a unit quaternion (w, x, y, z) and a place.
+    """
+
+    kinds: np.ndarray
+    """``(j,)``; that of the base has no meaning."""
+    parents: np.ndarray
+    """``(j,)`` rows; -1 for the base."""
+    X_PJ: np.ndarray
+    """``(j, 3, 4)``."""
+    starts: np.ndarray
+    """``(j,)``: the first of the joint's positions in a configuration."""
+    velocity_starts: np.ndarray
+    """``(j,)``: the first of its velocities."""
+    multipliers: np.ndarray
+    """``(j,)``: a joint with one position is at ``multiplier * position + offset``."""
+    offsets: np.ndarray
+    """``(j,)``."""
+    joint_of_link: np.ndarray
+    """``(l,)`` rows of joints."""
+    X_JL: np.ndarray
+    """``(l, 3, 4)``: links in the frames of their joints."""
+
+
+_PI = Fraction(314159265358979323846264338327950288419716939937510582097494, 10**59)
+
+
+def _in_parts(value: Fraction) -> tuple[float, float, float]:
+    """Return three floats that add up to a number; multiples of the first two are exact."""
+    first = float(Fraction(math.floor(value * 2**32), 2**32))
+    second = float(Fraction(math.floor((value - Fraction(first)) * 2**66), 2**66))
+    return first, second, float(value - Fraction(first) - Fraction(second))
+
+
+_TURN_1, _TURN_2, _TURN_3 = _in_parts(_PI / 2)
+_TURNS = float(2 / _PI)
+_TO_WHOLE = 1.5 * 2.0**52  # Added and taken away again it leaves a whole number.
+_FAR = 1e5  # rad. Farther away quarter turns have too many digits for the parts above.
+
+_S3, _S5, _S7, _S9 = (
+    float(Fraction(s, math.factorial(n))) for s, n in ((-1, 3), (1, 5), (-1, 7), (1, 9))
+)
+_S11, _S13, _S15, _S17 = (
+    float(Fraction(s, math.factorial(n))) for s, n in ((-1, 11), (1, 13), (-1, 15), (1, 17))
+)
+_C4, _C6, _C8, _C10 = (
+    float(Fraction(s, math.factorial(n))) for s, n in ((1, 4), (-1, 6), (1, 8), (-1, 10))
+)
+_C12, _C14, _C16, _C18 = (
+    float(Fraction(s, math.factorial(n))) for s, n in ((1, 12), (-1, 14), (1, 16), (-1, 18))
+)
+
+
+@inlined_kernel
+def sines_cosines(angles, sines, cosines):
+    """Write sines and cosines of LANES angles (rad), to within a unit in the last place or two.
+
+    Quarter turns are taken off in three parts (Cody and Waite, *Software Manual for the Elementary
+    Functions*, 1980); what is left is at most an eighth of a turn, for which Taylor's series need
+    eight terms.
+    """
+    is_far = False
+    for k in range(LANES):
+        angle = angles[k]
+        is_far |= not abs(angle) <= _FAR
+        turns = (angle * _TURNS + _TO_WHOLE) - _TO_WHOLE
+        x = ((angle - turns * _TURN_1) - turns * _TURN_2) - turns * _TURN_3
+        y = x * x
+        s = _S11 + y * (_S13 + y * (_S15 + y * _S17))
+        s = _S3 + y * (_S5 + y * (_S7 + y * (_S9 + y * s)))
+        c = _C12 + y * (_C14 + y * (_C16 + y * _C18))
+        c = _C4 + y * (_C6 + y * (_C8 + y * (_C10 + y * c)))
+        s = x + x * (y * s)
+        half = 0.5 * y
+        base = 1.0 - half
+        c = base + (((1.0 - base) - half) + y * (y * c))
+        quarter = turns - 4.0 * ((0.25 * turns + _TO_WHOLE) - _TO_WHOLE)
+        is_odd = abs(quarter) == 1.0
+        sine = c if is_odd else s
+        cosine = s if is_odd else c
+        sines[k] = -sine if quarter == -1.0 or abs(quarter) == 2.0 else sine
+        cosines[k] = -cosine if quarter == 1.0 or abs(quarter) == 2.0 else cosine
+    if is_far:
+        for k in range(LANES):
+            if not abs(angles[k]) <= _FAR:
+                sines[k], cosines[k] = math.sin(angles[k]), math.cos(angles[k])
+
+
+@inlined_kernel
+def _compose(A, X, B):
+    """Write ``A X`` to B for LANES poses A ``(12, LANES)``, rows of ``(3, 4)``, and one pose X."""
+    for row in range(3):
+        a, b, c, d = 4 * row, 4 * row + 1, 4 * row + 2, 4 * row + 3
+        for column in range(4):
+            x, y, z = X[0, column], X[1, column], X[2, column]
+            if column == 3:
+                for k in range(LANES):
+                    B[d, k] = A[a, k] * x + A[b, k] * y + A[c, k] * z + A[d, k]
+            else:
+                for k in range(LANES):
+                    B[4 * row + column, k] = A[a, k] * x + A[b, k] * y + A[c, k] * z
+
+
+@inlined_kernel
+def _turn(B, sines, cosines):
+    """Turn LANES poses about their z axes."""
+    for row in range(3):
+        a, b = 4 * row, 4 * row + 1
+        for k in range(LANES):
+            x, y = B[a, k], B[b, k]
+            B[a, k] = x * cosines[k] + y * sines[k]
+            B[b, k] = y * cosines[k] - x * sines[k]
+
+
+@inlined_kernel
+def _slide(B, column, distances):
+    """Move LANES poses along one of their axes."""
+    for row in range(3):
+        for k in range(LANES):
+            B[4 * row + 3, k] += B[4 * row + column, k] * distances[k]
+
+
+@inlined_kernel
+def _float(B, q, first, start, n, values):
+    """Move LANES poses by a floating joint's quaternions and places; ``values`` is scratch."""
+    for k in range(LANES):
+        row = min(first + k, n - 1)
+        w, x, y, z = q[row, start], q[row, start + 1], q[row, start + 2], q[row, start + 3]
+        scale = max(abs(w), abs(x), abs(y), abs(z))
+        w, x, y, z = w / scale, x / scale, y / scale, z / scale
+        length = math.sqrt(w * w + x * x + y * y + z * z)
+        w, x, y, z = w / length, x / length, y / length, z / length
+        px, py, pz = q[row, start + 4], q[row, start + 5], q[row, start + 6]
+        for i in range(3):
+            a, b, c = B[4 * i, k], B[4 * i + 1, k], B[4 * i + 2, k]
+            values[0] = (
+                a * (1 - 2 * (y * y + z * z))
+                + b * (2 * (x * y + w * z))
+                + c * (2 * (x * z - w * y))
+            )
+            values[1] = (
+                a * (2 * (x * y - w * z))
+                + b * (1 - 2 * (x * x + z * z))
+                + c * (2 * (y * z + w * x))
+            )
+            values[2] = (
+                a * (2 * (x * z + w * y))
+                + b * (2 * (y * z - w * x))
+                + c * (1 - 2 * (x * x + y * y))
+            )
+            B[4 * i + 3, k] += a * px + b * py + c * pz
+            B[4 * i, k], B[4 * i + 1, k], B[4 * i + 2, k] = values[0], values[1], values[2]
+
+
+@inlined_kernel
+def _gather(q, first, n, column, multiplier, offset, values):
+    """Read one position of LANES configurations; past the last that is read again."""
+    for k in range(LANES):
+        values[k] = multiplier * q[min(first + k, n - 1), column] + offset
+
+
+@inlined_kernel
+def _place_joints(tree, q, first, X_WB, X_WJ, work):
+    """Write the poses of all joints, ``(j, 12, LANES)``, for configurations from ``first`` on."""
+    n = len(q)
+    for i in range(12):
+        for k in range(LANES):
+            X_WJ[0, i, k] = X_WB[i // 4, i % 4]
+    angles, sines, cosines = work[0], work[1], work[2]
+    for j in range(1, len(tree.kinds)):
+        kind, start = tree.kinds[j], tree.starts[j]
+        _compose(X_WJ[tree.parents[j]], tree.X_PJ[j], X_WJ[j])
+        if kind == REVOLUTE:
+            _gather(q, first, n, start, tree.multipliers[j], tree.offsets[j], angles)
+            sines_cosines(angles, sines, cosines)
+            _turn(X_WJ[j], sines, cosines)
+        elif kind == PRISMATIC:
+            _gather(q, first, n, start, tree.multipliers[j], tree.offsets[j], angles)
+            _slide(X_WJ[j], 2, angles)
+        elif kind == PLANAR:
+            for axis in range(2):
+                _gather(q, first, n, start + axis, 1.0, 0.0, angles)
+                _slide(X_WJ[j], axis, angles)
+            _gather(q, first, n, start + 2, 1.0, 0.0, angles)
+            sines_cosines(angles, sines, cosines)
+            _turn(X_WJ[j], sines, cosines)
+        else:
+            _float(X_WJ[j], q, first, start, n, work[0])
+
+
+@kernel
+def link_poses(tree, q, X_WB, links, X_WL):
+    """Write poses of ``links`` (rows) of a tree whose base is at ``X_WB`` ``(4, 4)``.
+
+    ``q`` is ``(n, nq)``, finite, with quaternions that are not zero; ``X_WL`` is ``(n, l, 4, 4)``.
+    """
+    n = len(q)
+    X_WJ, work = np.empty((len(tree.kinds), 12, LANES)), np.empty((3, LANES))
+    X = np.empty((12, LANES))
+    for first in range(0, n, LANES):
+        _place_joints(tree, q, first, X_WB, X_WJ, work)
+        count = min(LANES, n - first)
+        for i in range(len(links)):
+            link = links[i]
+            _compose(X_WJ[tree.joint_of_link[link]], tree.X_JL[link], X)
+            for k in range(count):
+                out = X_WL[first + k, i]
+                for row in range(3):
+                    for column in range(4):
+                        out[row, column] = X[4 * row + column, k]
+                out[3, 0] = out[3, 1] = out[3, 2] = 0.0
+                out[3, 3] = 1.0
+
+
+@inlined_kernel
+def _add_turn(J, column, ax, ay, az, rx, ry, rz, factor):
+    """Add what a unit of turning about an axis does to a point at r from it."""
+    J[0, column] += factor * ax
+    J[1, column] += factor * ay
+    J[2, column] += factor * az
+    J[3, column] += factor * (ay * rz - az * ry)
+    J[4, column] += factor * (az * rx - ax * rz)
+    J[5, column] += factor * (ax * ry - ay * rx)
+
+
+@inlined_kernel
+def _add_slide(J, column, ax, ay, az, factor):
+    """Add what a unit of sliding along an axis does to a point."""
+    J[3, column] += factor * ax
+    J[4, column] += factor * ay
+    J[5, column] += factor * az
+
+
+@kernel
+def joint_columns(tree, q, X_WB, link, p_LQ, J):
+    """Write the Jacobian ``(n, 6, nv)`` of a point Q of a link: turning, then sliding, in W.
+
+    The columns belong to the velocities of the joints between link and base; all others are zero.
+    A revolute joint's column is its axis, and that times the way to Q; a prismatic one's is zero,
+    and its axis (Lynch and Park, *Modern Robotics*, 2017, section 5.1, for a point's velocity).
+    """
+    n = len(q)
+    X_WJ, work = np.empty((len(tree.kinds), 12, LANES)), np.empty((3, LANES))
+    X, X_before = np.empty((12, LANES)), np.empty((12, LANES))
+    J[:] = 0.0
+    for first in range(0, n, LANES):
+        _place_joints(tree, q, first, X_WB, X_WJ, work)
+        _compose(X_WJ[tree.joint_of_link[link]], tree.X_JL[link], X)
+        joint = tree.joint_of_link[link]
+        while joint > 0:
+            kind, column = tree.kinds[joint], tree.velocity_starts[joint]
+            # The axes along which it slides are those that it has before it turns.
+            _compose(X_WJ[tree.parents[joint]], tree.X_PJ[joint], X_before)
+            for k in range(min(LANES, n - first)):
+                r, out = work[0], J[first + k]
+                for i in range(3):
+                    Q = X[4 * i + 3, k]
+                    for m in range(3):
+                        Q += X[4 * i + m, k] * p_LQ[m]
+                    r[i] = Q - X_WJ[joint, 4 * i + 3, k]
+                factor = tree.multipliers[joint]
+                for axis in range(3):
+                    ax, ay, az = X_before[axis, k], X_before[4 + axis, k], X_before[8 + axis, k]
+                    if kind == FLOATING:
+                        _add_turn(out, column + axis, ax, ay, az, r[0], r[1], r[2], 1.0)
+                        _add_slide(out, column + 3 + axis, ax, ay, az, 1.0)
+                    elif kind == PLANAR and axis < 2:
+                        _add_slide(out, column + axis, ax, ay, az, 1.0)
+                    elif kind == PLANAR:
+                        _add_turn(out, column + 2, ax, ay, az, r[0], r[1], r[2], 1.0)
+                    elif kind == PRISMATIC and axis == 2:
+                        _add_slide(out, column, ax, ay, az, factor)
+                    elif kind == REVOLUTE and axis == 2:
+                        _add_turn(out, column, ax, ay, az, r[0], r[1], r[2], factor)
+            joint = tree.parents[joint]
