@@ -202,6 +202,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=10_000_000,
     ),
     Parameter(
+        "max_pixels_per_request",
+        4_000_000,
+        "Pixels times configurations that one request may have rendered; more is TOO_LARGE.",
+        minimum=1,
+        maximum=100_000_000,
+    ),
+    Parameter(
         "max_configurations_per_request",
         10_000,
         "What-if configurations that one request may ask about; more is TOO_LARGE.",

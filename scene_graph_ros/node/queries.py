@@ -277,11 +277,11 @@ def filtered(request: Any, response: Any, asked: Asked) -> None:
     )
 
 
-def _on_demand(name: str) -> Handler:
-    """Return a handler of ``surface_queries``, which is imported when it is first called."""
+def _on_demand(name: str, module_name: str = "surface_queries") -> Handler:
+    """Return a handler of a module of the node, which is imported when it is first called."""
 
     def handler(request: Any, response: Any, asked: Asked) -> None:
-        module = importlib.import_module("scene_graph_ros.node.surface_queries")
+        module = importlib.import_module(f"scene_graph_ros.node.{module_name}")
         getattr(module, name)(request, response, asked)
 
     return handler
@@ -312,4 +312,5 @@ QUERIES: dict[str, Query] = {
     "GetPoseInWorld": Query(poses),
     "HasCollisions": Query(collisions),
     "IsCollisionFiltered": Query(filtered),
+    "RenderImages": Query(_on_demand("render_images", "camera_queries"), kernels="cameras"),
 }

@@ -19,18 +19,16 @@ from scene_graph_ros.geometry.perception import (
     ExactRenderEngine,
     RenderCameraCore,
 )
+from scene_graph_ros.geometry.perception.camera_description import DEFAULT_RENDERER
 from scene_graph_ros.scene_files.schema import CameraSpec
 
-__all__ = ["RENDERER", "add_renderer", "camera_from_spec"]
-
-RENDERER = "exact"
-"""Name of the renderer that cameras of scene files use."""
+__all__ = ["add_renderer", "camera_from_spec"]
 
 
 def add_renderer(scene_graph: SceneGraph) -> None:
     """Have the renderer of scene files' cameras, unless there is one of its name."""
-    if not scene_graph.has_renderer(RENDERER):
-        scene_graph.add_renderer(RENDERER, ExactRenderEngine())
+    if not scene_graph.has_renderer(DEFAULT_RENDERER):
+        scene_graph.add_renderer(DEFAULT_RENDERER, ExactRenderEngine())
 
 
 def camera_from_spec(
@@ -59,7 +57,7 @@ def camera_from_spec(
             intrinsics = CameraIntrinsics.from_fov_y(width, height, spec.fov_y)
     with located("clipping"):
         clipping = ClippingRange(*spec.clipping)
-        core = RenderCameraCore(RENDERER, intrinsics, clipping)
+        core = RenderCameraCore(DEFAULT_RENDERER, intrinsics, clipping)
     with located("depth_range"):
         depth_range = DepthRange(*(spec.depth_range or spec.clipping))
         camera = DepthRenderCamera(core, depth_range)

@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 from msg_adapters.poses import tf_to_msg
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.perception import CameraDescription
-from scene_graph_ros.node.effects.camera_frame import CameraFrame
-from scene_graph_ros.node.effects.camera_topics import CameraTopic, open_topics, optical_frame
+from scene_graph_ros.node.effects.camera_frame import CameraFrame, optical_frame
+from scene_graph_ros.node.effects.camera_topics import CameraTopic, open_topics
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.effects.frames import FrameThread
 from scene_graph_ros.node.names import TRANSFORMS

@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.perception import CameraDescription, ImageKind, Images
 from scene_graph_ros.node.world import WorldSnapshot
 
-__all__ = ["CameraFrame", "parent_of"]
+__all__ = ["CameraFrame", "optical_frame", "parent_of"]
+
+
+def optical_frame(camera: CameraDescription) -> str:
+    """Return the name of a camera's optical frame, as REP-103 wants it."""
+    return f"{camera.name}_optical_frame"
 
 
 def parent_of(camera: CameraDescription, snapshot: WorldSnapshot) -> Any:

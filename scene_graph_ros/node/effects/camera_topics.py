@@ -18,13 +18,13 @@ from msg_adapters.poses import pose_stamped_to_msg
 from msg_adapters.wire_images import BulkWire
 from scene_graph_msgs.msg import LabelTable
 from scene_graph_ros.geometry.perception import CameraDescription, ImageKind
-from scene_graph_ros.node.effects.camera_frame import CameraFrame
+from scene_graph_ros.node.effects.camera_frame import CameraFrame, optical_frame
 from scene_graph_ros.node.effects.declarations import camera_topics
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.names import CAMERAS
 from scene_graph_ros.node.qos import image_qos, latched_qos
 
-__all__ = ["CameraTopic", "open_topics", "optical_frame"]
+__all__ = ["CameraTopic", "open_topics"]
 
 _FORM_OF = {
     "color/image": "color",
@@ -34,11 +34,6 @@ _FORM_OF = {
     "points": "points",
 }
 """The form of the messages of a topic that shows pixels."""
-
-
-def optical_frame(camera: CameraDescription) -> str:
-    """Return the name of a camera's optical frame, as REP-103 wants it."""
-    return f"{camera.name}_optical_frame"
 
 
 @dataclass(frozen=True, eq=False)
