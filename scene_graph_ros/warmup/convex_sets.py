@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.solve.feasibility import find_point
-from scene_graph_ros.geometry.optimization.solve.rows import Rows
+from scene_graph_ros.geometry.optimization import HPolyhedron, VPolytope
 
 __all__ = ["ask_convex_sets"]
 
 
 def ask_convex_sets() -> None:
-    """Ask for a point of a segment."""
-    find_point(Rows(np.array([[1.0], [-1.0]]), np.ones(2)))
+    """Ask a square and its corners for a point, distances and a sample."""
+    square, corners = HPolyhedron.make_unit_box(2), VPolytope.make_unit_box(2)
+    square.is_empty()
+    for each in (square, corners):
+        each.projection(np.full((1, 2), 2.0))
+    square.uniform_sample(np.random.default_rng(0))

@@ -1,1 +1,32 @@
-"""Convex sets, and what can be proven of them."""
+"""Convex sets, and what can be proven of them: empty, bounded, disjoint, contained.
+
+Points are rows. What decides returns a bool, and with ``certificate=True`` a `Decision` whose
+certificate shows the answer, checked in rational arithmetic by its ``verify()``.
+``docs/convex_sets.md`` says which set when.
+"""
+
+from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet, Projection, Support
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
+from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+
+__all__ = [
+    "AffineSubspace",
+    "Certificate",
+    "ConvexSet",
+    "ConvexSetError",
+    "Decision",
+    "HPolyhedron",
+    "Hyperrectangle",
+    "Point",
+    "Projection",
+    "Reduction",
+    "SolverError",
+    "Support",
+    "VPolytope",
+]

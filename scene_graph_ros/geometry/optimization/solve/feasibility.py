@@ -49,7 +49,9 @@ def _with_radius(rows: Rows, weights: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Return the scaled rows with the ball's radius as last variable, and its cap as last row."""
     A, b = rows.scaled
     m, n = A.shape
-    cap = float(np.abs(b).max(initial=0.0)) or 1.0
+    # No ball between rows is larger than the largest right side of a row of unit length.
+    counts = weights > 0.0
+    cap = 2.0 * float((np.abs(b[counts]) / weights[counts]).max(initial=0.0)) or 1.0
     extended = np.zeros((m + 1, n + 1))
     extended[:m, :n], extended[:m, n] = A, weights
     extended[m, n] = 1.0

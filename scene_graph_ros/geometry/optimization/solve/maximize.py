@@ -73,17 +73,41 @@ def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
     return Optimum(value, point, y, value + gap, gap, None, state[0])
 
 
+_INWARD = (0.0, 1e-14, 1e-12, 1e-9, 1e-6, 1e-3)
+"""Shares of the way from an optimum back to an inner point: rounding leaves corners outside."""
+
+
+def _witness(
+    rows: Rows, c: np.ndarray, bound: Fraction, inner: np.ndarray, optimum: Optimum
+) -> np.ndarray | None:
+    """Return a point of floats of the set, with ``c . x`` above a bound; None if none is near."""
+    if not optimum.value > bound:
+        return None
+    far = optimum.x
+    if optimum.ray is not None:
+        missing = max(0.0, float(bound) - float(c @ inner))
+        far = inner + optimum.ray * (2.0 * missing / float(c @ optimum.ray) + 1.0)
+    for share in _INWARD:
+        x = far + share * (inner - far)
+        if is_inside(rows, x):
+            height = sum(
+                (Fraction(a) * Fraction(v) for a, v in zip(c, x, strict=True)), Fraction(0)
+            )
+            return x if height > bound else None
+    return None
+
+
 def prove_bound(rows: Rows, c: np.ndarray, bound: Fraction, start: Proof) -> Proof:
     """Decide whether ``c . x <= bound`` for all points of the set.
 
     ``start`` is a point of it. Returns multipliers that show it, or a point where ``c . x`` is
     larger.
     """
-    optimum = maximize(rows, c, np.array([float(v) for v in start.vector]))
-    if optimum.ray is None and optimum.value > bound and is_inside(rows, optimum.x):
-        exact_value = sum(Fraction(a) * Fraction(v) for a, v in zip(c, optimum.x, strict=True))
-        if exact_value > bound:
-            return Proof("point", fractions_of(optimum.x))
+    inner = np.array([float(v) for v in start.vector])
+    optimum = maximize(rows, c, inner)
+    witness = _witness(rows, c, bound, inner, optimum)
+    if witness is not None:
+        return Proof("point", fractions_of(witness))
     scaled = fractions_of(np.ldexp(c, rows.exponents[1]))
     denominator = max((v.denominator for v in scaled), default=1)
     whole = np.array([int(v * denominator) for v in scaled], dtype=object)

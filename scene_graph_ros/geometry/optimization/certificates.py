@@ -1,0 +1,161 @@
+"""Records of what shows an answer, with a check of them in rational arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.lift import shared_point
+
+__all__ = ["Certificate", "Decision"]
+
+Weights = tuple[Fraction, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Certificate:
+    """What shows an answer about the sets ``of``.
+
+    ``exact`` is a vector of fractions, or some of them; ``vector`` the same in floats. It belongs
+    to the rows of the sets (`ConvexSet.lift`, joined in one point where there are several):
+    equations first, then inequalities, each set's in turn. ``kind`` is
+
+    - ``point``: a point of all sets, with their further variables behind its coordinates. For
+      `contained_in` it is in the one set and not in the other.
+    - ``farkas``: weights of the rows, at least 0 for inequalities; the weighted sum of the rows
+      has no variables and a negative right side, so that no point fulfils them.
+    - ``recession``: a direction that leads on for ever from any point of the set, as ``point``.
+    - ``multipliers``: for `is_bounded`, weights of the rows, positive for inequalities, whose
+      weighted sum has no variables, of rows that span all directions; or weights for each of
+      ``x_1, -x_1, x_2, ...`` whose weighted sum of rows it is. For `contained_in`, weights for
+      each row of the other set, whose weighted sum is that row with a right side no larger.
+    """
+
+    kind: str
+    exact: Weights | tuple[Weights, ...]
+    question: str
+    of: tuple[Any, ...]
+    point: Weights | None = None
+    tol: float = 0.0
+
+    @property
+    def vector(self) -> np.ndarray:
+        """The vector ``(k,)``, or the vectors ``(j, k)``, in floats."""
+        return np.array(self.exact, dtype=np.float64)
+
+    def verify(self, *sets: Any) -> bool:
+        """Tell whether the certificate shows what it is to show of these sets, exactly.
+
+        Without sets, of those that the question was asked of.
+        """
+        of = sets or self.of
+        asked = of[:1] if self.question == "contained_in" else of
+        lift = shared_point([s.lift() for s in asked], of[0].ambient_dimension)
+        rows = _ExactRows(lift.rows)
+        check = getattr(self, f"_verify_{self.kind}")
+        return bool(check(rows, of))
+
+    def _verify_point(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
+        if not rows.hold(self.exact):
+            return False
+        if self.question != "contained_in":
+            return True
+        other = _ExactRows(of[1].lift().rows)
+        return any(
+            _dot(row, self.exact) > side + Fraction(self.tol) * _length_bound(row)
+            for row, side in zip(other.A, other.b, strict=True)
+        )
+
+    def _verify_farkas(self, rows: _ExactRows, _of: tuple[Any, ...]) -> bool:
+        has_signs = all(w >= 0 for w in self.exact[rows.split :])  # type: ignore[operator]
+        return has_signs and not any(rows.sums(self.exact)) and _dot(self.exact, rows.b) < 0
+
+    def _verify_recession(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
+        rates = [_dot(row, self.exact) for row in rows.A]
+        return (
+            any(self.exact[: of[0].ambient_dimension])
+            and not any(rates[: rows.split])
+            and all(rate <= 0 for rate in rates)
+            and self.point is not None
+            and rows.hold(self.point)
+        )
+
+    def _verify_multipliers(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
+        if self.question == "contained_in":
+            other = of[1].lift().rows
+            goals = _ExactRows(other)
+            return all(
+                rows.implies(weights, row, side + Fraction(self.tol) * _length_bound(row))
+                for weights, row, side in zip(self.exact, goals.A, goals.b, strict=True)
+            )
+        n = of[0].ambient_dimension
+        if self.exact and isinstance(self.exact[0], tuple):
+            units = [
+                [Fraction(s * (j == k)) for j in range(rows.n)] for k in range(n) for s in (1, -1)
+            ]
+            return all(
+                rows.implies(weights, unit, None)
+                for weights, unit in zip(self.exact, units, strict=True)
+            )
+        is_positive = all(w > 0 for w in self.exact[rows.split :])  # type: ignore[operator]
+        return is_positive and not any(rows.sums(self.exact)) and rows.rank() == rows.n
+
+
+class Decision(NamedTuple):
+    """An answer and what shows it: ``value, certificate``."""
+
+    value: bool
+    certificate: Certificate
+
+
+def _dot(a: Sequence[Any], b: Sequence[Any]) -> Fraction:
+    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
+
+
+def _length_bound(row: Sequence[Fraction]) -> Fraction:
+    """Return the length of a row to rounding: a tolerance is known no better."""
+    return Fraction(float(np.linalg.norm([float(v) for v in row])))
+
+
+class _ExactRows:
+    """Rows as fractions."""
+
+    def __init__(self, rows: Any) -> None:
+        self.A = [[Fraction(v) for v in row] for row in rows.A.tolist()]
+        self.b = [Fraction(v) for v in rows.b.tolist()]
+        self.split, self.n = rows.num_equalities, rows.A.shape[1]
+
+    def hold(self, x: Any) -> bool:
+        """Tell whether a point fulfils all."""
+        slacks = [side - _dot(row, x) for row, side in zip(self.A, self.b, strict=True)]
+        return not any(slacks[: self.split]) and all(s >= 0 for s in slacks)
+
+    def sums(self, weights: Any) -> list[Fraction]:
+        """Return the weighted sum of the rows."""
+        return [_dot(weights, [row[k] for row in self.A]) for k in range(self.n)]
+
+    def implies(self, weights: Any, row: Sequence[Fraction], side: Fraction | None) -> bool:
+        """Tell whether the weighted sum is a row, with no larger a right side if one is given."""
+        return (
+            all(w >= 0 for w in weights[self.split :])
+            and self.sums(weights) == list(row)
+            and (side is None or _dot(weights, self.b) <= side)
+        )
+
+    def rank(self) -> int:
+        """Count the linearly independent rows, by elimination."""
+        rows, rank = [list(row) for row in self.A], 0
+        for k in range(self.n):
+            pivot = next((i for i in range(rank, len(rows)) if rows[i][k] != 0), None)
+            if pivot is None:
+                continue
+            rows[rank], rows[pivot] = rows[pivot], rows[rank]
+            for i in range(rank + 1, len(rows)):
+                factor = rows[i][k] / rows[rank][k]
+                rows[i] = [a - factor * p for a, p in zip(rows[i], rows[rank], strict=True)]
+            rank += 1
+        return rank

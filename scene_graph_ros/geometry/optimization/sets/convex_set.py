@@ -1,0 +1,255 @@
+"""What all convex sets answer, from what each has: rows of a lift, a support, a membership."""
+
+from __future__ import annotations
+
+import abc
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any, Literal, NamedTuple, overload
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.certificates import Decision
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
+from scene_graph_ros.geometry.optimization.sets.arguments import as_points, as_vector
+from scene_graph_ros.geometry.optimization.sets.decisions import is_bounded, is_empty
+from scene_graph_ros.geometry.optimization.solve.feasibility import find_point
+from scene_graph_ros.geometry.optimization.solve.maximize import maximize
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.shape import Shape
+
+__all__ = ["ConvexSet", "Projection", "Support"]
+
+DEFAULT_TOLERANCE = 1e-8
+"""In the set's own units, metres or radians: how far outside a point may be to count as inside."""
+
+
+class Support(NamedTuple):
+    """How far a set reaches along a direction: ``value = max direction . x``, at ``point (n,)``.
+
+    Infinite where it does not end; ``point`` is then the way that it goes, of any length. ``gap``
+    bounds what the value may be too small by.
+    """
+
+    value: float
+    point: np.ndarray
+    gap: float
+
+
+class Projection(NamedTuple):
+    """The nearest points ``(m, n)`` of a set, how far they are ``(m,)``, and the gaps ``(m,)``.
+
+    A gap is the difference to a lower bound: no point is nearer than the plane through the
+    nearest point, square to the way there, moved back to where the set does not cross it.
+    """
+
+    distances: np.ndarray
+    points: np.ndarray
+    gaps: np.ndarray
+
+
+class ConvexSet(abc.ABC):
+    """A closed convex set in n dimensions, n from 0 on. Sets are values: nothing changes them.
+
+    Points are rows. Sets in no dimensions are {0}, unless said otherwise.
+    """
+
+    def __init__(self, ambient_dimension: int) -> None:
+        self._ambient_dimension = ambient_dimension
+
+    @property
+    def ambient_dimension(self) -> int:
+        """The number n of coordinates of a point."""
+        return self._ambient_dimension
+
+    @abc.abstractmethod
+    def lift(self) -> Lift:
+        """Return the rows of which the set is what is left, without rounding."""
+
+    @abc.abstractmethod
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        """Return how far points ``(m, n)`` are outside by the measure of the kind, 0 inside."""
+
+    def clone(self) -> ConvexSet:
+        """Return the set: it never changes."""
+        return self
+
+    def point_in_set(self, x: Any, tol: float = DEFAULT_TOLERANCE) -> Any:
+        """Tell whether points are inside, or outside by at most ``tol``, a distance.
+
+        ``x`` is ``(n,)``, or ``(m, n)`` for an array ``(m,)`` of answers. Raises ConvexSetError.
+        """
+        points, is_one = as_points(
+            x, f"{type(self).__name__}.point_in_set: x", self._ambient_dimension
+        )
+        inside = self._outside(points) <= tol
+        return bool(inside[0]) if is_one else inside
+
+    @overload
+    def is_empty(self, *, certificate: Literal[False] = ...) -> bool: ...
+
+    @overload
+    def is_empty(self, *, certificate: Literal[True]) -> Decision: ...
+
+    def is_empty(self, *, certificate: bool = False) -> bool | Decision:
+        """Tell whether the set has no point; with its proof on request.
+
+        The certificate is a ``point`` or ``farkas``.
+        """
+        decision = is_empty((self,), "is_empty")
+        return decision if certificate else decision.value
+
+    @overload
+    def is_bounded(self, *, certificate: Literal[False] = ...) -> bool: ...
+
+    @overload
+    def is_bounded(self, *, certificate: Literal[True]) -> Decision: ...
+
+    def is_bounded(self, *, certificate: bool = False) -> bool | Decision:
+        """Tell whether a box contains the set; with its proof on request.
+
+        The certificate is ``multipliers``, ``farkas`` for an empty set, or ``recession``.
+        """
+        decision = is_bounded(self)
+        return decision if certificate else decision.value
+
+    @overload
+    def intersects_with(self, other: ConvexSet, *, certificate: Literal[False] = ...) -> bool: ...
+
+    @overload
+    def intersects_with(self, other: ConvexSet, *, certificate: Literal[True]) -> Decision: ...
+
+    def intersects_with(self, other: ConvexSet, *, certificate: bool = False) -> bool | Decision:
+        """Tell whether the sets have a point in common; with its proof on request.
+
+        Raises ConvexSetError for a set of another dimension.
+        """
+        self._check_other(other, "intersects_with")
+        decision = is_empty((self, other), "intersects_with")
+        return (
+            Decision(not decision.value, decision.certificate)
+            if certificate
+            else not decision.value
+        )
+
+    def _check_other(self, other: Any, question: str) -> None:
+        label = f"{type(self).__name__}.{question}: other"
+        if not isinstance(other, ConvexSet):
+            raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(other)}")
+        if other.ambient_dimension != self.ambient_dimension:
+            raise ConvexSetError(
+                f"{label} has {other.ambient_dimension} dimensions, this set has"
+                f" {self.ambient_dimension}"
+            )
+
+    def maybe_get_point(self) -> np.ndarray | None:
+        """Return the set's only point ``(n,)`` where its description shows it at once, or None."""
+        return np.zeros(0) if self._ambient_dimension == 0 and not self.is_empty() else None
+
+    def maybe_get_feasible_point(self) -> np.ndarray | None:
+        """Return a point ``(n,)`` of the set, rounded to floats; None if there is none."""
+        decision = self.is_empty(certificate=True)
+        if decision.value:
+            return None
+        return decision.certificate.vector[: self._ambient_dimension]
+
+    def support(self, direction: Any) -> Support:
+        """Return how far the set reaches along a direction ``(n,)``, which may have any length.
+
+        Raises ConvexSetError for an empty set.
+        """
+        d = as_vector(
+            direction, f"{type(self).__name__}.support: direction", self.ambient_dimension
+        )
+        return self._support(d)
+
+    def _support(self, d: np.ndarray) -> Support:
+        rows, n = self.lift().rows, self.ambient_dimension
+        start = self._lifted_point("support")
+        c = np.zeros(rows.A.shape[1])
+        c[:n] = d
+        optimum = maximize(rows, c, start)
+        if optimum.ray is not None:
+            return Support(np.inf, optimum.ray[:n], 0.0)
+        return Support(optimum.value, optimum.x[:n], optimum.gap)
+
+    def _lifted_point(self, question: str) -> np.ndarray:
+        proof = find_point(shared_point([self.lift()], self.ambient_dimension).rows)
+        if proof.kind != "point":
+            raise ConvexSetError(
+                f"{type(self).__name__}.{question}: the set is empty; ask is_empty() first"
+            )
+        return np.array([float(v) for v in proof.vector])
+
+    def projection(self, points: Any) -> Projection | None:
+        """Return the nearest points of the set to points ``(m, n)``, None if it is empty.
+
+        Raises ConvexSetError for points of another size, SolverError where the nearest could not
+        be found as exactly as promised.
+        """
+        label = f"{type(self).__name__}.projection: points"
+        checked, _ = as_points(points, label, self.ambient_dimension)
+        return None if self.is_empty() else self._project(checked)
+
+    @abc.abstractmethod
+    def _project(self, points: np.ndarray) -> Projection:
+        """Return the nearest points of a set that isn't empty."""
+
+    @property
+    def has_exact_volume(self) -> bool:
+        """Whether `calc_volume` has an answer."""
+        return False
+
+    def calc_volume(self) -> float:
+        """Return the volume. Raises ConvexSetError where the kind has none that is exact."""
+        if self.ambient_dimension == 0:
+            raise ConvexSetError(
+                f"{type(self).__name__}.calc_volume: there is none in 0 dimensions"
+            )
+        if not self.has_exact_volume:
+            raise ConvexSetError(
+                f"{type(self).__name__}.calc_volume: there is no exact volume of this kind in"
+                f" {self.ambient_dimension} dimensions; use calc_volume_via_sampling"
+            )
+        return self._volume()
+
+    def _volume(self) -> float:
+        raise NotImplementedError
+
+    def to_shape_with_pose(self) -> tuple[Shape, np.ndarray]:
+        """Return a shape and its pose ``(4, 4)`` that are the set, in three dimensions.
+
+        Raises ConvexSetError where no shape is this set.
+        """
+        if self.ambient_dimension != 3:
+            raise ConvexSetError(
+                f"{type(self).__name__}.to_shape_with_pose: shapes have 3 dimensions, the set has"
+                f" {self.ambient_dimension}"
+            )
+        return self._shape_with_pose()
+
+    def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
+        raise ConvexSetError(
+            f"{type(self).__name__}.to_shape_with_pose: no shape is a set of this kind"
+        )
+
+
+def gaps_of(
+    points: np.ndarray, nearest: np.ndarray, reach: Callable[[np.ndarray, int], float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return distances ``(m,)`` to nearest points, and how much nearer others could be ``(m,)``.
+
+    ``reach(direction, k)`` is how far the set reaches along a unit vector beyond nearest point k.
+    """
+    ways = points - nearest
+    distances = np.linalg.norm(ways, axis=1)
+    gaps = np.zeros(len(points))
+    for k in np.flatnonzero(distances > 0.0):
+        gaps[k] = min(distances[k], max(0.0, reach(ways[k] / distances[k], int(k))))
+    return distances, gaps
+
+
+def exact_vector(values: np.ndarray) -> tuple[Fraction, ...]:
+    """Return floats as fractions."""
+    return tuple(Fraction(v) for v in values.tolist())

@@ -1,0 +1,63 @@
+"""Decide emptiness and boundedness of sets that are lifts of linear rows, with proofs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
+from scene_graph_ros.geometry.optimization.lift import shared_point
+from scene_graph_ros.geometry.optimization.solve.feasibility import find_point
+from scene_graph_ros.geometry.optimization.solve.recession import recession
+from scene_graph_ros.geometry.optimization.solve.rows import Rows
+
+__all__ = ["is_bounded", "is_empty"]
+
+
+def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
+    """Decide whether sets have no point in common."""
+    rows = shared_point([s.lift() for s in sets], sets[0].ambient_dimension).rows
+    proof = find_point(rows)
+    return Decision(proof.kind == "farkas", Certificate(proof.kind, proof.vector, question, sets))
+
+
+def is_bounded(asked: Any) -> Decision:
+    """Decide whether a set is bounded; one that is empty is."""
+    rows, n = asked.lift().rows, asked.ambient_dimension
+    proof = recession(rows)
+    if proof.kind == "recession":
+        # Further variables alone may go on for ever while the points don't.
+        way = proof.vector if any(proof.vector[:n]) else _way_of_points(rows, n)
+        empty = is_empty((asked,), "is_bounded")
+        if empty.value:
+            return Decision(True, empty.certificate)
+        if not isinstance(way, list):
+            point = empty.certificate.exact
+            shown = Certificate("recession", way, "is_bounded", (asked,), point=point)  # type: ignore[arg-type]
+            return Decision(False, shown)
+        return Decision(True, Certificate("multipliers", tuple(way), "is_bounded", (asked,)))
+    return Decision(True, Certificate(proof.kind, proof.vector, "is_bounded", (asked,)))
+
+
+def _way_of_points(rows: Rows, n: int) -> Any:
+    """Return a direction of the recession cone that moves points, or what shows there is none.
+
+    For each coordinate and sign: rows of the cone and ``+-d_k >= 1`` have a point, or weights that
+    contradict; scaled, these make ``+-x_k`` of the rows.
+    """
+    shown = []
+    split = rows.num_equalities
+    for k in range(n):
+        for sign in (1.0, -1.0):
+            last = np.zeros((1, rows.A.shape[1]))
+            last[0, k] = -sign
+            cone = Rows(
+                np.concatenate([rows.A, last]), np.append(np.zeros(len(rows.b)), -1.0), split
+            )
+            proof = find_point(cone)
+            if proof.kind == "point":
+                return proof.vector
+            weight = proof.vector[-1]
+            shown.append(tuple(v / weight for v in proof.vector[:-1]))
+    return shown

@@ -1,0 +1,295 @@
+"""A polyhedron as an intersection of half-spaces, in any number of dimensions."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, overload
+
+import numpy as np
+
+from scene_graph_ros.geometry.model.ids import FrameId
+from scene_graph_ros.geometry.optimization.certificates import Decision
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.sets.arguments import (
+    as_matrix,
+    as_nonnegative,
+    as_vector,
+)
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet, Projection
+from scene_graph_ros.geometry.optimization.sets.from_shapes import (
+    half_spaces_of,
+    is_query,
+    placed_shape,
+)
+from scene_graph_ros.geometry.optimization.sets.redundancy import (
+    contained_in,
+    implied_rows,
+    reduce_rows,
+    Reduction,
+)
+from scene_graph_ros.geometry.optimization.sets.sampling import draw
+from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
+from scene_graph_ros.geometry.optimization.solve.projection import project_points
+from scene_graph_ros.geometry.shapes.shape import Shape
+
+__all__ = ["HPolyhedron"]
+
+_EXACT_VOLUME_DIMENSIONS = 4
+"""Beyond, a polyhedron may have too many vertices to list."""
+
+
+_NOTHING = np.zeros((0, 0))
+
+
+class HPolyhedron(ConvexSet):
+    """All x with ``A x <= b``: ``A (m, n)``, ``b (m,)``. It may be unbounded, flat or empty.
+
+    ``HPolyhedron(v_polytope)`` has the faces of a hull of points,
+    ``HPolyhedron(query, geometry_id, reference_frame=None)`` those of a registered box, half
+    space, hull or convex mesh, in a frame, the world by default.
+    """
+
+    def __init__(
+        self,
+        A: Any = _NOTHING,
+        b: Any = (),
+        reference_frame: FrameId | None = None,
+    ) -> None:
+        """Take rows, vertices or a geometry. Raises ConvexSetError unless A and b fit."""
+        from scene_graph_ros.geometry.optimization.sets.conversions import half_spaces_of_vertices
+        from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+
+        if is_query(A):
+            A, b = half_spaces_of(*placed_shape(A, b, reference_frame), "HPolyhedron")
+        elif isinstance(A, VPolytope):
+            A, b = _of_vertices(A, half_spaces_of_vertices)
+        self._A = as_matrix(A, "HPolyhedron: A")
+        self._b = as_vector(b, "HPolyhedron: b", len(self._A))
+        super().__init__(self._A.shape[1])
+        n = self.ambient_dimension
+        self._lift = Lift(np.zeros((0, n)), np.zeros(0), self._A, self._b)
+
+    @classmethod
+    def make_box(cls, lb: Any, ub: Any) -> HPolyhedron:
+        """Return the box between two corners ``(n,)``: upper faces, then lower ones."""
+        low = as_vector(lb, "HPolyhedron.make_box: lb")
+        high = as_vector(ub, "HPolyhedron.make_box: ub", len(low))
+        return cls(np.concatenate([np.eye(len(low)), -np.eye(len(low))]), np.append(high, -low))
+
+    @classmethod
+    def make_unit_box(cls, dim: int) -> HPolyhedron:
+        """Return the box from -1 to 1 along each axis."""
+        return cls.make_box(-np.ones(dim), np.ones(dim))
+
+    @classmethod
+    def make_l1_ball(cls, dim: int) -> HPolyhedron:
+        """Return the cross-polytope: all points whose coordinates' magnitudes add up to 1."""
+        signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * dim, indexing="ij")).reshape(dim, -1).T
+        return cls(signs, np.ones(len(signs)))
+
+    @property
+    def A(self) -> np.ndarray:
+        """The rows ``(m, n)``."""
+        return self._A
+
+    @property
+    def b(self) -> np.ndarray:
+        """The right sides ``(m,)``."""
+        return self._b
+
+    def lift(self) -> Lift:
+        """Return the rows themselves."""
+        return self._lift
+
+    def cartesian_product(self, other: HPolyhedron) -> HPolyhedron:
+        """Return all (x, y) with x in this polyhedron and y in the other."""
+        A = np.zeros(
+            (len(self._b) + len(other.b), self.ambient_dimension + other.ambient_dimension)
+        )
+        A[: len(self._b), : self.ambient_dimension] = self._A
+        A[len(self._b) :, self.ambient_dimension :] = other.A
+        return HPolyhedron(A, np.append(self._b, other.b))
+
+    def cartesian_power(self, n: int) -> HPolyhedron:
+        """Return the product of n times this polyhedron, n at least 1."""
+        power = self
+        for _ in range(n - 1):
+            power = power.cartesian_product(self)
+        return power
+
+    def chebyshev_center(self) -> np.ndarray:
+        """Return the centre ``(n,)`` of a largest ball inside.
+
+        Raises ConvexSetError for an empty set, and where balls can be as large as one likes.
+        """
+        if self.is_empty():
+            raise ConvexSetError("HPolyhedron.chebyshev_center: the set is empty")
+        deepest = find_deepest(self._lift.rows)
+        if deepest.radius >= deepest.cap and self.ambient_dimension:
+            raise ConvexSetError(
+                f"HPolyhedron.chebyshev_center: balls of radius {deepest.cap:g} and more fit in;"
+                " intersect the set with a box"
+            )
+        return deepest.x
+
+    @overload
+    def contained_in(
+        self, other: HPolyhedron, tol: float = ..., *, certificate: Literal[False] = ...
+    ) -> bool: ...
+
+    @overload
+    def contained_in(
+        self, other: HPolyhedron, tol: float = ..., *, certificate: Literal[True]
+    ) -> Decision: ...
+
+    def contained_in(
+        self, other: HPolyhedron, tol: float = 1e-9, *, certificate: bool = False
+    ) -> bool | Decision:
+        """Tell whether all points are in another polyhedron whose faces are moved out by ``tol``.
+
+        ``tol`` is a distance, which may be negative. The certificate is ``multipliers``,
+        ``farkas`` for an empty set, or a ``point`` that is outside.
+        """
+        self._check_other(other, "contained_in")
+        decision = contained_in(self, other, tol)
+        return decision if certificate else decision.value
+
+    def find_redundant(self, tol: float = 1e-9) -> set[int]:
+        """Return rows that can all be left out: the others imply them, moved out by ``tol``."""
+        return set(reduce_rows(self, tol).removed)
+
+    @overload
+    def reduce_inequalities(
+        self, tol: float = ..., *, certificate: Literal[False] = ...
+    ) -> HPolyhedron: ...
+
+    @overload
+    def reduce_inequalities(
+        self, tol: float = ..., *, certificate: Literal[True]
+    ) -> tuple[HPolyhedron, Reduction]: ...
+
+    def reduce_inequalities(
+        self, tol: float = 1e-9, *, certificate: bool = False
+    ) -> HPolyhedron | tuple[HPolyhedron, Reduction]:
+        """Return the polyhedron without the rows of `find_redundant`; with proofs on request."""
+        reduction = reduce_rows(self, tol)
+        kept = [i for i in range(len(self._b)) if i not in reduction.removed]
+        reduced = HPolyhedron(self._A[kept], self._b[kept])
+        return (reduced, reduction) if certificate else reduced
+
+    def intersection(
+        self, other: HPolyhedron, check_for_redundancy: bool = False, tol: float = 1e-9
+    ) -> HPolyhedron:
+        """Return the polyhedron with the rows of both; on request without new ones it implies."""
+        self._check_other(other, "intersection")
+        kept = np.arange(len(other.b))
+        if check_for_redundancy:
+            kept = np.setdiff1d(kept, implied_rows(self, other, tol))
+        return HPolyhedron(
+            np.concatenate([self._A, other.A[kept]]), np.append(self._b, other.b[kept])
+        )
+
+    def pontryagin_difference(self, other: ConvexSet) -> HPolyhedron:
+        """Return all a for which ``a + other`` is inside. Raises ConvexSetError if unbounded."""
+        self._check_other(other, "pontryagin_difference")
+        for name, each in (("the set", self), ("other", other)):
+            if each.is_empty() or not each.is_bounded():
+                raise ConvexSetError(
+                    f"HPolyhedron.pontryagin_difference: {name} must be bounded and have a point"
+                )
+        reached = [other.support(row) for row in self._A]
+        return HPolyhedron(self._A, self._b - [r.value + r.gap for r in reached])
+
+    def scale(self, scale: float, center: Any = None) -> HPolyhedron:
+        """Return the polyhedron scaled about a point, its Chebyshev centre by default.
+
+        ``scale`` is that of the volume: distances grow by its n-th root.
+        """
+        factor = as_nonnegative(scale, "HPolyhedron.scale: scale")
+        if not self.ambient_dimension:
+            return self
+        about = (
+            self.chebyshev_center()
+            if center is None
+            else as_vector(center, "HPolyhedron.scale: center", self.ambient_dimension)
+        )
+        at = self._A @ about
+        return HPolyhedron(self._A, at + factor ** (1.0 / self.ambient_dimension) * (self._b - at))
+
+    def uniform_sample(
+        self,
+        generator: np.random.Generator,
+        previous_sample: Any = None,
+        mixing_steps: int = 10,
+        *,
+        subspace: Any = None,
+        tol: float = 1e-8,
+    ) -> np.ndarray:
+        """Draw a point ``(n,)``, nearly uniformly: ``mixing_steps`` of hit and run from another.
+
+        Without ``previous_sample (n,)`` from the Chebyshev centre. With ``subspace (n, k)``,
+        orthonormal columns, all steps are along it; rows that it changes by no more than ``tol``
+        don't count. Raises ConvexSetError unless the start is inside and the set bounded.
+        """
+        return draw(self, generator, previous_sample, mixing_steps, subspace, tol)
+
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        # About the first point, so that points far from the origin lose nothing.
+        if not len(points) or not len(self._b):
+            return np.zeros(len(points))
+        lengths = np.linalg.norm(self._A, axis=1)
+        empty_row = lengths == 0.0
+        over = points @ self._A.T - self._b
+        over[:, empty_row] = np.where(self._b[empty_row] < 0.0, np.inf, -np.inf)
+        return np.maximum((over / np.where(empty_row, 1.0, lengths)).max(axis=1), 0.0)
+
+    def _project(self, points: np.ndarray) -> Projection:
+        if not self.ambient_dimension:
+            return Projection(np.zeros(len(points)), points.copy(), np.zeros(len(points)))
+        rows = self._lift.rows
+        A = np.ldexp(self._A, rows.exponents[0][:, None])
+        b = np.ldexp(self._b, rows.exponents[0])
+        nearest, y, failed = project_points(A, b, 0, points)
+        if failed >= 0:
+            raise SolverError(
+                f"HPolyhedron.projection: no nearest point to {points[failed]} was found; the set"
+                " is nearly empty, or reduce_inequalities() has fewer rows"
+            )
+        ways = points - nearest
+        distances = np.linalg.norm(ways, axis=1)
+        slack = np.abs(y * (b - nearest @ A.T)).sum(axis=1)
+        off = np.linalg.norm(ways - y @ A, axis=1)
+        gaps = slack / np.where(distances > 0.0, distances, 1.0) + off
+        return Projection(distances, nearest, np.minimum(gaps, distances))
+
+    @property
+    def has_exact_volume(self) -> bool:
+        """Up to four dimensions."""
+        return self.ambient_dimension <= _EXACT_VOLUME_DIMENSIONS
+
+    def _volume(self) -> float:
+        from scene_graph_ros.geometry.optimization.sets.conversions import (
+            vertices_of_polyhedron,
+            volume_of,
+        )
+
+        if not self.is_bounded():
+            return np.inf if find_deepest(self._lift.rows).radius > 0.0 else 0.0
+        return volume_of(vertices_of_polyhedron(self))
+
+    def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
+        from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+
+        return VPolytope(self).to_shape_with_pose()
+
+
+def _of_vertices(polytope: Any, half_spaces: Any) -> tuple[np.ndarray, np.ndarray]:
+    n = polytope.ambient_dimension
+    if len(polytope.vertices):
+        return half_spaces(polytope.vertices)
+    if n == 0:
+        raise ConvexSetError(
+            "HPolyhedron: an empty VPolytope without dimensions is no HPolyhedron, which is {0}"
+        )
+    # Nothing is at once below -1 and above 1.
+    return np.concatenate([np.eye(n)[:1], -np.eye(n)[:1]]), np.array([-1.0, -1.0])

@@ -1,0 +1,114 @@
+"""A box with its sides along the axes, in any number of dimensions."""
+
+from __future__ import annotations
+
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet, Projection, Support
+from scene_graph_ros.geometry.shapes.box import Box
+from scene_graph_ros.geometry.shapes.shape import Shape
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+
+__all__ = ["Hyperrectangle"]
+
+
+class Hyperrectangle(ConvexSet):
+    """All points with ``lb <= x <= ub``; without arguments {0} in no dimensions."""
+
+    def __init__(self, lb: Any = (), ub: Any = ()) -> None:
+        """Take two corners. Raises ConvexSetError unless lb and ub are finite and lb <= ub."""
+        self._lb = as_vector(lb, "Hyperrectangle: lb")
+        self._ub = as_vector(ub, "Hyperrectangle: ub", len(self._lb))
+        if (self._lb > self._ub).any():
+            k = int(np.flatnonzero(self._lb > self._ub)[0])
+            raise ConvexSetError(
+                f"Hyperrectangle: lb[{k}] = {float(self._lb[k])!r} must not be above ub[{k}] ="
+                f" {float(self._ub[k])!r}; exchange them"
+            )
+        super().__init__(len(self._lb))
+
+    @property
+    def lb(self) -> np.ndarray:
+        """The lower bounds ``(n,)``."""
+        return self._lb
+
+    @property
+    def ub(self) -> np.ndarray:
+        """The upper bounds ``(n,)``."""
+        return self._ub
+
+    def center(self) -> np.ndarray:
+        """Return the centre ``(n,)``."""
+        return 0.5 * self._lb + 0.5 * self._ub
+
+    def lift(self) -> Lift:
+        """Return two rows for each coordinate: the upper bounds, then the lower ones."""
+        n = self.ambient_dimension
+        A = np.concatenate([np.eye(n), -np.eye(n)])
+        return Lift(np.zeros((0, n)), np.zeros(0), A, np.concatenate([self._ub, -self._lb]))
+
+    def maybe_get_point(self) -> np.ndarray | None:
+        """Return the point where the bounds are equal."""
+        return self._lb if (self._lb == self._ub).all() else None
+
+    def make_h_polyhedron(self) -> HPolyhedron:
+        """Return the box as a polyhedron."""
+        from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+
+        return HPolyhedron.make_box(self._lb, self._ub)
+
+    def maybe_get_intersection(self, other: Hyperrectangle) -> Hyperrectangle | None:
+        """Return the box that both have in common, None if there is none."""
+        self._check_other(other, "maybe_get_intersection")
+        lb, ub = np.maximum(self._lb, other.lb), np.minimum(self._ub, other.ub)
+        return Hyperrectangle(lb, ub) if (lb <= ub).all() else None
+
+    def uniform_sample(self, generator: np.random.Generator) -> np.ndarray:
+        """Draw a point ``(n,)`` uniformly."""
+        share = generator.random(self.ambient_dimension)
+        return np.clip(self._lb + share * (self._ub - self._lb), self._lb, self._ub)
+
+    @classmethod
+    def maybe_calc_axis_aligned_bounding_box(cls, convex_set: ConvexSet) -> Hyperrectangle | None:
+        """Return the least box around a set, None if it is unbounded or empty.
+
+        Each bound is outward by the gap of its support, so that the set is inside.
+        """
+        if convex_set.is_empty() or not convex_set.is_bounded():
+            return None
+        bounds = []
+        for sign in (-1.0, 1.0):
+            reached = [convex_set.support(sign * e) for e in np.eye(convex_set.ambient_dimension)]
+            bounds.append(np.array([sign * (r.value + r.gap) for r in reached]))
+        return cls(bounds[0], bounds[1])
+
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        return np.maximum(points - self._ub, self._lb - points).max(axis=1, initial=0.0)
+
+    def _support(self, d: np.ndarray) -> Support:
+        corner = np.where(d > 0.0, self._ub, self._lb)
+        return Support(float(d @ corner), corner, 0.0)
+
+    def _project(self, points: np.ndarray) -> Projection:
+        nearest = np.clip(points, self._lb, self._ub)
+        return Projection(np.linalg.norm(points - nearest, axis=1), nearest, np.zeros(len(points)))
+
+    @property
+    def has_exact_volume(self) -> bool:
+        """Always."""
+        return True
+
+    def _volume(self) -> float:
+        return float(np.prod(self._ub - self._lb))
+
+    def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
+        pose = np.eye(4)
+        pose[:3, 3] = self.center()
+        return Box(*(self._ub - self._lb)), pose

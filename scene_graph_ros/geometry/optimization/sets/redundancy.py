@@ -1,0 +1,139 @@
+"""Which rows follow from others, each with its proof."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest, find_point
+from scene_graph_ros.geometry.optimization.solve.maximize import prove_bound
+from scene_graph_ros.geometry.optimization.solve.proof import Proof
+from scene_graph_ros.geometry.optimization.solve.rational_simplex import fractions_of
+from scene_graph_ros.geometry.optimization.solve.rows import is_inside, Rows
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+
+__all__ = ["Reduction", "contained_in", "implied_rows", "reduce_rows"]
+
+
+@dataclass(frozen=True)
+class Reduction:
+    """Rows that can be left out, and those that can't.
+
+    ``removed`` has for each row its multipliers of all rows ``(m,)``, 0 for removed ones, whose
+    weighted sum is the row with a right side no larger than its own moved out by the tolerance;
+    ``kept`` has for each row a point ``(n,)`` that fulfils the other kept rows and not this one.
+    Of an empty set, rows are kept that contradict each other, without points.
+    """
+
+    removed: dict[int, tuple[Fraction, ...]]
+    kept: dict[int, tuple[Fraction, ...]]
+
+
+def _checked_tolerance(tol: Any, label: str) -> float:
+    number = as_float(tol)
+    if number is None or not np.isfinite(number):
+        raise ConvexSetError(f"{label}: tol must be a finite number, not {quoted(tol)}")
+    return number
+
+
+def _moved_out(row: np.ndarray, side: float, tol: float) -> Fraction:
+    """Return a right side for a row that is moved out by a distance."""
+    return Fraction(side) + Fraction(tol) * Fraction(float(np.linalg.norm(row)))
+
+
+def _inner_point(rows: Rows) -> Proof:
+    """Return a point as deep inside as floats find it, or what `find_point` says."""
+    deepest = find_deepest(rows)
+    if is_inside(rows, deepest.x):
+        return Proof("point", fractions_of(deepest.x))
+    return find_point(rows)
+
+
+def contained_in(asked: Any, other: Any, tol: float) -> Decision:
+    """Decide whether a set of linear rows is in a polyhedron, as `HPolyhedron.contained_in`."""
+    tol = _checked_tolerance(tol, "contained_in")
+    rows = asked.lift().rows
+    start = _inner_point(rows)
+    sets = (asked, other)
+    if start.kind == "farkas":
+        return Decision(True, Certificate("farkas", start.vector, "contained_in", sets, tol=tol))
+    shown = []
+    for row, side in zip(other.A, other.b, strict=True):
+        c = np.zeros(rows.A.shape[1])
+        c[: len(row)] = row
+        proof = prove_bound(rows, c, _moved_out(row, side, tol), start)
+        if proof.kind == "point":
+            return Decision(
+                False, Certificate("point", proof.vector, "contained_in", sets, tol=tol)
+            )
+        shown.append(proof.vector)
+    return Decision(True, Certificate("multipliers", tuple(shown), "contained_in", sets, tol=tol))
+
+
+def implied_rows(polyhedron: Any, other: Any, tol: float) -> list[int]:
+    """Return the rows of another polyhedron that follow from those of the first."""
+    tol = _checked_tolerance(tol, "intersection")
+    rows = polyhedron.lift().rows
+    start = _inner_point(rows)
+    if start.kind == "farkas":
+        return list(range(len(other.b)))
+    return [
+        i
+        for i, (row, side) in enumerate(zip(other.A, other.b, strict=True))
+        if prove_bound(rows, row, _moved_out(row, side, tol), start).kind == "multipliers"
+    ]
+
+
+def reduce_rows(polyhedron: Any, tol: float) -> Reduction:
+    """Find rows of a polyhedron that follow from the others, moved out by a distance.
+
+    One after the other is left out if those still there imply it. At last each is proven from
+    those that stay, or comes back, so that distances do not add up.
+    """
+    tol = _checked_tolerance(tol, "reduce_inequalities")
+    A, b = polyhedron.A, polyhedron.b
+    start = _inner_point(polyhedron.lift().rows)
+    if start.kind == "farkas":
+        return _of_empty(start, len(b))
+    stays = np.ones(len(b), dtype=bool)
+
+    def ask(i: int) -> tuple[Proof, np.ndarray]:
+        others = np.flatnonzero(stays & (np.arange(len(b)) != i))
+        bound = _moved_out(A[i], b[i], tol)
+        return prove_bound(Rows(A[others], b[others]), A[i], bound, start), others
+
+    found = {}
+    for i in range(len(b)):
+        found[i] = ask(i)
+        stays[i] = found[i][0].kind == "point"
+    removed = {}
+    for i in np.flatnonzero(~stays).tolist():
+        proof, others = found[i]
+        if any(w != 0 for w, k in zip(proof.vector, others.tolist(), strict=True) if not stays[k]):
+            proof, others = ask(i)
+        if proof.kind == "point":
+            stays[i] = True
+            continue
+        weights = [Fraction(0)] * len(b)
+        for k, weight in zip(others.tolist(), proof.vector, strict=True):
+            weights[k] = weight
+        removed[i] = tuple(weights)
+    came_back = any(stays[i] and found[i][0].kind != "point" for i in found)
+    kept = {
+        i: (ask(i) if came_back else found[i])[0].vector for i in np.flatnonzero(stays).tolist()
+    }
+    return Reduction(removed, kept)
+
+
+def _of_empty(farkas: Proof, num_rows: int) -> Reduction:
+    """Keep the rows that contradict each other: they imply all others, whatever these are."""
+    kept = [i for i in range(num_rows) if farkas.vector[i] != 0]
+    return Reduction(
+        {i: farkas.vector for i in range(num_rows) if i not in kept}, dict.fromkeys(kept, ())
+    )
