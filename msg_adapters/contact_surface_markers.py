@@ -18,14 +18,14 @@ from visualization_msgs.msg import Marker, MarkerArray
 from msg_adapters.contact_surfaces import triangles_of
 from msg_adapters.poses import header_to_msg
 from msg_adapters.stamps import stamp_to_msg
-from msg_adapters.wire import Serializer
-from msg_adapters.wire_triangles import TriangleListWire
 
 __all__ = [
-    "ContactSurfaceMarkerWire",
+    "colored_corners",
     "contact_surface_markers_to_msg",
+    "deletion_marker",
     "pressure_colors",
     "pressure_namespace",
+    "triangle_marker",
 ]
 
 _COLORS = np.array([[0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 0, 0]], dtype=np.float64)
@@ -49,8 +49,8 @@ def pressure_namespace(scale: float) -> str:
     return f"pressure 0 (blue) to {scale / factor:g} {prefix}Pa (red)"
 
 
-def _triangles(scale: float, frame_id: str) -> Marker:
-    """Return the marker without corners."""
+def triangle_marker(scale: float, frame_id: str) -> Marker:
+    """Return the marker of a scale, without corners."""
     marker = Marker(ns=pressure_namespace(scale), type=Marker.TRIANGLE_LIST, action=Marker.ADD)
     marker.header.frame_id = frame_id
     marker.pose.orientation.w = 1.0
@@ -60,7 +60,8 @@ def _triangles(scale: float, frame_id: str) -> Marker:
     return marker
 
 
-def _deletion(scale: float, frame_id: str, stamp_ns: int) -> Marker:
+def deletion_marker(scale: float, frame_id: str, stamp_ns: int) -> Marker:
+    """Return what takes the marker of a scale away."""
     return Marker(
         header=header_to_msg(stamp_ns, frame_id),
         ns=pressure_namespace(scale),
@@ -68,9 +69,10 @@ def _deletion(scale: float, frame_id: str, stamp_ns: int) -> Marker:
     )
 
 
-def _corners(
+def colored_corners(
     surfaces: Any, scale: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:  # fmt: skip
+    """Return the corners of all triangles, ``(3 t, 3)`` in W in m, and colours ``(3 t, 4)``."""
     triangles, _ = triangles_of(surfaces)
     rows = triangles.ravel()
     return surfaces.vertices_W[rows], pressure_colors(surfaces.pressure, scale)[rows]
@@ -81,42 +83,10 @@ def contact_surface_markers_to_msg(
 ) -> MarkerArray:
     """Return one marker with the triangles of all surfaces; without any, its deletion."""
     if not len(surfaces):
-        return MarkerArray(markers=[_deletion(scale, frame_id, stamp_ns)])
-    marker = _triangles(scale, frame_id)
+        return MarkerArray(markers=[deletion_marker(scale, frame_id, stamp_ns)])
+    marker = triangle_marker(scale, frame_id)
     marker.header.stamp = stamp_to_msg(stamp_ns)
-    corners, colors = _corners(surfaces, scale)
+    corners, colors = colored_corners(surfaces, scale)
     marker.points = [Point(x=x, y=y, z=z) for x, y, z in corners.tolist()]
     marker.colors = [ColorRGBA(r=r, g=g, b=b, a=a) for r, g, b, a in colors.tolist()]
     return MarkerArray(markers=[marker])
-
-
-class ContactSurfaceMarkerWire:
-    """Serializes the marker as ``contact_surface_markers_to_msg`` and the serializer do."""
-
-    def __init__(self, frame_id: str, serialize: Serializer) -> None:
-        self._frame_id = frame_id
-        self._serialize = serialize
-        self._scale: float | None = None
-        self._former: float | None = None
-        self._wire: TriangleListWire | None = None
-
-    def message(self, surfaces: Any, *, scale: float, stamp_ns: int) -> bytes:
-        """Return the bytes of the marker; after a change of scale, also the former's deletion."""
-        if scale != self._scale:
-            self._former, self._scale, self._wire = self._scale, scale, None
-        before = []
-        if self._former is not None:
-            before.append(_deletion(self._former, self._frame_id, stamp_ns))
-            self._former = None
-        if not len(surfaces):
-            deletion = _deletion(scale, self._frame_id, stamp_ns)
-            return self._serialize(MarkerArray(markers=[*before, deletion]))
-        if self._wire is None:
-            marker = _triangles(scale, self._frame_id)
-            self._wire = TriangleListWire(
-                self._serialize, marker, has_colors=True, is_whole=True
-            )  # fmt: skip
-        corners, colors = _corners(surfaces, scale)
-        return self._wire.data(
-            corners, stamp_ns, colors=colors, before=before, key=len(before)
-        )  # fmt: skip

@@ -32,9 +32,9 @@ from msg_adapters.meshes import (
     triangle_points_to_msg,
     Triangles,
 )
+from msg_adapters.plain_look import PlainLook
 from msg_adapters.poses import header_to_msg
 from msg_adapters.stamps import stamp_to_msg
-from msg_adapters.wire_plain_markers import PlainLook
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape

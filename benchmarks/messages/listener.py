@@ -14,7 +14,7 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.wire import marked_stamps, MARKED_TIME
+from msg_adapters.wire.fields import marked_stamps, MARKED_TIME
 from scene_graph_msgs.msg import ContactArray
 
 __all__ = ["Listener"]

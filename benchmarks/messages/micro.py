@@ -25,7 +25,7 @@ from benchmarks.messages.baseline import apply_message, make_markers
 from benchmarks.messages.processes import isolated, Isolation, Sender
 from benchmarks.messages.scene import poses, scene_text, SOURCE
 from msg_adapters.scene import marker_items
-from msg_adapters.wire_markers import MarkerWire
+from msg_adapters.wire.markers import MarkerWire
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
 from scene_graph_ros.node.inputs import Channel

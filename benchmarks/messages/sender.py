@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import MultiDOFJointState
 
 from benchmarks.messages.scene import frame_names, poses, SOURCE
-from msg_adapters.wire import (
+from msg_adapters.wire.fields import (
     as_bytes,
     find_once,
     marked_numbers,

@@ -28,7 +28,7 @@ from msg_adapters.poses import (
     poses_from_tf,
     poses_from_transform_stamped,
 )
-from msg_adapters.wire_poses import Layout, PoseWire
+from msg_adapters.wire.poses import Layout, PoseWire
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.channels import Channels

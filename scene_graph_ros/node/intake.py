@@ -17,7 +17,7 @@ import numpy as np
 
 from msg_adapters.poses import PoseBatch, PoseFault
 from msg_adapters.stamps import EARLIEST, LATEST
-from msg_adapters.wire_poses import Layout
+from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses, VALID
 from scene_graph_ros.geometry.spatial.record_kernels import latest

@@ -14,7 +14,6 @@ from wire import assert_same_bytes
 from msg_adapters.contact_rows import NO_ROWS, surface_rows
 from msg_adapters.contact_surface_markers import (
     contact_surface_markers_to_msg,
-    ContactSurfaceMarkerWire,
     pressure_colors,
     pressure_namespace,
 )
@@ -29,6 +28,7 @@ from msg_adapters.contact_surfaces import (
 from msg_adapters.contacts import contacts_to_msg
 from msg_adapters.errors import MessageError
 from msg_adapters.names import SceneNames
+from msg_adapters.wire.contact_surface_markers import ContactSurfaceMarkerWire
 from scene_graph_msgs.msg import GeometryNames
 from scene_graph_ros import geometry as core
 

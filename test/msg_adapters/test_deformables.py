@@ -9,12 +9,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from wire import assert_same_bytes
 
 from msg_adapters.contact_rows import deformable_rows
-from msg_adapters.deformable_markers import (
-    deformable_marker_to_msg,
-    DeformableItem,
-    DeformableMarkers,
-    Positions,
-)
+from msg_adapters.deformable_markers import deformable_marker_to_msg, DeformableItem
 from msg_adapters.deformables import (
     configurations_from_msg,
     configurations_to_msg,
@@ -26,7 +21,8 @@ from msg_adapters.deformables import (
 from msg_adapters.errors import MessageError
 from msg_adapters.markers import MarkerItem
 from msg_adapters.names import SceneNames
-from msg_adapters.wire_markers import MarkerWire
+from msg_adapters.wire.deformable_markers import DeformableMarkers, Positions
+from msg_adapters.wire.markers import MarkerWire
 from scene_graph_msgs.msg import (
     DeformableConfigurations,
     DeformableGeometryDescription,

@@ -7,7 +7,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from wire import padding
 
 from msg_adapters.images import camera_info_to_msg, FORMS, image_to_msg
-from msg_adapters.wire_images import BulkWire
+from msg_adapters.wire.images import BulkWire
 from scene_graph_ros.geometry.perception import CameraIntrinsics, Images, RenderLabel
 from scene_graph_ros.geometry.perception.image_forms import millimetres
 

@@ -14,14 +14,14 @@ from sensor_msgs.msg import MultiDOFJointState
 
 from msg_adapters.poses import PoseBatch
 from msg_adapters.stamps import EARLIEST, LATEST
-from msg_adapters.wire import (
+from msg_adapters.wire.fields import (
     find_once,
     marked_numbers,
     marked_stamps,
     MARKED_TIME,
     Patchable,
 )
-from msg_adapters.wire_poses import Layout
+from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry import GeometryFrame, SceneGraph
 from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quaternions_kernel
 from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records

@@ -62,6 +62,7 @@ rclpy.shutdown()
 OF_SURFACES = (
     "scene_graph_ros.geometry.hydroelastic",
     "msg_adapters.contact_surface_markers",
+    "msg_adapters.wire.contact_surface_markers",
     "msg_adapters.contact_surfaces",
     "scene_graph_ros.node.effects.contact_surfaces",
 )
@@ -69,6 +70,7 @@ OF_DEFORMABLES = (
     "scene_graph_ros.geometry.deformable",
     "msg_adapters.deformables",
     "msg_adapters.deformable_markers",
+    "msg_adapters.wire.deformable_markers",
     "scene_graph_ros.node.configurations",
     "scene_graph_ros.node.effects.deformable_contact",
     "scene_graph_ros.node.effects.deformable_markers",
@@ -77,7 +79,7 @@ OF_BOTH = (
     "scene_graph_ros.geometry.meshes.volume",
     "meshio",
     "pytetwild",
-    "msg_adapters.wire_triangles",
+    "msg_adapters.wire.triangles",
     "scene_graph_ros.node.surface_",
 )
 OF_CAMERAS = (
@@ -85,7 +87,7 @@ OF_CAMERAS = (
     "msg_adapters.cameras",
     "msg_adapters.images",
     "msg_adapters.labels",
-    "msg_adapters.wire_images",
+    "msg_adapters.wire.images",
     "scene_graph_ros.node.effects.camera",
     "scene_graph_ros.node.effects.frames",
 )

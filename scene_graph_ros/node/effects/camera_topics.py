@@ -15,7 +15,7 @@ from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from msg_adapters.images import camera_info_to_msg, FORMS, ImageForm
 from msg_adapters.labels import label_table_to_msg
 from msg_adapters.poses import pose_stamped_to_msg
-from msg_adapters.wire_images import BulkWire
+from msg_adapters.wire.images import BulkWire
 from scene_graph_msgs.msg import LabelTable
 from scene_graph_ros.geometry.perception import CameraDescription, ImageKind
 from scene_graph_ros.node.effects.camera_frame import CameraFrame, optical_frame

@@ -13,8 +13,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.contact_surface_markers import ContactSurfaceMarkerWire
 from msg_adapters.contact_surfaces import face_points_to_msg
+from msg_adapters.wire.contact_surface_markers import ContactSurfaceMarkerWire
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.node.effects.beside import Beside

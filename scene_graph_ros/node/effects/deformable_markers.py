@@ -7,8 +7,9 @@ from functools import partial
 
 from rclpy.serialization import serialize_message
 
-from msg_adapters.deformable_markers import DeformableItem, DeformableMarkers, Positions
+from msg_adapters.deformable_markers import DeformableItem
 from msg_adapters.scene import marker_items
+from msg_adapters.wire.deformable_markers import DeformableMarkers, Positions
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import GeometryId

@@ -13,7 +13,7 @@ from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.markers import marker_from_shape, MarkerItem
 from msg_adapters.scene import marker_items
-from msg_adapters.wire_markers import MarkerWire, PreparedMarkers
+from msg_adapters.wire.markers import MarkerWire, PreparedMarkers
 from scene_graph_msgs.msg import GeometryName
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError

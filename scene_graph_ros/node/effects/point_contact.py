@@ -16,7 +16,7 @@ from rclpy.serialization import serialize_message
 from visualization_msgs.msg import MarkerArray
 
 from msg_adapters.contact_rows import deformable_rows, NO_ROWS, surface_rows
-from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
+from msg_adapters.wire.contacts import ContactMarkerWire, ContactWire
 from scene_graph_msgs.msg import ContactArray
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.query.query_object import QueryObject

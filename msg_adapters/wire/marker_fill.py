@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from visualization_msgs.msg import Marker, MeshFile
 
-from msg_adapters.wire import find_count, marked_stamps, MARKED_TIME
+from msg_adapters.wire.fields import find_count, marked_stamps, MARKED_TIME
 
 __all__ = ["ALIGNMENT", "Fill", "probe_fill"]
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from msg_adapters.wire import (
+from msg_adapters.wire.fields import (
     as_bytes,
     find_count,
     find_once,

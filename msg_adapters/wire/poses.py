@@ -27,14 +27,14 @@ from msg_adapters.poses import (
     PoseBatch,
 )
 from msg_adapters.stamps import stamp_from_msg
-from msg_adapters.wire import (
+from msg_adapters.wire.fields import (
     as_bytes,
     marked_stamps,
     MARKED_TIME,
     runs,
     Serializer,
 )
-from msg_adapters.wire_pose_kinds import POSE_KINDS
+from msg_adapters.wire.pose_kinds import POSE_KINDS
 from scene_graph_ros.geometry.spatial.record_kernels import are_valid, place_records
 
 __all__ = ["Layout", "PoseWire"]

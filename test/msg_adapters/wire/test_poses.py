@@ -20,7 +20,7 @@ from msg_adapters.poses import (
     poses_from_transform_stamped,
 )
 from msg_adapters.stamps import stamp_to_msg
-from msg_adapters.wire_poses import _Places, Layout, PoseWire
+from msg_adapters.wire.poses import _Places, Layout, PoseWire
 
 MULTI = "sensor_msgs/msg/MultiDOFJointState"
 CLASSES = {

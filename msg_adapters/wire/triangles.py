@@ -2,7 +2,7 @@
 
 The corners of a marker are objects of a message, tens of thousands of them where a surface is
 shown; here they are one array that goes into the bytes between what is around them. Where each
-thing is, is found by marks (see ``wire``).
+thing is, is found by marks (see ``wire.fields``).
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.marker_fill import ALIGNMENT, Fill
-from msg_adapters.wire import (
+from msg_adapters.wire.fields import (
     as_bytes,
     find_count,
     find_once,
@@ -26,6 +25,7 @@ from msg_adapters.wire import (
     MARKED_TIME,
     Serializer,
 )
+from msg_adapters.wire.marker_fill import ALIGNMENT, Fill
 
 __all__ = ["Appendix", "TriangleListWire", "append_markers"]
 

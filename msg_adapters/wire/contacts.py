@@ -2,7 +2,7 @@
 
 Names of geometries are serialized once and joined for the pairs that touch; what varies at each
 update, stamps and coordinates, is written over. Where the pairs are the same as last time, nothing
-is joined either. Where each thing is, is found by marks (see ``wire``).
+is joined either. Where each thing is, is found by marks (see ``wire.fields``).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from msg_adapters.contact_rows import KINDS, NO_ROWS, PairRows, point_rows
 from msg_adapters.contacts import contact_markers_to_msg, contact_points
 from msg_adapters.names import SceneNames
-from msg_adapters.wire import (
+from msg_adapters.wire.fields import (
     as_bytes,
     find_count,
     find_once,

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import Marker
 
-from msg_adapters.marker_fill import ALIGNMENT, Fill
-from msg_adapters.wire_plain_markers import Piece, PlainLook, PlainPieces
+from msg_adapters.plain_look import PlainLook
+from msg_adapters.wire.marker_fill import ALIGNMENT, Fill
+from msg_adapters.wire.plain_markers import Piece, PlainPieces
 
 __all__ = ["Look", "PieceRow", "Pieces", "TriangleLook"]
 

@@ -14,7 +14,7 @@ from wire import assert_same_bytes
 from msg_adapters.contact_rows import KINDS, PairRows
 from msg_adapters.contacts import contact_markers_to_msg, contacts_to_msg
 from msg_adapters.names import SceneNames
-from msg_adapters.wire_contacts import ContactMarkerWire, ContactWire
+from msg_adapters.wire.contacts import ContactMarkerWire, ContactWire
 from scene_graph_ros import geometry as core
 
 

@@ -3,7 +3,7 @@
 A marker becomes a piece once, in each position relative to the alignment of its fields in which
 it is needed; a message is such pieces in a row. While the same markers move, nothing is joined:
 poses and stamps are written over those of the last message. Where each thing is, is found by marks
-(see ``wire``).
+(see ``wire.fields``).
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.marker_fill import probe_fill
-from msg_adapters.marker_pieces import Look, PieceRow, Pieces, TriangleLook
 from msg_adapters.marker_rows import MarkerItem, MarkerList, MarkerRows
 from msg_adapters.markers import marker_and_triangles, plain_look
-from msg_adapters.wire import (
+from msg_adapters.plain_look import PlainLook
+from msg_adapters.wire.fields import (
     as_bytes,
     find_once,
     marked_numbers,
@@ -29,7 +28,9 @@ from msg_adapters.wire import (
     Patchable,
     Serializer,
 )
-from msg_adapters.wire_plain_markers import marked_pose, Piece, PlainLook, PlainPieces
+from msg_adapters.wire.marker_fill import probe_fill
+from msg_adapters.wire.marker_pieces import Look, PieceRow, Pieces, TriangleLook
+from msg_adapters.wire.plain_markers import marked_pose, Piece, PlainPieces
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 from scene_graph_ros.geometry.steps import between_steps
 
@@ -239,7 +240,7 @@ class MarkerWire:
     def _make_triangles(self, look: TriangleLook, before: Marker) -> Piece:
         """Return a piece whose corners are put in as a block: as objects they take seconds."""
         # Only where something is shown as triangles.
-        from msg_adapters.wire_triangles import TriangleListWire
+        from msg_adapters.wire.triangles import TriangleListWire
 
         marker, numbers = look.marker, marked_numbers(_POSE_AND_CORNERS)[-_WIDTH:]
         given, marker.pose = marker.pose, marked_pose(numbers)

@@ -11,15 +11,21 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from geometry_msgs.msg import Point, Pose, Quaternion
 import numpy as np
 from numpy.typing import NDArray
-from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
 
-from msg_adapters.wire import as_bytes, find_once, marked_numbers, marked_stamps, MARKED_TIME
+from msg_adapters.plain_look import PlainLook
+from msg_adapters.wire.fields import (
+    as_bytes,
+    find_once,
+    marked_numbers,
+    marked_stamps,
+    MARKED_TIME,
+)
 
-__all__ = ["Piece", "PlainLook", "PlainPieces", "marked_pose"]
+__all__ = ["Piece", "PlainPieces", "marked_pose"]
 
 _POSE = 7
 _NUMBERS = _POSE + 3
@@ -43,31 +49,6 @@ class Piece(NamedTuple):
     data: bytes
     stamp: int
     pose: int
-
-
-class PlainLook(NamedTuple):
-    """All that plain markers differ in, but their poses and stamps; sizes in metres."""
-
-    ns: str
-    id: int
-    type: int
-    action: int
-    size: tuple[float, float, float]
-    color: tuple[float, float, float, float]
-
-    def marker(self, frame_id: str) -> Marker:
-        """Return the message."""
-        x, y, z = self.size
-        r, g, b, a = self.color
-        return Marker(
-            header=Header(frame_id=frame_id),
-            ns=self.ns,
-            id=self.id,
-            type=self.type,
-            action=self.action,
-            scale=Vector3(x=x, y=y, z=z),
-            color=ColorRGBA(r=r, g=g, b=b, a=a),
-        )
 
 
 class _Template(NamedTuple):

@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from wire import assert_same_bytes
 
 from msg_adapters.markers import MarkerItem, SceneMarkers
-from msg_adapters.wire_markers import MarkerWire
+from msg_adapters.wire.markers import MarkerWire
 from scene_graph_ros.geometry import (
     Box,
     Capsule,

@@ -1,0 +1,1 @@
+"""Messages as bytes: what reads them and writes them without objects of messages."""

@@ -1,0 +1,118 @@
+"""Markers of deformable geometries as bytes, put behind those of rigid ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from visualization_msgs.msg import Marker, MarkerArray
+
+from msg_adapters.deformable_markers import DeformableItem, empty_marker
+from msg_adapters.markers import marker_id
+from msg_adapters.poses import header_to_msg
+from msg_adapters.wire.fields import marked_stamps, MARKED_TIME, Serializer
+from msg_adapters.wire.marker_fill import probe_fill
+from msg_adapters.wire.triangles import append_markers, Appendix, TriangleListWire
+
+__all__ = ["DeformableMarkers", "Positions"]
+
+
+class Positions(NamedTuple):
+    """Where the vertices of a driven mesh are."""
+
+    version: Any
+    """Something else for each configuration, and kept alive by it."""
+    compute: Callable[[], Sequence[NDArray[np.float64]]]
+    """Returns one array (n, 3), in metres."""
+
+
+class _Known(NamedTuple):
+    item: DeformableItem
+    wire: TriangleListWire
+
+
+class DeformableMarkers:
+    """The markers of one role's deformable geometries, put behind those of rigid ones."""
+
+    def __init__(self, serialize: Serializer, *, frame_id: str) -> None:
+        """Place markers in ``frame_id``, the world."""
+        self._serialize = serialize
+        self._frame_id = frame_id
+        self._fill = probe_fill(lambda markers: serialize(MarkerArray(markers=markers)))
+        self._known: dict[int, _Known] = {}
+        self._sent: dict[int, Any] = {}
+        self._stale: dict[tuple[str, int], None] = {}
+
+    def set_items(self, items: Iterable[DeformableItem]) -> None:
+        """Take over which geometries there are; those that vanished are deleted next time."""
+        before, self._known = self._known, {}
+        for item in items:
+            key, old = item.item.geometry_id, before.get(item.item.geometry_id)
+            if old is not None and old.item.item == item.item:
+                self._known[key] = _Known(item, old.wire)
+            else:
+                marker = empty_marker(item.item, self._frame_id)
+                wire = TriangleListWire(self._serialize, marker, has_colors=False)
+                self._known[key] = _Known(item, wire)
+        names = {_name(known) for known in self._known.values()}
+        for known in before.values():
+            if _name(known) not in names:
+                self._stale[_name(known)] = None
+        for name in names:
+            self._stale.pop(name, None)
+        # An id whose mesh is another now is sent again.
+        self._sent = {
+            key: sent
+            for key, sent in self._sent.items()
+            if key in self._known and before[key].item.triangles is self._known[key].item.triangles
+        }
+
+    def append(
+        self,
+        data: bytes,
+        positions: Mapping[int, Positions],
+        stamp_ns: int,
+        *,
+        is_whole: bool,
+    ) -> tuple[bytes, int]:
+        """Put markers behind those in the bytes of an array; return it, and how many they are.
+
+        ``positions`` are those of all items by id. Deletions come first; then all markers where
+        ``is_whole``, else those in another configuration than when they were last put in.
+        """
+        appendices = [self._deletion(ns, number, stamp_ns) for ns, number in self._stale]
+        self._stale.clear()
+        for key, (item, wire) in self._known.items():
+            now = positions[key]
+            if is_whole or self._sent.get(key) is not now.version:
+                self._sent[key] = now.version
+                (p_WVs,) = now.compute()
+                corners = p_WVs[item.triangles.ravel()]
+                appendices.append(_appendix(wire, corners, stamp_ns))
+        if not appendices:
+            return data, 0
+        return append_markers(data, appendices, self._fill), len(appendices)
+
+    def _deletion(self, ns: str, number: int, stamp_ns: int) -> Appendix:
+        def piece(before: Sequence[Marker], key: int) -> bytes:
+            marker = Marker(ns=ns, id=number, action=Marker.DELETE)
+            marker.header.frame_id = self._frame_id
+            marker.header.stamp = MARKED_TIME
+            (begin,) = marked_stamps(self._serialize(MarkerArray(markers=[*before, marker])))
+            marker.header = header_to_msg(stamp_ns, self._frame_id)
+            return self._serialize(MarkerArray(markers=[*before, marker]))[begin:]
+
+        return piece
+
+
+def _name(known: _Known) -> tuple[str, int]:
+    item = known.item.item
+    return item.ns, marker_id(item.geometry_id)
+
+
+def _appendix(
+    wire: TriangleListWire, corners: NDArray[np.float64], stamp_ns: int
+) -> Appendix:  # fmt: skip
+    return lambda before, key: wire.data(corners, stamp_ns, before=before, key=key)
