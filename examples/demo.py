@@ -2,7 +2,8 @@
 
 Starts three processes that talk over DDS on this machine only: the scene graph node, a simulated
 Panda that publishes its joint positions, and a tracker of free objects that publishes their poses.
-Listens to what the node publishes, prints what happened and draws it.
+Listens to what the node publishes, prints what happened and draws it, and what a camera on the
+wrist saw.
 """
 
 from __future__ import annotations
@@ -71,9 +72,18 @@ def processes(commands: dict[str, list[str]]) -> Iterator[dict[str, subprocess.P
                 process.wait()
 
 
+def make_ready() -> None:
+    """Compile the kernels of cameras, once: else the node would do it beside the demo."""
+    from scene_graph_ros.geometry.compiled.readiness import is_ready
+
+    if not is_ready("cameras"):
+        subprocess.run([sys.executable, "-m", "scene_graph_ros.warmup", "cameras"], check=True)
+
+
 def main() -> int:
     """Run the demo; return the exit code."""
     arguments = parse_arguments()
+    make_ready()
     isolate()
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     started = time.monotonic()
@@ -115,6 +125,12 @@ def main() -> int:
         markers, contacts = monitor.best_moment()
         draw_scene(arguments.output, markers, contacts.points, camera)
         print(f"Picture: {arguments.output}")
+        if monitor.camera.best is not None:
+            from camera_images import draw_view
+
+            seen = arguments.output.with_stem(f"{arguments.output.stem}_camera")
+            draw_view(seen, monitor.camera.best)
+            print(f"What the wrist's camera saw: {seen}")
     return 1 if failed else 0
 
 

@@ -9,6 +9,7 @@ import sys
 import time
 from typing import Any
 
+from camera_images import CameraListener
 from diagnostic_msgs.msg import DiagnosticArray
 from names_of_geometry import path_of, paths_of
 import numpy as np
@@ -23,6 +24,7 @@ from scene_graph_msgs.msg import ContactArray
 from scene_graph_msgs.srv import ComputeSignedDistancePairwise, DescribeScene, ListEffects
 
 NODE = "/scene_graph"
+CAMERA = f"{NODE}/cameras/wrist"
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 CLOSEST_PAIRS = 5
 SERVICE_SECONDS = 10.0
@@ -57,6 +59,7 @@ class Monitor(Node):
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         topic = f"{NODE}/markers/illustration"
         self.create_subscription(MarkerArray, topic, self._on_markers, LATCHED)
+        self.camera = CameraListener(self, CAMERA)
 
     def __enter__(self) -> Monitor:
         return self
@@ -177,6 +180,7 @@ def summary(monitor: Monitor, answers: dict[str, Any]) -> str:
         f" 99 % {p99:.1f} ms",
         f"Contacts   {len(deepest)} pairs touched, at most {max(counts)} at once; deepest:",
         *(f"    {1000 * depth:7.2f} mm   {a} - {b}" for (a, b), depth in deepest[:CLOSEST_PAIRS]),
+        f"Camera     {monitor.camera.frames} times colour, depth and labels from {CAMERA}",
         "Closest    pairs that are apart at the end (within 0.1 m):",
         *_closest_pairs(answers["pairs"]),
         f"Effects    on: {', '.join(on) or 'none'}; off: {', '.join(off) or 'none'}",
