@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization import HPolyhedron, VPolytope
+from scene_graph_ros.geometry.optimization import AffineBall, HPolyhedron, VPolytope
 
 __all__ = ["ask_convex_sets"]
 
@@ -15,4 +15,5 @@ def ask_convex_sets() -> None:
     square.is_empty()
     for each in (square, corners):
         each.projection(np.full((1, 2), 2.0))
+    AffineBall.minimum_volume_circumscribed_ellipsoid(corners.vertices)
     square.uniform_sample(np.random.default_rng(0))

@@ -7,22 +7,35 @@ certificate shows the answer, checked in rational arithmetic by its ``verify()``
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet, Projection, Support
+from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
+from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
+from scene_graph_ros.geometry.optimization.sets.convex_hull import ConvexHull
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
+from scene_graph_ros.geometry.optimization.sets.minkowski_sum import MinkowskiSum
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 
 __all__ = [
+    "AffineBall",
     "AffineSubspace",
+    "CartesianProduct",
     "Certificate",
+    "ConvexHull",
     "ConvexSet",
     "ConvexSetError",
     "Decision",
     "HPolyhedron",
+    "Hyperellipsoid",
     "Hyperrectangle",
+    "Intersection",
+    "MinkowskiSum",
     "Point",
     "Projection",
     "Reduction",

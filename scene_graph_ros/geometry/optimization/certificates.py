@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.lift import shared_point
+from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
+from scene_graph_ros.geometry.optimization.solve.cutting import Cut, rows_with_cuts
 
 __all__ = ["Certificate", "Decision"]
 
@@ -28,6 +29,9 @@ class Certificate:
       `contained_in` it is in the one set and not in the other.
     - ``farkas``: weights of the rows, at least 0 for inequalities; the weighted sum of the rows
       has no variables and a negative right side, so that no point fulfils them.
+      Where sets are curved, rows of ``cuts`` come last, planes beside which a ball of the lift is.
+    - ``undecided``: a point that is outside a curved set by ``gap`` of its radius, where nothing
+      was proven; such sets touch, or nearly do.
     - ``recession``: a direction that leads on for ever from any point of the set, as ``point``.
     - ``multipliers``: for `is_bounded`, weights of the rows, positive for inequalities, whose
       weighted sum has no variables, of rows that span all directions; or weights for each of
@@ -41,6 +45,8 @@ class Certificate:
     of: tuple[Any, ...]
     point: Weights | None = None
     tol: float = 0.0
+    cuts: tuple[Cut, ...] = ()
+    gap: float = 0.0
 
     @property
     def vector(self) -> np.ndarray:
@@ -55,12 +61,17 @@ class Certificate:
         of = sets or self.of
         asked = of[:1] if self.question == "contained_in" else of
         lift = shared_point([s.lift() for s in asked], of[0].ambient_dimension)
-        rows = _ExactRows(lift.rows)
+        if self.kind == "undecided" or not all(_is_in_unit_ball(cut.u) for cut in self.cuts):
+            return False
+        if self.kind == "point":
+            return self._verify_point(lift, of)
+        is_of_directions = self.question == "is_bounded" and self.kind != "farkas"
+        rows = _ExactRows(lift.directions if is_of_directions else rows_with_cuts(lift, self.cuts))
         check = getattr(self, f"_verify_{self.kind}")
         return bool(check(rows, of))
 
-    def _verify_point(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
-        if not rows.hold(self.exact):
+    def _verify_point(self, lift: Lift, of: tuple[Any, ...]) -> bool:
+        if not _is_point(lift, self.exact):
             return False
         if self.question != "contained_in":
             return True
@@ -81,7 +92,7 @@ class Certificate:
             and not any(rates[: rows.split])
             and all(rate <= 0 for rate in rates)
             and self.point is not None
-            and rows.hold(self.point)
+            and _is_point(shared_point([of[0].lift()], of[0].ambient_dimension), self.point)
         )
 
     def _verify_multipliers(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
@@ -119,6 +130,21 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Fraction:
 def _length_bound(row: Sequence[Fraction]) -> Fraction:
     """Return the length of a row to rounding: a tolerance is known no better."""
     return Fraction(float(np.linalg.norm([float(v) for v in row])))
+
+
+def _is_in_unit_ball(u: np.ndarray) -> bool:
+    return sum(Fraction(v) ** 2 for v in u.tolist()) <= 1
+
+
+def _is_point(lift: Lift, x: Any) -> bool:
+    """Tell whether x fulfils all rows of a lift and is in all its balls."""
+    if not _ExactRows(lift.rows).hold(x):
+        return False
+    for ball in lift.balls:
+        radius = Fraction(1) if ball.scale < 0 else x[ball.scale]
+        if radius < 0 or sum(x[k] ** 2 for k in ball.columns) > radius**2:
+            return False
+    return True
 
 
 class _ExactRows:

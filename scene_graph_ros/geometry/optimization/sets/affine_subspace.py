@@ -8,13 +8,14 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_matrix,
     as_nonnegative,
     as_points,
     as_vector,
 )
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet, Projection, Support
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["AffineSubspace"]

@@ -3,50 +3,26 @@
 from __future__ import annotations
 
 import abc
-from collections.abc import Callable
-from fractions import Fraction
-from typing import Any, Literal, NamedTuple, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.certificates import Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
+from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import as_points, as_vector
 from scene_graph_ros.geometry.optimization.sets.decisions import is_bounded, is_empty
+from scene_graph_ros.geometry.optimization.sets.generic import project_on_set, support_of_lift
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_point
 from scene_graph_ros.geometry.optimization.solve.maximize import maximize
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.shape import Shape
 
-__all__ = ["ConvexSet", "Projection", "Support"]
+__all__ = ["ConvexSet"]
 
 DEFAULT_TOLERANCE = 1e-8
 """In the set's own units, metres or radians: how far outside a point may be to count as inside."""
-
-
-class Support(NamedTuple):
-    """How far a set reaches along a direction: ``value = max direction . x``, at ``point (n,)``.
-
-    Infinite where it does not end; ``point`` is then the way that it goes, of any length. ``gap``
-    bounds what the value may be too small by.
-    """
-
-    value: float
-    point: np.ndarray
-    gap: float
-
-
-class Projection(NamedTuple):
-    """The nearest points ``(m, n)`` of a set, how far they are ``(m,)``, and the gaps ``(m,)``.
-
-    A gap is the difference to a lower bound: no point is nearer than the plane through the
-    nearest point, square to the way there, moved back to where the set does not cross it.
-    """
-
-    distances: np.ndarray
-    points: np.ndarray
-    gaps: np.ndarray
 
 
 class ConvexSet(abc.ABC):
@@ -165,6 +141,8 @@ class ConvexSet(abc.ABC):
         return self._support(d)
 
     def _support(self, d: np.ndarray) -> Support:
+        if self.lift().balls:
+            return support_of_lift(self, d)
         rows, n = self.lift().rows, self.ambient_dimension
         start = self._lifted_point("support")
         c = np.zeros(rows.A.shape[1])
@@ -192,9 +170,9 @@ class ConvexSet(abc.ABC):
         checked, _ = as_points(points, label, self.ambient_dimension)
         return None if self.is_empty() else self._project(checked)
 
-    @abc.abstractmethod
     def _project(self, points: np.ndarray) -> Projection:
         """Return the nearest points of a set that isn't empty."""
+        return project_on_set(self, points)
 
     @property
     def has_exact_volume(self) -> bool:
@@ -233,23 +211,3 @@ class ConvexSet(abc.ABC):
         raise ConvexSetError(
             f"{type(self).__name__}.to_shape_with_pose: no shape is a set of this kind"
         )
-
-
-def gaps_of(
-    points: np.ndarray, nearest: np.ndarray, reach: Callable[[np.ndarray, int], float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return distances ``(m,)`` to nearest points, and how much nearer others could be ``(m,)``.
-
-    ``reach(direction, k)`` is how far the set reaches along a unit vector beyond nearest point k.
-    """
-    ways = points - nearest
-    distances = np.linalg.norm(ways, axis=1)
-    gaps = np.zeros(len(points))
-    for k in np.flatnonzero(distances > 0.0):
-        gaps[k] = min(distances[k], max(0.0, reach(ways[k] / distances[k], int(k))))
-    return distances, gaps
-
-
-def exact_vector(values: np.ndarray) -> tuple[Fraction, ...]:
-    """Return floats as fractions."""
-    return tuple(Fraction(v) for v in values.tolist())

@@ -8,6 +8,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
 from scene_graph_ros.geometry.optimization.lift import shared_point
+from scene_graph_ros.geometry.optimization.solve.cutting import find_in_balls
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_point
 from scene_graph_ros.geometry.optimization.solve.recession import recession
 from scene_graph_ros.geometry.optimization.solve.rows import Rows
@@ -16,15 +17,15 @@ __all__ = ["is_bounded", "is_empty"]
 
 
 def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
-    """Decide whether sets have no point in common."""
-    rows = shared_point([s.lift() for s in sets], sets[0].ambient_dimension).rows
-    proof = find_point(rows)
-    return Decision(proof.kind == "farkas", Certificate(proof.kind, proof.vector, question, sets))
+    """Decide whether sets have no point in common; what is undecided counts as touching."""
+    found = find_in_balls(shared_point([s.lift() for s in sets], sets[0].ambient_dimension))
+    shown = Certificate(found.kind, found.vector, question, sets, cuts=found.cuts, gap=found.gap)
+    return Decision(found.kind == "farkas", shown)
 
 
 def is_bounded(asked: Any) -> Decision:
     """Decide whether a set is bounded; one that is empty is."""
-    rows, n = asked.lift().rows, asked.ambient_dimension
+    rows, n = asked.lift().directions, asked.ambient_dimension
     proof = recession(rows)
     if proof.kind == "recession":
         # Further variables alone may go on for ever while the points don't.

@@ -11,13 +11,25 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.shapes.box import Box
+from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
+from scene_graph_ros.geometry.shapes.cylinder import Cylinder
+from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.shapes.sphere import Sphere
 from scene_graph_ros.geometry.spatial.poses import compose, inverse
 
-__all__ = ["half_spaces_of", "is_query", "placed_shape", "vertices_of"]
+__all__ = [
+    "capsule_of",
+    "cylinder_of",
+    "ellipsoid_of",
+    "half_spaces_of",
+    "is_query",
+    "placed_shape",
+    "vertices_of",
+]
 
 
 def is_query(value: Any) -> bool:
@@ -68,6 +80,30 @@ def half_spaces_of(shape: Shape, X_FG: np.ndarray, kind: str) -> tuple[np.ndarra
         raise _refused(shape, kind, "a Box, a HalfSpace, a Convex or a convex Mesh")
     A = normals @ X_FG[:3, :3].T
     return A, offsets + A @ X_FG[:3, 3]
+
+
+def ellipsoid_of(shape: Shape, X_FG: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return radii ``(3,)`` and the pose of a sphere or ellipsoid. Raises ConvexSetError."""
+    if isinstance(shape, Sphere) and shape.radius > 0.0:
+        return np.full(3, shape.radius), X_FG
+    if isinstance(shape, Ellipsoid):
+        return np.array([shape.a, shape.b, shape.c]), X_FG
+    raise _refused(shape, kind, "an Ellipsoid, or a Sphere that is no point")
+
+
+def capsule_of(shape: Shape, X_FG: np.ndarray, kind: str) -> tuple[float, np.ndarray]:
+    """Return a capsule's radius and the ends ``(2, 3)`` of its segment. Raises ConvexSetError."""
+    if not isinstance(shape, Capsule):
+        raise _refused(shape, kind, "a Capsule")
+    half = 0.5 * shape.length * X_FG[:3, 2]
+    return shape.radius, np.array([X_FG[:3, 3] - half, X_FG[:3, 3] + half])
+
+
+def cylinder_of(shape: Shape, kind: str) -> tuple[float, float]:
+    """Return a cylinder's radius and half its length. Raises ConvexSetError."""
+    if not isinstance(shape, Cylinder):
+        raise _refused(shape, kind, "a Cylinder")
+    return shape.radius, 0.5 * shape.length
 
 
 def _refused(shape: Shape, kind: str, wanted: str) -> ConvexSetError:

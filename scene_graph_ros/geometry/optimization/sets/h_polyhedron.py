@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, overload
+from typing import Any, Literal, overload, TYPE_CHECKING
 
 import numpy as np
 
@@ -10,12 +10,14 @@ from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.optimization.certificates import Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.sets.answers import Projection
 from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_matrix,
     as_nonnegative,
     as_vector,
 )
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet, Projection
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.ellipsoids import inscribed
 from scene_graph_ros.geometry.optimization.sets.from_shapes import (
     half_spaces_of,
     is_query,
@@ -31,6 +33,9 @@ from scene_graph_ros.geometry.optimization.sets.sampling import draw
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
 from scene_graph_ros.geometry.optimization.solve.projection import project_points
 from scene_graph_ros.geometry.shapes.shape import Shape
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 
 __all__ = ["HPolyhedron"]
 
@@ -188,6 +193,18 @@ class HPolyhedron(ConvexSet):
         return HPolyhedron(
             np.concatenate([self._A, other.A[kept]]), np.append(self._b, other.b[kept])
         )
+
+    def maximum_volume_inscribed_ellipsoid(self) -> Hyperellipsoid:
+        """Return the largest ellipsoid inside, without tolerance.
+
+        Its log volume is within 1e-9 for each dimension of the largest. Raises ConvexSetError for
+        a set that is empty, flat or unbounded, SolverError where the bound is not reached.
+        """
+        from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
+        from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
+
+        found = inscribed(self)
+        return Hyperellipsoid(AffineBall(found.B, found.center))
 
     def pontryagin_difference(self, other: ConvexSet) -> HPolyhedron:
         """Return all a for which ``a + other`` is inside. Raises ConvexSetError if unbounded."""

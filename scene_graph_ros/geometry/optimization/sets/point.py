@@ -9,8 +9,9 @@ import numpy as np
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative, as_vector
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet, Projection, Support
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.from_shapes import is_query, placed_shape
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere

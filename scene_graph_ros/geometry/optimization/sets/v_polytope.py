@@ -10,13 +10,9 @@ import numpy as np
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.sets.answers import gaps_of, Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_vector
-from scene_graph_ros.geometry.optimization.sets.convex_set import (
-    ConvexSet,
-    gaps_of,
-    Projection,
-    Support,
-)
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.from_shapes import (
     is_query,
     placed_shape,

@@ -28,7 +28,7 @@ from scene_graph_ros.geometry.optimization.solve.rational_simplex import (
 )
 from scene_graph_ros.geometry.optimization.solve.rows import is_inside, Rows
 
-__all__ = ["Deepest", "find_deepest", "find_point"]
+__all__ = ["Deepest", "exact_point", "find_deepest", "find_point"]
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def find_deepest(rows: Rows, start: np.ndarray | None = None) -> Deepest:
     return Deepest(np.ldexp(x[:n], rows.exponents[1]), x[n], abs(upper - x[n]), basis, cap)
 
 
-def _exact_point(rows: Rows, x: np.ndarray) -> tuple[Fraction, ...] | None:
+def exact_point(rows: Rows, x: np.ndarray) -> tuple[Fraction, ...] | None:
     """Return x, moved onto the equations exactly; None where an inequality doesn't allow it."""
     if is_inside(rows, x):
         return fractions_of(x)
@@ -112,7 +112,7 @@ def find_point(rows: Rows) -> Proof:
     """Return a point of the set, or weights that show that there is none (Farkas 1902)."""
     deepest = find_deepest(rows)
     if deepest.radius >= 0.0 or rows.num_equalities:
-        point = _exact_point(rows, deepest.x)
+        point = exact_point(rows, deepest.x)
         if point is not None:
             return Proof("point", point)
     return _find_exactly(rows, deepest)

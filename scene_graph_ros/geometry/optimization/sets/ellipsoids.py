@@ -1,0 +1,127 @@
+"""The largest ellipsoid in a polyhedron and the smallest around points, with their bounds."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.solve.active_set import exact_residual
+from scene_graph_ros.geometry.optimization.solve.circumscribed import smallest_around
+from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
+from scene_graph_ros.geometry.optimization.solve.inscribed import largest_inscribed
+from scene_graph_ros.geometry.optimization.solve.rows import Rows
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = ["Extremal", "circumscribed", "inscribed"]
+
+_PROMISED = {"inscribed": 1e-9, "circumscribed": 1e-7}
+"""Of the logarithm of the volume: a larger gap is an error."""
+
+_MOST_PASSES = 3
+"""Passes of the program, each in the coordinates in which the answer before was a ball."""
+
+
+class Extremal(NamedTuple):
+    """An ellipsoid ``{B u + center}``; no better one has a log volume better by more than gap."""
+
+    B: np.ndarray
+    center: np.ndarray
+    gap: float
+
+
+def inscribed(polyhedron: Any) -> Extremal:
+    """Return the largest ellipsoid in a bounded polyhedron, inside without tolerance.
+
+    The program is solved in coordinates in which the box around the set is a cube, and where the
+    gap is not small yet once more in those in which the answer is a ball.
+    """
+    label = "HPolyhedron.maximum_volume_inscribed_ellipsoid"
+    if polyhedron.is_empty() or not polyhedron.is_bounded():
+        raise ConvexSetError(f"{label}: the set must be bounded and have a point")
+    n = polyhedron.ambient_dimension
+    named = np.linalg.norm(polyhedron.A, axis=1) > 0.0
+    A, b = polyhedron.A[named], polyhedron.b[named]
+    ends = np.array([[s * polyhedron.support(s * e).value for s in (-1, 1)] for e in np.eye(n)])
+    widths = 0.5 * (ends[:, 1] - ends[:, 0]) if n else np.zeros(0)
+    # The deepest point in coordinates in which the set is as wide along all axes.
+    middle = ends.mean(axis=1)
+    cube = find_deepest(Rows(A * widths, b - A @ middle))
+    center, B, best = middle + widths * cube.x, np.diag(widths), None
+    for _ in range(_MOST_PASSES):
+        slack = b - A @ center
+        if not ((slack > 0.0).all() and (widths > 0.0).all()):
+            raise ConvexSetError(
+                f"{label}: the set is flat; work in the coordinates of its AffineSubspace"
+            )
+        x, E, weights = largest_inscribed((A @ B) / slack[:, None])
+        center, B = center + B @ x, B @ E
+        found = _put_inside(A, b, center, B, weights / slack)
+        best = found if best is None or found.gap < best.gap else best
+        if best.gap <= 0.01 * _PROMISED["inscribed"]:
+            break
+    assert best is not None
+    if not best.gap <= _PROMISED["inscribed"] * (1.0 + n):
+        raise SolverError(
+            f"{label}: the log volume is known to {best.gap:.1e} only; reduce_inequalities() first"
+        )
+    return best
+
+
+def _put_inside(
+    A: np.ndarray, b: np.ndarray, center: np.ndarray, B: np.ndarray, y: np.ndarray
+) -> Extremal:
+    """Shrink an ellipsoid to be inside, and bound the largest one.
+
+    Multipliers y with ``sum y a = 0`` give ``sum y |B' a| <= sum y slack``. With unit vectors
+    v along ``B' a`` and ``M = sum y (B' a) v'``, a map F after B has ``trace(F M)`` at most that,
+    and ``det(F)^(1/n) <= trace(F M) / (n det(M)^(1/n))``.
+    """
+    n = len(center)
+    slack = np.array([exact_residual(row, center, side) for row, side in zip(A, b, strict=True)])
+    reach = np.linalg.norm(A @ B, axis=1)
+    shrink = float((slack / reach).min()) * (1.0 - 16.0 * (n + 1) * EPSILON)
+    rows = A @ B
+    M = rows.T @ ((y / reach)[:, None] * rows)
+    # What is left of sum y a moves the bound by no more than this over the set, which is within n
+    # times the ellipsoid (John 1948), here taken twice.
+    left = float(np.linalg.norm(y @ rows)) * 2.0 * n
+    bound = float(y @ np.abs(slack)) + left
+    upper = n * np.log(bound / n) - np.linalg.slogdet(M)[1]
+    gap = float(upper - n * np.log(shrink)) if shrink > 0.0 else np.inf
+    return Extremal(shrink * B, center, max(gap, 0.0))
+
+
+def circumscribed(points: np.ndarray, rank_tol: float, label: str) -> tuple[Extremal, int]:
+    """Return the smallest ellipsoid around points ``(m, n)`` in their affine hull, and its rank.
+
+    Directions with singular values below ``rank_tol`` times the largest don't count. All points
+    that span what counts are inside without tolerance.
+    """
+    if not len(points):
+        raise ConvexSetError(f"{label}: points must have at least one row")
+    n = points.shape[1]
+    origin = points[0]
+    spread = points - origin
+    middle = spread.mean(axis=0)
+    _, values, axes = np.linalg.svd(spread - middle, full_matrices=False)
+    kept = values > rank_tol * values.max(initial=0.0)
+    k = int(kept.sum())
+    if k == 0:
+        return Extremal(np.zeros((n, n)), origin.copy(), 0.0), 0
+    frame = axes[kept].T * (values[kept] / np.sqrt(len(points)))
+    local = np.linalg.lstsq(frame, (spread - middle).T)[0].T
+    center, square = smallest_around(local)
+    root = np.linalg.cholesky(square)
+    reached = float(np.linalg.norm(np.linalg.solve(root, (local - center).T), axis=0).max())
+    gap = k * float(np.log(max(reached, 1.0)))
+    if gap > _PROMISED["circumscribed"] * k:
+        raise SolverError(f"{label}: the log volume is known to {gap:.1e} only")
+    middle = origin + (middle + frame @ center)
+    B = np.zeros((n, n))
+    B[:, :k] = frame @ root
+    # In the points' own numbers, which rounding moved: none may be left outside.
+    far = np.linalg.lstsq(B[:, :k], (points - middle).T)[0]
+    grow = float(np.linalg.norm(far, axis=0).max()) * (1.0 + 16.0 * n * EPSILON)
+    return Extremal(B * grow, middle, gap + k * abs(np.log(grow / reached))), k

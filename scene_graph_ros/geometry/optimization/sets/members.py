@@ -1,0 +1,33 @@
+"""Checks of the sets that others are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["as_members", "common_dimension"]
+
+
+def as_members(sets: Any, other: ConvexSet | None, kind: str) -> tuple[ConvexSet, ...]:
+    """Return a list of sets, or two, as a tuple. Raises ConvexSetError."""
+    given = (sets, other) if other is not None else sets
+    if not isinstance(given, Iterable):
+        raise ConvexSetError(f"{kind}: sets must be a list of ConvexSets, not {quoted(given)}")
+    members = tuple(given)
+    for member in members:
+        if not isinstance(member, ConvexSet):
+            raise ConvexSetError(f"{kind}: sets must be ConvexSets, not {quoted(member)}")
+    return members
+
+
+def common_dimension(members: tuple[ConvexSet, ...], kind: str) -> int:
+    """Return the dimension of all members, 0 without any. Raises ConvexSetError."""
+    dimensions = {member.ambient_dimension for member in members}
+    if len(dimensions) > 1:
+        found = [member.ambient_dimension for member in members]
+        raise ConvexSetError(f"{kind}: sets must have one ambient dimension, not {found}")
+    return dimensions.pop() if dimensions else 0
