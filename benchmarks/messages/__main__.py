@@ -1,7 +1,7 @@
 """The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
 
     python -m benchmarks.messages [--quick]
-        [jobs | rates | latency | panda | services | edits | start | holes]
+        [jobs | rates | latency | panda | services | edits | start | holes | images]
     python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 6 minutes
     python -m benchmarks.messages panda --write       # its table of the demo; 4 minutes
     python -m benchmarks.messages services --write    # its table of answers; 2 minutes
@@ -25,6 +25,7 @@ from benchmarks.messages import micro
 from benchmarks.messages.demo_cell import panda
 from benchmarks.messages.edits import edits
 from benchmarks.messages.holes import holes
+from benchmarks.messages.images import images
 from benchmarks.messages.report import (
     Row,
     write,
@@ -110,6 +111,7 @@ PARTS: dict[str, Callable[[bool], object]] = {
     "edits": edits,
     "start": start,
     "holes": holes,
+    "images": images,
 }
 
 LONG = ("holes",)

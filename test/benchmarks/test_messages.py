@@ -13,7 +13,7 @@ from node_harness import wait_until
 import numpy as np
 from searching import times
 
-from benchmarks.messages import edits, micro, report
+from benchmarks.messages import edits, images, micro, report
 from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.soak import soak
 from benchmarks.messages.sustained import rig
@@ -124,3 +124,11 @@ def test_memory_is_flat_while_everything_goes_on():
     assert result.growth < FLAT, f"{result.growth / 1e6:.1f} MB more at the end"
     # A geometry is a few names, poses and properties, a marker and its bytes.
     assert result.per_geometry < 100_000
+
+
+def test_images_are_counted_by_their_stamps():
+    """A reliable reader with time to spare gets the depth images of the poses that were sent."""
+    row = images.measure(["depth/image"], is_reliable=True, frames=3)
+    assert row["sent"] == 3
+    assert 0 < row["arrived"]["depth/image"] <= 3
+    assert row["median"]["depth/image"] > 0.0
