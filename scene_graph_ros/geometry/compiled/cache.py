@@ -3,9 +3,11 @@
 Numba's own cache does not notice when a helper in *another* file changes, nor a change of
 ``NUMBA_BOUNDSCHECK``; it is bound to the path of the sources, and where its folder can't be
 written it writes beside the sources. Here the kernels of a module are kept in a folder whose name
-is a digest of its source, of the sources of all modules of the core that it imports, of numba's
-version and of the flags. So a stale kernel can't be loaded, a copied or moved installation finds
-its kernels, and a change of one file compiles only what depends on it. Where the folder can't be
+is a digest of its source, of the sources of all modules of the core that it imports, of this
+package's, of numba's version and of the flags. So a stale kernel can't be loaded, a copied or
+moved installation finds its kernels, and a change of one file compiles only what depends on it.
+This package counts for all, since a kernel may be called with lanes that its module does not
+import. Where the folder can't be
 written, kernels are compiled anew in each process, with one warning.
 
 Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
@@ -120,6 +122,8 @@ class KernelCache(caching.FunctionCache):
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
+        self._load_index = self._cache_file._load_index
+        self._cache_file._load_index = self._load_readable_index
         self._save_file = self._cache_file.save
         self._cache_file.save = self._save_one_at_a_time
 
@@ -137,6 +141,17 @@ class KernelCache(caching.FunctionCache):
         except OSError as error:
             _warn_once(error.strerror)
             return None
+
+    def _load_readable_index(self) -> Any:
+        """Return what is kept, or nothing where it is about types that are no more.
+
+        An index names the types of tuples by their modules. Sources that have not changed may have
+        been called with tuples of a module that was moved.
+        """
+        try:
+            return self._load_index()
+        except (ImportError, AttributeError):
+            return {}
 
     def _save_one_at_a_time(self, key: Any, data: Any) -> None:
         """Let no other process save a kernel of the same function meanwhile.
@@ -187,7 +202,8 @@ def _imported_modules(name: str) -> frozenset[str]:
 @functools.cache
 def _digest(module: str) -> str:
     """Hash what decides the machine code of a module's kernels: sources, versions and flags."""
-    closure, pending = set(), {module}
+    closure = {f"{_PACKAGE}.compiled.{file.stem}" for file in Path(__file__).parent.glob("*.py")}
+    pending = {module} | set().union(*map(_imported_modules, closure)) - closure
     while pending:
         name = pending.pop()
         closure.add(name)

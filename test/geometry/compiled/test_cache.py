@@ -35,7 +35,7 @@ from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
 print(poses_from_quaternions(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]]))[0].trace())
 print(kernel.compilation_count())
 """
-_PACKAGE = Path(__file__).parents[2] / "scene_graph_ros"
+_PACKAGE = Path(__file__).parents[3] / "scene_graph_ros"
 
 
 def _ask(root: Path, cache: Path) -> tuple[list[str], str]:
@@ -83,6 +83,15 @@ def test_only_what_depends_on_a_changed_file_is_compiled_again(tmp_path):
     assert int(_ask(root, cache)[0][1]) > 0
 
 
+def test_a_change_of_how_kernels_are_compiled_counts_for_all(tmp_path):
+    """Also for a kernel whose module imports little: it may be called with lanes."""
+    cache, root = tmp_path / "cache", _copy(tmp_path)
+    _ask(root, cache)
+    with (root / "scene_graph_ros" / "geometry" / "compiled" / "lanes.py").open("a") as file:
+        file.write("# changed\n")
+    assert int(_ask(root, cache)[0][1]) > 0
+
+
 def test_a_cache_that_cannot_be_written_costs_one_warning(tmp_path):
     """Answers are right, the warning names the cause, and nothing is written elsewhere."""
     blocked = tmp_path / "a_file"
@@ -99,7 +108,7 @@ def test_a_cache_that_cannot_be_written_costs_one_warning(tmp_path):
 def _start(script: Path, values: str, cache: Path) -> subprocess.Popen[str]:
     environment = os.environ | {
         "SCENE_GRAPH_ROS_KERNEL_CACHE": str(cache),
-        "PYTHONPATH": str(Path(__file__).parents[2]),
+        "PYTHONPATH": str(Path(__file__).parents[3]),
     }
     command = [sys.executable, str(script), values]
     return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
@@ -118,3 +127,36 @@ def test_processes_that_compile_one_kernel_at_once_keep_each_others_work(tmp_pat
     both = [_start(script, values, tmp_path / "cache") for values in ("(3,)", "(0.5,)")]
     assert [_answer(process) for process in both] == ["6 1", "1.0 1"]
     assert _answer(_start(script, "(3, 0.5)", tmp_path / "cache")) == "6 1.0 0"
+
+
+_KERNEL = """
+from scene_graph_ros.geometry.compiled import kernel
+
+@kernel.kernel
+def first(pair):
+    return pair.x
+"""
+_PAIR = """
+from typing import NamedTuple
+
+class Pair(NamedTuple):
+    x: float
+"""
+_CALL = """
+from scene_graph_ros.geometry.compiled import kernel
+from {module} import Pair
+import use
+
+print(use.first(Pair(0.5)), kernel.compilation_count())
+"""
+
+
+def test_kernels_of_a_type_that_was_moved_are_compiled_again(tmp_path):
+    """What is kept for a tuple names its module: once that is gone, it is no more than missing."""
+    (tmp_path / "use.py").write_text(_KERNEL)
+    script = tmp_path / "call.py"
+    for module, compiled in (("before", 1), ("before", 0), ("after", 1), ("after", 0)):
+        (tmp_path / "before.py").unlink(missing_ok=True)
+        (tmp_path / f"{module}.py").write_text(_PAIR)
+        script.write_text(_CALL.format(module=module))
+        assert _answer(_start(script, "()", tmp_path / "cache")) == f"0.5 {compiled}"
