@@ -1,5 +1,6 @@
 """Signed distance from a point to a box."""
 
+from scene_graph_ros.geometry.compiled.division import reciprocal
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.spatial.vectors import norm
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
@@ -55,7 +56,7 @@ def point_box(size, p_GQ):
         near[1] if outside else face[1],
         near[2] if outside else face[2],
     )
-    inverse = 1.0 / distance
+    inverse = reciprocal(distance)
     grad_G = (
         offset[0] * inverse if outside else axis[0],
         offset[1] * inverse if outside else axis[1],

@@ -1,5 +1,6 @@
 """Signed distance from a point to a capsule along z."""
 
+from scene_graph_ros.geometry.compiled.division import reciprocal
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.spatial.vectors import norm
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
@@ -18,7 +19,7 @@ def point_capsule(size, p_GQ):
     offset = (p_GQ[0], p_GQ[1], p_GQ[2] - z)
     distance = norm(offset)
     unique = distance > COINCIDENCE * (radius + half_length)
-    inverse = 1.0 / distance
+    inverse = reciprocal(distance)
     grad_G = (
         offset[0] * inverse if unique else 1.0,
         offset[1] * inverse if unique else 0.0,

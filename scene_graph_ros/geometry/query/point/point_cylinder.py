@@ -2,6 +2,7 @@
 
 import math
 
+from scene_graph_ros.geometry.compiled.division import reciprocal
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
@@ -20,7 +21,7 @@ def point_cylinder(size, p_GQ):
     tolerance = COINCIDENCE * max(radius, half_length)
     rho = math.sqrt(x * x + y * y)
     off_axis = rho > tolerance
-    inverse = 1.0 / rho
+    inverse = reciprocal(rho)
     ux, uy = x * inverse if off_axis else 1.0, y * inverse if off_axis else 0.0
     sign = -1.0 if z < -tolerance else 1.0
     side, end = rho - radius, sign * z - half_length
@@ -28,7 +29,7 @@ def point_cylinder(size, p_GQ):
     at_end = end >= side - tolerance if inside else side <= 0.0
     at_side = not at_end and (inside or end <= 0.0)
     rim = math.sqrt(side * side + end * end)
-    inverse = 1.0 / rim
+    inverse = reciprocal(rim)
     a = 0.0 if at_end else (1.0 if at_side else side * inverse)
     b = 1.0 if at_end else (0.0 if at_side else end * inverse)
     p_GN = (

@@ -1,5 +1,6 @@
 """Signed distance from a point to a sphere."""
 
+from scene_graph_ros.geometry.compiled.division import reciprocal
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.spatial.vectors import norm, scale
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
@@ -16,7 +17,7 @@ def point_sphere(size, p_GQ):
     radius = size[0]
     distance = norm(p_GQ)
     unique = distance > COINCIDENCE * radius
-    inverse = 1.0 / distance
+    inverse = reciprocal(distance)
     grad_G = (
         p_GQ[0] * inverse if unique else 1.0,
         p_GQ[1] * inverse if unique else 0.0,
