@@ -30,8 +30,6 @@ from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pair
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.hydroelastic.bodies import body_of
 from scene_graph_ros.geometry.meshes.embedding import embed_points
-from scene_graph_ros.geometry.meshes.held_table import hold
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.meshes.tessellate import tessellate_volume
 from scene_graph_ros.geometry.model.hydroelastic_properties import read_hydroelastic_properties
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
@@ -41,6 +39,8 @@ from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions, quaternions_from_poses
 from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records
+from scene_graph_ros.geometry.tables.held_table import hold
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.warmup.bodies import FACES, TETRAHEDRON
 
 __all__ = [

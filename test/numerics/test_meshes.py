@@ -9,8 +9,8 @@ import pytest
 
 from scene_graph_ros.geometry import Capsule, Mesh, Sphere
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 DENTED = dented_mesh(0.2, 24)
 POINTS, FACES = np.asarray(DENTED.vertices), np.asarray(DENTED.faces)

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, HalfSpace, Mesh
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 BELOW = ("face", "side", "smooth", "tip", "flat", "cap", "seam", "apex")
 """Features that are flat or round, so that the way out from just below is the normal."""

@@ -23,11 +23,11 @@ from scene_graph_ros.geometry import (
     Mesh,
     Sphere,
 )
-from scene_graph_ros.geometry.meshes.held_table import hold
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
 from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
+from scene_graph_ros.geometry.tables.held_table import hold
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 __all__ = [
     "Answer",

@@ -5,9 +5,9 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.lift import lifted_contact
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 __all__ = ["DIRECTIONS", "Pair", "overlapping"]
 

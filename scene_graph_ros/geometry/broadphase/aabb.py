@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.broadphase.box_vectors import bound_points, bound_shape
 from scene_graph_ros.geometry.broadphase.extents import extents_of
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
 __all__ = ["CORNER", "bound_row", "box_geometry", "world_boxes"]
 

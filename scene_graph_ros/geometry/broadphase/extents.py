@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
 __all__ = [
     "BALL",

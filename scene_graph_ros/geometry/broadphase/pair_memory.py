@@ -13,8 +13,8 @@ from scene_graph_ros.geometry.broadphase.extents import centres_of
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.broadphase.tracking import COUNTERS, track
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
 __all__ = ["PairMemory"]
 

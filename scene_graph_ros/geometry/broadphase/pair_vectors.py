@@ -1,17 +1,11 @@
 """How near two boxes are, all axes of the world at a time."""
 
-from llvmlite import ir
-from numba.core import types
-import numba.core.config as numba_config
-from numba.extending import intrinsic
 import numpy as np
 
-from scene_graph_ros.geometry.spatial.vector_code import numbers, VectorCode
+from scene_graph_ros.geometry.broadphase.box_vectors import CORNER
+from scene_graph_ros.geometry.compiled.code import ARRAY, generated, NUMBER, PLACE
 
 __all__ = ["square_of_gap"]
-
-_CORNER = 4
-"""Numbers of a corner of a box: three coordinates, and one that nobody reads."""
 
 
 def _square_plainly(lower, upper, i, j):
@@ -19,33 +13,13 @@ def _square_plainly(lower, upper, i, j):
     return float(gap @ gap)
 
 
-def _square(code, low_i, high_i, low_j, high_j):
-    builder = code.builder
-    gap = code.larger(builder.fsub(low_i, high_j), builder.fsub(low_j, high_i))
-    gap = code.larger(gap, numbers(*[0.0] * 4))
-    squares = code.product(gap, gap)
-    x, y, z = [builder.extract_element(squares, ir.Constant(ir.IntType(32), k)) for k in range(3)]
-    return builder.fadd(builder.fadd(x, y), z)
-
-
-if numba_config.DISABLE_JIT:
-    square_of_gap = _square_plainly
-else:
-
-    @intrinsic
-    def square_of_gap(typing_context, lower, upper, i, j):
-        """Return the square of the distance of two boxes, rows of (n, 4) corners (m^2)."""
-
-        def generate(context, builder, signature, arguments):
-            code = VectorCode(context, builder, signature)
-            *corners, first, second = arguments
-            boxes = [
-                code.load(code.place(k, corners[k], row, _CORNER), 0)
-                for row in (first, second)
-                for k in range(2)
-            ]
-            return _square(code, *boxes)
-
-        if lower.layout != "C" or upper.layout != "C":
-            return None
-        return types.float64(lower, upper, types.intp, types.intp), generate
+@generated(ARRAY, ARRAY, PLACE, PLACE, plain=_square_plainly, returns=NUMBER)
+def square_of_gap(code, lower, upper, i, j):
+    """Return the square of the distance of two boxes, rows of (n, 4) corners (m^2)."""
+    low_i, high_i, low_j, high_j = [
+        corners.vector(row * CORNER, CORNER) for row in (i, j) for corners in (lower, upper)
+    ]
+    gap = code.larger(low_i - high_j, low_j - high_i)
+    gap = code.larger(gap, code.numbers(*[0.0] * CORNER))
+    squares = gap * gap
+    return code.sum([squares[axis] for axis in range(3)])

@@ -12,7 +12,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.broadphase.extents import BALL, half_extent, RADIUS
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import axpy, dot, subtract
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 

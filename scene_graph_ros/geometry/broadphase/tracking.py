@@ -21,7 +21,7 @@ from scene_graph_ros.geometry.broadphase.pair_tests import (
 )
 from scene_graph_ros.geometry.broadphase.pair_vectors import square_of_gap
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.pose_vectors import remember_pose
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 

@@ -7,7 +7,7 @@ centroid for each polygon.
 
 Heights are positive outside of the rigid body, on the side of A. Which of two tetrahedra has a
 polygon that lies in their common face, and that touching is no contact, is said in
-``narrowphase/clip.py``. Positions are relative to an origin near A, in W's axes.
+``cutting/clip.py``. Positions are relative to an origin near A, in W's axes.
 """
 
 import math
@@ -15,6 +15,9 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.cutting.bvh_pairs import absolute_rotation, next_leaf_near_box
+from scene_graph_ros.geometry.cutting.clip import side_mask, slice_tetrahedron, snapped
+from scene_graph_ros.geometry.cutting.polygons import polygon_buffer, POLYGON_CORNERS
 from scene_graph_ros.geometry.deformable.elements import (
     clipped,
     corner,
@@ -27,13 +30,7 @@ from scene_graph_ros.geometry.deformable.elements import (
     ZERO,
 )
 from scene_graph_ros.geometry.deformable.faces import add_face, grown, new_rows
-from scene_graph_ros.geometry.meshes.scratch import (
-    polygon_buffer,
-    POLYGON_CORNERS,
-    traversal_stack,
-)
-from scene_graph_ros.geometry.narrowphase.bvh_pairs import absolute_rotation, next_leaf_near_box
-from scene_graph_ros.geometry.narrowphase.clip import side_mask, slice_tetrahedron, snapped
+from scene_graph_ros.geometry.meshes.bvh import traversal_stack
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     cross,

@@ -1,8 +1,8 @@
 """Tetrahedra of deformed bodies in kernels: their corners, their planes, and walks to them."""
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.narrowphase.bvh_pairs import is_apart, next_leaf_at_box
-from scene_graph_ros.geometry.narrowphase.clip import clip_by_tetrahedron, planes_that_cut
+from scene_graph_ros.geometry.cutting.bvh_pairs import is_apart, next_leaf_at_box
+from scene_graph_ros.geometry.cutting.clip import clip_by_tetrahedron, planes_that_cut
 
 __all__ = [
     "NO_CUT",

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.cutting.clip import drop_short_edges, measure
+from scene_graph_ros.geometry.cutting.polygons import POLYGON_CORNERS
 from scene_graph_ros.geometry.meshes.embedding import barycentric_coordinates
-from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
-from scene_graph_ros.geometry.narrowphase.clip import drop_short_edges, measure
 from scene_graph_ros.geometry.spatial.vectors import load_vector, norm, subtract
 
 __all__ = ["Faces", "add_face", "grown", "new_rows", "unpack", "weights_in"]

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
-from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.meshes.scratch import traversal_stack
+from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
 from scene_graph_ros.geometry.spatial.vectors import load_vector

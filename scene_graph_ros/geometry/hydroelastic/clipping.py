@@ -9,7 +9,7 @@ counts them, and tells in [1] whether there was no room for one.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.clip import (
+from scene_graph_ros.geometry.cutting.clip import (
     clip_by_half_space,
     clip_by_tetrahedron,
     drop_short_edges,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.cutting.polygons import POLYGON_CORNERS
 from scene_graph_ros.geometry.hydroelastic.body_table import BodyKind
 from scene_graph_ros.geometry.hydroelastic.clipping import (
     COUNT,
@@ -39,7 +40,6 @@ from scene_graph_ros.geometry.hydroelastic.placing import (
     ROW_N,
     SURFACE_WIDTH,
 )
-from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
 from scene_graph_ros.geometry.spatial.vectors import (
     load_rotation,
     load_translation,

@@ -13,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.meshes.tessellate import Solid, solid_of, tessellate_volume
 from scene_graph_ros.geometry.meshes.tessellate.margin import grown
 from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 __all__ = ["compliant_solid", "solid_of_volume_mesh"]
 

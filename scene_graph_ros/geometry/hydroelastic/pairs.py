@@ -1,6 +1,14 @@
 """Contact polygons of pairs of bodies: walks through their trees to the elements that may meet."""
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.cutting.bvh_pairs import (
+    absolute_rotation,
+    boxes_meet,
+    is_apart,
+    next_leaf_above_plane,
+    next_leaf_at_box,
+    next_leaf_near_box,
+)
 from scene_graph_ros.geometry.hydroelastic.clipping import (
     add_cut_by_level,
     add_triangle,
@@ -13,15 +21,7 @@ from scene_graph_ros.geometry.hydroelastic.clipping import (
     move_element,
     slice_by_level,
 )
-from scene_graph_ros.geometry.meshes.scratch import traversal_stack
-from scene_graph_ros.geometry.narrowphase.bvh_pairs import (
-    absolute_rotation,
-    boxes_meet,
-    is_apart,
-    next_leaf_above_plane,
-    next_leaf_at_box,
-    next_leaf_near_box,
-)
+from scene_graph_ros.geometry.meshes.bvh import traversal_stack
 from scene_graph_ros.geometry.spatial.vectors import (
     dot,
     rotate,

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+from scene_graph_ros.geometry.cutting.clip import clip_by_values
+from scene_graph_ros.geometry.cutting.polygons import POLYGON_CORNERS
 from scene_graph_ros.geometry.hydroelastic.clipping import AREA, CENTROID, FIELD, NORMAL
-from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
-from scene_graph_ros.geometry.narrowphase.clip import clip_by_values
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,

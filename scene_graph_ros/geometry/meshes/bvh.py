@@ -3,14 +3,21 @@
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 
-__all__ = ["LEAF_TRIANGLES", "MAX_DEPTH", "build_bvh"]
+__all__ = ["LEAF_TRIANGLES", "MAX_DEPTH", "STACK_SIZE", "build_bvh", "traversal_stack"]
 
 LEAF_TRIANGLES = 4
 """A node with at most this many triangles is not split."""
 
 MAX_DEPTH = 64
 """Halving the number of triangles 64 times passes any array, so a stack of this size suffices."""
+
+STACK_SIZE = 2 * MAX_DEPTH + 2
+"""Entries of a stack: enough for a walk through two trees of the largest depth at once."""
+
+traversal_stack = stack_array((STACK_SIZE,), np.int64)
+"""Return an uninitialized array of ``STACK_SIZE`` int64."""
 
 
 @kernel

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.meshes.scratch import traversal_stack
+from scene_graph_ros.geometry.meshes.bvh import build_bvh, traversal_stack
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, load_vector, norm, subtract
 from scene_graph_ros.geometry.tolerances import COINCIDENCE
 

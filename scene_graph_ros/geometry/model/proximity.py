@@ -7,8 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.changed_table import changed_table, TableOfShapes
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.meshes.sources import validate
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.derived import derived, Part, renewed
@@ -21,6 +19,8 @@ from scene_graph_ros.geometry.model.records import GeometryRecord
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.geometry.tables.changed_table import changed_table, TableOfShapes
+from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
 __all__ = [
     "ProximityArrays",

@@ -8,12 +8,6 @@ themselves the one that separates the cores most is taken.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import (
-    face_range,
-    FACE_STRIDE,
-    list_of_neighbors,
-    vertex,
-)
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -54,6 +48,12 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
     unit,
+)
+from scene_graph_ros.geometry.tables.hull_blocks import (
+    face_range,
+    FACE_STRIDE,
+    list_of_neighbors,
+    vertex,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, NEAR_CONTACT, POLISH_RESIDUAL
 

@@ -21,8 +21,8 @@ with an index: which vertex it is, or ``CURVED`` where the core has infinitely m
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex, vertex
 from scene_graph_ros.geometry.spatial.vectors import add, rotate, rotate_inverse
+from scene_graph_ros.geometry.tables.hull_blocks import furthest_vertex, vertex
 
 __all__ = [
     "BOX",

@@ -15,11 +15,7 @@ is found before small cells beside such a region are looked at, eight at a time.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import ORIGIN
-from scene_graph_ros.geometry.narrowphase.growth import growth, known_reach
-from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
-from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
-from scene_graph_ros.geometry.spatial.lane_numbers import (
+from scene_graph_ros.geometry.compiled.lanes import (
     all_of,
     any_of,
     every,
@@ -32,6 +28,10 @@ from scene_graph_ros.geometry.spatial.lane_numbers import (
     store_lanes,
     store_number,
 )
+from scene_graph_ros.geometry.narrowphase.cores import ORIGIN
+from scene_graph_ros.geometry.narrowphase.growth import growth, known_reach
+from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
+from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     dot,

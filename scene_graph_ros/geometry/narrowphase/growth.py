@@ -21,12 +21,6 @@ Frames: the rows of R are m (or -m), t and u in the core's frame; t and u are y'
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import (
-    edge_range,
-    EDGE_STRIDE,
-    vertex,
-    vertex_place,
-)
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -44,6 +38,12 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
     unit,
+)
+from scene_graph_ros.geometry.tables.hull_blocks import (
+    edge_range,
+    EDGE_STRIDE,
+    vertex,
+    vertex_place,
 )
 from scene_graph_ros.geometry.tolerances import CONTACT_MISFIT, EPSILON, TIE
 

@@ -10,7 +10,6 @@ least of all, with no search for others.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -27,6 +26,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
 )
+from scene_graph_ros.geometry.tables.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.tolerances import INNER_BALL_SPARE, PARALLEL, SAME_DIRECTION
 
 __all__ = ["inner_radius", "is_least_depth"]

@@ -3,13 +3,6 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import (
-    edge_range,
-    EDGE_STRIDE,
-    face_range,
-    FACE_STRIDE,
-    vertex,
-)
 from scene_graph_ros.geometry.narrowphase.all_features import is_beyond_face
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
@@ -49,6 +42,13 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
     unit,
+)
+from scene_graph_ros.geometry.tables.hull_blocks import (
+    edge_range,
+    EDGE_STRIDE,
+    face_range,
+    FACE_STRIDE,
+    vertex,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL, TIE
 

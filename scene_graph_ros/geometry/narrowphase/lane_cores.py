@@ -3,7 +3,7 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import vertex, vertex_place
+from scene_graph_ros.geometry.compiled.lanes import every, root, select, with_sign
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -12,7 +12,7 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     SEGMENT,
     TRIANGLE,
 )
-from scene_graph_ros.geometry.spatial.lane_numbers import every, root, select, with_sign
+from scene_graph_ros.geometry.tables.hull_blocks import vertex, vertex_place
 
 __all__ = ["lane_support"]
 

@@ -14,7 +14,6 @@ is less deep, they are lifted along that. All else is left to GJK and EPA at the
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE, SCAN_LIMIT
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -55,6 +54,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     transpose,
     unit,
 )
+from scene_graph_ros.geometry.tables.hull_blocks import face_range, FACE_STRIDE, SCAN_LIMIT
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,
     FLAT_MINIMUM,

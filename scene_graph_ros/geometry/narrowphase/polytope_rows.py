@@ -7,15 +7,6 @@ face: four directions around it divide the circle of its normals instead.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import (
-    edge_range,
-    EDGE_STRIDE,
-    face_range,
-    FACE_STRIDE,
-    SCAN_LIMIT,
-    vertex,
-    vertex_place,
-)
 from scene_graph_ros.geometry.narrowphase.cores import BOX, HULL, SEGMENT, support
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -27,6 +18,15 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate,
     scale,
     subtract,
+)
+from scene_graph_ros.geometry.tables.hull_blocks import (
+    edge_range,
+    EDGE_STRIDE,
+    face_range,
+    FACE_STRIDE,
+    SCAN_LIMIT,
+    vertex,
+    vertex_place,
 )
 
 __all__ = [

@@ -10,7 +10,6 @@ a hull is least deep behind that face.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
@@ -36,6 +35,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     transpose,
     unit,
 )
+from scene_graph_ros.geometry.tables.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.tolerances import EPSILON, SAME_DIRECTION, TIE
 
 __all__ = ["polish_from_everywhere", "separation_of_faces"]

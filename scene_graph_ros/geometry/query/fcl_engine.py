@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import EngineError, UnsupportedPairError
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
 from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.proximity import shape_table
 from scene_graph_ros.geometry.model.roles import Role
@@ -28,6 +27,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, NO_FAILURE, WITHIN
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 from scene_graph_ros.geometry.tolerances import OSCULATION
 
 __all__ = ["solve_pairs_with_fcl"]

@@ -13,7 +13,6 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
 from scene_graph_ros.geometry.errors import UnsupportedPairError
-from scene_graph_ros.geometry.meshes.held_table import HeldTable, hold
 from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.proximity import ProximityArrays, shape_table
 from scene_graph_ros.geometry.model.roles import Role
@@ -38,6 +37,7 @@ from scene_graph_ros.geometry.query.results import (
     SignedDistancePairs,
 )
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 
 __all__ = [
     "Settings",

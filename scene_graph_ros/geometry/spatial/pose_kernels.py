@@ -3,7 +3,7 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.pose_vectors import (
     compose_pose,
     copy_pose,

@@ -1,9 +1,9 @@
 """Poses among the bytes of records, with the times that they are of."""
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.record_bytes import number_at, seconds_at, word_at
 from scene_graph_ros.geometry.spatial.quaternion_kernels import is_valid, write_pose
-from scene_graph_ros.geometry.spatial.record_bytes import number_at, seconds_at, word_at
 
 __all__ = ["are_valid", "latest", "place_records"]
 

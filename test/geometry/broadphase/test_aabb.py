@@ -12,7 +12,7 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.broadphase.aabb import MAX_HULL_VERTICES, world_boxes
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 
 def _poses(n, seed, offset=0.0):

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Sphere
 from scene_graph_ros.geometry.broadphase.extents import centres_of, extents_of
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 OCTAHEDRON = 0.3 * np.concatenate([np.eye(3), -np.eye(3)])
 MANY = np.random.default_rng(1).normal(size=(60, 3))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.meshes.hull_blocks import CLIMB_LIMIT, vertex_number, vertex_place
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.cores import TRIANGLE
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
+from scene_graph_ros.geometry.tables.hull_blocks import CLIMB_LIMIT, vertex_number, vertex_place
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 PLACE, NUMBER = (getattr(f, "py_func", f) for f in (vertex_place, vertex_number))

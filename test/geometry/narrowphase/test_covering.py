@@ -7,17 +7,17 @@ import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.narrowphase import covering
-from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
-from scene_graph_ros.geometry.narrowphase.lift import FOUND
-from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
-from scene_graph_ros.geometry.spatial.lane_numbers import (
+from scene_graph_ros.geometry.compiled.lanes import (
     every,
     LANES,
     load_lanes,
     select,
     store_lanes,
 )
+from scene_graph_ros.geometry.narrowphase import covering
+from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
+from scene_graph_ros.geometry.narrowphase.lift import FOUND
+from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
 
 BOX = Box(0.2, 0.3, 0.14)
 HULL = rounded_hull(0.3, 12)

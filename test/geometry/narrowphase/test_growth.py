@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase import growth
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 CYLINDER = Cylinder(0.1, 0.3)
 BOX = Box(0.2, 0.3, 0.4)

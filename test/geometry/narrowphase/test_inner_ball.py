@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase import inner_ball
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 
 def read(function):

@@ -7,10 +7,10 @@ import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, store_lanes
 from scene_graph_ros.geometry.narrowphase import cores
 from scene_graph_ros.geometry.narrowphase.cores import POINT, support, TRIANGLE
 from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
-from scene_graph_ros.geometry.spatial.lane_numbers import LANES, load_lanes, store_lanes
 
 KINDS = {"POINT", "SEGMENT", "BOX", "CYLINDER", "ELLIPSOID", "HULL", "TRIANGLE"}
 NO_KINDS = {"CURVED", "IDENTITY", "ORIGIN"}

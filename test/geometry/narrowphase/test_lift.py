@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.narrowphase.cores import BOX, IDENTITY, ORIGIN, TRIANGLE
 from scene_graph_ros.geometry.narrowphase.lift import (
     FOUND,
@@ -14,6 +13,7 @@ from scene_graph_ros.geometry.narrowphase.lift import (
     UNKNOWN,
 )
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 BALL = Ellipsoid(0.1, 0.12, 0.15)
 

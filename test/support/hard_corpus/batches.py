@@ -7,9 +7,9 @@ import numpy as np
 from hard_corpus.bodies import extent, outside
 from hard_corpus.sites import gaps, pose
 from scene_graph_ros.geometry import HalfSpace
-from scene_graph_ros.geometry.meshes.held_table import hold
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
+from scene_graph_ros.geometry.tables.held_table import hold
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 __all__ = [
     "EPSILON",

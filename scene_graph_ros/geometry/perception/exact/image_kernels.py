@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.perception.exact.bodies import row_of, triangle_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,

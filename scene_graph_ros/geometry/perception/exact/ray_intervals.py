@@ -9,8 +9,8 @@ small shape that is far away then loses no digits.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import every, magnitude, root, select, with_sign
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.lane_numbers import every, magnitude, root, select, with_sign
 from scene_graph_ros.geometry.tolerances import EPSILON, INFINITY
 
 __all__ = ["inside_of"]

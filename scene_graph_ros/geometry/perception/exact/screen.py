@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.perception.exact.bodies import element
-from scene_graph_ros.geometry.spatial.lane_numbers import (
+from scene_graph_ros.geometry.compiled.lanes import (
     any_of,
     load_lanes,
     select,
     store_lanes,
 )
+from scene_graph_ros.geometry.perception.exact.bodies import element
 
 __all__ = ["Screen", "Sensor", "clear_screen", "keep_nearest", "pixels", "sphere_box"]
 

@@ -11,11 +11,11 @@ No triangle is clipped; depths are compared ray by ray.
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, select
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.perception.exact.bodies import element
 from scene_graph_ros.geometry.perception.exact.screen import keep_nearest, pixels
-from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
-from scene_graph_ros.geometry.spatial.lane_numbers import LANES, load_lanes, select
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import cross, dot, rotate, subtract
 
 __all__ = ["CORNER", "draw_triangles"]

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.compiled.lanes import LANES
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.perception.camera import RenderCameraCore
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
@@ -14,7 +15,6 @@ from scene_graph_ros.geometry.perception.exact.body_table import body_table, pla
 from scene_graph_ros.geometry.perception.exact.screen import Screen, Sensor
 from scene_graph_ros.geometry.perception.exact.triangles import CORNER
 from scene_graph_ros.geometry.perception.exact.visibility import find_visible
-from scene_graph_ros.geometry.spatial.lane_numbers import LANES
 
 __all__ = ["View", "look"]
 

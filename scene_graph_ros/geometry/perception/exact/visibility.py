@@ -3,6 +3,9 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, select
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.perception.exact.bodies import element
 from scene_graph_ros.geometry.perception.exact.ray_intervals import inside_of
 from scene_graph_ros.geometry.perception.exact.screen import (
@@ -11,10 +14,7 @@ from scene_graph_ros.geometry.perception.exact.screen import (
     sphere_box,
 )
 from scene_graph_ros.geometry.perception.exact.triangles import draw_triangles
-from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.lane_numbers import LANES, load_lanes, select
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,

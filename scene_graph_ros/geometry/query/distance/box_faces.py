@@ -1,7 +1,7 @@
 """Where a feature of one box lies over a face of another."""
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import polygon_buffer
+from scene_graph_ros.geometry.cutting.polygons import polygon_buffer
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["middle_of_quad", "middle_of_segment"]

@@ -1,7 +1,6 @@
 """Signed distance of a half space to a convex hull or a mesh: the deepest vertex decides."""
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import furthest_vertex, vertex, vertex_number
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
@@ -11,6 +10,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate_inverse,
     scale,
 )
+from scene_graph_ros.geometry.tables.hull_blocks import furthest_vertex, vertex, vertex_number
 from scene_graph_ros.geometry.tolerances import PARALLEL
 
 __all__ = ["distance_half_space_convex"]

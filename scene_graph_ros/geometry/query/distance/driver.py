@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.meshes.held_table import borrowed_table, HeldTable
 from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
@@ -26,6 +25,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     store_vector,
     subtract,
 )
+from scene_graph_ros.geometry.tables.held_table import borrowed_table, HeldTable
 from scene_graph_ros.geometry.tolerances import OSCULATION
 
 __all__ = ["EXACT", "FIRST_PENETRATION", "NO_FAILURE", "PENETRATIONS", "WITHIN", "solve_pairs"]

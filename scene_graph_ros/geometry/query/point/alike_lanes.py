@@ -5,6 +5,8 @@ is that of ``lanes``.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes import keep_answer, p_GQ_of_lane
 from scene_graph_ros.geometry.query.point.point_box import point_box
@@ -12,9 +14,7 @@ from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
 from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
 from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
-from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 
 __all__ = ["answer_shape"]
 

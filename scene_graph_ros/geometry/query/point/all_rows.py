@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.shape_table import ShapeTable
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.query.point.answers import Answers
 from scene_graph_ros.geometry.query.point.dispatch import point_mesh_within
 from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoids
@@ -29,7 +29,6 @@ from scene_graph_ros.geometry.query.point.lanes import (
 from scene_graph_ros.geometry.query.point.many_points import answer_many_points
 from scene_graph_ros.geometry.query.point.point_convex import point_hull
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import (
     load_rotation,
     load_translation,
@@ -38,6 +37,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate_inverse,
     subtract,
 )
+from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
 __all__ = ["KindTable", "answer_all", "group_by_kind"]
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.query.point.lane_memory import LINE
+from scene_graph_ros.geometry.compiled.streams import LINE
 
 __all__ = ["LARGE", "Answers", "new_answers"]
 

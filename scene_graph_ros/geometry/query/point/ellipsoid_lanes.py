@@ -6,6 +6,7 @@ ellipsoid, what does not depend on the point is computed once.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes import question, set_answer
 from scene_graph_ros.geometry.query.point.point_ellipsoid import (
@@ -19,7 +20,6 @@ from scene_graph_ros.geometry.query.point.point_ellipsoid import (
     set_up,
     sorted_axes,
 )
-from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
 
 __all__ = ["answer_ellipsoid", "answer_ellipsoids"]
 

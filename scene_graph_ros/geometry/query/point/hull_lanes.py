@@ -6,7 +6,7 @@ are answered by then; for the others ``point_convex`` goes on from that corner.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import vertex_place
+from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.corner_scan import (
     scan_corners_of_hull,
     scan_corners_of_tile,
@@ -14,8 +14,8 @@ from scene_graph_ros.geometry.query.point.corner_scan import (
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes import question, set_answer, triple
 from scene_graph_ros.geometry.query.point.point_convex import leave_corner, leave_hull
-from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
 from scene_graph_ros.geometry.spatial.vectors import dot
+from scene_graph_ros.geometry.tables.hull_blocks import vertex_place
 
 __all__ = ["LANE_CORNERS", "answer_hull", "answer_hulls"]
 

@@ -5,11 +5,7 @@ the other, and a pose is a row of its own. Eight by eight, numbers are turned in
 registers, so that every line of the cache is read and written once.
 """
 
-from llvmlite import ir
-from numba.core import cgutils, types
-import numba.core.config as numba_config
-from numba.extending import intrinsic
-
+from scene_graph_ros.geometry.compiled.code import ARRAY, ARRAYS, generated, PLACE
 from scene_graph_ros.geometry.query.point.lane_memory import LANE_ROWS, LANES
 
 __all__ = ["ANSWER", "SQUARE", "put_square", "stream_square", "take_square"]
@@ -22,11 +18,7 @@ SQUARE = LANE_ROWS
 """Rows, and lanes, that are turned at once."""
 
 _POSE = 16
-_WORD = ir.IntType(64)
-_BYTE = ir.IntType(8)
-_FLAGS = ir.VectorType(_BYTE, SQUARE)
-_VECTOR = ir.VectorType(ir.DoubleType(), SQUARE)
-_HALF = ir.VectorType(ir.DoubleType(), SQUARE // 2)
+_UNIQUE = 7
 _ALL_UNIQUE = 0x0101010101010101
 
 
@@ -47,181 +39,109 @@ def _take_plainly(X, rows, at, number, poses, to):
         poses[to + lane :: LANES][:SQUARE] = given
 
 
-class _Code:
-    """Generates code about arguments that are C-contiguous arrays."""
-
-    def __init__(self, context, builder):
-        self.context, self.builder = context, builder
-
-    def number(self, value):
-        return self.context.get_constant(types.intp, value)
-
-    def data(self, kind, array):
-        return self.context.make_array(kind)(self.context, self.builder, array).data
-
-    def _shuffle(self, a, b, places):
-        index = ir.VectorType(ir.IntType(32), len(places))
-        return self.builder.shuffle_vector(a, b, ir.Constant(index, list(places)))
-
-    def _place(self, data, at, kind):
-        return self.builder.bitcast(self.builder.gep(data, [at]), kind.as_pointer())
-
-    def _both_halves(self, data, at, other, half):
-        """Return half of the vectors at two places, as one."""
-        halves = []
-        for start in (at, other):
-            start = self.builder.add(start, self.number(half * SQUARE // 2))
-            halves.append(self.builder.load(self._place(data, start, _HALF), align=8))
-        return self._shuffle(halves[0], halves[1], range(SQUARE))
-
-    def turned(self, data, places):
-        """Return the eight columns of the vectors that begin at eight places of an array."""
-        columns = []
-        for half in (0, 1):
-            # Taking halves from memory is no work for the one unit that shuffles.
-            rows = [self._both_halves(data, places[k], places[k + 4], half) for k in range(4)]
-            even = [
-                self._shuffle(rows[k], rows[k + 1], (0, 8, 2, 10, 4, 12, 6, 14)) for k in (0, 2)
-            ]
-            odd = [
-                self._shuffle(rows[k], rows[k + 1], (1, 9, 3, 11, 5, 13, 7, 15)) for k in (0, 2)
-            ]
-            for order in ((0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)):
-                columns += [self._shuffle(two[0], two[1], order) for two in (even, odd)]
-        return columns
-
-    def store(self, vector, data, at, is_streamed=False):
-        place = self._place(data, at, vector.type)
-        if is_streamed:
-            written = self.builder.store(vector, place, align=64)
-            one = self.builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)])
-            written.set_metadata("nontemporal", one)
-        else:
-            self.builder.store(vector, place, align=8)
+def _both_halves(code, array, at, other, half):
+    """Return half of the vectors at two places, as one."""
+    width = SQUARE // 2
+    halves = [array.vector(start + half * width, width) for start in (at, other)]
+    return code.merged(*halves, range(SQUARE))
 
 
-class _Writer(_Code):
-    """Generates the code of ``put_square`` and ``stream_square``."""
-
-    def __init__(self, context, builder, signature, arguments, is_streamed):
-        super().__init__(context, builder)
-        columns = cgutils.unpack_tuple(builder, arguments[2])
-        self._answers = self.data(signature.args[0], arguments[0])
-        self._columns = [
-            self.data(kind, column)
-            for kind, column in zip(signature.args[2], columns, strict=True)
+def _turned(code, array, places):
+    """Return the eight columns of the vectors that begin at eight places of an array."""
+    columns = []
+    for half in (0, 1):
+        # Taking halves from memory is no work for the one unit that shuffles.
+        rows = [_both_halves(code, array, places[k], places[k + 4], half) for k in range(4)]
+        even, odd = [
+            [code.merged(rows[k], rows[k + 1], order) for k in (0, 2)]
+            for order in ((0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15))
         ]
-        self._first, self._at, self._stride = arguments[1], arguments[3], arguments[4]
-        self._is_streamed = is_streamed
+        for order in ((0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)):
+            columns += [code.merged(two[0], two[1], order) for two in (even, odd)]
+    return columns
+
+
+class _Writer:
+    """Writes the code of ``put_square`` and ``stream_square``."""
+
+    def __init__(self, code, answers, first, columns, at, stride):
+        self._code, self._answers, self._first, self._columns = code, answers, first, columns
+        self._rows = [at]
+        """The first row of each lane."""
+        for _ in range(SQUARE - 1):
+            self._rows.append(self._rows[-1] + stride)
 
     def _place_of(self, row, number):
-        offset = row * ANSWER + number * LANES
-        return self.builder.add(self._first, self.number(offset))
+        return self._first + (row * ANSWER + number * LANES)
 
-    def _rows(self):
-        """Return the first row of each lane."""
-        rows = [self._at]
-        for _ in range(SQUARE - 1):
-            rows.append(self.builder.add(rows[-1], self._stride))
-        return rows
-
-    def _write_numbers(self, column, first, width, rows):
+    def _write_numbers(self, column, first, width, is_streamed):
         """Write ``width`` numbers of each row, from the number ``first`` of an answer on."""
         order = [divmod(k, width) for k in range(SQUARE * width)]
-        starts = [self.builder.mul(row, self.number(width)) for row in rows]
+        starts = [row * width for row in self._rows]
+        write = self._columns[column].stream if is_streamed else self._columns[column].write
         for part in range(width):
             places = [
                 self._place_of(row, first + axis)
                 for row, axis in order[SQUARE * part : SQUARE * (part + 1)]
             ]
-            vectors = self.turned(self._answers, places)
+            vectors = _turned(self._code, self._answers, places)
             for start, vector in zip(starts, vectors, strict=True):
-                at = self.builder.add(start, self.number(SQUARE * part))
-                self.store(vector, self._columns[column], at, self._is_streamed)
+                write(start + SQUARE * part, vector)
 
     def _all_are_unique(self):
-        zeros = ir.Constant(_VECTOR, [0.0] * SQUARE)
-        everywhere = ir.Constant(_BYTE, -1)
-        for row in range(SQUARE):
-            place = self._place(self._answers, self._place_of(row, 7), _VECTOR)
-            is_unique = self.builder.fcmp_unordered("!=", self.builder.load(place, align=8), zeros)
-            everywhere = self.builder.and_(everywhere, self.builder.bitcast(is_unique, _BYTE))
-        return self.builder.icmp_unsigned("==", everywhere, ir.Constant(_BYTE, -1))
+        places = [self._place_of(row, _UNIQUE) for row in range(SQUARE)]
+        everywhere, *more = [self._answers.vector(at, SQUARE).differs(0.0) for at in places]
+        for is_unique in more:
+            everywhere = everywhere & is_unique
+        return self._code.all_of(everywhere)
 
-    def _write_flags(self, rows):
-        unique, zeros = self._columns[3], ir.Constant(_VECTOR, [0.0] * SQUARE)
-        with self.builder.if_else(self._all_are_unique(), likely=True) as (then, otherwise):
+    def _write_flags(self):
+        unique, code = self._columns[3], self._code
+        with code.if_likely(self._all_are_unique()) as (then, otherwise):
             with then:
-                for row in rows:
-                    place = self._place(unique, row, _WORD)
-                    self.builder.store(ir.Constant(_WORD, _ALL_UNIQUE), place, align=1)
+                for row in self._rows:
+                    unique.write_bytes(row, code.place(_ALL_UNIQUE))
             with otherwise:
-                places = [self._place_of(row, 7) for row in range(SQUARE)]
-                for row, vector in zip(rows, self.turned(self._answers, places), strict=True):
-                    flags = self.builder.fcmp_unordered("!=", vector, zeros)
-                    flags = self.builder.zext(flags, _FLAGS)
-                    self.builder.store(flags, self._place(unique, row, _FLAGS), align=1)
+                places = [self._place_of(row, _UNIQUE) for row in range(SQUARE)]
+                vectors = _turned(code, self._answers, places)
+                for row, vector in zip(self._rows, vectors, strict=True):
+                    unique.write_bytes(row, code.as_bytes(vector.differs(0.0)))
 
-    def write(self):
-        rows = self._rows()
+    def write(self, *, is_streamed):
+        """Write all columns."""
         for column, first, width in ((0, 0, 1), (1, 1, 3), (2, 4, 3)):
-            self._write_numbers(column, first, width, rows)
-        self._write_flags(rows)
+            self._write_numbers(column, first, width, is_streamed)
+        self._write_flags()
 
 
-def _take(context, builder, signature, arguments):
-    code = _Code(context, builder)
-    X, rows, poses = [code.data(signature.args[k], arguments[k]) for k in (0, 1, 4)]
-    at, number, to = arguments[2], arguments[3], arguments[5]
-    places = []
-    for lane in range(SQUARE):
-        row = builder.load(builder.gep(rows, [builder.add(at, code.number(lane))]))
-        places.append(builder.add(builder.mul(row, code.number(_POSE)), number))
-    for k, vector in enumerate(code.turned(X, places)):
-        code.store(vector, poses, builder.add(to, code.number(k * LANES)))
+@generated(ARRAY, PLACE, ARRAYS, PLACE, PLACE, plain=_put_plainly)
+def put_square(code, answers, first, columns, at, stride):
+    """Put eight lanes' answers about eight rows into columns.
+
+    The first lane is at ``answers[first]``, its first row goes to ``at``, the next rows after
+    it, and the next lanes' rows ``stride`` further each. The columns are phi, p_GN, grad_W
+    and unique, all flat.
+    """
+    _Writer(code, answers, first, columns, at, stride).write(is_streamed=False)
 
 
-if numba_config.DISABLE_JIT:
-    put_square, stream_square, take_square = _put_plainly, _put_plainly, _take_plainly
-else:
+@generated(ARRAY, PLACE, ARRAYS, PLACE, PLACE, plain=_put_plainly)
+def stream_square(code, answers, first, columns, at, stride):
+    """Put answers as ``put_square`` does, past the caches.
 
-    def _writing(is_streamed):
-        def lower(context, builder, signature, arguments):
-            _Writer(context, builder, signature, arguments, is_streamed).write()
-            return context.get_dummy_value()
+    Each lane's first row has to begin a line in each column of numbers. Nobody may read
+    before ``finish_streams``.
+    """
+    _Writer(code, answers, first, columns, at, stride).write(is_streamed=True)
 
-        return lower
 
-    @intrinsic
-    def put_square(typing_context, answers, first, columns, at, stride):
-        """Put eight lanes' answers about eight rows into columns.
+@generated(ARRAY, ARRAY, PLACE, PLACE, ARRAY, PLACE, plain=_take_plainly)
+def take_square(code, X, rows, at, number, poses, to):
+    """Write eight numbers of eight poses as lanes, the first ones to ``poses[to]``.
 
-        The first lane is at ``answers[first]``, its first row goes to ``at``, the next rows after
-        it, and the next lanes' rows ``stride`` further each. The columns are phi, p_GN, grad_W
-        and unique, all flat.
-        """
-        return types.void(answers, first, columns, at, stride), _writing(is_streamed=False)
-
-    @intrinsic
-    def stream_square(typing_context, answers, first, columns, at, stride):
-        """Put answers as ``put_square`` does, past the caches.
-
-        Each lane's first row has to begin a line in each column of numbers. Nobody may read
-        before ``finish_streams``.
-        """
-        return types.void(answers, first, columns, at, stride), _writing(is_streamed=True)
-
-    @intrinsic
-    def take_square(typing_context, X, rows, at, number, poses, to):
-        """Write eight numbers of eight poses as lanes, the first ones to ``poses[to]``.
-
-        The poses are those of the eight rows from ``at`` on in ``rows``, counted flat, and the
-        numbers are those from ``number`` on. All arrays are C-contiguous.
-        """
-
-        def lower(context, builder, signature, arguments):
-            _take(context, builder, signature, arguments)
-            return context.get_dummy_value()
-
-        kinds = (X, rows, types.intp, types.intp, poses, types.intp)
-        return types.void(*kinds), lower
+    The poses are those of the eight rows from ``at`` on in ``rows``, counted flat, and the
+    numbers are those from ``number`` on. All arrays are C-contiguous.
+    """
+    places = [rows.number(at + lane) * _POSE + number for lane in range(SQUARE)]
+    for k, vector in enumerate(_turned(code, X, places)):
+        poses.write(to + k * LANES, vector)

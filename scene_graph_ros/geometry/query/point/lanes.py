@@ -7,6 +7,8 @@ the lanes beside it, and is bit for bit that of the kernel for one point: arithm
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lane_rows import SQUARE, take_square
 from scene_graph_ros.geometry.query.point.point_box import point_box
@@ -14,9 +16,7 @@ from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
 from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
 from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
 from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
-from scene_graph_ros.geometry.query.point.wide_vectors import use_widest_vectors
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, subtract
 
 __all__ = [

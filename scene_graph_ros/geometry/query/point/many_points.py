@@ -8,16 +8,12 @@ are written past the caches.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import SCAN_LIMIT
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.streams import finish_streams, LINE, numbers_to_line
 from scene_graph_ros.geometry.query.point.alike_lanes import answer_shape
 from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoid
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
-from scene_graph_ros.geometry.query.point.lane_memory import (
-    answer_numbers,
-    lane_numbers,
-    LANES,
-    LINE,
-)
+from scene_graph_ros.geometry.query.point.lane_memory import answer_numbers, lane_numbers, LANES
 from scene_graph_ros.geometry.query.point.lane_rows import (
     ANSWER,
     put_square,
@@ -32,10 +28,9 @@ from scene_graph_ros.geometry.query.point.lanes import (
     set_triple,
 )
 from scene_graph_ros.geometry.query.point.point_convex import point_hull
-from scene_graph_ros.geometry.query.point.streaming import finish_streams, numbers_to_line
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import load_rotation, load_translation, load_vector
+from scene_graph_ros.geometry.tables.hull_blocks import SCAN_LIMIT
 
 __all__ = ["answer_many_points"]
 

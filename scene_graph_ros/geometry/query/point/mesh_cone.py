@@ -9,7 +9,7 @@ more than rounding.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import traversal_stack
+from scene_graph_ros.geometry.meshes.bvh import traversal_stack
 from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_segment,
     nearest_on_triangle,

@@ -6,16 +6,8 @@ and a place that of a vertex in the array.
 
 import math
 
+from scene_graph_ros.geometry.compiled.division import reciprocal
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.hull_blocks import (
-    face_range,
-    FACE_STRIDE,
-    furthest_vertex,
-    likely_vertex,
-    list_of_neighbors,
-    vertex,
-    vertex_place,
-)
 from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_segment,
     way_from_segment,
@@ -29,6 +21,15 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
     unit,
+)
+from scene_graph_ros.geometry.tables.hull_blocks import (
+    face_range,
+    FACE_STRIDE,
+    furthest_vertex,
+    likely_vertex,
+    list_of_neighbors,
+    vertex,
+    vertex_place,
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON, GJK_ROUNDING
 
@@ -246,7 +247,7 @@ def leave_hull(p_GQ, p_GN, size):
     """Return (phi, grad_G, is_far): the way out to Q, and whether it may be taken for a normal."""
     offset = subtract(p_GQ, p_GN)
     phi = norm(offset)
-    return phi, scale(1.0 / phi, offset), phi > _FAR * size
+    return phi, scale(reciprocal(phi), offset), phi > _FAR * size
 
 
 @inlined_kernel

@@ -8,7 +8,7 @@ An open mesh is a surface without an inside: its distance is nowhere negative.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import traversal_stack
+from scene_graph_ros.geometry.meshes.bvh import traversal_stack
 from scene_graph_ros.geometry.query.point.flat_features import (
     nearest_on_segment,
     nearest_on_triangle,

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
 from scene_graph_ros.geometry.accuracy import Accuracy
-from scene_graph_ros.geometry.meshes.held_table import hold
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import PENETRATIONS, solve_pairs, WITHIN
+from scene_graph_ros.geometry.tables.held_table import hold
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 BODIES = {
     "sphere": Sphere(1 / 9),

@@ -8,10 +8,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
-from scene_graph_ros.geometry.meshes.held_table import hold
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
+from scene_graph_ros.geometry.tables.held_table import hold
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 # A square pyramid whose base is pushed in a little from below, so that it is not convex.
 DENTED = Mesh(

@@ -1,6 +1,7 @@
 """Many points against many shapes: the batch, its order and its culling."""
 
 import numpy as np
+import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import (
@@ -13,10 +14,10 @@ from scene_graph_ros.geometry import (
     Mesh,
     Sphere,
 )
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
 from scene_graph_ros.geometry.query.point.all_rows import answer_all, group_by_kind
 from scene_graph_ros.geometry.query.point.answers import LARGE, new_answers
 from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 
 def scene(count, seed):
@@ -50,6 +51,7 @@ def test_threshold_equals_filtering():
             np.testing.assert_array_equal(column, expected[kept])
 
 
+@pytest.mark.compiled
 def test_points_in_step_are_answered_as_alone():
     """Shapes and points of every sort have, bit for bit, the answers of the kernels for one point.
 
@@ -86,6 +88,7 @@ def test_points_in_step_are_answered_as_alone():
         np.testing.assert_array_equal(column, expected)
 
 
+@pytest.mark.compiled
 def test_any_number_of_points_and_rows():
     """Numbers of points and rows that fill no block and no tile are answered as alone, too."""
     for count, rows in ((1, 40), (5, 3), (33, 7), (40, 600), (127, 300)):
@@ -97,6 +100,7 @@ def test_any_number_of_points_and_rows():
             np.testing.assert_array_equal(column, expected)
 
 
+@pytest.mark.compiled
 def test_answers_past_the_caches():
     """Large results have the answers of points alone, wherever a point's rows begin in a line.
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+from scene_graph_ros.geometry.compiled.streams import finish_streams
 from scene_graph_ros.geometry.query.point.answers import LARGE, new_answers
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lane_rows import (
@@ -13,7 +14,6 @@ from scene_graph_ros.geometry.query.point.lane_rows import (
     stream_square,
 )
 from scene_graph_ros.geometry.query.point.lanes import take_poses
-from scene_graph_ros.geometry.query.point.streaming import finish_streams
 
 STRIDE = 40
 

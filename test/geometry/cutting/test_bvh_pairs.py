@@ -3,15 +3,14 @@
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.meshes.bvh import build_bvh
-from scene_graph_ros.geometry.meshes.scratch import STACK_SIZE
-from scene_graph_ros.geometry.narrowphase.bvh_pairs import (
+from scene_graph_ros.geometry.cutting.bvh_pairs import (
     absolute_rotation,
     boxes_meet,
     next_leaf_above_plane,
     next_leaf_at_box,
     next_leaf_near_box,
 )
+from scene_graph_ros.geometry.meshes.bvh import build_bvh, STACK_SIZE
 
 
 def _tree(rng, n):

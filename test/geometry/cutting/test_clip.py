@@ -6,7 +6,7 @@ from contact_bodies import slab
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.narrowphase.clip import (
+from scene_graph_ros.geometry.cutting.clip import (
     clip_by_tetrahedron,
     drop_short_edges,
     measure,

@@ -10,9 +10,10 @@ from numba.core import types
 import numba.core.config as numba_config
 from numba.extending import intrinsic
 
-from scene_graph_ros.geometry.query.point.lane_memory import LINE
+__all__ = ["LINE", "finish_streams", "numbers_to_line"]
 
-__all__ = ["finish_streams", "numbers_to_line"]
+LINE = 8
+"""Numbers of a line of the cache, 64 bytes: what the widest registers hold."""
 
 _BYTES = 8
 

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
 
 __all__ = ["TableOfShapes", "changed_table"]
 

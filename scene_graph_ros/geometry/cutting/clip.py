@@ -19,7 +19,7 @@ decides none of this and leaves no slivers.
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.meshes.scratch import POLYGON_CORNERS
+from scene_graph_ros.geometry.cutting.polygons import POLYGON_CORNERS
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     dot,

@@ -12,12 +12,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.meshes.hull import Hull
-from scene_graph_ros.geometry.meshes.hull_blocks import pack_blocks
 from scene_graph_ros.geometry.meshes.sources import hull_of, is_convex, source_identity, surface_of
 from scene_graph_ros.geometry.meshes.surfaces import Surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape, Shape
+from scene_graph_ros.geometry.tables.hull_blocks import pack_blocks
 
 __all__ = ["Hulls", "ShapeTable", "Surfaces", "build_shape_table"]
 

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.meshes.vertex_scan import furthest_of_groups, GROUP
+from scene_graph_ros.geometry.tables.vertex_scan import furthest_of_groups, GROUP
 
 START = 3
 """Where the groups begin: not at the start of a line of the cache."""

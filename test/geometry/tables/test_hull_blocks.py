@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Convex
-from scene_graph_ros.geometry.meshes import hull_blocks
-from scene_graph_ros.geometry.meshes.hull_blocks import (
+from scene_graph_ros.geometry.tables import hull_blocks
+from scene_graph_ros.geometry.tables.hull_blocks import (
     edge_range,
     EDGE_STRIDE,
     face_range,
@@ -15,7 +15,7 @@ from scene_graph_ros.geometry.meshes.hull_blocks import (
     vertex_number,
     vertex_place,
 )
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 SEGMENT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, HalfSpace, Mesh, Sphere
-from scene_graph_ros.geometry.meshes import changed_table as module
-from scene_graph_ros.geometry.meshes.changed_table import changed_table
-from scene_graph_ros.geometry.meshes.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables import changed_table as module
+from scene_graph_ros.geometry.tables.changed_table import changed_table
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 CORNERS = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 # The bottom is missing, so that it is not the surface of its hull.

@@ -1,9 +1,9 @@
 """Eight numbers that compiled code computes in step: one of each of eight like problems, a lane.
 
-Written with the operators of numbers, so that functions of tuples of numbers (see ``vectors``)
-take tuples of lanes as well. What depends on a condition is computed for all lanes, and
-``select`` picks; a lane never depends on the ones beside it. Arithmetic is IEEE's, without
-fusion, as for single numbers. With ``NUMBA_DISABLE_JIT=1`` lanes are numpy's arrays.
+Written with the operators of numbers, so that functions of tuples of numbers (see
+``spatial.vectors``) take tuples of lanes as well. What depends on a condition is computed for all
+lanes, and ``select`` picks; a lane never depends on the ones beside it. Arithmetic is IEEE's,
+without fusion, as for single numbers. With ``NUMBA_DISABLE_JIT=1`` lanes are numpy's arrays.
 """
 
 import operator
@@ -13,6 +13,8 @@ from numba.core import types
 import numba.core.config as numba_config
 from numba.extending import intrinsic, models, overload, register_model
 import numpy as np
+
+from scene_graph_ros.geometry.compiled.code import repeated
 
 __all__ = [
     "LANES",
@@ -34,7 +36,6 @@ LANES = 8
 _NUMBERS = ir.VectorType(ir.DoubleType(), LANES)
 _CHOICES = ir.VectorType(ir.IntType(1), LANES)
 _BITS = ir.IntType(LANES)
-_LANE = ir.IntType(32)
 
 
 class _LaneNumbers(types.Type):
@@ -63,23 +64,12 @@ class _ChoicesModel(models.PrimitiveModel):
         super().__init__(dmm, fe_type, _CHOICES)
 
 
-def _repeated(builder, number):
-    vector = ir.Constant(_NUMBERS, ir.Undefined)
-    one = builder.insert_element(vector, number, ir.Constant(_LANE, 0))
-    zeros = ir.Constant(ir.VectorType(_LANE, LANES), [0] * LANES)
-    return builder.shuffle_vector(one, one, zeros)
-
-
-def _is_number(kind):
-    return kind == _numbers or isinstance(kind, types.Float)
-
-
 def _lower(generate):
     """Return numba's function that generates code of vectors; single numbers are repeated."""
 
     def lower(context, builder, signature, arguments):
         vectors = [
-            _repeated(builder, value) if isinstance(kind, types.Float) else value
+            repeated(builder, value, LANES) if isinstance(kind, types.Float) else value
             for kind, value in zip(signature.args, arguments, strict=True)
         ]
         return generate(builder, *vectors)
@@ -184,7 +174,7 @@ else:
         """Return lanes that all have one number."""
 
         def lower(context, builder, signature, arguments):
-            return _repeated(builder, arguments[0])
+            return repeated(builder, arguments[0], LANES)
 
         return _numbers(types.float64), lower
 

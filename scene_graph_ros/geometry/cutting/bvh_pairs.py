@@ -78,7 +78,7 @@ def next_leaf_near_box(boxes_A, left, right, stack, depth, boxes_B, b, R, absolu
         boxes_A: (N, 6) of all trees.
         left: (N,).
         right: (N,).
-        stack: (STACK_SIZE,) nodes still to be looked at, at first the root.
+        stack: a ``traversal_stack`` of nodes still to be looked at, at first the root.
         depth: how many.
         boxes_B: (n, 6) of which row b is meant.
         b: row.
@@ -121,7 +121,7 @@ def next_leaf_at_box(boxes, left, right, stack, depth, box, at, slack):
         boxes: (N, 6) of all trees.
         left: (N,).
         right: (N,).
-        stack: (STACK_SIZE,) nodes still to be looked at, at first the root.
+        stack: a ``traversal_stack`` of nodes still to be looked at, at first the root.
         depth: how many.
         box: array that has centre and half extents from
         at: this entry on.
@@ -151,7 +151,7 @@ def next_leaf_above_plane(boxes, left, right, stack, depth, n, offset, both, sla
         boxes: (N, 6) of all trees.
         left: (N,).
         right: (N,).
-        stack: (STACK_SIZE,) nodes still to be looked at, at first the root.
+        stack: a ``traversal_stack`` of nodes still to be looked at, at first the root.
         depth: how many.
         n: unit vector.
         offset: metres.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.spatial.lane_numbers import (
+from scene_graph_ros.geometry.compiled.lanes import (
     all_of,
     any_of,
     every,

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull import Hull
-from scene_graph_ros.geometry.meshes.vertex_scan import furthest_of_groups, GROUP
+from scene_graph_ros.geometry.tables.vertex_scan import furthest_of_groups, GROUP
 
 __all__ = [
     "EDGE_STRIDE",

@@ -1,0 +1,1 @@
+"""What kernels read of many shapes: arrays, row by row."""
