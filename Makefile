@@ -29,8 +29,8 @@ ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(pa
 # A file's tests share a process, and with it nodes; files begin in the order in which they stand.
 IN_FILES := --dist loadfile --no-loadscope-reorder --durations=25
 
-.PHONY: help setup all-kernels environment demo test lint format test-ros test-core search fuzz \
-  workspace peers bench accuracy lock clean
+.PHONY: help setup all-kernels environment demo test lint format test-uncompiled test-ros \
+  test-core search fuzz workspace peers bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
@@ -48,7 +48,7 @@ environment:
 demo: setup  ## run the node with a simulated robot for ten seconds
 	@$(RUN) examples/demo.py
 
-PARTS := lint test-ros test-core
+PARTS := lint test-uncompiled test-ros test-core
 
 test: all-kernels  ## run every check and test, also where one fails, and say which did
 	@failed=; for part in $(PARTS); do $(MAKE) $$part || failed="$$failed $$part"; done; \
@@ -71,6 +71,17 @@ test-ros: all-kernels  ## test messages, node and tools
 test-core: all-kernels  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
 	.venv-core/bin/python -m pytest -n auto $(IN_FILES) --budget core $(CORE_TESTS)
+
+# Kernels as functions of Python, and the plain functions that then take the place of vectors.
+UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_renderers.py compiled/test_lanes.py \
+  $(patsubst %,tables/test_%.py,held_table hull_blocks vertex_scan) broadphase/test_aabb.py \
+  $(patsubst %,narrowphase/test_%.py,cores lane_cores simplex tetrahedron) \
+  $(patsubst %,query/point/test_%.py,batch lane_rows point_primitives point_convex) \
+  $(patsubst %,query/distance/test_%.py,half_space_pairs mesh_contacts)) \
+  test/numerics/test_camera_hard_cases.py
+
+test-uncompiled: environment  ## test some of the core's kernels uncompiled, in about a minute
+	NUMBA_DISABLE_JIT=1 $(RUN) -m pytest -n auto -m "not slow and not compiled" $(UNCOMPILED)
 
 EFFORT ?= 50
 SEARCH_SEED := $(shell date +%s)

@@ -148,6 +148,7 @@ def test_a_tangent_ray():
         assert axis_depth(Sphere(0.1), np.eye(4), X_WC) == pytest.approx(expected, abs=1e-7)
 
 
+@pytest.mark.compiled
 def test_rays_through_corners_and_edges_of_a_grid():
     """Every pixel's ray meets a corner, an edge or a diagonal: none slips through."""
     lens = CameraIntrinsics(33, 33, 16.0, 16.0, 16.0, 16.0)
@@ -273,6 +274,7 @@ def test_flat_hulls(points):
     assert np.isfinite(depth).any() == (points == 3)
 
 
+@pytest.mark.compiled
 def test_coplanar_faces_do_not_flicker():
     """The smaller id is seen, however both are turned, wherever the camera is to a nanometre."""
     for seed in range(6):
@@ -377,6 +379,7 @@ def test_deformable_geometry_is_seen_as_it_is():
     assert pixels()[1:] == (RenderLabel.EMPTY, 4)
 
 
+@pytest.mark.compiled
 def test_threads_see_the_same():
     """Images of one snapshot that several threads ask for at once are the same bytes."""
     query = scene_of(random_shapes(40, 13)).bake()
