@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
 from scene_graph_ros.geometry.optimization.sets.minkowski_sum import MinkowskiSum
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
+from scene_graph_ros.geometry.optimization.sets.sampled_volume import SampledVolume
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 
 __all__ = [
@@ -39,6 +40,7 @@ __all__ = [
     "Point",
     "Projection",
     "Reduction",
+    "SampledVolume",
     "SolverError",
     "Support",
     "VPolytope",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import functools
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -13,8 +14,16 @@ from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import as_points, as_vector
 from scene_graph_ros.geometry.optimization.sets.decisions import is_bounded, is_empty
-from scene_graph_ros.geometry.optimization.sets.generic import project_on_set, support_of_lift
-from scene_graph_ros.geometry.optimization.solve.feasibility import find_point
+from scene_graph_ros.geometry.optimization.sets.generic import (
+    inner_point,
+    project_on_set,
+    support_of_lift,
+)
+from scene_graph_ros.geometry.optimization.sets.sampled_volume import (
+    sample_volume,
+    SampledVolume,
+)
+from scene_graph_ros.geometry.optimization.solve.cutting import find_in_balls, Found
 from scene_graph_ros.geometry.optimization.solve.maximize import maximize
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -42,6 +51,16 @@ class ConvexSet(abc.ABC):
     @abc.abstractmethod
     def lift(self) -> Lift:
         """Return the rows of which the set is what is left, without rounding."""
+
+    @functools.cached_property
+    def lifted(self) -> Lift:
+        """What `lift` returns, kept."""
+        return self.lift()
+
+    @functools.cached_property
+    def found(self) -> Found:
+        """A point of the lift, or what shows that there is none, kept."""
+        return find_in_balls(shared_point([self.lifted], self._ambient_dimension))
 
     @abc.abstractmethod
     def _outside(self, points: np.ndarray) -> np.ndarray:
@@ -141,24 +160,16 @@ class ConvexSet(abc.ABC):
         return self._support(d)
 
     def _support(self, d: np.ndarray) -> Support:
-        if self.lift().balls:
+        if self.lifted.balls:
             return support_of_lift(self, d)
-        rows, n = self.lift().rows, self.ambient_dimension
-        start = self._lifted_point("support")
+        rows, n = self.lifted.rows, self.ambient_dimension
+        start = inner_point(self, "support")[0]
         c = np.zeros(rows.A.shape[1])
         c[:n] = d
         optimum = maximize(rows, c, start)
         if optimum.ray is not None:
             return Support(np.inf, optimum.ray[:n], 0.0)
         return Support(optimum.value, optimum.x[:n], optimum.gap)
-
-    def _lifted_point(self, question: str) -> np.ndarray:
-        proof = find_point(shared_point([self.lift()], self.ambient_dimension).rows)
-        if proof.kind != "point":
-            raise ConvexSetError(
-                f"{type(self).__name__}.{question}: the set is empty; ask is_empty() first"
-            )
-        return np.array([float(v) for v in proof.vector])
 
     def projection(self, points: Any) -> Projection | None:
         """Return the nearest points of the set to points ``(m, n)``, None if it is empty.
@@ -194,6 +205,20 @@ class ConvexSet(abc.ABC):
 
     def _volume(self) -> float:
         raise NotImplementedError
+
+    def calc_volume_via_sampling(
+        self,
+        generator: np.random.Generator,
+        desired_rel_accuracy: float = 0.01,
+        max_num_samples: int = 10_000,
+    ) -> SampledVolume:
+        """Estimate the volume by the share of points of the set's box that are inside.
+
+        Ends where the standard error is the desired one, relative to the volume, or with the last
+        sample; the volume is within twice the error with 95 %. In many dimensions few points of
+        the box are inside. Raises ConvexSetError for a set that is unbounded or has no dimensions.
+        """
+        return sample_volume(self, generator, desired_rel_accuracy, max_num_samples)
 
     def to_shape_with_pose(self) -> tuple[Shape, np.ndarray]:
         """Return a shape and its pose ``(4, 4)`` that are the set, in three dimensions.

@@ -18,14 +18,17 @@ __all__ = ["is_bounded", "is_empty"]
 
 def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
     """Decide whether sets have no point in common; what is undecided counts as touching."""
-    found = find_in_balls(shared_point([s.lift() for s in sets], sets[0].ambient_dimension))
+    if len(sets) == 1:
+        found = sets[0].found
+    else:
+        found = find_in_balls(shared_point([s.lifted for s in sets], sets[0].ambient_dimension))
     shown = Certificate(found.kind, found.vector, question, sets, cuts=found.cuts, gap=found.gap)
     return Decision(found.kind == "farkas", shown)
 
 
 def is_bounded(asked: Any) -> Decision:
     """Decide whether a set is bounded; one that is empty is."""
-    rows, n = asked.lift().directions, asked.ambient_dimension
+    rows, n = asked.lifted.directions, asked.ambient_dimension
     proof = recession(rows)
     if proof.kind == "recession":
         # Further variables alone may go on for ever while the points don't.

@@ -83,6 +83,10 @@ def _put_inside(
     reach = np.linalg.norm(A @ B, axis=1)
     shrink = float((slack / reach).min()) * (1.0 - 16.0 * (n + 1) * EPSILON)
     rows = A @ B
+    for _ in range(2):
+        # The least change of weights, relative to them, that balances the rows.
+        tilt = np.linalg.solve(rows.T @ (y[:, None] * rows), rows.T @ y)
+        y = y * np.maximum(0.0, 1.0 - rows @ tilt)
     M = rows.T @ ((y / reach)[:, None] * rows)
     # What is left of sum y a moves the bound by no more than this over the set, which is within n
     # times the ellipsoid (John 1948), here taken twice.

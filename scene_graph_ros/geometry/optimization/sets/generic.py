@@ -10,13 +10,12 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverE
 from scene_graph_ros.geometry.optimization.lift import Ball, joined, Lift
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.solve.cutting import (
-    find_in_balls,
     maximize_in_balls,
     Reached,
 )
 from scene_graph_ros.geometry.optimization.solve.nearest_by_support import nearest_by_support
 
-__all__ = ["nearest_in_form", "project_on_set", "support_of_lift"]
+__all__ = ["inner_point", "nearest_in_form", "project_on_set", "support_of_lift"]
 
 _GAP = 1e-12
 """Relative to the size of what is asked: where cutting ends."""
@@ -25,17 +24,23 @@ _PROMISED = 1e-9
 """Relative to the size of what is asked: a larger gap is an error."""
 
 
-def _inner(lift: Lift, label: str) -> tuple[np.ndarray, Any]:
-    found = find_in_balls(lift)
+def inner_point(asked: Any, question: str) -> tuple[np.ndarray, Any]:
+    """Return a point of a set's lift, in floats, and the cuts that were made to find it.
+
+    Raises ConvexSetError for an empty set.
+    """
+    found = asked.found
     if found.kind == "farkas":
-        raise ConvexSetError(f"{label}: the set is empty; ask is_empty() first")
+        raise ConvexSetError(
+            f"{type(asked).__name__}.{question}: the set is empty; ask is_empty() first"
+        )
     return np.array([float(v) for v in found.vector]), found.cuts
 
 
 def support_of_lift(asked: Any, d: np.ndarray) -> Support:
     """Return how far a set with balls in its lift reaches along d ``(n,)``."""
-    lift, n = asked.lift(), asked.ambient_dimension
-    inner, cuts = _inner(lift, f"{type(asked).__name__}.support")
+    lift, n = asked.lifted, asked.ambient_dimension
+    inner, cuts = inner_point(asked, "support")
     c = np.zeros(lift.num_variables)
     c[:n] = d
     size = np.linalg.norm(d)
@@ -52,8 +57,8 @@ def nearest_in_form(asked: Any, A: np.ndarray, p: np.ndarray) -> tuple[float, np
 
     Further variables are ``z = p``, ``w = A x - A z`` and the length r of w, which is minimized.
     """
-    lift, n, m = asked.lift(), asked.ambient_dimension, len(A)
-    inner, cuts = _inner(lift, f"{type(asked).__name__}.projection")
+    lift, n, m = asked.lifted, asked.ambient_dimension, len(A)
+    inner, cuts = inner_point(asked, "projection")
     e = lift.num_variables
     E = np.zeros((n + m, e + n + m + 1))
     E[:n, e : e + n] = np.eye(n)

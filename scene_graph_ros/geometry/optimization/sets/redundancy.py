@@ -58,7 +58,7 @@ def _inner_point(rows: Rows) -> Proof:
 def contained_in(asked: Any, other: Any, tol: float) -> Decision:
     """Decide whether a set of linear rows is in a polyhedron, as `HPolyhedron.contained_in`."""
     tol = _checked_tolerance(tol, "contained_in")
-    rows = asked.lift().rows
+    rows = asked.lifted.rows
     start = _inner_point(rows)
     sets = (asked, other)
     if start.kind == "farkas":
@@ -79,7 +79,7 @@ def contained_in(asked: Any, other: Any, tol: float) -> Decision:
 def implied_rows(polyhedron: Any, other: Any, tol: float) -> list[int]:
     """Return the rows of another polyhedron that follow from those of the first."""
     tol = _checked_tolerance(tol, "intersection")
-    rows = polyhedron.lift().rows
+    rows = polyhedron.lifted.rows
     start = _inner_point(rows)
     if start.kind == "farkas":
         return list(range(len(other.b)))
@@ -98,7 +98,7 @@ def reduce_rows(polyhedron: Any, tol: float) -> Reduction:
     """
     tol = _checked_tolerance(tol, "reduce_inequalities")
     A, b = polyhedron.A, polyhedron.b
-    start = _inner_point(polyhedron.lift().rows)
+    start = _inner_point(polyhedron.lifted.rows)
     if start.kind == "farkas":
         return _of_empty(start, len(b))
     stays = np.ones(len(b), dtype=bool)

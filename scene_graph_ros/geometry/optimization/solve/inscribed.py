@@ -26,9 +26,6 @@ _NEAR = 1e-8
 _TO_BORDER = 0.9
 """Of the way to the border, the share that a step may take while residuals are large."""
 
-_REGULAR = 1e-14
-"""Added to the diagonal of a matrix that is singular in the limit."""
-
 
 def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return centre ``(n,)``, symmetric map ``(n, n)`` and multipliers of the largest ellipsoid.
@@ -50,14 +47,15 @@ def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
         gap = float(y @ z) / m
         target = max(_LEAST_TARGET, min(0.5, gap) * gap)
         r1, r2, r3 = -A.T @ (y * h), slack - h - z, target - y * z
-        residual = max(np.abs(r).max() for r in (r1, r2, r3))
+        # Multipliers that don't balance cost the bound the square of what is left.
+        residual = max(np.abs(r1).max() ** 2, np.abs(r2).max(), np.abs(r3).max())
         if max(residual, gap) < best[0]:
             best = (max(residual, gap), x, square, y)
         has_passed = gap <= _NEAR and residual > 10.0 * best[0]
         if max(residual, gap) <= _RESIDUAL or has_passed or not np.isfinite(residual):
             break
         YQ = y[:, None] * Q
-        G = YQ * YQ.T + np.diag(np.maximum(_REGULAR, 2.0 * y * h * z))
+        G = YQ * YQ.T + np.diag(2.0 * y * h * z)
         T = np.linalg.solve(G, ((h + z) * y)[:, None] * A)
         P = ((2.0 * y * h)[:, None] * T - y[:, None] * A).T
         r23 = r2 - r3 / y

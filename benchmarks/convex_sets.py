@@ -1,0 +1,191 @@
+"""What sets with flat faces cost, beside Drake, one thread: ``python -m benchmarks.convex_sets``.
+
+Each row asks the same random polytopes, made anew for each question, as a set remembers what was
+found of it. Answers are compared before times are taken; where they
+differ, the row says so. Without pydrake only ours is measured, and that is said; ``make peers``
+installs it.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+import os
+import time
+from typing import Any
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")  # before numpy is loaded: times are of one thread
+
+import numpy as np  # noqa: E402
+
+from benchmarks.machine import machine  # noqa: E402
+from scene_graph_ros.geometry.optimization import (  # noqa: E402
+    HPolyhedron,
+    Hyperellipsoid,
+    VPolytope,
+)
+
+__all__ = ["SIZES", "Row", "main", "measure"]
+
+SIZES = ((2, 24), (3, 36), (7, 64), (14, 128))
+"""Dimensions and rows of the polytopes."""
+
+_POINTS = 100
+_SAME = 1e-6
+"""Relative difference up to which results count as equal: the promise of Drake's solvers."""
+
+_MOST_REPEATS = 200
+
+
+@dataclass(frozen=True)
+class Row:
+    """One question of one polytope; times in microseconds, NaN where nobody was asked."""
+
+    what: str
+    dimension: int
+    rows: int
+    ours: float
+    theirs: float
+    agree: str
+
+
+def _microseconds(ask: Callable[[], Any], seconds: float) -> float:
+    """Return the least time of a call."""
+    best, end = np.inf, time.perf_counter() + seconds
+    for _ in range(_MOST_REPEATS):
+        begin = time.perf_counter()
+        ask()
+        best = min(best, time.perf_counter() - begin)
+        if time.perf_counter() > end:
+            break
+    return best * 1e6
+
+
+def _drake() -> Any:
+    try:
+        import pydrake.geometry.optimization as drake
+    except ImportError:
+        return None
+    return drake
+
+
+def _polytope(rng: np.random.Generator, n: int, m: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return a box and random planes about it, some redundant."""
+    A = np.concatenate([np.eye(n), -np.eye(n), rng.normal(size=(m - 2 * n, n))])
+    A /= np.linalg.norm(A, axis=1)[:, None]
+    return A, np.concatenate([np.ones(2 * n), 0.5 + 0.7 * rng.random(m - 2 * n)])
+
+
+def _log_volume(ellipsoid: Any) -> float:
+    A = ellipsoid.A if isinstance(ellipsoid, Hyperellipsoid) else ellipsoid.A()
+    return -float(np.linalg.slogdet(A)[1])
+
+
+def _questions(
+    rng: np.random.Generator, n: int, m: int, drake: Any
+) -> Iterator[tuple[str, Callable[[], Any], Callable[[], Any]]]:
+    """Name each question, with how we and Drake are asked; both return comparable numbers."""
+    A, b = _polytope(rng, n, m)
+    C, d = _polytope(rng, n, m)
+    d = d + C @ np.full(n, 0.9)
+    points = 2.0 * rng.normal(size=(_POINTS, n))
+    cloud = rng.normal(size=(200, n))
+
+    def ours() -> HPolyhedron:
+        return HPolyhedron(A, b)
+
+    def theirs() -> Any:
+        return drake.HPolyhedron(A, b)
+
+    def radius(center: np.ndarray) -> float:
+        return float((b - A @ center).min())
+
+    def distances() -> Any:
+        found = ours().projection(points)
+        return None if found is None else found.distances
+
+    yield "is_empty", lambda: ours().is_empty(), lambda: theirs().IsEmpty()
+    yield "is_bounded", lambda: ours().is_bounded(), lambda: theirs().IsBounded()
+    yield (
+        "intersects_with",
+        lambda: ours().intersects_with(HPolyhedron(C, d)),
+        lambda: theirs().IntersectsWith(drake.HPolyhedron(C, d)),
+    )
+    yield (
+        "contained_in",
+        lambda: ours().contained_in(HPolyhedron(C, d)),
+        lambda: theirs().ContainedIn(drake.HPolyhedron(C, d)),
+    )
+    yield (
+        "chebyshev_center, radius",
+        lambda: radius(ours().chebyshev_center()),
+        lambda: radius(theirs().ChebyshevCenter()),
+    )
+    yield (
+        "reduce_inequalities, rows",
+        lambda: len(ours().reduce_inequalities().b),
+        lambda: len(theirs().ReduceInequalities().b()),
+    )
+    yield (
+        f"projection of {_POINTS} points",
+        distances,
+        lambda: np.array(theirs().Projection(points.T)[0]),
+    )
+    yield (
+        "inscribed ellipsoid, log volume",
+        lambda: _log_volume(ours().maximum_volume_inscribed_ellipsoid()),
+        lambda: _log_volume(theirs().MaximumVolumeInscribedEllipsoid()),
+    )
+    yield (
+        "circumscribed ellipsoid of 200 points",
+        lambda: _log_volume(Hyperellipsoid.minimum_volume_circumscribed_ellipsoid(cloud)),
+        lambda: _log_volume(drake.Hyperellipsoid.MinimumVolumeCircumscribedEllipsoid(cloud.T)),
+    )
+    if n <= 3:
+        yield (
+            "vertices, number",
+            lambda: len(VPolytope(ours()).vertices),
+            lambda: drake.VPolytope(theirs()).vertices().shape[1],
+        )
+
+
+def measure(
+    sizes: Sequence[tuple[int, int]] = SIZES, seconds: float = 0.5, seed: int = 1
+) -> Iterator[Row]:
+    """Ask everything of a polytope of each size, ours and Drake's in turn."""
+    drake = _drake()
+    for n, m in sizes:
+        for what, ours, theirs in _questions(np.random.default_rng(seed), n, m, drake):
+            answer = ours()
+            agree, theirs_us = "alone", np.nan
+            if drake is not None:
+                agree = "yes" if np.allclose(answer, theirs(), _SAME, _SAME) else "NO"
+                theirs_us = _microseconds(theirs, seconds)
+            yield Row(what, n, m, _microseconds(ours, seconds), theirs_us, agree)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.convex_sets", description=__doc__)
+    parser.add_argument("--seconds", type=float, default=0.5, help="for each row and engine")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--most", type=int, default=14, help="dimensions")
+    options = parser.parse_args(arguments)
+    load = os.getloadavg()[0]
+    if _drake() is None:
+        print("pydrake is not installed, so only ours is measured; make peers installs it")
+    print(f"{'what':38} {'n/rows':>7} {'ours (us)':>11} {'Drake (us)':>11} {'ratio':>6} same")
+    sizes = [size for size in SIZES if size[0] <= options.most]
+    for row in measure(sizes, options.seconds, options.seed):
+        size = f"{row.dimension}/{row.rows}"
+        print(
+            f"{row.what:38} {size:>7} {row.ours:11.1f} {row.theirs:11.1f}"
+            f" {row.theirs / row.ours:6.2f} {row.agree}"
+        )
+    print(machine(load), end="")
+
+
+if __name__ == "__main__":
+    main()

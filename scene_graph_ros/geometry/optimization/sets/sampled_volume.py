@@ -1,0 +1,64 @@
+"""A set's volume by the share of its box that is inside."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["SampledVolume", "sample_volume"]
+
+_BATCH = 1000
+"""Points that are asked at once."""
+
+_INSIDE = 0.0
+"""Distance: a point counts where it is inside."""
+
+
+class SampledVolume(NamedTuple):
+    """An estimate, its relative standard error, NaN without a point inside, and the points."""
+
+    volume: float
+    rel_accuracy: float
+    num_samples: int
+
+
+def sample_volume(
+    asked: Any, generator: np.random.Generator, desired_rel_accuracy: float, max_num_samples: int
+) -> SampledVolume:
+    """Estimate a volume as `ConvexSet.calc_volume_via_sampling` says."""
+    from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+
+    label = f"{type(asked).__name__}.calc_volume_via_sampling"
+    desired = as_nonnegative(desired_rel_accuracy, f"{label}: desired_rel_accuracy")
+    if desired > 1.0:
+        raise ConvexSetError(f"{label}: desired_rel_accuracy must be at most 1, not {desired!r}")
+    most = int(as_nonnegative(max_num_samples, f"{label}: max_num_samples"))
+    if most < 1:
+        raise ConvexSetError(
+            f"{label}: max_num_samples must be at least 1, not {quoted(max_num_samples)}"
+        )
+    n = asked.ambient_dimension
+    if n == 0:
+        raise ConvexSetError(f"{label}: there is no volume in 0 dimensions")
+    if asked.is_empty():
+        return SampledVolume(0.0, math.nan, 0)
+    box = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(asked)
+    if box is None:
+        raise ConvexSetError(f"{label}: the set is unbounded; intersect it with a box")
+    widths, hits, count, error = box.ub - box.lb, 0, 0, math.nan
+    while count < most:
+        batch = min(_BATCH, most - count)
+        points = box.lb + generator.random((batch, n)) * widths
+        hits += int(asked.point_in_set(points, _INSIDE).sum())
+        count += batch
+        if hits:
+            error = math.sqrt((1.0 - hits / count) / hits)
+            if error <= desired:
+                break
+    return SampledVolume(box.calc_volume() * hits / count, error, count)
