@@ -193,3 +193,23 @@ def test_projection_of_far_and_thin_sets(size):
         found = each.projection(points)
         np.testing.assert_allclose(found.points, truth, rtol=1e-15)
         assert found.gaps.max() <= 4.0 * np.spacing(at)
+
+
+@given(seeds)
+@settings(deadline=None, max_examples=30)
+def test_corners_come_back_from_faces(seed):
+    """Of points on a grid of quarters, many of which share faces: as many as qhull finds corners.
+
+    Also a thousand sizes from the origin, where right sides of faces are rounded.
+    """
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 5))
+    points = np.round(4.0 * rng.normal(size=(int(rng.integers(n + 1, 14)), n))) / 4.0
+    for shift in (0.0, 1000.0):
+        polytope = VPolytope(points + shift)
+        if AffineSubspace(polytope).affine_dimension() < n:
+            continue
+        again = VPolytope(HPolyhedron(polytope)).vertices
+        corners = polytope.get_minimal_representation().vertices
+        assert len(again) == len(corners)
+        assert np.abs(again[:, None] - corners).max(axis=2).min(axis=1).max() < 1e-9

@@ -20,6 +20,10 @@ Both are known to about 1e-15 times the condition of the rows that meet there.""
 _NEAR = 1e-9
 """Relative to a set's size: what qhull's vertices may be off, whose faces are merged."""
 
+_SIDE_ROUNDING = 512.0 * EPSILON
+"""Relative to how many half widths a set is from the origin: so far may rounding of right sides
+take rows apart that met in one vertex."""
+
 _FLAT = 1e-12
 """Relative to a set's size: a set of points thinner than this is flat."""
 
@@ -104,11 +108,11 @@ def half_spaces_of_vertices(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return A, (points @ A.T).max(axis=0) + rounding
 
 
-def _distinct(rows: np.ndarray, size: float = 1.0) -> np.ndarray:
+def _distinct(rows: np.ndarray, same: float = _SAME) -> np.ndarray:
     """Return rows without those that are as near to one before as rounding."""
     kept: list[np.ndarray] = []
     for row in rows:
-        if not kept or np.abs(np.array(kept) - row).max(axis=1).min() > _SAME * size:
+        if not kept or np.abs(np.array(kept) - row).max(axis=1).min() > same:
             kept.append(row)
     return np.array(kept).reshape(-1, rows.shape[1])
 
@@ -168,10 +172,11 @@ def _solid_vertices(polyhedron: Any) -> np.ndarray:
     lengths = np.linalg.norm(rows, axis=1)
     unit, sides = rows / lengths[:, None], slack / lengths
     # Where many rows meet, qhull has many faces for one vertex.
-    near = _distinct(found[np.lexsort(found.T)], _NEAR / _SAME)
-    distinct = _distinct(np.array([_where_rows_meet(unit, sides, v) for v in near]))
+    blur = max(_NEAR, _SIDE_ROUNDING * float((np.abs(center) / widths).max()))
+    near = _distinct(found[np.lexsort(found.T)], blur)
+    distinct = _distinct(np.array([_where_rows_meet(unit, sides, v, blur) for v in near]), blur)
     worst = (distinct @ unit.T - sides).max()
-    if worst > 1e3 * _SAME:
+    if worst > blur:
         raise SolverError(
             f"VPolytope: a vertex of the HPolyhedron is {worst:.1e} of its width outside; call"
             " reduce_inequalities() first"
@@ -179,10 +184,12 @@ def _solid_vertices(polyhedron: Any) -> np.ndarray:
     return center + distinct * widths
 
 
-def _where_rows_meet(unit: np.ndarray, sides: np.ndarray, vertex: np.ndarray) -> np.ndarray:
+def _where_rows_meet(
+    unit: np.ndarray, sides: np.ndarray, vertex: np.ndarray, blur: float
+) -> np.ndarray:
     """Return a vertex on the rows that it is near to."""
     rest = sides - unit @ vertex
-    touching = np.abs(rest) <= _NEAR
+    touching = np.abs(rest) <= blur
     for _ in range(2):
         vertex = vertex + np.linalg.lstsq(unit[touching], rest[touching])[0]
         rest = sides - unit @ vertex
