@@ -14,6 +14,7 @@ import numpy as np
 from searching import times
 
 from benchmarks.messages import edits, images, micro, report
+from benchmarks.messages.beside_camera import beside_camera
 from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.soak import soak
 from benchmarks.messages.sustained import rig
@@ -132,3 +133,10 @@ def test_images_are_counted_by_their_stamps():
     assert row["sent"] == 3
     assert 0 < row["arrived"]["depth/image"] <= 3
     assert row["median"]["depth/image"] > 0.0
+
+
+def test_contacts_are_timed_beside_a_camera():
+    """Both without and with somebody who takes its images."""
+    ((without, beside),) = beside_camera(is_quick=True)
+    assert without > 0.0
+    assert beside > 0.0

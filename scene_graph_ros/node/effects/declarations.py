@@ -35,6 +35,7 @@ __all__ = [
     "Demand",
     "EffectDeclaration",
     "camera_effect",
+    "camera_topics",
     "count_compliant",
     "count_deformable",
 ]
