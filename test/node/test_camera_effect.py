@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from types import SimpleNamespace
 
@@ -70,8 +71,8 @@ class Host:
 
     def _create(self, kind, topic, *arguments, **options):
         publisher = self.publishers[topic] = Publisher(kind, topic)
-        # Only images are heard.
-        publisher.is_heard = kind is Image
+        # Only images are heard, and transforms.
+        publisher.is_heard = kind is Image or topic == "/tf"
         return publisher
 
     def parameter(self, name):
@@ -157,6 +158,40 @@ def test_an_engine_that_fails_costs_its_own_camera_alone(monkeypatch):
     assert host.report("camera bad").failure == ""
     host.effects.close()
     assert host.publishers == {}
+
+
+class Transforms:
+    """Stands for tf2_msgs/TFMessage, which has one field."""
+
+    def __init__(self, transforms):
+        self.transforms = transforms
+
+
+@pytest.mark.parametrize("is_installed", [True, False])
+def test_transforms_of_optical_frames_go_out_where_their_messages_are(monkeypatch, is_installed):
+    """With each image, from the world, where the camera is."""
+    module = SimpleNamespace(TFMessage=Transforms) if is_installed else None
+    monkeypatch.setitem(sys.modules, "tf2_msgs", SimpleNamespace())
+    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", module)
+    placed = SCENE.replace("name: good, ", "name: good, pose: {xyz: [1, 2, -3]}, ")
+    placed = placed.partition("  - {name: bad")[0]
+    world, host = world_of(placed), Host()
+
+    def has_image():
+        host.effects.update(world.snapshot)
+        return host.images("good")
+
+    wait_until(has_image, "an image")
+    if is_installed:
+        wait_until(lambda: host.publishers["/tf"].messages, "a transform")
+        (transform,) = host.publishers["/tf"].messages[0].transforms
+        assert transform.header.frame_id == "world"
+        assert transform.child_frame_id == "good_optical_frame"
+        place = transform.transform.translation
+        assert (place.x, place.y, place.z) == (1.0, 2.0, -3.0)
+    else:
+        assert "/tf" not in host.publishers
+    host.effects.close()
 
 
 def test_a_camera_waits_for_its_kernels():
