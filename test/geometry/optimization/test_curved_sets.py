@@ -151,6 +151,24 @@ def test_distances_of_sums_and_hulls():
         assert capsule.support([0.0, 0.6, 0.8]).value == pytest.approx(0.8 + 0.5, abs=1e-14)
 
 
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
+def test_supports_of_intersections(size):
+    """A lens of two balls of radius 5, centres 6 apart: its tips are 4 from the axis, its ends 2.
+
+    Three, four, five; moved by ten sizes.
+    """
+    shift = np.array([10.0, 20.0, -5.0])
+    balls = [
+        Hyperellipsoid.make_hypersphere(5.0 * size, size * (shift + np.array([x, 0.0, 0.0])))
+        for x in (-3.0, 3.0)
+    ]
+    lens = Intersection(balls)
+    for direction, truth in (([1.0, 0.0, 0.0], 12.0), ([0.0, 0.6, 0.8], 12.0)):
+        found = lens.support(direction)
+        assert found.gap < 1e-9 * size
+        assert found.value == pytest.approx(truth * size, abs=1e-9 * size)
+
+
 def test_registered_shapes():
     """A ball, an ellipsoid, a capsule and a cylinder, turned; surface points lie on their sets."""
     graph = SceneGraph()

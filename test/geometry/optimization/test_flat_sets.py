@@ -213,6 +213,14 @@ def test_reduction_keeps_the_set_and_says_why():
         assert [k for k in why.kept if over[k] > 0] == [i]
 
 
+def test_reduction_of_an_empty_set_is_empty():
+    """Rows that contradict each other stay, those beside them go."""
+    empty = HPolyhedron([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0, 5.0])
+    reduced = empty.reduce_inequalities()
+    assert reduced.is_empty(certificate=True).certificate.verify(reduced)
+    assert len(reduced.b) == 2
+
+
 def test_a_tolerance_is_a_distance():
     """A face 1e-3 outside counts at 1e-2 and not at 1e-4, whatever the length of its row."""
     for length in (1e-10, 1.0, 1e10):

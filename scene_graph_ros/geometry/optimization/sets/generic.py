@@ -17,11 +17,12 @@ from scene_graph_ros.geometry.optimization.solve.nearest_by_support import neare
 
 __all__ = ["inner_point", "nearest_in_form", "project_on_set", "support_of_lift"]
 
-_GAP = 1e-12
-"""Relative to the size of what is asked: where cutting ends."""
-
 _PROMISED = 1e-9
 """Relative to the size of what is asked: a larger gap is an error."""
+
+_AT_SURFACE = 1e-7
+"""Relative to the coordinates: so near to a curved set, the way to it is too short to have a
+direction that is known well; the gap is then at most the distance."""
 
 
 def inner_point(asked: Any, question: str) -> tuple[np.ndarray, Any]:
@@ -43,13 +44,17 @@ def support_of_lift(asked: Any, d: np.ndarray) -> Support:
     inner, cuts = inner_point(asked, "support")
     c = np.zeros(lift.num_variables)
     c[:n] = d
-    size = np.linalg.norm(d)
-    reached = maximize_in_balls(
-        lift, c, inner, cuts, _GAP * size * (1.0 + np.abs(inner[:n]).max())
-    )
+    reached = maximize_in_balls(lift, c, inner, cuts)
     if reached.ray is not None:
         return Support(np.inf, reached.ray[:n], 0.0)
-    return Support(reached.value, reached.x[:n], max(0.0, reached.upper - reached.value))
+    gap = max(0.0, reached.upper - reached.value)
+    size = max(reached.size, abs(reached.value))
+    if gap > _PROMISED * size:
+        raise SolverError(
+            f"{type(asked).__name__}.support: the reach along {d.tolist()} was found to {gap:.1e}"
+            f" only, beside a size of {size:.1e}"
+        )
+    return Support(reached.value, reached.x[:n], gap)
 
 
 def nearest_in_form(asked: Any, A: np.ndarray, p: np.ndarray) -> tuple[float, np.ndarray, float]:
@@ -77,7 +82,7 @@ def nearest_in_form(asked: Any, A: np.ndarray, p: np.ndarray) -> tuple[float, np
     c = np.zeros(E.shape[1])
     c[-1] = -1.0
     size = float(np.linalg.norm(w))
-    reached = maximize_in_balls(whole, c, start, [*cuts, *box], _GAP * size)
+    reached = maximize_in_balls(whole, c, start, [*cuts, *box])
     return _checked(reached, asked, A, p, size)
 
 
@@ -113,8 +118,10 @@ def project_on_set(asked: Any, points: np.ndarray) -> Projection:
     if asked.is_bounded():
         found = [nearest_by_support(asked.support, p) for p in points] if n else []
         found = found or [(0.0, p, 0.0) for p in points]
-        for (_, _, gap), p in zip(found, points, strict=True):
-            _check_gap(gap, float(np.abs(p).max(initial=0.0)) + 1.0, asked, p)
+        for (distance, x, gap), p in zip(found, points, strict=True):
+            size = float(np.abs(np.append(p, x)).max(initial=0.0))
+            if distance > _AT_SURFACE * size:
+                _check_gap(gap, size, asked, p)
     else:
         found = [nearest_in_form(asked, np.eye(n), p) for p in points]
     return Projection(

@@ -28,7 +28,8 @@ class Reduction:
     ``removed`` has for each row its multipliers of all rows ``(m,)``, 0 for removed ones, whose
     weighted sum is the row with a right side no larger than its own moved out by the tolerance;
     ``kept`` has for each row a point ``(n,)`` that fulfils the other kept rows and not this one.
-    Of an empty set, rows are kept that contradict each other, without points.
+    Of an empty set, rows are kept that contradict each other, without points; removed ones have
+    the weights that show it.
     """
 
     removed: dict[int, tuple[Fraction, ...]]

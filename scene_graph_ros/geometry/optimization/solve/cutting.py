@@ -33,6 +33,15 @@ _MOST_ROUNDS = 300
 _CLOSE = 1e-11
 """Relative to a ball's radius: a point outside by less can't be told from one on it for long."""
 
+_GAP = 1e-11
+"""Relative to the first gap of an optimum: where cutting ends."""
+
+_MOST_IDLE = 10
+"""Rounds in a row that took less than a tenth of the gap away: rounding is what is left."""
+
+_ROUNDING = 16.0 * EPSILON
+"""Relative to an optimum: a gap that is rounding."""
+
 
 @dataclass(frozen=True, eq=False)
 class Cut:
@@ -57,12 +66,16 @@ class Found:
 
 @dataclass(frozen=True)
 class Reached:
-    """The largest ``c . x`` found, at a point inside, and a bound that no point exceeds."""
+    """The largest ``c . x`` found, at a point inside, and a bound that no point exceeds.
+
+    ``size`` is by how much the first bound was above the first point.
+    """
 
     value: float
     x: np.ndarray
     upper: float
     ray: np.ndarray | None
+    size: float = 0.0
 
 
 def _unit(w: np.ndarray) -> np.ndarray:
@@ -96,17 +109,20 @@ def rows_with_cuts(lift: Lift, cuts: Sequence[Cut]) -> Rows:
     return Rows(np.concatenate([rows.A, A]), np.append(rows.b, b), rows.num_equalities)
 
 
+def _radius(ball: Ball, x: np.ndarray) -> float:
+    return 1.0 if ball.scale < 0 else float(x[ball.scale])
+
+
 def _excess(ball: Ball, x: np.ndarray) -> float:
-    """Return by how much of its radius, or of 1e-300 at least, a point is outside a ball."""
-    radius = 1.0 if ball.scale < 0 else float(x[ball.scale])
-    return (float(np.linalg.norm(x[ball.columns])) - radius) / max(abs(radius), 1e-300)
+    """Return how far a point is outside a ball, beside a radius of 1 or less."""
+    return float(np.linalg.norm(x[ball.columns])) - _radius(ball, x)
 
 
 def _new_cuts(balls: Sequence[Ball], x: np.ndarray, least: float = 0.0) -> list[Cut]:
     return [
         Cut(k, _unit(x[ball.columns]))
         for k, ball in enumerate(balls)
-        if _excess(ball, x) > least and x[ball.columns].any()
+        if _excess(ball, x) > least * abs(_radius(ball, x)) and x[ball.columns].any()
     ]
 
 
@@ -177,10 +193,11 @@ def _way_inside(balls: Sequence[Ball], inner: np.ndarray, outer: np.ndarray) -> 
 
 
 def maximize_in_balls(
-    lift: Lift, c: np.ndarray, inner: np.ndarray, cuts: Sequence[Cut], tolerance: float
+    lift: Lift, c: np.ndarray, inner: np.ndarray, cuts: Sequence[Cut]
 ) -> Reached:
-    """Return the largest ``c . x``, from a point inside, until the bound is within tolerance."""
+    """Return the largest ``c . x``, from a point inside, until the bound is near."""
     cuts, best = list(cuts), Reached(float(c @ inner), inner, np.inf, None)
+    size, idle = 0.0, 0
     for _ in range(_MOST_ROUNDS):
         optimum = maximize(rows_with_cuts(lift, cuts), c, inner)
         if optimum.ray is not None:
@@ -188,13 +205,16 @@ def maximize_in_balls(
         share = _way_inside(lift.balls, inner, optimum.x)
         x = inner + share * (optimum.x - inner)
         value = float(c @ x)
+        size = size or max(0.0, optimum.upper - best.value)
         upper = min(best.upper, optimum.upper)
-        best = (
-            Reached(value, x, upper, None)
-            if value > best.value
-            else Reached(best.value, best.x, upper, None)
-        )
-        if upper - best.value <= tolerance:
+        improvement = (best.upper - best.value) - (upper - max(value, best.value))
+        idle = 0 if improvement > 0.1 * (upper - max(value, best.value)) else idle + 1
+        if value > best.value:
+            best = Reached(value, x, upper, None, size)
+        else:
+            best = Reached(best.value, best.x, upper, None, size)
+        is_near = upper - best.value <= _GAP * size + _ROUNDING * abs(upper)
+        if is_near or idle > _MOST_IDLE:
             break
         added = _new_cuts(lift.balls, optimum.x) + _new_cuts(lift.balls, x, -1e-9)
         if not added:

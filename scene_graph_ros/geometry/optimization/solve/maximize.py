@@ -56,6 +56,13 @@ def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
     enter_equalities(A, b, rows.num_equalities, x, *state)
     status, weights, ray = walk(A, b, rows.num_equalities, goal, x, state)
     point = np.ldexp(x, scales[1])
+    places, inverse = state
+    named = places >= 0
+    for _ in range(2):
+        # Rows that are nearly parallel have large multipliers; once more takes what rounding left.
+        left = goal - weights[named] @ A[places[named]]
+        left[~named] -= weights[~named]
+        weights = weights + left @ inverse
     y = np.zeros(len(b))
     for place, row in enumerate(state[0]):
         if row >= 0:
