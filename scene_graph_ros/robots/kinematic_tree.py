@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+import math
 from types import MappingProxyType
 
 import numpy as np
@@ -85,6 +86,8 @@ class KinematicTree:
 
     def __post_init__(self) -> None:
         """Raise KinematicTreeError for names that are there twice."""
+        # Kernels are compiled for arrays that may be written to.
+        object.__setattr__(self, "X_WB", np.array(self.X_WB, dtype=np.float64))
         for noun, names in (("joint", self.joint_names), ("link", self.link_names)):
             if len(set(names)) != len(names):
                 twice = next(name for name in names if names.count(name) > 1)
@@ -244,6 +247,29 @@ class KinematicTree:
                 [[-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]]
             )
             result[first + 3 : first + 6, start + 4 : start + 7] = np.eye(3)
+        return result
+
+    def interpolate(self, q1: ArrayLike, q2: ArrayLike, t: float) -> NDArray[np.float64]:
+        """Return the configuration ``(nq,)`` at t in [0, 1] on the straight edge from q1 to q2.
+
+        Quaternions turn the short way at one speed (slerp; Shoemake, *Animating Rotation with
+        Quaternion Curves*, 1985) and have length 1. Raises like `link_poses`.
+        """
+        first, second = self.checked_configurations(np.stack([np.asarray(q1), np.asarray(q2)]))
+        result = np.asarray((1.0 - t) * first + t * second)
+        for _, start in self._floating:
+            parts = first[start : start + 4], second[start : start + 4]
+            a, b = (part / np.linalg.norm(part) for part in parts)
+            b = b if a @ b >= 0.0 else -b
+            angle = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(a - b))))
+            weights = 1.0 - t, t
+            if angle > 1e-4:
+                weights = (
+                    math.sin((1.0 - t) * angle) / math.sin(angle),
+                    math.sin(t * angle) / math.sin(angle),
+                )
+            turned = weights[0] * a + weights[1] * b
+            result[start : start + 4] = turned / np.linalg.norm(turned)
         return result
 
     def checked_configurations(self, q: ArrayLike) -> NDArray[np.float64]:

@@ -21,8 +21,10 @@ __all__ = [
     "PRISMATIC",
     "REVOLUTE",
     "TreeTable",
+    "compose_lanes",
     "joint_columns",
     "link_poses",
+    "place_joints",
     "sines_cosines",
 ]
 
@@ -128,7 +130,7 @@ def sines_cosines(angles, sines, cosines):
 
 
 @inlined_kernel
-def _compose(A, X, B):
+def compose_lanes(A, X, B):
     """Write ``A X`` to B for LANES poses A ``(12, LANES)``, rows of ``(3, 4)``, and one pose X."""
     for row in range(3):
         a, b, c, d = 4 * row, 4 * row + 1, 4 * row + 2, 4 * row + 3
@@ -201,7 +203,7 @@ def _gather(q, first, n, column, multiplier, offset, values):
 
 
 @inlined_kernel
-def _place_joints(tree, q, first, X_WB, X_WJ, work):
+def place_joints(tree, q, first, X_WB, X_WJ, work):
     """Write the poses of all joints, ``(j, 12, LANES)``, for configurations from ``first`` on."""
     n = len(q)
     for i in range(12):
@@ -210,7 +212,7 @@ def _place_joints(tree, q, first, X_WB, X_WJ, work):
     angles, sines, cosines = work[0], work[1], work[2]
     for j in range(1, len(tree.kinds)):
         kind, start = tree.kinds[j], tree.starts[j]
-        _compose(X_WJ[tree.parents[j]], tree.X_PJ[j], X_WJ[j])
+        compose_lanes(X_WJ[tree.parents[j]], tree.X_PJ[j], X_WJ[j])
         if kind == REVOLUTE:
             _gather(q, first, n, start, tree.multipliers[j], tree.offsets[j], angles)
             sines_cosines(angles, sines, cosines)
@@ -239,11 +241,11 @@ def link_poses(tree, q, X_WB, links, X_WL):
     X_WJ, work = np.empty((len(tree.kinds), 12, LANES)), np.empty((3, LANES))
     X = np.empty((12, LANES))
     for first in range(0, n, LANES):
-        _place_joints(tree, q, first, X_WB, X_WJ, work)
+        place_joints(tree, q, first, X_WB, X_WJ, work)
         count = min(LANES, n - first)
         for i in range(len(links)):
             link = links[i]
-            _compose(X_WJ[tree.joint_of_link[link]], tree.X_JL[link], X)
+            compose_lanes(X_WJ[tree.joint_of_link[link]], tree.X_JL[link], X)
             for k in range(count):
                 out = X_WL[first + k, i]
                 for row in range(3):
@@ -285,13 +287,13 @@ def joint_columns(tree, q, X_WB, link, p_LQ, J):
     X, X_before = np.empty((12, LANES)), np.empty((12, LANES))
     J[:] = 0.0
     for first in range(0, n, LANES):
-        _place_joints(tree, q, first, X_WB, X_WJ, work)
-        _compose(X_WJ[tree.joint_of_link[link]], tree.X_JL[link], X)
+        place_joints(tree, q, first, X_WB, X_WJ, work)
+        compose_lanes(X_WJ[tree.joint_of_link[link]], tree.X_JL[link], X)
         joint = tree.joint_of_link[link]
         while joint > 0:
             kind, column = tree.kinds[joint], tree.velocity_starts[joint]
             # The axes along which it slides are those that it has before it turns.
-            _compose(X_WJ[tree.parents[joint]], tree.X_PJ[joint], X_before)
+            compose_lanes(X_WJ[tree.parents[joint]], tree.X_PJ[joint], X_before)
             for k in range(min(LANES, n - first)):
                 r, out = work[0], J[first + k]
                 for i in range(3):

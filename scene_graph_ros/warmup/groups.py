@@ -54,7 +54,7 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
         KernelGroup("cameras", "images of cameras", (f"{_HERE}.cameras:render_images",)),
-        KernelGroup("planning", "planning", (f"{_HERE}.robots:differentiate_links",)),
+        KernelGroup("planning", "planning", (f"{_HERE}.robots:plan",)),
         KernelGroup("convex", "convex sets", (f"{_HERE}.convex_sets:ask_convex_sets",)),
     )
 }

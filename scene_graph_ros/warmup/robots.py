@@ -2,12 +2,21 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 
+from scene_graph_ros.geometry import (
+    GeometryFrame,
+    GeometryInstance,
+    ProximityProperties,
+    SceneGraph,
+    Sphere,
+)
 from scene_graph_ros.robots.kinematic_tree import KinematicTree, TreeJoint
 from scene_graph_ros.robots.tree_kernels import REVOLUTE
 
-__all__ = ["differentiate_links", "place_links"]
+__all__ = ["place_links", "plan"]
 
 
 def _one_joint() -> KinematicTree:
@@ -20,6 +29,21 @@ def place_links() -> None:
     _one_joint().link_poses(np.zeros(1))
 
 
-def differentiate_links() -> None:
-    """Ask how a robot's link moves."""
-    _one_joint().jacobians(np.zeros(1), "link")
+def plan() -> None:
+    """Ask a robot of one link whether it touches a ball."""
+    from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
+
+    scene_graph = SceneGraph()
+    source = scene_graph.register_source("warm_up")
+    frame = scene_graph.register_frame(source, GeometryFrame("link"))
+    ball = GeometryInstance(np.eye(4), Sphere(1.0), "ball")
+    ball.set_proximity_properties(ProximityProperties())
+    scene_graph.register_anchored_geometry(source, ball)
+    scene_graph.register_geometry(source, frame, ball)
+    context = scene_graph.create_default_context()
+    frames = MappingProxyType({"link": frame})
+    checker = SceneGraphCollisionChecker(RobotDiagram(scene_graph, context, _one_joint(), frames))
+    q = np.zeros((2, 1))
+    checker.check_configs_collision_free(q)
+    checker.calc_robot_clearance(q[0], 1.0)
+    checker.measure_edges(q[np.newaxis])

@@ -1,0 +1,47 @@
+"""Planning for robots: which configurations and edges are free, proven. Nothing here imports ROS.
+
+The names below are imported when they are first used.
+"""
+
+import importlib
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scene_graph_ros.planning.collision_checker import (
+        CollisionCheckerError,
+        EdgeMeasure,
+        EdgeStatus,
+        RobotClearance,
+        SceneGraphCollisionChecker,
+    )
+    from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
+
+__all__ = [
+    "CollisionCheckerError",
+    "EdgeMeasure",
+    "EdgeStatus",
+    "RobotClearance",
+    "RobotDiagram",
+    "SceneGraphCollisionChecker",
+    "load_robot_diagram",
+]
+
+_MODULES = {
+    "collision_checker": (
+        "CollisionCheckerError",
+        "EdgeMeasure",
+        "EdgeStatus",
+        "RobotClearance",
+        "SceneGraphCollisionChecker",
+    ),
+    "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value

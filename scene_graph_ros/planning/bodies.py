@@ -1,0 +1,178 @@
+"""The geometries of robots and of what is around them, where they are for eight configurations.
+
+A body is a geometry with the proximity role. Each is in a ball and in a box, from which follows a
+distance that it certainly keeps from another one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
+from scene_graph_ros.geometry.spatial.vectors import relative_pose
+from scene_graph_ros.geometry.tables.held_table import borrowed_table
+from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints
+
+__all__ = [
+    "BodyTable",
+    "PairTable",
+    "Places",
+    "distance_at",
+    "new_places",
+    "place_bodies",
+    "place_still_bodies",
+    "sure_distances",
+]
+
+
+class BodyTable(NamedTuple):
+    """What is known of bodies: those of robots first, then those that do not move."""
+
+    rows: np.ndarray
+    """``(b,)`` rows of the shape table."""
+    joints: np.ndarray
+    """``(r,)`` rows of the joints that move the robots' bodies."""
+    X_JG: np.ndarray
+    """``(r, 3, 4)``: robots' bodies in their joints' frames."""
+    X_WG: np.ndarray
+    """``(b - r, 3, 4)``: bodies that do not move."""
+    centers: np.ndarray
+    """``(b, 3)``: the ball's centre in G."""
+    radii: np.ndarray
+    """``(b,)``: infinite for a half space."""
+    lower: np.ndarray
+    """``(b, 3)``: the box's corners in G."""
+    upper: np.ndarray
+    """``(b, 3)``."""
+
+
+class PairTable(NamedTuple):
+    """The pairs that may not touch; A is of a robot."""
+
+    bodies: np.ndarray
+    """``(p, 2)``."""
+    swaps: np.ndarray
+    """``(p,)``: whether B's row is the first of the two in the scene's own queries."""
+    paddings: np.ndarray
+    """``(p,)`` metres."""
+    touching: np.ndarray
+    """``(p,)`` metres: what is no deeper in the padding than this only touches."""
+    shared: np.ndarray
+    """``(p,)``: the last joint that moves A and B alike, 0 where there is none."""
+
+
+class Places(NamedTuple):
+    """Scratch of one thread."""
+
+    X_WJ: np.ndarray
+    work: np.ndarray
+    X_WG: np.ndarray
+    centers: np.ndarray
+    sure: np.ndarray
+
+
+def new_places(joints: int, bodies: int) -> Places:
+    """Return scratch for trees and bodies of this size."""
+    return Places(
+        np.empty((joints, 12, LANES)),
+        np.empty((3, LANES)),
+        np.empty((bodies, 12, LANES)),
+        np.empty((bodies, 3, LANES)),
+        np.empty(LANES),
+    )
+
+
+@inlined_kernel
+def _place_center(bodies, b, places):
+    """Write where the centre of a body's ball is."""
+    X, center = places.X_WG[b], bodies.centers[b]
+    x, y, z = center[0], center[1], center[2]
+    for row in range(3):
+        out = places.centers[b, row]
+        for k in range(LANES):
+            out[k] = (
+                X[4 * row, k] * x
+                + X[4 * row + 1, k] * y
+                + X[4 * row + 2, k] * z
+                + X[4 * row + 3, k]
+            )
+
+
+@inlined_kernel
+def place_still_bodies(bodies, places):
+    """Write where the bodies are that do not move."""
+    robots = len(bodies.joints)
+    for b in range(robots, len(bodies.rows)):
+        for i in range(12):
+            for k in range(LANES):
+                places.X_WG[b, i, k] = bodies.X_WG[b - robots, i // 4, i % 4]
+        _place_center(bodies, b, places)
+
+
+@inlined_kernel
+def place_bodies(tree, bodies, q, first, X_WB, places):
+    """Write where the robots' bodies are for LANES configurations from ``first`` on."""
+    place_joints(tree, q, first, X_WB, places.X_WJ, places.work)
+    for b in range(len(bodies.joints)):
+        compose_lanes(places.X_WJ[bodies.joints[b]], bodies.X_JG[b], places.X_WG[b])
+        _place_center(bodies, b, places)
+
+
+@inlined_kernel
+def _ball_to_box(bodies, a, b, places, sure):
+    """Raise ``sure`` to the distance of A's ball from B's box, for LANES configurations."""
+    X, center, radius = places.X_WG[b], places.centers[a], bodies.radii[a]
+    lower, upper = bodies.lower[b], bodies.upper[b]
+    lx, ly, lz = lower[0], lower[1], lower[2]
+    ux, uy, uz = upper[0], upper[1], upper[2]
+    for k in range(LANES):
+        x, y, z = center[0, k] - X[3, k], center[1, k] - X[7, k], center[2, k] - X[11, k]
+        bx = X[0, k] * x + X[4, k] * y + X[8, k] * z
+        by = X[1, k] * x + X[5, k] * y + X[9, k] * z
+        bz = X[2, k] * x + X[6, k] * y + X[10, k] * z
+        dx = max(max(lx - bx, bx - ux), 0.0)
+        dy = max(max(ly - by, by - uy), 0.0)
+        dz = max(max(lz - bz, bz - uz), 0.0)
+        sure[k] = max(sure[k], math.sqrt(dx * dx + dy * dy + dz * dz) - radius)
+
+
+@inlined_kernel
+def sure_distances(bodies, a, b, places):
+    """Write to ``places.sure`` what two bodies are apart at least, -inf where nothing is sure."""
+    sure = places.sure
+    for k in range(LANES):
+        sure[k] = -math.inf
+    _ball_to_box(bodies, a, b, places, sure)
+    if bodies.radii[b] < math.inf:
+        _ball_to_box(bodies, b, a, places, sure)
+
+
+@inlined_kernel
+def _pose_of(X, k):
+    rotation = (
+        X[0, k], X[1, k], X[2, k], X[4, k], X[5, k], X[6, k], X[8, k], X[9, k], X[10, k]
+    )  # fmt: skip
+    return rotation, (X[3, k], X[7, k], X[11, k])
+
+
+@lean_kernel
+def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance, work):
+    """Return what ``distance_pair`` says of a pair in configuration k, in the first's frame.
+
+    In the order in which the scene's own queries ask, so that they cannot disagree; compiled once
+    for all that ask.
+    """
+    table = borrowed_table(held)
+    a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
+    if pairs.swaps[p]:
+        a, b = b, a
+    R_WA, p_WA = _pose_of(places.X_WG[a], k)
+    R_WB, p_WB = _pose_of(places.X_WG[b], k)
+    R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
+    i, j = bodies.rows[a], bodies.rows[b]
+    size = max(table.scale[i], table.scale[j])
+    return distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance * size, work)

@@ -1,0 +1,168 @@
+"""What a collision checker's kernels read: bodies, pairs and how far bodies reach."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.broadphase.aabb import world_boxes
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query.scene import candidate_rows
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
+from scene_graph_ros.geometry.tolerances import OSCULATION
+from scene_graph_ros.planning.bodies import BodyTable, PairTable
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+
+__all__ = ["Plan", "make_plan"]
+
+
+class Plan(NamedTuple):
+    """The arrays of one scene. Body b of the tables is geometry ``geometry_ids[b]``."""
+
+    held: HeldTable
+    bodies: BodyTable
+    pairs: PairTable
+    reaches: NDArray[np.float64]
+    """``(r,)``: the largest distance of a robot body's points from its joint's origin, metres."""
+    X_LG: NDArray[np.float64]
+    """``(r, 4, 4)``: robots' bodies in their links."""
+    geometry_ids: tuple[Any, ...]
+    owners: NDArray[np.int64]
+    """``(b,)``: the link (row of the tree), or -1 for what is around the robots."""
+    body_of_row: NDArray[np.int64]
+    """``(b,)``: the body of each row of the scene's proximity arrays."""
+
+    def least_distances(self, X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what the balls of each pair are apart, -inf for half spaces; poses by row."""
+        X = X_WG[self.bodies.rows]
+        centers = np.einsum("nij,nj->ni", X[:, :3, :3], self.bodies.centers) + X[:, :3, 3]
+        a, b = self.pairs.bodies.T
+        result: NDArray[np.float64] = np.linalg.norm(centers[a] - centers[b], axis=1)
+        return result - self.bodies.radii[a] - self.bodies.radii[b]
+
+
+def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int]) -> Plan:
+    """Return the plan of a scene; ``links`` gives the tree's link of frames, by their ids' values.
+
+    Pairs are those that the scene's filters leave, if a robot is in them.
+    """
+    proximity, inspector = snapshot.proximity, snapshot.inspector
+    table, ids = proximity.table, proximity.geometry_ids
+    link_of_row = np.array(
+        [links.get(int(inspector.get_frame_id(each)), -1) for each in ids], dtype=np.int64
+    )
+    robots, others = np.flatnonzero(link_of_row >= 0), np.flatnonzero(link_of_row < 0)
+    rows = np.concatenate([robots, others])
+    owners = link_of_row[rows]
+    places = np.array([tree.joint_of_link[link] for link in owners[: len(robots)]], np.int64)
+    X_JL = tree.X_JL[owners[: len(robots)]]
+    centers, radii, lower, upper = _bounds(snapshot, rows)
+    X_JG = X_JL @ proximity.X_FG[robots]
+    bodies = BodyTable(
+        rows,
+        places,
+        np.ascontiguousarray(X_JG[:, :3]).reshape(-1, 3, 4),
+        np.ascontiguousarray(snapshot.X_WG[others][:, :3]).reshape(-1, 3, 4),
+        centers,
+        radii,
+        lower,
+        upper,
+    )
+    out = np.einsum("nij,nj->ni", X_JG[:, :3, :3], centers[: len(robots)]) + X_JG[:, :3, 3]
+    reaches = np.linalg.norm(out, axis=1) + radii[: len(robots)]
+    pairs = _pairs(snapshot, rows, len(robots), tree, places)
+    return Plan(
+        hold(table),
+        bodies,
+        pairs,
+        reaches,
+        proximity.X_FG[robots],
+        tuple(ids[row] for row in rows),
+        owners,
+        _inverse(rows),
+    )
+
+
+def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:
+    """Return centres and radii of balls, and corners of boxes, around each row's shape in G."""
+    table = snapshot.proximity.table
+    at_rest = np.tile(np.eye(4), (len(rows), 1, 1))
+    lower, upper = (corner[rows] for corner in world_boxes(table, at_rest))
+    centers, radii = np.zeros((len(rows), 3)), np.empty(len(rows))
+    for b, row in enumerate(rows):
+        kind = table.kind[row]
+        if kind == ShapeKind.HALF_SPACE:
+            radii[b], lower[b], upper[b] = np.inf, -np.inf, (np.inf, np.inf, 0.0)
+            continue
+        centers[b] = 0.5 * (lower[b] + upper[b])
+        half = 0.5 * (upper[b] - lower[b])
+        if kind in (ShapeKind.SPHERE, ShapeKind.CAPSULE, ShapeKind.ELLIPSOID):
+            radii[b] = half.max()
+        elif kind == ShapeKind.CYLINDER:
+            radii[b] = np.hypot(half[0], half[2])
+        elif kind == ShapeKind.BOX:
+            radii[b] = np.linalg.norm(half)
+        else:
+            hull = table.hull[row]
+            hulls = table.hulls
+            vertices = hulls.vertices[hulls.vertex_start[hull] : hulls.vertex_start[hull + 1]]
+            radii[b] = np.linalg.norm(vertices - centers[b], axis=1).max()
+    return centers, radii * (1.0 + 1e-14), lower, upper
+
+
+def _pairs(
+    snapshot: Snapshot,
+    rows: NDArray[np.int64],
+    robots: int,
+    tree: KinematicTree,
+    joints: NDArray[np.int64],
+) -> PairTable:
+    """Return the pairs with a robot in them; two bodies that the same joint moves are none."""
+    body_of_row = _inverse(rows)
+    parents = tree.table.parents
+    scales = snapshot.proximity.table.scale
+    bodies, swaps, shared, sizes = [], [], [], []
+    for first, second in candidate_rows(snapshot, np.inf):
+        a, b = body_of_row[first], body_of_row[second]
+        swap = a >= robots
+        if swap:
+            a, b = b, a
+        if a >= robots:
+            continue
+        last = _last_shared(parents, joints[a], joints[b]) if b < robots else 0
+        if b < robots and joints[a] == joints[b]:
+            continue
+        if b >= robots and joints[a] == 0:
+            continue
+        bodies.append((a, b))
+        swaps.append(swap)
+        shared.append(last)
+        sizes.append(scales[[first, second]].max())
+    return PairTable(
+        np.array(bodies, dtype=np.int64).reshape(-1, 2),
+        np.array(swaps, dtype=np.bool_),
+        np.zeros(len(bodies)),
+        OSCULATION * np.array(sizes),
+        np.array(shared, dtype=np.int64),
+    )
+
+
+def _inverse(rows: NDArray[np.int64]) -> NDArray[np.int64]:
+    result = np.empty(len(rows), dtype=np.int64)
+    result[rows] = np.arange(len(rows))
+    return result
+
+
+def _last_shared(parents: NDArray[np.int64], a: int, b: int) -> int:
+    """Return the last joint on the way from the base to both of two joints."""
+    before = set()
+    while a > 0:
+        before.add(int(a))
+        a = parents[a]
+    while b > 0 and int(b) not in before:
+        b = parents[b]
+    return max(int(b), 0)

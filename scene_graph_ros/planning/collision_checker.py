@@ -1,0 +1,383 @@
+"""Which configurations and edges of robots are free of collisions, proven."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+import enum
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
+from scene_graph_ros.geometry.query.arguments import checked_threads
+from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.bodies import new_places
+from scene_graph_ros.planning.check_kernels import (
+    check_configurations,
+    NO_PAIR,
+)
+from scene_graph_ros.planning.checker_plan import make_plan, Plan
+from scene_graph_ros.planning.edge_kernels import (
+    COLLIDES,
+    FREE,
+    new_stretches,
+    prove_edges,
+    UNDECIDED,
+)
+from scene_graph_ros.planning.robot_diagram import RobotDiagram
+from scene_graph_ros.robots.tree_kernels import LANES
+
+__all__ = [
+    "CollisionCheckerError",
+    "EdgeMeasure",
+    "EdgeStatus",
+    "RobotClearance",
+    "SceneGraphCollisionChecker",
+]
+
+_BLOCK = 64
+"""Configurations or edges that a thread takes at a time."""
+
+
+class CollisionCheckerError(SceneGraphError, ValueError):
+    """Arguments of a collision checker that make no sense."""
+
+
+class EdgeStatus(enum.Enum):
+    """What is known of an edge."""
+
+    FREE = FREE
+    """Proven: no configuration on it collides."""
+    COLLIDES = COLLIDES
+    """There is a configuration on it that collides."""
+    UNDECIDED = UNDECIDED
+    """Somewhere the clearance is below the tolerance, so that it counts as not free."""
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeMeasure:
+    """How far an edge from q1 to q2 is free.
+
+    ``distance`` is that of q1 and q2 (Euclidean). ``alpha`` is the largest value found for which
+    all configurations from q1 to ``q1 + alpha (q2 - q1)`` are proven free: 1 where all are,
+    negative where q1 collides.
+    ``least_clearance`` (m) is what all pairs certainly stay apart beyond their padding, 0 unless
+    the edge is free. Where it collides or is undecided, ``configuration`` shows it, and ``pair``
+    names the two geometries.
+    """
+
+    distance: float
+    alpha: float
+    status: EdgeStatus
+    least_clearance: float
+    configuration: NDArray[np.float64] | None
+    pair: tuple[Any, Any] | None
+
+    @property
+    def completely_free(self) -> bool:
+        """Whether the whole edge is free."""
+        return self.status is EdgeStatus.FREE
+
+
+class RobotClearance(NamedTuple):
+    """Padded distances of pairs within a distance of influence, and how q changes them."""
+
+    pairs: tuple[tuple[Any, Any], ...]
+    """Geometry ids; the first in the scene's order."""
+    distances: NDArray[np.float64]
+    """``(k,)`` metres; negative where a pair is nearer than its padding."""
+    jacobians: NDArray[np.float64]
+    """``(k, nq)``: derivative of the distance, m per unit of each position."""
+
+
+class SceneGraphCollisionChecker:
+    """Checks configurations and edges of robots against each other and all else in their scene.
+
+    Pairs are those that the scene's filters leave; two bodies that cannot move relative to each
+    other are no pair. Paddings (m) are distances that must be kept. The scene is taken as it is
+    when the checker is made. Methods may be called from any thread.
+    """
+
+    def __init__(
+        self,
+        model: RobotDiagram,
+        *,
+        env_collision_padding: float = 0.0,
+        self_collision_padding: float = 0.0,
+        tolerance: float = 1e-6,
+    ) -> None:
+        """Prepare for the robots of ``model``.
+
+        ``env_collision_padding`` is kept between robots and what is around them,
+        ``self_collision_padding`` between robots' own bodies; a negative one allows that they
+        overlap. Where an edge's clearance is below ``tolerance`` it is undecided. Raises
+        CollisionCheckerError for a number that is not finite, or a tolerance that is not positive.
+        """
+        self._model, self._tree = model, model.tree
+        links = {int(frame): self._tree.link_index(name) for name, frame in model.frames.items()}
+        self._plan: Plan = make_plan(model.context.snapshot, self._tree, links)
+        environment = _number("env_collision_padding", env_collision_padding)
+        own = _number("self_collision_padding", self_collision_padding)
+        is_of_robot = self._plan.owners[self._plan.pairs.bodies[:, 1]] >= 0
+        self._plan.pairs.paddings[:] = np.where(is_of_robot, own, environment)
+        self._tolerance = _number("tolerance", tolerance)
+        if self._tolerance <= 0.0:
+            raise CollisionCheckerError(f"tolerance must be positive, not {quoted(tolerance)}")
+
+    @property
+    def model(self) -> RobotDiagram:
+        """The robots and their scene."""
+        return self._model
+
+    @property
+    def num_pairs(self) -> int:
+        """How many pairs of geometries are checked."""
+        return len(self._plan.pairs.bodies)
+
+    # Configurations.
+
+    def check_config_collision_free(self, q: ArrayLike) -> bool:
+        """Tell whether no pair is nearer than its padding at q ``(nq,)``.
+
+        Raises KinematicTreeError for another shape and what is not finite.
+        """
+        return bool(self.check_configs_collision_free(_row("q", q))[0])
+
+    def check_configs_collision_free(
+        self, configurations: ArrayLike, *, threads: int = 1
+    ) -> NDArray[np.bool_]:
+        """Tell the same of many configurations ``(n, nq)``; the same for any number of threads."""
+        return self._first_pairs(configurations, threads) == NO_PAIR
+
+    def find_colliding_pair(self, q: ArrayLike) -> tuple[Any, Any] | None:
+        """Return the ids of a pair that is nearer than its padding at q ``(nq,)``, or None."""
+        return self._ids(int(self._first_pairs(_row("q", q), 1)[0]))
+
+    def _first_pairs(self, configurations: ArrayLike, threads: int) -> NDArray[np.int64]:
+        q = self._tree.checked_configurations(configurations)
+        result = np.empty(len(q), dtype=np.int64)
+        plan = self._plan
+
+        def check(part: slice) -> None:
+            places, work = self._scratch()
+            check_configurations(
+                plan.held.places,
+                self._tree.table,
+                plan.bodies,
+                plan.pairs,
+                q[part],
+                self._tree.X_WB,
+                result[part],
+                places,
+                work,
+            )
+
+        _in_threads(check, len(q), threads)
+        return result
+
+    def _scratch(self) -> tuple[Any, Any]:
+        table = self._tree.table
+        return new_places(len(table.kinds), len(self._plan.bodies.rows)), new_workspace()
+
+    def _ids(self, pair: int) -> tuple[Any, Any] | None:
+        if pair == NO_PAIR:
+            return None
+        a, b = self._plan.pairs.bodies[pair]
+        if self._plan.pairs.swaps[pair]:
+            a, b = b, a
+        return self._plan.geometry_ids[a], self._plan.geometry_ids[b]
+
+    def calc_robot_clearance(self, q: ArrayLike, influence_distance: float) -> RobotClearance:
+        """Return the padded distances at q ``(nq,)`` up to a distance (m), and their derivatives.
+
+        A pair of a robot's bodies is there once. Raises KinematicTreeError for a bad q, and
+        CollisionCheckerError for a distance that is negative or not finite.
+        """
+        influence = _number("influence_distance", influence_distance)
+        if influence < 0.0:
+            raise CollisionCheckerError(
+                f"influence_distance must not be negative: {quoted(influence_distance)}"
+            )
+        (configuration,) = self._tree.checked_configurations(_row("q", q))
+        plan, paddings = self._plan, self._plan.pairs.paddings
+        X_WG = self._poses_of_rows(configuration)
+        rows = plan.bodies.rows[plan.pairs.bodies]
+        rows[plan.pairs.swaps] = rows[plan.pairs.swaps, ::-1]
+        near = np.flatnonzero(plan.least_distances(X_WG) <= influence + paddings)
+        reach = max(influence + float(paddings.max(initial=-np.inf)), 0.0)
+        kept, distances, p_ACas, p_BCbs, _, _, nhats_W, *_ = solve_pairs(
+            plan.held, X_WG, rows[near], reach, WITHIN
+        )
+        pair_of = {
+            (int(a), int(b)): int(pair) for pair, (a, b) in zip(near, rows[near], strict=True)
+        }
+        found = np.array([pair_of[int(a), int(b)] for a, b in kept], dtype=np.intp)
+        padded = distances - paddings[found]
+        chosen = np.flatnonzero(padded <= influence)
+        rates = self._tree.velocity_map(configuration)
+        jacobians = np.zeros((len(chosen), self._tree.num_positions))
+        for row, k in enumerate(chosen):
+            sides = ((kept[k, 0], p_ACas[k], 1.0), (kept[k, 1], p_BCbs[k], -1.0))
+            jacobians[row] = self._gradient(configuration, nhats_W[k], sides) @ rates
+        ids = tuple(self._ids(int(pair)) for pair in found[chosen])
+        return RobotClearance(ids, padded[chosen], jacobians)  # type: ignore[arg-type]
+
+    def _poses_of_rows(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the poses ``(n, 4, 4)`` of all rows of the scene's proximity arrays at q."""
+        plan = self._plan
+        robots = len(plan.X_LG)
+        X_WG = self._model.context.snapshot.X_WG.copy()
+        X_WL = self._tree.link_poses(q)
+        X_WG[plan.bodies.rows[:robots]] = X_WL[plan.owners[:robots]] @ plan.X_LG
+        return X_WG
+
+    def _gradient(
+        self, q: NDArray[np.float64], nhat_BA_W: NDArray[np.float64], sides: Iterable[Any]
+    ) -> NDArray[np.float64]:
+        """Return the derivative ``(nv,)`` of a pair's distance.
+
+        Witness points are stationary to first order (envelope theorem): the distance changes as
+        the bodies' own points there move along the normal.
+        """
+        result = np.zeros(self._tree.num_velocities)
+        for row, p_GC, sign in sides:
+            body = self._plan.body_of_row[row]
+            link = self._plan.owners[body]
+            if link >= 0:
+                X_LG = self._plan.X_LG[body]
+                p_LC = X_LG[:3, :3] @ p_GC + X_LG[:3, 3]
+                J = self._tree.jacobians(q, self._tree.link_names[link], p_LC)
+                result += sign * (nhat_BA_W @ J[3:])
+        return result
+
+    # Edges.
+
+    def check_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> bool:
+        """Tell whether the straight edge between two configurations ``(nq,)`` is proven free.
+
+        Floating joints turn the short way at one speed (slerp).
+        """
+        edges = np.stack([_row("q1", q1)[0], _row("q2", q2)[0]])[np.newaxis]
+        return bool(self.check_edges_collision_free(edges)[0])
+
+    def check_edges_collision_free(
+        self, edges: ArrayLike, *, threads: int = 1
+    ) -> NDArray[np.bool_]:
+        """Tell the same of many edges ``(n, 2, nq)``.
+
+        An edge that comes nearer to a collision than the checker's tolerance counts as not free.
+        Raises KinematicTreeError for another shape and what is not finite.
+        """
+        statuses, _, _ = self._prove(edges, threads, measures=False)
+        return statuses == FREE
+
+    def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
+        """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
+        edges = np.stack([_row("q1", q1)[0], _row("q2", q2)[0]])[np.newaxis]
+        return self.measure_edges(edges)[0]
+
+    def measure_edges(self, edges: ArrayLike, *, threads: int = 1) -> list[EdgeMeasure]:
+        """Return the same of many edges ``(n, 2, nq)``."""
+        checked = self._checked_edges(edges)
+        statuses, numbers, found = self._prove(checked, threads, measures=True)
+        return [
+            self._measure(checked[e], int(statuses[e]), numbers[e], int(found[e]))
+            for e in range(len(checked))
+        ]
+
+    def _measure(
+        self, edge: NDArray[np.float64], status: int, numbers: NDArray[np.float64], pair: int
+    ) -> EdgeMeasure:
+        alpha, t, least, _ = numbers.tolist()
+        is_free = status == FREE
+        return EdgeMeasure(
+            distance=float(np.linalg.norm(edge[1] - edge[0])),
+            alpha=-1.0 if status == COLLIDES and t == 0.0 else alpha,
+            status=EdgeStatus(status),
+            least_clearance=max(least, 0.0) if is_free else 0.0,
+            configuration=None if is_free else self._tree.interpolate(edge[0], edge[1], t),
+            pair=self._ids(pair),
+        )
+
+    def _checked_edges(self, edges: ArrayLike) -> NDArray[np.float64]:
+        try:
+            array = np.ascontiguousarray(edges, dtype=np.float64)
+        except (TypeError, ValueError, OverflowError) as error:
+            raise CollisionCheckerError(f"edges must be numbers: {quoted(edges)}") from error
+        nq = self._tree.num_positions
+        if array.ndim != 3 or array.shape[1:] != (2, nq):
+            raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {array.shape}")
+        self._tree.checked_configurations(array.reshape(-1, nq) if nq else array[:, 0])
+        return array
+
+    def _prove(
+        self, edges: ArrayLike, threads: int, *, measures: bool
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
+        checked = self._checked_edges(edges)
+        n, plan, nq = len(checked), self._plan, self._tree.num_positions
+        statuses, numbers = np.empty(n, np.int64), np.empty((n, 4))
+        found = np.empty(n, np.int64)
+
+        def prove(part: slice) -> None:
+            places, work = self._scratch()
+            pairs = self.num_pairs
+            scratch = np.empty(pairs), np.empty(pairs), np.empty((LANES, nq))
+            prove_edges(
+                plan.held.places,
+                self._tree.table,
+                plan.bodies,
+                plan.pairs,
+                plan.reaches,
+                checked[part],
+                self._tree.X_WB,
+                measures,
+                self._tolerance,
+                statuses[part],
+                numbers[part],
+                found[part],
+                scratch,
+                new_stretches(),
+                places,
+                work,
+            )
+
+        _in_threads(prove, n, threads)
+        return statuses, numbers, found
+
+
+def _number(name: str, value: object) -> float:
+    number = as_float(value)
+    if number is None or not math.isfinite(number):
+        raise CollisionCheckerError(f"{name} must be a finite number, not {quoted(value)}")
+    return number
+
+
+def _row(name: str, q: ArrayLike) -> NDArray[np.float64]:
+    """Return one configuration as a batch of one."""
+    try:
+        array = np.asarray(q, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise CollisionCheckerError(f"{name} must be numbers: {quoted(q)}") from error
+    if array.ndim != 1:
+        raise CollisionCheckerError(f"{name} must have shape (nq,), not {array.shape}")
+    return array[np.newaxis]
+
+
+def _parts(count: int) -> Iterator[slice]:
+    return (slice(first, min(first + _BLOCK, count)) for first in range(0, count, _BLOCK))
+
+
+def _in_threads(work: Callable[[slice], None], count: int, threads: int) -> None:
+    """Do the work on all of ``count`` in blocks; kernels hold no lock."""
+    if checked_threads(threads) == 1 or count <= _BLOCK:
+        work(slice(0, count))
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(work, _parts(count)))

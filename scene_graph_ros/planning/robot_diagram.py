@@ -1,0 +1,69 @@
+"""Robots and the scene that they are in, as one model that planning asks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.robots.kinematic_tree import KinematicTree, KinematicTreeError
+from scene_graph_ros.scene_files import load_scene
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry import Context
+    from scene_graph_ros.geometry.model.ids import FrameId
+    from scene_graph_ros.scene_files import LoadedScene
+
+__all__ = ["RobotDiagram", "load_robot_diagram"]
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDiagram:
+    """Robots in a scene graph.
+
+    ``tree`` has the joints and links of all robots, in whose configurations q planning speaks;
+    ``frames`` are its links' frames, where they have one. Where there are several robots, names
+    begin with the robot's and a slash. All else in the scene is where ``context`` has it.
+    """
+
+    scene_graph: SceneGraph
+    context: Context
+    tree: KinematicTree
+    frames: Mapping[str, FrameId]
+
+    @classmethod
+    def of_scene(cls, scene_graph: SceneGraph, scene: LoadedScene) -> RobotDiagram:
+        """Return the robots of a scene file that was applied to a scene graph.
+
+        All is where the file puts it. Raises KinematicTreeError where there is no robot.
+        """
+        robots = {s.name: s.robot for s in scene.sources.values() if s.robot is not None}
+        if not robots:
+            raise KinematicTreeError(f"scene {scene.name!r} has no robot to plan for")
+        context = scene_graph.create_default_context()
+        scene.set_initial_poses(context)
+        if len(robots) == 1:
+            (robot,) = robots.values()
+            tree = robot.model.kinematic_tree(robot.semantics).at(robot.X_WB)
+            return cls(scene_graph, context, tree, MappingProxyType(dict(robot.link_frames)))
+        tree = KinematicTree(scene.name, (), ("world",), (0,), np.eye(4)[np.newaxis])
+        frames: dict[str, FrameId] = {}
+        for name, robot in robots.items():
+            own = robot.model.kinematic_tree(robot.semantics)
+            tree = tree.attached(own, "world", robot.X_WB, prefix=f"{name}/")
+            frames.update({f"{name}/{link}": f for link, f in robot.link_frames.items()})
+        return cls(scene_graph, context, tree, MappingProxyType(frames))
+
+
+def load_robot_diagram(path: str | Path) -> RobotDiagram:
+    """Read a scene file and return its robots, ready to plan for.
+
+    Raises SceneFileError naming file, line and key, and KinematicTreeError where it has no robot.
+    """
+    scene_graph = SceneGraph()
+    return RobotDiagram.of_scene(scene_graph, load_scene(path).apply(scene_graph))
