@@ -3,12 +3,12 @@
 Numba's own cache does not notice when a helper in *another* file changes, nor a change of
 ``NUMBA_BOUNDSCHECK``; it is bound to the path of the sources, and where its folder can't be
 written it writes beside the sources. Here the kernels of a module are kept in a folder whose name
-is a digest of its source, of the sources of all modules of the core that it imports, of this
-package's, of numba's version and of the flags. So a stale kernel can't be loaded, a copied or
+is a digest of its source, of the sources of all modules of ours that it imports, of this
+folder's, of numba's version and of the flags. So a stale kernel can't be loaded, a copied or
 moved installation finds its kernels, and a change of one file compiles only what depends on it.
-This package counts for all, since a kernel may be called with lanes that its module does not
-import. Where the folder can't be
-written, kernels are compiled anew in each process, with one warning.
+This folder counts for all, since a kernel may be called with lanes that its module does not
+import. Where the cache can't be written, kernels are compiled anew in each process, with one
+warning.
 
 Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
 """
@@ -50,8 +50,10 @@ FLAGS: dict[str, Any] = {
     # Nobody passes kernels to C, so nobody needs their entry points for it.
     "no_cfunc_wrapper": True,
 }
-_PACKAGE = "scene_graph_ros.geometry"
-_PACKAGE_FOLDER = Path(__file__).parents[1]
+_PACKAGE = "scene_graph_ros"
+_PACKAGE_FOLDER = Path(__file__).parents[2]
+_WITH_KERNELS = ("geometry", "planning", "robots", "warmup")
+"""Folders of the package in which kernels are, and what says which of them belong together."""
 _IMPORT = re.compile(
     rf"^\s*(?:from|import)\s+({re.escape(_PACKAGE)}[\w.]*)(?:\s+import\s+(\([^)]*\)|.*))?", re.M
 )
@@ -82,10 +84,11 @@ def cache_problem() -> str:
 
 
 def digest_of_everything() -> str:
-    """Hash the sources of the whole core: while it is the same, so is every cached kernel."""
+    """Hash all sources with kernels: while it is the same, so is every cached kernel."""
     digest = hashlib.blake2b(_environment(), digest_size=8)
-    for path in sorted(_PACKAGE_FOLDER.rglob("*.py")):
-        digest.update(path.read_bytes())
+    for folder in _WITH_KERNELS:
+        for path in sorted((_PACKAGE_FOLDER / folder).rglob("*.py")):
+            digest.update(path.read_bytes())
     return digest.hexdigest()
 
 
@@ -96,8 +99,8 @@ class _Locator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
         self._py_file, self._lineno = file, function.__code__.co_firstlineno
         folder = _digest(function.__module__)
         if _module_file(function.__module__) is None:
-            # Not the core's, so the digest says nothing of it.
-            folder = str(Path(folder) / self.get_suitable_cache_subpath(file))
+            # Not this package's, so the digest says nothing of it.
+            folder = str(Path("others", folder) / self.get_suitable_cache_subpath(file))
         self._folder = folder
 
     def get_cache_path(self) -> str:
@@ -188,7 +191,7 @@ def _module_file(name: str) -> Path | None:
 
 @functools.cache
 def _imported_modules(name: str) -> frozenset[str]:
-    """Name the core's modules that the source of module ``name`` imports."""
+    """Name the package's modules that the source of module ``name`` imports."""
     path = _module_file(name)
     if path is None:
         return frozenset()
@@ -202,7 +205,8 @@ def _imported_modules(name: str) -> frozenset[str]:
 @functools.cache
 def _digest(module: str) -> str:
     """Hash what decides the machine code of a module's kernels: sources, versions and flags."""
-    closure = {f"{_PACKAGE}.compiled.{file.stem}" for file in Path(__file__).parent.glob("*.py")}
+    here = __name__.rpartition(".")[0]
+    closure = {f"{here}.{file.stem}" for file in Path(__file__).parent.glob("*.py")}
     pending = {module} | set().union(*map(_imported_modules, closure)) - closure
     while pending:
         name = pending.pop()

@@ -49,7 +49,6 @@ _DOUBLE = ir.DoubleType()
 _WORD = ir.IntType(64)
 _BYTE = ir.IntType(8)
 _INDEX = ir.IntType(32)
-_BITS_OF_BYTE = 8
 _LINE_BYTES = 64
 _TYPES = {PLACE: types.intp, NUMBER: types.float64, YES_OR_NO: types.boolean, None: types.void}
 
@@ -216,10 +215,6 @@ class Code:
     def place(self, value: int) -> Value:
         """Return an integer."""
         return Value(self._builder, ir.Constant(_WORD, value))
-
-    def number(self, value: float) -> Value:
-        """Return a number."""
-        return Value(self._builder, ir.Constant(_DOUBLE, value))
 
     def numbers(self, *values: float) -> Value:
         """Return a vector of numbers."""
