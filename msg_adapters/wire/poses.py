@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,8 +47,11 @@ _SEEN_KEPT = 256
 """Sets of names remembered to notice when one comes again."""
 
 _NANOSECONDS = 10**9
-_LOW_BYTE, _HIGH_BYTE = 0x11, 0x22
-_LOW, _HIGH = np.frombuffer(bytes([_LOW_BYTE] * 8 + [_HIGH_BYTE] * 8), np.float64).tolist()
+_MARKS = itertools.cycle(range(1, 0x60, 2))
+"""Bytes, each with the next one, that numbers are made of to find their places.
+
+Others each time: serializers leave in padding what was in their memory, such as the last marks.
+"""
 """Two numbers that differ in every byte."""
 
 _STAMP_SIZE = 8
@@ -301,14 +305,16 @@ class PoseWire:
     def _find_places(self, data: bytes, message: Any) -> _Places | None:
         """Probe where stamps and numbers are; None where ``message`` can't be read so."""
         kind = self._kind
+        mark = next(_MARKS)
         low, high = (
-            self._serialize(kind.probe(message, MARKED_TIME, number)) for number in (_LOW, _HIGH)
+            self._serialize(kind.probe(message, MARKED_TIME, _number_of(byte)))
+            for byte in (mark, mark + 1)
         )
         # The serializer may give more bytes than the message needs, publishers don't send them.
         size = min(len(low), len(high), len(data))
-        is_number = (_bytes(low)[:size] == _LOW_BYTE) & (_bytes(high)[:size] == _HIGH_BYTE)
+        is_number = (_bytes(low)[:size] == mark) & (_bytes(high)[:size] == mark + 1)
         stamps, numbers = marked_stamps(low), runs(is_number)
-        if not numbers:
+        if not numbers or any((end - begin) % 8 for begin, end in numbers):
             return None
         is_constant = ~is_number
         for place in stamps:
@@ -353,6 +359,11 @@ class PoseWire:
         numbers = as_bytes(kind.numbers(message), np.float64)
         stamps = [stamp_from_msg(stamp) for stamp in kind.stamps(message)]
         return list(kind.names(message)), list(kind.parents(message)), stamps, numbers
+
+
+def _number_of(byte: int) -> float:
+    """Return the number whose bytes are all the same."""
+    return float(np.frombuffer(bytes([byte] * 8), np.float64)[0])
 
 
 def _bytes(data: bytes) -> NDArray[np.uint8]:
