@@ -52,8 +52,8 @@ from scene_graph_ros.node.node import SceneGraphNode
 
 rclpy.init()
 node = SceneGraphNode()
-rclpy.shutdown()
 own = [t for t in threading.enumerate() if t is not threading.current_thread()]
+rclpy.shutdown()
 for thread in own: thread.join(60)
 assert len(own) == 5, own
 assert not any(thread.is_alive() for thread in own), own
