@@ -2,7 +2,7 @@
 
 import math
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel, merged_kernel
 from scene_graph_ros.planning.bodies import (
     distance_at,
     place_bodies,
@@ -32,8 +32,8 @@ def bounds_of(phi, gap, reach):
     return phi - gap, phi + gap
 
 
-@inlined_kernel
-def collides_at(held, bodies, pairs, p, k, places, work):
+@merged_kernel
+def _collides_at(held, bodies, pairs, p, k, places, work):
     """Tell whether a pair is nearer than its padding in configuration k.
 
     Without padding that is what ``has_collisions`` calls a collision. A first look decides all but
@@ -69,7 +69,7 @@ def check_configurations(
             for k in range(count):
                 if places.sure[k] >= padding or first_pair[first + k] != NO_PAIR:
                     continue
-                if collides_at(held, bodies, pairs, p, k, places, work):
+                if _collides_at(held, bodies, pairs, p, k, places, work):
                     first_pair[first + k] = p
                     open_ones -= 1
             if open_ones == 0:

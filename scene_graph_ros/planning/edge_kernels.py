@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel, merged_kernel
 from scene_graph_ros.planning.bodies import (
     distance_at,
     place_bodies,
@@ -153,7 +153,7 @@ def _set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins):
         ways[p], margins[p] = way, _ROUNDING * (1.0 + reach)
 
 
-@inlined_kernel
+@merged_kernel
 def _free_way(held, bodies, pairs, p, k, places, need, tolerance, work):
     """Return how much nearer than now a pair may come, -inf where it collides.
 
@@ -203,7 +203,7 @@ def _place_middles(tree, bodies, stretches, count, is_first, q1, q2, q, X_WB, pl
     place_bodies(tree, bodies, q, 0, X_WB, places)
 
 
-@inlined_kernel
+@merged_kernel
 def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, work):
     """Find how far around the middles all pairs are free: ``free``, negative where one collides.
 
@@ -256,7 +256,7 @@ def _put_rest(stretches, k, measures):
     return has_room
 
 
-@inlined_kernel
+@merged_kernel
 def _prove_edge(
     held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, measures, tolerance, stretches, q,
     places, work, numbers,
