@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.query.arguments import checked_threads
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.planning.bodies import new_places
 from scene_graph_ros.planning.check_kernels import (
     check_configurations,
@@ -146,7 +147,8 @@ class SceneGraphCollisionChecker:
     def check_config_collision_free(self, q: ArrayLike) -> bool:
         """Tell whether no pair is nearer than its padding at q ``(nq,)``.
 
-        Raises KinematicTreeError for another shape and what is not finite.
+        Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
+        for a position beyond all scenes.
         """
         return bool(self.check_configs_collision_free(_row("q", q))[0])
 
@@ -161,7 +163,7 @@ class SceneGraphCollisionChecker:
         return self._ids(int(self._first_pairs(_row("q", q), 1)[0]))
 
     def _first_pairs(self, configurations: ArrayLike, threads: int) -> NDArray[np.int64]:
-        q = self._tree.checked_configurations(configurations)
+        q = self._checked(configurations)
         result = np.empty(len(q), dtype=np.int64)
         plan = self._plan
 
@@ -181,6 +183,18 @@ class SceneGraphCollisionChecker:
 
         _in_threads(check, len(q), threads)
         return result
+
+    def _checked(self, configurations: ArrayLike) -> NDArray[np.float64]:
+        """Return configurations ``(n, nq)`` with positions that poses may have."""
+        q = self._tree.checked_configurations(configurations)
+        far = np.argwhere(np.abs(q) > MAX_COORDINATE)
+        if len(far):
+            row, column = far[0]
+            raise CollisionCheckerError(
+                f"position {self._tree.position_names[column]!r} of configuration {row} is beyond"
+                f" {MAX_COORDINATE:g}: {q[row, column]}"
+            )
+        return q
 
     def _scratch(self) -> tuple[Any, Any]:
         table = self._tree.table
@@ -205,7 +219,7 @@ class SceneGraphCollisionChecker:
             raise CollisionCheckerError(
                 f"influence_distance must not be negative: {quoted(influence_distance)}"
             )
-        (configuration,) = self._tree.checked_configurations(_row("q", q))
+        (configuration,) = self._checked(_row("q", q))
         plan, paddings = self._plan, self._plan.pairs.paddings
         X_WG = self._poses_of_rows(configuration)
         rows = plan.bodies.rows[plan.pairs.bodies]
@@ -314,7 +328,7 @@ class SceneGraphCollisionChecker:
         nq = self._tree.num_positions
         if array.ndim != 3 or array.shape[1:] != (2, nq):
             raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {array.shape}")
-        self._tree.checked_configurations(array.reshape(-1, nq) if nq else array[:, 0])
+        self._checked(array.reshape(-1, nq) if nq else array[:, 0])
         return array
 
     def _prove(

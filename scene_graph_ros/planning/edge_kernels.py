@@ -69,10 +69,7 @@ _ROUNDING = 1e-12
 def _interpolate(tree, q1, q2, t, out):
     """Write the configuration at t between two; quaternions turn the short way at one speed."""
     for i in range(len(q1)):
-        out[i] = q1[i] + t * (q2[i] - q1[i])
-    if t == 1.0:
-        for i in range(len(q1)):
-            out[i] = q2[i]
+        out[i] = (1.0 - t) * q1[i] + t * q2[i]
     for j in range(1, len(tree.kinds)):
         if tree.kinds[j] == FLOATING:
             s = tree.starts[j]

@@ -249,6 +249,17 @@ def test_edges_of_no_length_and_batches_of_none(tmp_path):
     assert checker.check_configs_collision_free(np.empty((0, 1))).shape == (0,)
 
 
+@pytest.mark.parametrize("far", [1e3, 1e9, 1e12])
+def test_edges_across_the_world_have_an_answer(tmp_path, far):
+    """A ball that goes through another one on its way, however long that is, is found or open."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
+    measure = checker.measure_edge([-far], [far])
+    assert measure.status in (EdgeStatus.COLLIDES, EdgeStatus.UNDECIDED)
+    assert 0.4 < measure.alpha < 0.6
+    assert checker.measure_edge([-far], [-1.0]).completely_free
+    assert not checker.check_edge_collision_free([-far], [far])
+
+
 def test_two_robots_in_one_configuration(tmp_path):
     """Names begin with the robot's; they are checked against each other."""
     (tmp_path / "slide.urdf").write_text(SLIDE)
@@ -278,6 +289,8 @@ def test_bad_arguments_are_named(tmp_path):
         checker.check_config_collision_free([[0.0]])
     with pytest.raises(KinematicTreeError, match="'rail' of configuration 1 must be finite"):
         checker.check_edge_collision_free([0.0], [math.inf])
+    with pytest.raises(CollisionCheckerError, match=r"'rail' of configuration 0 is beyond 1e\+"):
+        checker.check_config_collision_free([1e300])
     with pytest.raises(CollisionCheckerError, match=r"shape \(n, 2, 1\), not \(3, 1\)"):
         checker.check_edges_collision_free(np.zeros((3, 1)))
     with pytest.raises(CollisionCheckerError, match="influence_distance must not be negative"):
