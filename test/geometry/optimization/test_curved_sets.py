@@ -2,7 +2,6 @@
 
 from fractions import Fraction
 import math
-import re
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -116,13 +115,28 @@ def test_every_kind_has_its_proofs(n):
                 assert decision.value == value
 
 
-@given(seeds)
+SHORT_OF_ITS_PROMISE = 511
+"""Seed of sets whose support is found to 1.4e-9 of their size, not to 1e-9."""
+
+
+@given(seeds.filter(lambda seed: seed != SHORT_OF_ITS_PROMISE))
 @settings(deadline=None, derandomize=True, max_examples=3)
 def test_projections_and_supports_bound_each_other(seed):
     """The plane through the nearest point, square to the way there, has the set behind it.
 
     Nearest points are inside; along the way back the set reaches as far as they are.
     """
+    check_bounds(seed)
+
+
+@pytest.mark.xfail(raises=SolverError, strict=True, reason="found to 1.4e-9, promised is 1e-9")
+def test_a_support_that_is_short_of_its_promise():
+    """An intersection in three dimensions; the error says how near the search came."""
+    check_bounds(SHORT_OF_ITS_PROMISE)
+
+
+def check_bounds(seed):
+    """Check nearest points against supports."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(1, 4))
     points = 4.0 * rng.normal(size=(1, n))
@@ -132,13 +146,7 @@ def test_projections_and_supports_bound_each_other(seed):
         assert each.point_in_set(nearest, 1e-7).all()
         for k in np.flatnonzero(distances > 1e-3):
             way = (points[k] - nearest[k]) / distances[k]
-            try:
-                reach = each.support(way)
-            except SolverError as error:
-                # Where balls meet almost side by side: it says how near it came.
-                (found,) = re.findall(r"was found to (\S+) only", str(error))
-                assert 1e-9 < float(found) < 1e-8
-                continue
+            reach = each.support(way)
             assert reach.value == pytest.approx(way @ nearest[k], abs=1e-7)
             assert reach.gap < 1e-8
 
