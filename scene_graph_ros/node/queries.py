@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 import importlib
 from typing import Any, TypeVar
 
@@ -40,6 +39,7 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import SignedDistancePairs
 from scene_graph_ros.geometry.query.what_if import ask_what_if
 from scene_graph_ros.node.intake import UNSTAMPED
+from scene_graph_ros.node.made_once import made_once
 from scene_graph_ros.node.tally import points_within, require, signed_distances_within, Tally
 from scene_graph_ros.node.world import WorldSnapshot
 
@@ -62,7 +62,7 @@ class Asked:
     pose_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
     configuration_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
 
-    @cached_property
+    @made_once
     def worlds(self) -> list[QueryObject]:
         """One query object per configuration asked about."""
         query = self.snapshot.query
@@ -101,7 +101,7 @@ class Asked:
         """Raise TooLargeError where ``count`` is over the node's limit."""
         require(self.limit, parameter, count, what)
 
-    @cached_property
+    @made_once
     def tally(self) -> Tally:
         """Counts the rows of the answer while it is computed."""
         return Tally(self.limit)

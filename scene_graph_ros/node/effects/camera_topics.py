@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -21,6 +20,7 @@ from scene_graph_ros.geometry.perception import CameraDescription, ImageKind
 from scene_graph_ros.node.effects.camera_frame import CameraFrame, optical_frame
 from scene_graph_ros.node.effects.declarations import camera_topics
 from scene_graph_ros.node.effects.effect import Host, Outlet
+from scene_graph_ros.node.made_once import made_once
 from scene_graph_ros.node.names import CAMERAS
 from scene_graph_ros.node.qos import image_qos, latched_qos
 
@@ -55,7 +55,7 @@ class _Pixels:
         self._form, self._lens = form, camera.camera.core.intrinsics
         self._frame_id = optical_frame(camera)
 
-    @cached_property
+    @made_once
     def _wire(self) -> BulkWire:
         return BulkWire(serialize_message, self._form.blank(self._lens), self._frame_id)
 

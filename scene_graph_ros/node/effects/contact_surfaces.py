@@ -6,7 +6,6 @@ Imported, and its bodies built, only while the scene has compliant geometry.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any
 
 from rclpy.serialization import serialize_message
@@ -19,6 +18,7 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
 from scene_graph_ros.node.effects.beside import Beside
 from scene_graph_ros.node.effects.effect import Host, Outlet
+from scene_graph_ros.node.made_once import made_once
 from scene_graph_ros.node.names import CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS
 from scene_graph_ros.node.qos import contact_qos, marker_qos
 from scene_graph_ros.node.world import WorldSnapshot
@@ -116,7 +116,7 @@ class ContactSurfacesEffect:
         message = self._wire.message(surfaces, scale=scale, stamp_ns=snapshot.stamp)
         self._markers.publish(message)
 
-    @cached_property
+    @made_once
     def _wire(self) -> ContactSurfaceMarkerWire:
         return ContactSurfaceMarkerWire(self._host.world_frame, serialize_message)
 

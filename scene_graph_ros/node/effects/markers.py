@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 from pathlib import Path
 from typing import ClassVar, NamedTuple, TYPE_CHECKING
 
@@ -19,6 +18,7 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.effect import Host, Outlet
+from scene_graph_ros.node.made_once import made_once
 from scene_graph_ros.node.names import (
     MARKERS_ILLUSTRATION,
     MARKERS_PERCEPTION,
@@ -101,9 +101,9 @@ class RoleMarkers:
             self._placed += count
             self._outlet.publish(message)
 
-    @cached_property
+    @made_once
     def _wire(self) -> MarkerWire:
-        """The markers in bytes, made when somebody listens for the first time."""
+        """The markers in bytes, made when somebody listens: by an update, or an edit beside it."""
         return MarkerWire(
             serialize_message, frame_id=self._frame_id, package_shares=package_shares()
         )

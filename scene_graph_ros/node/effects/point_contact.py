@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
 import time
 from typing import Any
 
@@ -22,6 +21,7 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.effect import Host, Outlet
+from scene_graph_ros.node.made_once import made_once
 from scene_graph_ros.node.names import CONTACT_MARKERS, CONTACTS
 from scene_graph_ros.node.qos import contact_qos, marker_qos
 from scene_graph_ros.node.world import WorldSnapshot
@@ -153,11 +153,11 @@ class PointContact:
         )
         self._markers.publish(message)
 
-    @cached_property
+    @made_once
     def _contact_wire(self) -> ContactWire:
         return ContactWire(self._host.world_frame, serialize_message)
 
-    @cached_property
+    @made_once
     def _marker_wire(self) -> ContactMarkerWire:
         return ContactMarkerWire(self._host.world_frame, serialize_message)
 
