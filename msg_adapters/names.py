@@ -138,13 +138,15 @@ class SceneNames:
         Raises UnknownIdError for an id that is not there.
         """
         ids = np.concatenate([np.asarray(column, np.int64).ravel() for column in columns])
-        rows = self._columns.rows(ids, self.geometry_name)
+        # One object: threads that come first at once each make one, and rows are filled in one.
+        table = self._columns
+        rows = table.rows(ids, self.geometry_name)
         return GeometryNames(
-            id=int64s_to_msg(self._columns.id[rows]),
-            frame_id=int64s_to_msg(self._columns.frame_id[rows]),
-            source=self._columns.source[rows].tolist(),
-            frame=self._columns.frame[rows].tolist(),
-            name=self._columns.name[rows].tolist(),
+            id=int64s_to_msg(table.id[rows]),
+            frame_id=int64s_to_msg(table.frame_id[rows]),
+            source=table.source[rows].tolist(),
+            frame=table.frame[rows].tolist(),
+            name=table.name[rows].tolist(),
         )
 
     @cached_property

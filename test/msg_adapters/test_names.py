@@ -129,6 +129,25 @@ def test_legends_do_not_depend_on_those_before(scene: SimpleNamespace) -> None:
                 assert getattr(legend, column)[row] == getattr(both, column)[expected]
 
 
+def test_a_legend_holds_where_another_thread_comes_first_at_once(
+    scene: SimpleNamespace,
+    monkeypatch: pytest.MonkeyPatch,
+    over_the_wire: Callable[[Any], Any],
+) -> None:
+    """Both make the columns: one's rows are not read among the other's."""
+    names, kind = scene.names, type(scene.names._columns)
+    rows = kind.rows
+
+    def rows_beside_another(columns: Any, *arguments: Any) -> Any:
+        found = rows(columns, *arguments)
+        names.__dict__["_columns"] = kind(names._geometries)
+        return found
+
+    monkeypatch.setattr(kind, "rows", rows_beside_another)
+    legend = over_the_wire(names.legend([int(scene.ball)]))
+    assert (list(legend.source), list(legend.name)) == (["arm"], ["ball"])
+
+
 @pytest.mark.parametrize("unknown", [-1, 0, 10**6, 2**62])
 def test_a_legend_of_an_unknown_id_names_it(scene: SimpleNamespace, unknown: int) -> None:
     """Below, between and beyond the ids that there are, and known ones still have their names."""
