@@ -65,6 +65,13 @@ class PreparedMarkers(NamedTuple):
         return self.rows_before if before is self.base else before.rows_of(self.items.items)
 
 
+class _Sent(NamedTuple):
+    """The messages that were sent last, by rows of the markers that they show."""
+
+    items: MarkerList
+    templates: dict[bytes, Patchable]
+
+
 class MarkerWire:
     """Serializes the markers of one role, as ``SceneMarkers`` and the serializer do."""
 
@@ -84,7 +91,7 @@ class MarkerWire:
         self._plain = PlainPieces(self._array, self._fill.before, frame_id)
         self._rows = MarkerRows()
         self._pieces = Pieces([], self._plain, self._make_piece)
-        self._templates: dict[bytes, Patchable] = {}
+        self._sent = _Sent(self._rows.listed, {})
         empty = MarkerList([])
         self._prepared = PreparedMarkers(empty, self._pieces, {}, empty, [])
 
@@ -123,8 +130,10 @@ class MarkerWire:
         """
         new = before < 0
         result = [np.arange(len(before)), np.flatnonzero(new)]
-        if known is self._rows.listed:
-            for key in list(self._templates):
+        # Read at once: what is shown may be taken over at any moment.
+        listed, templates = self._sent
+        if listed is known:
+            for key in list(templates):
                 was_sent = np.zeros(len(known.items), dtype=bool)
                 was_sent[np.frombuffer(key, dtype=np.int64)] = True
                 moves = np.zeros(len(before), dtype=bool)
@@ -136,7 +145,7 @@ class MarkerWire:
         """Show these markers from now on."""
         self._rows.take(prepared.items, prepared.rows_in)
         self._pieces = prepared.pieces
-        self._templates = dict(prepared.templates)
+        self._sent = _Sent(prepared.items, dict(prepared.templates))
 
     def _look(self, item: MarkerItem) -> Look:
         plain = plain_look(item)
@@ -178,12 +187,12 @@ class MarkerWire:
         return self._with_deletions(data, count, deleted, stamp_ns), count + len(deleted)
 
     def _template(self, rows: NDArray[np.int64]) -> Patchable:
-        key = _key(rows)
-        template = self._templates.pop(key, None) or self._join(rows.tolist(), self._pieces)
-        while len(self._templates) >= _TEMPLATES_KEPT:
-            del self._templates[next(iter(self._templates))]
+        key, templates = _key(rows), self._sent.templates
+        template = templates.pop(key, None) or self._join(rows.tolist(), self._pieces)
+        while len(templates) >= _TEMPLATES_KEPT:
+            del templates[next(iter(templates))]
         # Used last is kept longest.
-        self._templates[key] = template
+        templates[key] = template
         return template
 
     def _starting_over(self, rows: NDArray[np.int64]) -> Patchable:

@@ -8,6 +8,7 @@ from rclpy.serialization import serialize_message
 from visualization_msgs.msg import Marker, MarkerArray
 from wire import assert_same_bytes
 
+from msg_adapters.marker_rows import MarkerRows
 from msg_adapters.markers import MarkerItem, SceneMarkers
 from msg_adapters.wire.markers import MarkerWire
 from scene_graph_ros.geometry import (
@@ -240,6 +241,30 @@ def test_markers_that_were_prepared_in_vain_do_no_harm(rng, shapes):
     both.wire.take(prepared)
     both.scene.set_items(second)
     both.check(poses(rng, len(second)), 2, is_whole=False)
+
+
+def test_markers_are_prepared_while_others_are_taken(rng, shapes, monkeypatch):
+    """An edit's thread may come at any moment of it, also where there are fewer than before."""
+    both = Both()
+    items = [item(i, shape) for i, shape in enumerate(shapes.values())]
+    both.set_items(items)
+    both.check(poses(rng, len(items)), 1, is_whole=True)
+    fewer, more = items[:4], [*items[:4], item(50, Sphere(0.5))]
+    taken = both.wire.prepare(fewer)
+    take, prepared = MarkerRows.take, []
+
+    def take_and_be_interrupted(rows, *arguments):
+        take(rows, *arguments)
+        prepared.append(both.wire.prepare(more))
+
+    monkeypatch.setattr(MarkerRows, "take", take_and_be_interrupted)
+    both.wire.take(taken)
+    both.scene.set_items(fewer)
+    monkeypatch.setattr(MarkerRows, "take", take)
+    both.check(poses(rng, len(fewer)), 2, is_whole=False)
+    both.wire.take(prepared[0])
+    both.scene.set_items(more)
+    both.check(poses(rng, len(more)), 3, is_whole=True)
 
 
 def test_poses_of_a_wrong_number_are_refused(rng, shapes):
