@@ -133,9 +133,8 @@ def test_an_engine_that_fails_costs_its_own_camera_alone(monkeypatch):
     monkeypatch.setattr(BrokenEngine, "is_broken", True)
     world, host = world_of(SCENE, BrokenEngine()), Host()
     host.effects.update(world.snapshot)
-    wait_until(lambda: host.report("camera bad").failure, "the fault")
+    (error,) = wait_until(lambda: host.errors, "the fault")
     assert host.report("camera bad").failure == "RuntimeError: the lens is cracked"
-    (error,) = host.errors
     assert error.startswith("camera bad is off until the scene changes:\n")
 
     def good_goes_on():

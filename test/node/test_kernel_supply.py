@@ -55,7 +55,8 @@ def has_ended(pid: int) -> bool:
     """Tell whether a process is gone, or waits for nothing but its parent's interest."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except FileNotFoundError:
+    except (FileNotFoundError, ProcessLookupError):
+        # Not there, or gone between opening and reading.
         return True
 
 
