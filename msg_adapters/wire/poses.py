@@ -52,7 +52,6 @@ _MARKS = itertools.cycle(range(1, 0x60, 2))
 
 Others each time: serializers leave in padding what was in their memory, such as the last marks.
 """
-"""Two numbers that differ in every byte."""
 
 _STAMP_SIZE = 8
 """Bytes: seconds and nanoseconds."""
