@@ -62,6 +62,9 @@ class GuardedNode(LifecycleNode):
         """Destroy the node; responses whose client is not known yet are forgotten."""
         self._late_responses.close()
         super().destroy_node()
+        # rclpy leaves it to the collector: until then its services seem to be there to everybody,
+        # and with them the node.
+        self._state_machine.destroy_when_not_in_use()
 
     def wake_executor(self) -> None:
         """Let the executor look again at what it waits for, and for how long."""

@@ -6,8 +6,11 @@ import json
 import subprocess
 import sys
 
-from node_harness import environment, ROOT
+from node_harness import Client, environment, ROOT, wait_until
 import pytest
+import rclpy
+
+from scene_graph_ros.node.node import SceneGraphNode
 
 ENDS = {
     "forgets": ("SingleThreadedExecutor", ""),
@@ -91,3 +94,24 @@ def test_threads_end_with_their_context(domain):
     """After a shutdown nothing of the node waits any more, without `destroy_node`."""
     done = run(domain, THREADS)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_destroyed_node_leaves_nothing_in_the_graph(domain):
+    """No service, no name, though the program still has the object."""
+    client, context = Client(domain), rclpy.Context()
+    rclpy.init(context=context, domain_id=domain)
+    node = SceneGraphNode(context=context)
+
+    def services():
+        names = [name for name, _ in client.node.get_service_names_and_types()]
+        return [name for name in names if name.startswith("/scene_graph/")]
+
+    wait_until(
+        lambda: {"/scene_graph/get_state", "/scene_graph/has_collisions"} <= set(services()),
+        "the services of the node",
+    )
+    node.destroy_node()
+    wait_until(lambda: not services(), "the end of its services", timeout=20.0)
+    wait_until(lambda: "scene_graph" not in client.node.get_node_names(), "its end", timeout=20.0)
+    rclpy.shutdown(context=context)
+    client.close()
