@@ -210,8 +210,17 @@ class Client:
             # Deep enough for the answers of as many requests as a test sends at once.
             qos = QoSProfile(depth=CLIENT_DEPTH)
             client = self._clients[name] = self.node.create_client(kind, name, qos_profile=qos)
-        assert client.wait_for_service(DEADLINE), f"no service {name}"
+        assert client.wait_for_service(DEADLINE), f"no service {name}: {self._servers(name)}"
         return client.call_async(request)
+
+    def _servers(self, name: str) -> str:
+        """Say who reads its requests and who writes responses: as many, where it is there."""
+        readers = self.node.get_subscriptions_info_by_topic(f"rq{name}Request", no_mangle=True)
+        writers = self.node.get_publishers_info_by_topic(f"rr{name}Reply", no_mangle=True)
+        return (
+            f"requests are read by {[end.node_name for end in readers]},"
+            f" responses written by {[end.node_name for end in writers]}"
+        )
 
     def call_any(self, kind: Any, name: str, request: Any) -> Any:
         """Call a service of any type and return the response."""
