@@ -21,7 +21,7 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 RUN := .venv/bin/python
 BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-get install \
   python3 python3-venv python3-dev" >&2; false) -m tools.bootstrap
-CORE_TESTS = $(wildcard test/geometry test/planning test/numerics)
+CORE_TESTS = $(wildcard test/geometry test/planning test/views test/numerics)
 # The node's first, as they wait longest: what computes fills the cores while the last of them wait.
 ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/))) \
   test/test_warmup.py

@@ -2,41 +2,30 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from geometry_msgs.msg import Point, Vector3
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker
 
-from msg_adapters.markers import marker_id, MarkerItem
+from msg_adapters.marker_rows import marker_id
 from msg_adapters.stamps import stamp_to_msg
-from scene_graph_ros.geometry.model.rgba import Rgba
+from scene_graph_ros.views.deformables import DeformableItem
+from scene_graph_ros.views.draw_list import DrawItem
+from scene_graph_ros.views.items import DEFAULT_COLOR
 
-__all__ = ["DeformableItem", "deformable_marker_to_msg", "empty_marker"]
-
-_DEFAULT = Rgba(0.7, 0.7, 0.7, 1.0)
-"""Of what has no colour."""
-
-
-class DeformableItem(NamedTuple):
-    """A deformable geometry to draw."""
-
-    item: MarkerItem
-    triangles: NDArray[np.int64]
-    """(t, 3) of its driven mesh."""
+__all__ = ["deformable_marker_to_msg", "empty_marker"]
 
 
-def empty_marker(item: MarkerItem, frame_id: str) -> Marker:
+def empty_marker(item: DrawItem, frame_id: str) -> Marker:
     """Return the marker of a deformable geometry, without corners."""
     marker = Marker(
-        ns=item.ns, id=marker_id(item.geometry_id), type=Marker.TRIANGLE_LIST, action=Marker.ADD
+        ns=item.group, id=marker_id(item.geometry_id), type=Marker.TRIANGLE_LIST, action=Marker.ADD
     )
     marker.header.frame_id = frame_id
     marker.pose.orientation.w = 1.0
     marker.scale = Vector3(x=1.0, y=1.0, z=1.0)
-    color = item.rgba or _DEFAULT
+    color = item.rgba or DEFAULT_COLOR
     marker.color = ColorRGBA(r=color.r, g=color.g, b=color.b, a=color.a)
     return marker
 

@@ -21,17 +21,9 @@ from msg_adapters.marker_rows import (
     HALF_SPACE_EXTENT,
     HALF_SPACE_THICKNESS,
     marker_id,
-    MarkerItem,
     MarkerRows,
 )
-from msg_adapters.meshes import (
-    capsule_triangles,
-    hull_triangles,
-    resource_uri,
-    surface_triangles,
-    triangle_points_to_msg,
-    Triangles,
-)
+from msg_adapters.meshes import resource_uri, triangle_points_to_msg
 from msg_adapters.plain_look import PlainLook
 from msg_adapters.poses import header_to_msg
 from msg_adapters.stamps import stamp_to_msg
@@ -39,12 +31,19 @@ from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
+from scene_graph_ros.views.draw_list import DrawItem
+from scene_graph_ros.views.items import DEFAULT_COLOR
+from scene_graph_ros.views.triangles import (
+    capsule_triangles,
+    hull_triangles,
+    surface_triangles,
+    Triangles,
+)
 
 __all__ = [
     "HALF_SPACE_EXTENT",
     "HALF_SPACE_THICKNESS",
     "SMALLEST_SIZE",
-    "MarkerItem",
     "SceneMarkers",
     "marker_and_triangles",
     "marker_from_shape",
@@ -54,9 +53,6 @@ __all__ = [
 
 SMALLEST_SIZE = 1e-6
 """Metres. Of a point, a sphere of radius 0: viewers warn about markers without any size."""
-
-DEFAULT_COLOR = Rgba(0.7, 0.7, 0.7, 1.0)
-"""Of what has no colour and no file with materials of its own."""
 
 _VIEWER_FILE_TYPES = frozenset({"dae", "glb", "obj", "stl"})
 """Mesh files that RViz and Foxglove read by themselves."""
@@ -78,7 +74,7 @@ def _set_primitive(marker: Marker, kind: int, size: tuple[float, float, float]) 
     marker.scale = _vector(*size)
 
 
-def _mesh_triangles(item: MarkerItem) -> Triangles | None:
+def _mesh_triangles(item: DrawItem) -> Triangles | None:
     """Return the triangles that stand for a mesh; None where viewers read its file."""
     shape = item.shape
     assert isinstance(shape, MeshShape)
@@ -90,7 +86,7 @@ def _mesh_triangles(item: MarkerItem) -> Triangles | None:
 
 
 def _set_mesh_file(
-    marker: Marker, item: MarkerItem, package_shares: Mapping[str, Path] | None
+    marker: Marker, item: DrawItem, package_shares: Mapping[str, Path] | None
 ) -> None:
     shape = item.shape
     assert isinstance(shape, MeshShape)
@@ -123,7 +119,7 @@ _TRIANGLES: dict[ShapeKind, Callable[[Any], Triangles]] = {
 }
 
 
-def plain_look(item: MarkerItem) -> PlainLook | None:
+def plain_look(item: DrawItem) -> PlainLook | None:
     """Return the marker of a geometry as a few numbers; None where it takes triangles."""
     primitive = _PRIMITIVES.get(item.shape.kind)
     if primitive is None:
@@ -131,7 +127,7 @@ def plain_look(item: MarkerItem) -> PlainLook | None:
     kind, size = primitive(item.shape)
     color = item.rgba or DEFAULT_COLOR
     return PlainLook(
-        item.ns,
+        item.group,
         marker_id(item.geometry_id),
         kind,
         Marker.ADD,
@@ -141,7 +137,7 @@ def plain_look(item: MarkerItem) -> PlainLook | None:
 
 
 def marker_from_shape(
-    item: MarkerItem, *, frame_id: str, package_shares: Mapping[str, Path] | None = None
+    item: DrawItem, *, frame_id: str, package_shares: Mapping[str, Path] | None = None
 ) -> Marker:
     """Return the marker of a geometry, at the origin of ``frame_id``.
 
@@ -159,13 +155,13 @@ def marker_from_shape(
 
 
 def marker_and_triangles(
-    item: MarkerItem, *, frame_id: str, package_shares: Mapping[str, Path] | None = None
+    item: DrawItem, *, frame_id: str, package_shares: Mapping[str, Path] | None = None
 ) -> tuple[Marker, Triangles | None]:
     """Return the marker of a geometry that is not plain, and the triangles it is to have, if any.
 
     Raises MeshError or InvalidShapeError where the mesh can't be read.
     """
-    marker = Marker(ns=item.ns, id=marker_id(item.geometry_id), action=Marker.ADD)
+    marker = Marker(ns=item.group, id=marker_id(item.geometry_id), action=Marker.ADD)
     marker.header.frame_id = frame_id
     marker.color = _color(item.rgba or DEFAULT_COLOR)
     make = _TRIANGLES.get(item.shape.kind)
@@ -191,7 +187,7 @@ class SceneMarkers:
         self._rows = MarkerRows()
         self._order: list[Marker] = []
 
-    def set_items(self, items: Iterable[MarkerItem]) -> None:
+    def set_items(self, items: Iterable[DrawItem]) -> None:
         """Take over which geometries there are; what vanished is left for ``deletions``.
 
         Nothing changes where a mesh can't be read, which raises MeshError or InvalidShapeError.
@@ -202,7 +198,7 @@ class SceneMarkers:
         self._rows.set_items(items)
         self._order = markers
 
-    def _build(self, item: MarkerItem) -> Marker:
+    def _build(self, item: DrawItem) -> Marker:
         return marker_from_shape(
             item, frame_id=self._frame_id, package_shares=self._package_shares
         )
@@ -219,8 +215,8 @@ class SceneMarkers:
         """Return a deletion for each marker that vanished since the last call."""
         header = header_to_msg(stamp_ns, self._frame_id)
         markers = [
-            Marker(header=header, ns=ns, id=identity, action=Marker.DELETE)
-            for ns, identity in self._rows.take_vanished()
+            Marker(header=header, ns=group, id=marker_id(identity), action=Marker.DELETE)
+            for group, identity in self._rows.take_vanished()
         ]
         return MarkerArray(markers=markers)
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msg_adapters.errors import MessageError
-from msg_adapters.markers import MarkerItem
 from msg_adapters.names import SceneNames
 from msg_adapters.poses import pose_from_msg, pose_to_msg, poses_to_msg
 from msg_adapters.properties import (
@@ -32,19 +31,17 @@ from scene_graph_msgs.msg import (
 from scene_graph_msgs.msg import GeometrySet as GeometrySetMsg
 from scene_graph_msgs.msg import Shape as ShapeMsg
 from scene_graph_ros.geometry.model.collision_filter import CollisionFilterDeclaration
-from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.frame import GeometryFrame
 from scene_graph_ros.geometry.model.geometry_set import GeometrySet
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId, SourceId
 from scene_graph_ros.geometry.model.instance import GeometryInstance
 from scene_graph_ros.geometry.model.properties import GeometryProperties
-from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.views.draw_list import DrawItem
+from scene_graph_ros.views.items import draw_items
 
 __all__ = [
-    "PROXIMITY_COLOR",
     "filter_from_msg",
     "frame_from_msg",
     "frame_to_msg",
@@ -56,9 +53,6 @@ __all__ = [
     "marker_items",
     "source_to_msg",
 ]
-
-PROXIMITY_COLOR = Rgba(0.9, 0.45, 0.1, 0.5)
-"""Of collision geometry without a colour: see-through, so that what it covers stays visible."""
 
 _ASSIGNED_ROLES = (Role.PROXIMITY, Role.ILLUSTRATION, Role.PERCEPTION)
 
@@ -250,30 +244,7 @@ def marker_items(
     geometry_ids: Iterable[GeometryId | int],
     *,
     mesh_hulls: bool = False,
-) -> list[MarkerItem]:
-    """Return what to draw for geometries with ``role``, in their order.
-
-    The colour is the role's property ("phong", "diffuse"). Without one, collision geometry gets
-    PROXIMITY_COLOR, the rest the materials of its mesh file. ``mesh_hulls`` draws the convex hull
-    of each collision Mesh that is not said to mean its triangles.
-    """
-    items = []
-    for value in geometry_ids:
-        geometry_id = names.geometry_id(int(value))
-        properties = inspector.get_properties(geometry_id, role)
-        shape = inspector.get_shape(geometry_id)
-        rgba = properties.get_property_or_default("phong", "diffuse", None)
-        if rgba is not None:
-            rgba = Rgba.from_value(rgba)
-        elif role is Role.PROXIMITY:
-            rgba = PROXIMITY_COLOR
-        name = names.geometry_name(geometry_id)
-        as_hull = (
-            mesh_hulls
-            and role is Role.PROXIMITY
-            and shape.kind == ShapeKind.MESH
-            and not uses_triangles(properties)
-        )
-        ns = f"{role.name.lower()}/{name.source}/{name.frame}"
-        items.append(MarkerItem(int(geometry_id), ns, shape, rgba, as_hull))
-    return items
+) -> list[DrawItem]:
+    """Return what to draw for geometries with ``role``, in their order: see ``draw_items``."""
+    ids = [names.geometry_id(int(value)) for value in geometry_ids]
+    return draw_items(inspector, role, ids, mesh_hulls=mesh_hulls)

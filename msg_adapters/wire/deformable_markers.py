@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.deformable_markers import DeformableItem, empty_marker
-from msg_adapters.markers import marker_id
+from msg_adapters.deformable_markers import empty_marker
+from msg_adapters.marker_rows import marker_id
 from msg_adapters.poses import header_to_msg
 from msg_adapters.wire.fields import marked_stamps, MARKED_TIME, Serializer
 from msg_adapters.wire.marker_fill import probe_fill
 from msg_adapters.wire.triangles import append_markers, Appendix, TriangleListWire
+from scene_graph_ros.views.deformables import DeformableItem
 
 __all__ = ["DeformableMarkers", "Positions"]
 
@@ -109,7 +110,7 @@ class DeformableMarkers:
 
 def _name(known: _Known) -> tuple[str, int]:
     item = known.item.item
-    return item.ns, marker_id(item.geometry_id)
+    return item.group, marker_id(item.geometry_id)
 
 
 def _appendix(

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.marker_rows import MarkerItem, MarkerList, MarkerRows
+from msg_adapters.marker_rows import marker_id, MarkerRows
 from msg_adapters.markers import marker_and_triangles, plain_look
 from msg_adapters.plain_look import PlainLook
 from msg_adapters.wire.fields import (
@@ -33,6 +33,7 @@ from msg_adapters.wire.marker_pieces import Look, PieceRow, Pieces, TriangleLook
 from msg_adapters.wire.plain_markers import marked_pose, Piece, PlainPieces
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 from scene_graph_ros.geometry.steps import between_steps
+from scene_graph_ros.views.draw_list import DrawItem, DrawList
 
 __all__ = ["MarkerWire", "PreparedMarkers"]
 
@@ -52,15 +53,15 @@ _TEMPLATES_KEPT = 2
 class PreparedMarkers(NamedTuple):
     """The markers of one version of a scene, ready to be taken."""
 
-    items: MarkerList
+    items: DrawList
     pieces: Pieces
     templates: dict[bytes, Patchable]
     """Messages of all, and of those that are likely to be sent next, by their rows."""
-    base: MarkerList
+    base: DrawList
     """The markers that were prepared before, and below the row that each has among them."""
     rows_before: list[int]
 
-    def rows_in(self, before: MarkerList) -> list[int]:
+    def rows_in(self, before: DrawList) -> list[int]:
         """Return the row that each of these has in the list before, -1 for none."""
         return self.rows_before if before is self.base else before.rows_of(self.items.items)
 
@@ -68,7 +69,7 @@ class PreparedMarkers(NamedTuple):
 class _Sent(NamedTuple):
     """The messages that were sent last, by rows of the markers that they show."""
 
-    items: MarkerList
+    items: DrawList
     templates: dict[bytes, Patchable]
 
 
@@ -92,21 +93,21 @@ class MarkerWire:
         self._rows = MarkerRows()
         self._pieces = Pieces([], self._plain, self._make_piece)
         self._sent = _Sent(self._rows.listed, {})
-        empty = MarkerList([])
+        empty = DrawList([])
         self._prepared = PreparedMarkers(empty, self._pieces, {}, empty, [])
 
-    def set_items(self, items: Iterable[MarkerItem]) -> None:
+    def set_items(self, items: Iterable[DrawItem]) -> None:
         """Take over which geometries there are; see ``SceneMarkers.set_items``."""
         self.take(self.prepare(items))
 
-    def prepare(self, items: Iterable[MarkerItem]) -> PreparedMarkers:
+    def prepare(self, items: Iterable[DrawItem]) -> PreparedMarkers:
         """Return the markers of a scene in bytes, in their order, to be taken.
 
         What they have in common with those that were prepared before is not made again. Any
         thread may call this while another sends messages. Raises MeshError or InvalidShapeError
         where a mesh can't be read, ValueError where two markers have the same namespace and id.
         """
-        listed, known = MarkerList(items), self._prepared
+        listed, known = DrawList(items), self._prepared
         before = known.items.rows_of(listed.items)
         markers = [
             self._look(item) if row < 0 else known.pieces.markers[row]
@@ -121,9 +122,7 @@ class MarkerWire:
         self._prepared = PreparedMarkers(listed, pieces, templates, known.items, before)
         return self._prepared
 
-    def _likely_rows(
-        self, known: MarkerList, before: NDArray[np.int64]
-    ) -> list[NDArray[np.int64]]:
+    def _likely_rows(self, known: DrawList, before: NDArray[np.int64]) -> list[NDArray[np.int64]]:
         """Return which rows messages are likely to have: all, those that are new, and what moves.
 
         What moves is what was sent last; ``before`` has the rows among the markers before.
@@ -147,7 +146,7 @@ class MarkerWire:
         self._pieces = prepared.pieces
         self._sent = _Sent(prepared.items, dict(prepared.templates))
 
-    def _look(self, item: MarkerItem) -> Look:
+    def _look(self, item: DrawItem) -> Look:
         plain = plain_look(item)
         if plain is not None:
             return plain
@@ -173,7 +172,10 @@ class MarkerWire:
         whatever a viewer may show is deleted first.
         """
         rows = np.arange(len(X_WG)) if is_whole else self._rows.moved(X_WG)
-        deleted = [_deletion(*key, Marker.DELETE) for key in self._rows.take_vanished()]
+        deleted = [
+            _deletion(group, marker_id(identity), Marker.DELETE)
+            for group, identity in self._rows.take_vanished()
+        ]
         X_WM = self._rows.place(rows, X_WG)
         template = self._starting_over(rows) if starts_over else self._template(rows)
         template.put_stamp(stamp_ns)

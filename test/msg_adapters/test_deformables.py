@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from wire import assert_same_bytes
 
 from msg_adapters.contact_rows import deformable_rows
-from msg_adapters.deformable_markers import deformable_marker_to_msg, DeformableItem
+from msg_adapters.deformable_markers import deformable_marker_to_msg
 from msg_adapters.deformables import (
     configurations_from_msg,
     configurations_to_msg,
@@ -19,7 +19,6 @@ from msg_adapters.deformables import (
     volume_mesh_to_msg,
 )
 from msg_adapters.errors import MessageError
-from msg_adapters.markers import MarkerItem
 from msg_adapters.names import SceneNames
 from msg_adapters.wire.deformable_markers import DeformableMarkers, Positions
 from msg_adapters.wire.markers import MarkerWire
@@ -34,6 +33,8 @@ from scene_graph_msgs.msg import (
 )
 from scene_graph_ros import geometry as core
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.views.deformables import DeformableItem
+from scene_graph_ros.views.draw_list import DrawItem
 
 VERTICES = np.array([(0, 0, 0), (1.5, 0, 0), (0, 2.5, 0), (0, 0, 3.5), (1, 1, -4.5)])
 TETRAHEDRA = np.array([(0, 1, 2, 3), (0, 2, 1, 4)])
@@ -214,7 +215,7 @@ def items_of(graph, ids, names):
     inspector = graph.model_inspector()
     return [
         DeformableItem(
-            MarkerItem(int(i), f"r/s/{names.geometry_name(i).name}", core.Sphere(1.0),
+            DrawItem(int(i), f"r/s/{names.geometry_name(i).name}", core.Sphere(1.0),
                        core.Rgba(0.125, 0.25, 0.5, 1.0)),
             inspector.get_driven_meshes(i, core.Role.ILLUSTRATION)[0].triangles,
         )
@@ -240,7 +241,7 @@ def test_markers_stand_behind_those_of_rigid_geometry(soft, name, rigid):
     graph, source, ids, context, names = soft
     shapes = [core.Capsule(0.1, 0.2), core.Sphere(0.5), core.Box(1, 2, 3)][:rigid]
     before = [
-        MarkerItem(100 + i, f"{name}{i}", shape, core.Rgba(1, 0, 0, 1))
+        DrawItem(100 + i, f"{name}{i}", shape, core.Rgba(1, 0, 0, 1))
         for i, shape in enumerate(shapes)
     ]
     wire = MarkerWire(serialize_message, frame_id="world")

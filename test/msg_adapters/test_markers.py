@@ -10,12 +10,10 @@ import pytest
 from visualization_msgs.msg import Marker
 
 from msg_adapters.markers import (
-    DEFAULT_COLOR,
     HALF_SPACE_EXTENT,
     HALF_SPACE_THICKNESS,
     marker_from_shape,
     marker_id,
-    MarkerItem,
     SceneMarkers,
     SMALLEST_SIZE,
 )
@@ -31,6 +29,8 @@ from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
+from scene_graph_ros.views.draw_list import DrawItem
+from scene_graph_ros.views.items import DEFAULT_COLOR
 
 RED = Rgba(0.75, 0.125, 0.25, 0.5)
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
@@ -49,9 +49,9 @@ STAMP = 5_000_000_006
 X = pose_from_xyz_rpy((1.5, -2.5, 3.5), (0.1, 0.2, 0.3))
 
 
-def item(shape: Shape, geometry_id: int = 7, rgba: Rgba | None = RED, **fields: Any) -> MarkerItem:
+def item(shape: Shape, geometry_id: int = 7, rgba: Rgba | None = RED, **fields: Any) -> DrawItem:
     """Return an item to draw."""
-    return MarkerItem(geometry_id, "proximity/arm/hand", shape, rgba, **fields)
+    return DrawItem(geometry_id, "proximity/arm/hand", shape, rgba, **fields)
 
 
 @pytest.fixture
@@ -179,7 +179,7 @@ def test_marker_ids_fit_the_field() -> None:
     assert marker_id(2**31 + 5) == 5
 
 
-def scene_markers(*items: MarkerItem) -> SceneMarkers:
+def scene_markers(*items: DrawItem) -> SceneMarkers:
     """Return markers of the items."""
     markers = SceneMarkers(frame_id="map")
     markers.set_items(items)
@@ -276,10 +276,10 @@ def test_an_unreadable_mesh_changes_nothing(tmp_path: Path) -> None:
 
 
 def test_callers_mistakes_are_told() -> None:
-    """Two markers of one name, and another number of poses than of markers."""
-    with pytest.raises(ValueError, match="same namespace and id"):
+    """Two markers of one geometry, and another number of poses than of markers."""
+    with pytest.raises(ValueError, match="same group and geometry id"):
         scene_markers(item(Sphere(0.5), 1), item(Sphere(0.75), 1))
-    with pytest.raises(ValueError, match="1 markers"):
+    with pytest.raises(ValueError, match="1 items"):
         scene_markers(item(Sphere(0.5), 1)).full(np.stack([X, X]), STAMP)
 
 

@@ -9,7 +9,6 @@ import pytest
 
 from msg_adapters import scene as adapters
 from msg_adapters.errors import MessageError
-from msg_adapters.markers import MarkerItem
 from msg_adapters.poses import pose_to_msg
 from msg_adapters.stamps import stamp_to_msg
 from scene_graph_msgs.msg import (
@@ -36,9 +35,9 @@ from scene_graph_ros.geometry.model.properties import (
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.shapes.box import Box
-from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
+from scene_graph_ros.views.items import draw_items
 
 X = pose_from_xyz_rpy((1.5, -2.5, 3.5), (0.1, 0.2, 0.3))
 
@@ -215,44 +214,13 @@ def test_geometries_are_described_as_far_as_asked(
     assert adapters.instance_from_msg(full.description).shape() == Sphere(0.125)
 
 
-def test_marker_items_name_role_source_and_frame(scene: SimpleNamespace) -> None:
-    """The colour is the role's own, or what the role has where there is none."""
-    illustration = adapters.marker_items(
-        scene.inspector, scene.names, Role.ILLUSTRATION, [scene.tip]
-    )
-    assert illustration == [
-        MarkerItem(
-            int(scene.tip), "illustration/arm/hand", Sphere(0.125), Rgba(0.125, 0.25, 0.5, 0.75)
-        )
-    ]
-    tip, floor = adapters.marker_items(
+def test_marker_items_take_ids_as_messages_have_them(scene: SimpleNamespace) -> None:
+    """Integers and ids name the same geometries, in their order; unknown ones are refused."""
+    items = adapters.marker_items(
         scene.inspector, scene.names, Role.PROXIMITY, [int(scene.tip), scene.floor]
     )
-    assert (tip.ns, floor.ns) == ("proximity/arm/hand", "proximity/cell/world")
-    assert tip.rgba == floor.rgba == adapters.PROXIMITY_COLOR
-
-
-def test_an_illustration_without_colour_leaves_it_to_the_mesh(scene: SimpleNamespace) -> None:
-    """No colour is passed on as none, so that the materials of a file show."""
-    scene.graph.assign_role(scene.arm, scene.ball, IllustrationProperties())
-    (item,) = adapters.marker_items(scene.inspector, scene.names, Role.ILLUSTRATION, [scene.ball])
-    assert item.rgba is None
-
-
-def test_a_collision_mesh_is_drawn_as_what_it_means_when_asked(scene: SimpleNamespace) -> None:
-    """With mesh_hulls a Mesh that means its hull is drawn so, one that means triangles is not."""
-    mesh = Mesh(vertices=np.vstack([np.zeros(3), np.eye(3)]), faces=[(0, 2, 1), (0, 1, 3)])
-    ids = []
-    for word in ("convex_hull", "triangles"):
-        instance = GeometryInstance(np.eye(4), mesh, word)
-        properties = ProximityProperties()
-        properties.add_property("mesh", "representation", word)
-        instance.set_proximity_properties(properties)
-        ids.append(scene.graph.register_geometry(scene.arm, scene.hand, instance))
-
-    names = type(scene.names)(scene.inspector)
-    for asked, expected in ((True, [True, False]), (False, [False, False])):
-        items = adapters.marker_items(
-            scene.inspector, names, Role.PROXIMITY, ids, mesh_hulls=asked
-        )
-        assert [item.as_hull for item in items] == expected
+    ids = [scene.tip, scene.floor]
+    assert items == draw_items(scene.inspector, Role.PROXIMITY, ids)
+    assert [item.geometry_id for item in items] == [int(each) for each in ids]
+    with pytest.raises(UnknownIdError):
+        adapters.marker_items(scene.inspector, scene.names, Role.PROXIMITY, [10**9])

@@ -7,13 +7,11 @@ from functools import partial
 
 from rclpy.serialization import serialize_message
 
-from msg_adapters.deformable_markers import DeformableItem
-from msg_adapters.scene import marker_items
 from msg_adapters.wire.deformable_markers import DeformableMarkers, Positions
 from scene_graph_ros.geometry import Role
-from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.views.deformables import deformable_items
 
 __all__ = ["RoleDeformables"]
 
@@ -30,19 +28,10 @@ class RoleDeformables:
 
     def set_items(self, snapshot: WorldSnapshot) -> None:
         """Take over which geometries there are."""
-        role, inspector = self._role, snapshot.inspector
-        ids = snapshot.query.snapshot.state.deformable_ids(role)
-        items = []
-        self._shown = {}
-        described = marker_items(inspector, snapshot.names, role, ids)
-        for geometry_id, item in zip(ids, described, strict=True):
-            try:
-                (surface,) = inspector.get_driven_meshes(geometry_id, role)
-            except SceneGraphError as error:
-                self._warn(int(geometry_id), error)
-                continue
-            items.append(DeformableItem(item, surface.triangles))
-            self._shown[int(geometry_id)] = geometry_id
+        ids = snapshot.query.snapshot.state.deformable_ids(self._role)
+        items = deformable_items(snapshot.inspector, self._role, ids, self._warn)
+        can_be_shown = {shown.item.geometry_id for shown in items}
+        self._shown = {int(each): each for each in ids if int(each) in can_be_shown}
         self._markers.set_items(items)
 
     def append(

@@ -10,7 +10,7 @@ from ament_index_python.packages import get_packages_with_prefixes
 from rclpy.serialization import serialize_message
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.markers import marker_from_shape, MarkerItem
+from msg_adapters.markers import marker_from_shape
 from msg_adapters.scene import marker_items
 from msg_adapters.wire.markers import MarkerWire, PreparedMarkers
 from scene_graph_msgs.msg import GeometryName
@@ -26,6 +26,7 @@ from scene_graph_ros.node.names import (
 )
 from scene_graph_ros.node.qos import marker_qos
 from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.views.draw_list import DrawItem
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.effects.deformable_markers import RoleDeformables
@@ -66,7 +67,7 @@ class RoleMarkers:
         self._scene_version = -1
         self._sequence = -1
         self._unshown: set[int] = set()
-        self._items: dict[int, tuple[GeometryName, MarkerItem]] = {}
+        self._items: dict[int, tuple[GeometryName, DrawItem]] = {}
         self._ready: _Ready | None = None
         self._rows: list[int] | None = None
         self._placed = 0
@@ -130,7 +131,7 @@ class RoleMarkers:
             markers = self._wire.prepare([items[row] for row in rows])
         return _Ready(snapshot.scene_version, markers, rows)
 
-    def _items_of(self, snapshot: WorldSnapshot) -> list[MarkerItem]:
+    def _items_of(self, snapshot: WorldSnapshot) -> list[DrawItem]:
         """Return what is to be shown; what is named as before is as before, by `SceneNames`."""
         names, known = snapshot.names, self._items
         ids = snapshot.query.snapshot.role_arrays(self.ROLE).ids.tolist()
@@ -160,7 +161,7 @@ class RoleMarkers:
         if self._deformables is not None:
             self._deformables.set_items(snapshot)
 
-    def _can_show(self, item: MarkerItem) -> bool:
+    def _can_show(self, item: DrawItem) -> bool:
         try:
             marker_from_shape(item, frame_id="")
         except SceneGraphError as error:

@@ -9,7 +9,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from wire import assert_same_bytes
 
 from msg_adapters.marker_rows import MarkerRows
-from msg_adapters.markers import MarkerItem, SceneMarkers
+from msg_adapters.markers import SceneMarkers
 from msg_adapters.wire.markers import MarkerWire
 from scene_graph_ros.geometry import (
     Box,
@@ -23,6 +23,7 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
+from scene_graph_ros.views.draw_list import DrawItem
 
 VERTICES = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
 FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
@@ -57,7 +58,7 @@ def shapes(tmp_path):
 
 def item(geometry_id, shape, ns="proximity/arm/hand", rgba=RED):
     """Return an item to draw."""
-    return MarkerItem(geometry_id, ns, shape, rgba)
+    return DrawItem(geometry_id, ns, shape, rgba)
 
 
 def poses(rng, count):
@@ -272,7 +273,7 @@ def test_poses_of_a_wrong_number_are_refused(rng, shapes):
     both = Both()
     both.set_items([item(1, shapes["box"])])
     for is_whole in (True, False):
-        with pytest.raises(ValueError, match="1 markers"):
+        with pytest.raises(ValueError, match="1 items"):
             both.wire.message(poses(rng, 2), 1, is_whole=is_whole)
 
 
