@@ -38,6 +38,9 @@ _SLACK_ROUNDING = 16.0 * EPSILON
 _REFINE_EVERY = 16
 """Steps after which the inverse is refined: each loses a digit at worst."""
 
+_MOST_BROKEN = 4
+"""Broken rows that are mended at the end, for each variable."""
+
 _SPLITTER = 134217729.0  # 2^27 + 1
 
 
@@ -214,6 +217,70 @@ def _first_row(A, b, num_equalities, in_basis, x, d, first):
 
 
 @kernel
+def _broken_row(A, b, num_equalities, in_basis, x):
+    """Return the row that a point breaks most, by more than rounding; -1 for none."""
+    row, worst = -1, 0.0
+    for i in range(num_equalities, len(b)):
+        if not in_basis[i]:
+            size = abs(b[i])
+            for k in range(len(x)):
+                size += abs(A[i, k] * x[k])
+            excess = -exact_residual(A[i], x, b[i])
+            if excess > _SLACK_ROUNDING * size and excess > worst:
+                row, worst = i, excess
+    return row
+
+
+@kernel
+def _place_to_leave(A, basis, inverse, num_equalities, y, row):
+    """Return the place of the basis that a broken row takes, -1 for none.
+
+    Multipliers stay positive: the row of the one that is down to zero first leaves, and where
+    several are at once, that which the row meets most squarely.
+    """
+    n = len(y)
+    weights = np.zeros(n)
+    least = np.inf
+    for j in range(n):
+        for k in range(n):
+            weights[j] += A[row, k] * inverse[k, j]
+        if basis[j] < 0:
+            weights[j] = abs(weights[j])
+        elif basis[j] < num_equalities:
+            weights[j] = 0.0
+        if weights[j] > _NO_PIVOT:
+            least = min(least, (max(y[j], 0.0) + _NO_RATE) / weights[j])
+    place, best = -1, 0.0
+    for j in range(n):
+        if weights[j] > max(best, _NO_PIVOT) and max(y[j], 0.0) <= least * weights[j]:
+            place, best = j, weights[j]
+    return place
+
+
+@kernel
+def _descend(A, b, num_equalities, c, x, basis, inverse, y, in_basis):
+    """Step from a corner above the set down to it (the dual simplex method, Lemke 1954).
+
+    Where rows are nearly parallel, rounding on the way up leaves a corner that breaks others.
+    """
+    for _ in range(_MOST_BROKEN * len(x)):
+        row = _broken_row(A, b, num_equalities, in_basis, x)
+        if row < 0:
+            break
+        place = _place_to_leave(A, basis, inverse, num_equalities, y, row)
+        if place < 0:
+            break
+        _replace(A, inverse, row, place)
+        if basis[place] >= 0:
+            in_basis[basis[place]] = False
+        basis[place] = row
+        in_basis[row] = True
+        _refine(A, basis, inverse)
+        _settle(A, b, basis, inverse, x)
+        _edge_up(c, basis, inverse, num_equalities, y, False)
+
+
+@kernel
 def climb(A, b, num_equalities, c, x, basis, inverse, y, ray, max_steps):
     """Walk from a point x ``(n,)`` of the set to where ``c . x`` is largest.
 
@@ -255,4 +322,6 @@ def climb(A, b, num_equalities, c, x, basis, inverse, y, ray, max_steps):
             _refine(A, basis, inverse)
     _refine(A, basis, inverse)
     _settle(A, b, basis, inverse, x)
+    if status == OPTIMAL:
+        _descend(A, b, num_equalities, c, x, basis, inverse, y, in_basis)
     return status
