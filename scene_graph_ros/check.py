@@ -25,10 +25,11 @@ from scene_graph_ros.node.effects.declarations import (
     count_deformable,
     EFFECT_NAMES,
 )
-from scene_graph_ros.node.half_spaces import check_half_spaces
-from scene_graph_ros.node.names import NODE_NAME
-from scene_graph_ros.node.parameters import PARAMETERS, validate
-from scene_graph_ros.node.topic_names import SourceTopic, topic_problems, topics_of
+from scene_graph_ros.node.runtime.names import NODE_NAME
+from scene_graph_ros.node.runtime.parameters import PARAMETERS, validate
+from scene_graph_ros.node.topic_names import topic_problems
+from scene_graph_ros.node.world.half_spaces import check_half_spaces
+from scene_graph_ros.node.world.source_topics import SourceTopic, topics_of
 from scene_graph_ros.robots.registration import register_robot
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.semantic_model import SemanticModel

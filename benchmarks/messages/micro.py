@@ -28,9 +28,9 @@ from msg_adapters.scene import marker_items
 from msg_adapters.wire.markers import MarkerWire
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
-from scene_graph_ros.node.inputs import Channel
-from scene_graph_ros.node.intake import Intake, TimeLimits
-from scene_graph_ros.node.world import World
+from scene_graph_ros.node.world.inputs import Channel
+from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
 __all__ = ["markers", "received_poses"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NoReturn
 
-from scene_graph_ros.node.ending import Ending
+from scene_graph_ros.node.runtime.ending import Ending
 
 __all__ = ["main"]
 

@@ -8,9 +8,9 @@ from typing import Any
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.node.guarded import GuardedNode
-from scene_graph_ros.node.kernel_watch import KernelWatch
-from scene_graph_ros.node.names import NODE_NAME
+from scene_graph_ros.node.runtime.guarded import GuardedNode
+from scene_graph_ros.node.runtime.kernel_watch import KernelWatch
+from scene_graph_ros.node.runtime.names import NODE_NAME
 from scene_graph_ros.node.server import Server
 
 __all__ = ["SceneGraphNode"]

@@ -20,10 +20,10 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from scene_graph_ros.geometry.compiled.cache import KernelCacheWarning
-from scene_graph_ros.node.collecting import keep_what_is_there, look_at_all_again
-from scene_graph_ros.node.ending import Ending
 from scene_graph_ros.node.node import SceneGraphNode
-from scene_graph_ros.node.parameters import PARAMETERS
+from scene_graph_ros.node.runtime.collecting import keep_what_is_there, look_at_all_again
+from scene_graph_ros.node.runtime.ending import Ending
+from scene_graph_ros.node.runtime.parameters import PARAMETERS
 
 __all__ = ["make_executor", "run"]
 

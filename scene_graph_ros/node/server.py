@@ -16,29 +16,26 @@ from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.node.configuration_inputs import ConfigurationInputs
-from scene_graph_ros.node.declare import NodeParameters
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
-from scene_graph_ros.node.edits import Tools
+from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.guarded import GuardedNode
-from scene_graph_ros.node.inputs import message_type, PoseInputs
-from scene_graph_ros.node.intake import TimeLimits
-from scene_graph_ros.node.kernel_supply import KernelSupply
-from scene_graph_ros.node.loop import OwnThreadGroup, Topic, UpdateLoop
-from scene_graph_ros.node.names import DIAGNOSTICS
-from scene_graph_ros.node.namesakes import Namesakes
-from scene_graph_ros.node.precedence import Precedence
-from scene_graph_ros.node.qos import diagnostics_qos, overridable
-from scene_graph_ros.node.scenes import SceneLoader
-from scene_graph_ros.node.services import Services
-from scene_graph_ros.node.topic_names import (
-    check_topics,
-    expand_topic,
-    TopicNameError,
-    topics_of,
-)
-from scene_graph_ros.node.world import Edit, World, WorldSnapshot
+from scene_graph_ros.node.runtime.declare import NodeParameters
+from scene_graph_ros.node.runtime.guarded import GuardedNode
+from scene_graph_ros.node.runtime.kernel_supply import KernelSupply
+from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic, UpdateLoop
+from scene_graph_ros.node.runtime.names import DIAGNOSTICS
+from scene_graph_ros.node.runtime.namesakes import Namesakes
+from scene_graph_ros.node.runtime.precedence import Precedence
+from scene_graph_ros.node.runtime.qos import diagnostics_qos, overridable
+from scene_graph_ros.node.services.services import Services
+from scene_graph_ros.node.topic_names import check_topics, expand_topic, TopicNameError
+from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
+from scene_graph_ros.node.world.edits import Tools
+from scene_graph_ros.node.world.inputs import message_type, PoseInputs
+from scene_graph_ros.node.world.intake import TimeLimits
+from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.source_topics import topics_of
+from scene_graph_ros.node.world.world import Edit, World, WorldSnapshot
 
 __all__ = ["Server"]
 
@@ -151,7 +148,7 @@ class Server:
             precedence=self._precedence,
         )
         world.set_accuracy(self.parameter("accuracy"))
-        loader = SceneLoader(self.parameter("package_paths"), message_type)
+        loader = SceneLoader(self.parameter("package_paths"), message_type, EFFECT_NAMES)
         scene = self.parameter("scene")
         if scene:
             world.edit(lambda edit: loader.load(edit, scene))

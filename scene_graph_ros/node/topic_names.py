@@ -1,37 +1,20 @@
-"""The topics that sources send on: names that ROS allows, each of one type, none the node's own.
+"""What topics of sources may be called: names that ROS allows, each of one type, none the node's.
 
 Nothing of ROS is imported, so that files can be checked without it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
 import re
-from typing import Protocol
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.effects.declarations import EFFECTS
-from scene_graph_ros.node.names import (
-    default_configuration_topic,
-    default_pose_topic,
-    DIAGNOSTICS,
-    NODE_NAME,
-)
+from scene_graph_ros.node.runtime.names import DIAGNOSTICS, NODE_NAME
+from scene_graph_ros.node.world.source_topics import SourceTopic
 
-__all__ = [
-    "SourceTopic",
-    "TopicNameError",
-    "check_topics",
-    "configuration_topic",
-    "expand_topic",
-    "pose_topic",
-    "topic_problems",
-    "topics_of",
-]
-
-CONFIGURATION_TYPE = "scene_graph_msgs/msg/DeformableConfigurations"
+__all__ = ["TopicNameError", "check_topics", "expand_topic", "topic_problems"]
 
 OWN_TOPICS = (
     *dict.fromkeys(topic for effect in EFFECTS for topic in effect.topics),
@@ -53,62 +36,6 @@ _RULE = "parts between slashes are letters, digits and '_' and begin with no dig
 
 class TopicNameError(SceneGraphError, ValueError):
     """A topic whose name ROS does not allow, or that is used for something else already."""
-
-
-class Sender(Protocol):
-    """What is known of a source: empty topics are the default ones, no type means no poses."""
-
-    @property
-    def name(self) -> str:
-        """Name of the source."""
-
-    @property
-    def pose_type(self) -> str:
-        """Type of its pose messages."""
-
-    @property
-    def pose_topic(self) -> str:
-        """Topic of its poses as given."""
-
-    @property
-    def configuration_topic(self) -> str:
-        """Topic of its configurations as given."""
-
-
-@dataclass(frozen=True)
-class SourceTopic:
-    """A topic that a source sends ``noun`` on, as asked for: before namespaces and remapping."""
-
-    source: str
-    noun: str
-    topic: str
-    type: str
-    is_default: bool
-
-
-def pose_topic(sender: Sender) -> str:
-    """Return the topic of a source's poses as asked for."""
-    return sender.pose_topic or default_pose_topic(sender.name, sender.pose_type)
-
-
-def configuration_topic(sender: Sender) -> str:
-    """Return the topic of a source's configurations as asked for."""
-    return sender.configuration_topic or default_configuration_topic(sender.name)
-
-
-def topics_of(senders: Iterable[Sender], deforming: Container[str]) -> dict[SourceTopic, None]:
-    """Return all topics; ``deforming`` are the names of sources with deformable geometry."""
-    topics: dict[SourceTopic, None] = {}
-    for sender in senders:
-        name, kind = sender.name, sender.pose_type
-        if kind:
-            topic, is_default = pose_topic(sender), not sender.pose_topic
-            topics[SourceTopic(name, "poses", topic, kind, is_default)] = None
-        if name in deforming:
-            topic, is_default = configuration_topic(sender), not sender.configuration_topic
-            kind = CONFIGURATION_TYPE
-            topics[SourceTopic(name, "configurations", topic, kind, is_default)] = None
-    return topics
 
 
 def expand_topic(topic: str, *, node: str = NODE_NAME, namespace: str = "/") -> str:

@@ -5,8 +5,8 @@ import re
 import subprocess
 import sys
 
-from scene_graph_ros.node.names import service_name
-from scene_graph_ros.node.parameters import PARAMETERS
+from scene_graph_ros.node.runtime.names import service_name
+from scene_graph_ros.node.runtime.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()

@@ -5,7 +5,7 @@ import re
 
 from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises
-from scene_graph_ros.node.parameters import defaults
+from scene_graph_ros.node.runtime.parameters import defaults
 from scene_graph_ros.scene_files import yaml_document
 
 ROOT = Path(__file__).parents[2]

@@ -15,11 +15,11 @@ from sensor_msgs.msg import JointState, MultiDOFJointState
 
 from scene_graph_msgs.msg import DeformableConfigurations
 from scene_graph_ros.geometry import GeometryInstance, ProximityProperties, SceneGraph, Sphere
-from scene_graph_ros.node.configurations import ConfigurationChannel
-from scene_graph_ros.node.inputs import Channel
-from scene_graph_ros.node.intake import Intake, TimeLimits
-from scene_graph_ros.node.scene import SourceRecord
-from scene_graph_ros.node.world import World
+from scene_graph_ros.node.world.configurations import ConfigurationChannel
+from scene_graph_ros.node.world.inputs import Channel
+from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
 NOW = 1_000_000_000_000

@@ -30,13 +30,14 @@ from scene_graph_msgs.msg import (
 )
 import scene_graph_msgs.srv
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.node.edits import EDITS, Tools
-from scene_graph_ros.node.inputs import message_type
-from scene_graph_ros.node.parameters import PARAMETERS
-from scene_graph_ros.node.queries import QUERIES
-from scene_graph_ros.node.scenes import SceneLoader
-from scene_graph_ros.node.services import Services
-from scene_graph_ros.node.world import World
+from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.runtime.parameters import PARAMETERS
+from scene_graph_ros.node.services.queries import QUERIES
+from scene_graph_ros.node.services.services import Services
+from scene_graph_ros.node.world.edits import EDITS, Tools
+from scene_graph_ros.node.world.inputs import message_type
+from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
 SCENE = """
@@ -162,7 +163,7 @@ class Host:
 
 def offer(world: World, host: Host) -> Services:
     """Return the services without the middleware."""
-    loader = SceneLoader("", message_type)
+    loader = SceneLoader("", message_type, EFFECT_NAMES)
     services = object.__new__(Services)
     services._host, services._world = host, world
     services._effects = Mock()  # what is published is not tried here

@@ -13,7 +13,7 @@ os.environ.setdefault("ROS_PYTHON_CHECK_FIELDS", "1")
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 HAS_ROS = importlib.util.find_spec("rclpy") is not None
-collect_ignore_glob = [] if HAS_ROS else ["test_*.py"]
+collect_ignore_glob = [] if HAS_ROS else ["*test_*.py"]
 
 if HAS_ROS:
     from domains import own_domain

@@ -14,8 +14,8 @@ from spinning import SpinningThread
 from visualization_msgs.msg import MarkerArray
 
 from scene_graph_msgs.msg import ContactArray, Status
-from scene_graph_ros.node.loop import OwnThreadGroup
 from scene_graph_ros.node.node import SceneGraphNode
+from scene_graph_ros.node.runtime.loop import OwnThreadGroup
 
 ROUNDS = 60
 """Where other threads than the one that waits destroy what it waits for, a few of these fail."""

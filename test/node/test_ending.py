@@ -13,7 +13,7 @@ import sys
 from node_harness import DEADLINE, environment, NodeProcess, ROOT, wait_until
 import pytest
 
-from scene_graph_ros.node.ending import TIMEOUT
+from scene_graph_ros.node.runtime.ending import TIMEOUT
 
 BOTH = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 KILLED = 128
@@ -65,7 +65,7 @@ def test_a_callback_of_the_executor_that_never_ends_does_not_keep_the_process(do
     )
     node.wait_for_output("stuck")
     assert node.stop(signal.SIGTERM) == KILLED + signal.SIGTERM
-    assert "executor in node.guarded" in node.output()
+    assert "executor in node.runtime.guarded" in node.output()
 
 
 def test_a_start_that_never_ends_does_not_keep_the_process(domain):
@@ -165,7 +165,7 @@ def test_a_reader_that_is_stuck_does_not_keep_the_process(domain):
 def test_a_callback_that_fails_does_not_end_the_process(domain):
     """What the executor raises is said in the log, with its traceback, and the node goes on."""
     how = "self.create_timer(0.05, lambda: 1 / 0); return arguments[1]"
-    node = NodeProcess(domain, program=patched("guarded", "GuardedNode.survives", how))
+    node = NodeProcess(domain, program=patched("runtime.guarded", "GuardedNode.survives", how))
     node.wait_for_output("running:")
     wait_until(lambda: node.output().count("ZeroDivisionError") > 1, "a second failure")
     assert "a callback failed; the node goes on" in node.output()

@@ -16,7 +16,7 @@ from spinning import DEADLINE
 from scene_graph_msgs.msg import ContactArray, Status
 from scene_graph_ros.geometry.compiled.cache import cache_root
 from scene_graph_ros.geometry.compiled.readiness import is_ready, ready_marker
-from scene_graph_ros.node.kernel_supply import KernelSupply
+from scene_graph_ros.node.runtime.kernel_supply import KernelSupply
 from scene_graph_ros.warmup.groups import GROUPS
 
 pytestmark = pytest.mark.skipif(
@@ -264,7 +264,7 @@ def test_a_node_that_is_killed_leaves_no_process_that_compiles(slow_node, tmp_pa
 def test_each_group_that_the_node_asks_for_is_there():
     """The names in the lists of effects and queries are those of groups."""
     from scene_graph_ros.node.effects.declarations import EFFECTS
-    from scene_graph_ros.node.queries import QUERIES
+    from scene_graph_ros.node.services.queries import QUERIES
 
     asked = {each.kernels for each in (*EFFECTS, *QUERIES.values())}
     assert asked - {""} <= set(GROUPS)

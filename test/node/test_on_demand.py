@@ -71,7 +71,7 @@ OF_DEFORMABLES = (
     "msg_adapters.deformables",
     "msg_adapters.deformable_markers",
     "msg_adapters.wire.deformable_markers",
-    "scene_graph_ros.node.configurations",
+    "scene_graph_ros.node.world.configurations",
     "scene_graph_ros.node.effects.deformable_contact",
     "scene_graph_ros.node.effects.deformable_markers",
 )
@@ -80,7 +80,7 @@ OF_BOTH = (
     "meshio",
     "pytetwild",
     "msg_adapters.wire.triangles",
-    "scene_graph_ros.node.surface_",
+    "scene_graph_ros.node.services.surface_",
 )
 OF_CAMERAS = (
     "scene_graph_ros.geometry.perception",

@@ -10,12 +10,8 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.expand_topic_name import expand_topic_name
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
-from scene_graph_ros.node.topic_names import (
-    expand_topic,
-    topic_problems,
-    TopicNameError,
-    topics_of,
-)
+from scene_graph_ros.node.topic_names import expand_topic, topic_problems, TopicNameError
+from scene_graph_ros.node.world.source_topics import topics_of
 
 POSES = "sensor_msgs/msg/MultiDOFJointState"
 STAMPED = "geometry_msgs/msg/PoseStamped"

@@ -20,9 +20,9 @@ from scene_graph_ros.node.effects.camera_frame import CameraFrame, optical_frame
 from scene_graph_ros.node.effects.camera_topics import CameraTopic, open_topics
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.effects.frames import FrameThread
-from scene_graph_ros.node.names import TRANSFORMS
-from scene_graph_ros.node.qos import contact_qos
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.runtime.names import TRANSFORMS
+from scene_graph_ros.node.runtime.qos import contact_qos
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["CameraEffect"]
 

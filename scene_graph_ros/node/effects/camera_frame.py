@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.perception import CameraDescription, ImageKind, Images
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["CameraFrame", "optical_frame", "parent_of"]
 

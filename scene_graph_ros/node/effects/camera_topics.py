@@ -20,9 +20,9 @@ from scene_graph_ros.geometry.perception import CameraDescription, ImageKind
 from scene_graph_ros.node.effects.camera_frame import CameraFrame, optical_frame
 from scene_graph_ros.node.effects.declarations import camera_topics
 from scene_graph_ros.node.effects.effect import Host, Outlet
-from scene_graph_ros.node.made_once import made_once
-from scene_graph_ros.node.names import CAMERAS
-from scene_graph_ros.node.qos import image_qos, latched_qos
+from scene_graph_ros.node.runtime.made_once import made_once
+from scene_graph_ros.node.runtime.names import CAMERAS
+from scene_graph_ros.node.runtime.qos import image_qos, latched_qos
 
 __all__ = ["CameraTopic", "open_topics"]
 

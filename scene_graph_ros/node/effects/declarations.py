@@ -13,7 +13,7 @@ from typing import Any, TYPE_CHECKING
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
 from scene_graph_ros.geometry.model.hydroelastic_properties import Compliance
-from scene_graph_ros.node.names import (
+from scene_graph_ros.node.runtime.names import (
     CAMERAS,
     CONTACT_MARKERS,
     CONTACT_SURFACE_MARKERS,

@@ -7,7 +7,7 @@ from typing import Any
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.effects.effect import Host
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["DeformableContactEffect"]
 

@@ -15,8 +15,8 @@ from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 
 from scene_graph_ros.node.effects.receipts import Receipts
-from scene_graph_ros.node.qos import overridable
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.runtime.qos import overridable
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["Effect", "Host", "Outlet", "WorksAlone", "WorksBeside"]
 

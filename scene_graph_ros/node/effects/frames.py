@@ -6,8 +6,8 @@ from collections.abc import Callable
 import threading
 import time
 
-from scene_graph_ros.node.own_threads import stop_at_exit
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.runtime.own_threads import stop_at_exit
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["FrameThread", "Pace"]
 

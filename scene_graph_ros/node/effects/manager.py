@@ -23,7 +23,7 @@ from scene_graph_ros.node.effects.declarations import (
     EFFECTS,
 )
 from scene_graph_ros.node.effects.effect import Effect, Host, WorksAlone, WorksBeside
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["EffectReport", "Effects"]
 

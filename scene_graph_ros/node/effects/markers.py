@@ -18,14 +18,14 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.effect import Host, Outlet
-from scene_graph_ros.node.made_once import made_once
-from scene_graph_ros.node.names import (
+from scene_graph_ros.node.runtime.made_once import made_once
+from scene_graph_ros.node.runtime.names import (
     MARKERS_ILLUSTRATION,
     MARKERS_PERCEPTION,
     MARKERS_PROXIMITY,
 )
-from scene_graph_ros.node.qos import marker_qos
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.runtime.qos import marker_qos
+from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.draw_list import DrawItem
 
 if TYPE_CHECKING:

@@ -21,10 +21,10 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.effects.effect import Host, Outlet
-from scene_graph_ros.node.made_once import made_once
-from scene_graph_ros.node.names import CONTACT_MARKERS, CONTACTS
-from scene_graph_ros.node.qos import contact_qos, marker_qos
-from scene_graph_ros.node.world import WorldSnapshot
+from scene_graph_ros.node.runtime.made_once import made_once
+from scene_graph_ros.node.runtime.names import CONTACT_MARKERS, CONTACTS
+from scene_graph_ros.node.runtime.qos import contact_qos, marker_qos
+from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["PointContact"]
 

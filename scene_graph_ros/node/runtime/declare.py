@@ -1,0 +1,71 @@
+"""Declares the table of parameters on a node and keeps their values at hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+
+from scene_graph_ros.node.runtime.parameters import Parameter, PARAMETERS, validate
+
+__all__ = ["NodeParameters", "descriptor"]
+
+
+def descriptor(parameter: Parameter) -> ParameterDescriptor:
+    """Return what a node tells others about a parameter."""
+    text = parameter.description
+    if parameter.choices:
+        text += f" One of: {', '.join(parameter.choices)}."
+    result = ParameterDescriptor(
+        name=parameter.name, description=text, read_only=parameter.read_only
+    )
+    if parameter.minimum is None or parameter.maximum is None:
+        return result
+    if isinstance(parameter.default, float):
+        result.floating_point_range = [
+            FloatingPointRange(
+                from_value=float(parameter.minimum), to_value=float(parameter.maximum), step=0.0
+            )
+        ]
+    else:
+        result.integer_range = [
+            IntegerRange(
+                from_value=int(parameter.minimum), to_value=int(parameter.maximum), step=1
+            )
+        ]
+    return result
+
+
+class NodeParameters:
+    """The node's parameters: declared, validated together, and read without a lock."""
+
+    def __init__(self, node: Node) -> None:
+        """Declare all parameters; raises ValueError listing what is wrong with their values."""
+        for parameter in PARAMETERS:
+            node.declare_parameter(parameter.name, parameter.default, descriptor(parameter))
+        self._values = {p.name: node.get_parameter(p.name).value for p in PARAMETERS}
+        problems = validate(self._values)
+        if problems:
+            raise ValueError("; ".join(problems))
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._take)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._values[name]
+
+    def _ours(self, parameters: list[RosParameter]) -> dict[str, Any]:
+        return {p.name: p.value for p in parameters if p.name in self._values}
+
+    def _check(self, parameters: list[RosParameter]) -> SetParametersResult:
+        problems = validate(self._ours(parameters), self._values)
+        return SetParametersResult(successful=not problems, reason="; ".join(problems))
+
+    def _take(self, parameters: list[RosParameter]) -> None:
+        self._values = {**self._values, **self._ours(parameters)}

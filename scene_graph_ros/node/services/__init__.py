@@ -1,0 +1,1 @@
+"""Requests of clients: what is answered, from which snapshot, and when."""

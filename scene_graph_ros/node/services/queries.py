@@ -1,0 +1,321 @@
+"""Answers to query requests: pure functions of a request and a snapshot, without rclpy.
+
+Each handler fills the response of one service type. What goes wrong is raised; the services turn
+it into a status.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass
+import importlib
+from typing import Any, TypeVar
+
+import numpy as np
+
+from msg_adapters.errors import MessageError
+from msg_adapters.poses import poses_to_msg
+from msg_adapters.properties import role_from_msg
+from msg_adapters.queries import (
+    candidates_to_msg,
+    flags_to_msg,
+    limit_from_msg,
+    Options,
+    point_contacts_to_msg,
+    point_distances_to_msg,
+    points_from_msg,
+    signed_distance_pair_to_msg,
+    signed_distances_to_msg,
+)
+from msg_adapters.scene import frames_to_msg, geometries_to_msg, source_to_msg
+from msg_adapters.status import status_from_exception
+from scene_graph_msgs.msg import SignedDistancePair
+from scene_graph_ros.geometry.errors import (
+    NameConflictError,
+    UnknownIdError,
+    UnsupportedPairError,
+)
+from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.query.results import SignedDistancePairs
+from scene_graph_ros.geometry.query.what_if import ask_what_if
+from scene_graph_ros.node.runtime.made_once import made_once
+from scene_graph_ros.node.services.tally import (
+    points_within,
+    require,
+    signed_distances_within,
+    Tally,
+)
+from scene_graph_ros.node.world.intake import UNSTAMPED
+from scene_graph_ros.node.world.world import WorldSnapshot
+
+__all__ = ["QUERIES", "Asked", "Query"]
+
+T = TypeVar("T")
+
+
+def _no_topics(snapshot: WorldSnapshot) -> Mapping[str, str]:
+    return {}
+
+
+@dataclass
+class Asked:
+    """What a handler answers from: a snapshot, the options of the request, and the limits."""
+
+    snapshot: WorldSnapshot
+    options: Options
+    limit: Callable[[str], Any]
+    pose_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
+    configuration_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
+
+    @made_once
+    def worlds(self) -> list[QueryObject]:
+        """One query object per configuration asked about."""
+        query = self.snapshot.query
+        return [
+            QueryObject(query.snapshot.with_frame_poses(poses)) if poses else query
+            for poses in self.options.configurations
+        ]
+
+    def each(self, question: Callable[[QueryObject], T]) -> list[T]:
+        """Return what ``question`` returns for each configuration asked about, in order.
+
+        As many threads share them as the node's parameter ``query_threads`` says.
+        """
+        configurations = self.options.configurations
+        if len(configurations) == 1 and not configurations[0]:
+            # The world as it is, of which answers are remembered.
+            return [question(self.snapshot.query)]
+        threads = self.limit("query_threads")
+        return ask_what_if(self.snapshot.query, configurations, question, threads=threads)
+
+    def ask(self, world: QueryObject, question: Callable[..., T], *arguments: Hashable) -> T:
+        """Return what a method of ``QueryObject`` answers about one of the configurations.
+
+        About the world as it is, threads that ask the same share the answer.
+        """
+        if world is self.snapshot.query:
+            return self.snapshot.ask(question, *arguments)
+        return question(world, *arguments)
+
+    @property
+    def legend(self) -> Any:
+        """The names for tables, or None where they are not wanted."""
+        return self.snapshot.names if self.options.with_names else None
+
+    def require(self, parameter: str, count: int, what: str) -> None:
+        """Raise TooLargeError where ``count`` is over the node's limit."""
+        require(self.limit, parameter, count, what)
+
+    @made_once
+    def tally(self) -> Tally:
+        """Counts the rows of the answer while it is computed."""
+        return Tally(self.limit)
+
+
+Handler = Callable[[Any, Any, Asked], None]
+
+
+def _possible_pairs(asked: Asked) -> int:
+    """Bound the number of pairs that the scene has, all configurations together."""
+    anchored = np.asarray(asked.snapshot.query.snapshot.proximity.is_anchored)
+    count, moving = len(anchored), int(np.count_nonzero(~anchored.astype(bool)))
+    pairs = moving * (count - moving) + moving * (moving - 1) // 2
+    return pairs * len(asked.options.configurations)
+
+
+def penetration(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputePointPairPenetration."""
+    question = QueryObject.compute_point_pair_penetration
+    tables = asked.each(lambda world: asked.tally.counted(asked.ask(world, question)))
+    response.table = point_contacts_to_msg(tables, asked.legend)
+
+
+def signed_distances(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeSignedDistancePairwise."""
+    limit = limit_from_msg(request.max_distance, "max_distance")
+    if np.isinf(limit):
+        asked.require("max_rows_per_response", _possible_pairs(asked), "pairs of the scene")
+    tally, pairs = asked.tally, _possible_pairs(asked)
+    question = QueryObject.compute_signed_distance_pairwise_closest_points
+
+    def answer(world: QueryObject) -> SignedDistancePairs:
+        if pairs > tally.most_rows:
+            return signed_distances_within(world, limit, tally)
+        return tally.counted(asked.ask(world, question, limit))
+
+    tables = asked.each(answer)
+    response.table = signed_distances_to_msg(tables, asked.legend)
+
+
+def signed_distance_pairs(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeSignedDistancePair: each pair has a status of its own."""
+    if len(request.geometries_a) != len(request.geometries_b):
+        raise MessageError(
+            f"geometries_a has {len(request.geometries_a)} entries, geometries_b "
+            f"{len(request.geometries_b)}"
+        )
+    if len(request.ids_a) != len(request.ids_b):
+        raise MessageError(f"ids_a has {len(request.ids_a)} entries, ids_b {len(request.ids_b)}")
+    wanted = [
+        *zip(request.geometries_a, request.geometries_b, strict=True),
+        *zip(request.ids_a, request.ids_b, strict=True),
+    ]
+    count = len(wanted) * len(asked.options.configurations)
+    asked.require("max_pairs_per_request", count, "pairs")
+    names = asked.snapshot.names
+    for pairs in asked.each(lambda world: [_pair(world, a, b, names) for a, b in wanted]):
+        response.pairs.extend(pairs)
+
+
+def _pair(world: QueryObject, a: Any, b: Any, names: Any) -> SignedDistancePair:
+    """Answer for one pair; what it can't be answered for is its own status, not the request's."""
+    try:
+        id_A, id_B = sorted((names.geometry_id(a), names.geometry_id(b)))
+    except (UnknownIdError, NameConflictError) as error:
+        return SignedDistancePair(status=status_from_exception(error))
+    try:
+        record = world.compute_signed_distance_pair_closest_points(id_A, id_B)
+    except (UnsupportedPairError, ValueError) as error:
+        return SignedDistancePair(
+            status=status_from_exception(error),
+            geometry_a=names.geometry_name(id_A),
+            geometry_b=names.geometry_name(id_B),
+        )
+    snapshot = world.snapshot
+    return signed_distance_pair_to_msg(
+        record, names, snapshot.pose_in_world(id_A), snapshot.pose_in_world(id_B)
+    )
+
+
+def point_distances(request: Any, response: Any, asked: Asked) -> None:
+    """Answer ComputeSignedDistanceToPoint."""
+    count = len(request.points) // 3 * len(asked.options.configurations)
+    asked.require("max_points_per_request", count, "points")
+    points = points_from_msg(request.points)
+    threshold = limit_from_msg(request.threshold, "threshold")
+    if np.isinf(threshold):
+        geometries = len(asked.snapshot.query.snapshot.proximity.ids)
+        asked.require("max_rows_per_response", count * geometries, "points times geometries")
+    # Many points of one configuration are shared, or else the configurations.
+    threads = asked.limit("query_threads") if len(asked.options.configurations) == 1 else 1
+    tables = asked.each(
+        lambda world: points_within(world, points, threshold, threads, asked.tally)
+    )
+    response.table = point_distances_to_msg(tables, asked.legend)
+
+
+def candidates(request: Any, response: Any, asked: Asked) -> None:
+    """Answer FindCollisionCandidates."""
+    question = QueryObject.find_collision_candidates
+    tables = asked.each(lambda world: asked.tally.counted(asked.ask(world, question)))
+    response.table = candidates_to_msg(tables, asked.legend)
+
+
+def collisions(request: Any, response: Any, asked: Asked) -> None:
+    """Answer HasCollisions."""
+    question = QueryObject.has_collisions
+    response.has_collisions = flags_to_msg(asked.each(lambda world: asked.ask(world, question)))
+
+
+def poses(request: Any, response: Any, asked: Asked) -> None:
+    """Answer GetPoseInWorld."""
+    names = asked.snapshot.names
+    wanted: list[Any] = [names.frame_id(frame) for frame in request.frames]
+    wanted += [names.geometry_id(reference) for reference in request.geometries]
+    count = len(wanted) * len(asked.options.configurations)
+    asked.require("max_rows_per_response", count, "poses")
+    X_W = asked.each(lambda world: [world.snapshot.pose_in_world(item) for item in wanted])
+    response.poses = poses_to_msg(np.array(X_W).reshape(-1, 4, 4))
+
+
+def describe(request: Any, response: Any, asked: Asked) -> None:
+    """Answer DescribeScene."""
+    snapshot = asked.snapshot
+    inspector, names = snapshot.inspector, snapshot.names
+    chosen = list(snapshot.records.values())
+    if request.source:
+        source_id = names.source_id(request.source)
+        chosen = [record for record in chosen if record.id == source_id]
+    role = role_from_msg(request.role) if request.role else None
+    pose_topics = asked.pose_topics(snapshot)
+    configuration_topics = asked.configuration_topics(snapshot)
+    for record in sorted(chosen, key=lambda record: record.id):
+        stamp = snapshot.source_stamps.get(record.name, UNSTAMPED)
+        response.sources.append(
+            source_to_msg(
+                record.id,
+                record.name,
+                pose_topic=pose_topics.get(record.name, ""),
+                pose_type=record.pose_type,
+                configuration_topic=configuration_topics.get(record.name, ""),
+                stamp_ns=max(stamp, 0),
+            )
+        )
+    frames = sorted(f for record in chosen for f in inspector.frames_for_source(record.id))
+    response.frames = frames_to_msg(
+        inspector, names, frames, snapshot.query.snapshot.pose_in_world
+    )
+    geometries = sorted(
+        geometry
+        for record in chosen
+        for geometry in inspector.get_geometries_for_source(record.id)
+        if role is None or role in inspector.get_roles(geometry)
+    )
+    response.geometries = geometries_to_msg(
+        inspector,
+        names,
+        geometries,
+        with_shapes=request.with_shapes,
+        with_properties=request.with_properties,
+    )
+
+
+def filtered(request: Any, response: Any, asked: Asked) -> None:
+    """Answer IsCollisionFiltered."""
+    if len(request.a) != len(request.b):
+        raise MessageError(f"a has {len(request.a)} entries, b {len(request.b)}")
+    asked.require("max_pairs_per_request", len(request.a), "pairs")
+    names, inspector = asked.snapshot.names, asked.snapshot.inspector
+    response.is_filtered = flags_to_msg(
+        inspector.collision_filtered(names.geometry_id(a), names.geometry_id(b))
+        for a, b in zip(request.a, request.b, strict=True)
+    )
+
+
+def _on_demand(name: str, module_name: str = "surface_queries") -> Handler:
+    """Return a handler of a module of the node, which is imported when it is first called."""
+
+    def handler(request: Any, response: Any, asked: Asked) -> None:
+        module = importlib.import_module(f"scene_graph_ros.node.services.{module_name}")
+        getattr(module, name)(request, response, asked)
+
+    return handler
+
+
+@dataclass(frozen=True)
+class Query:
+    """A query service: who answers it, and which effect its time is booked under.
+
+    ``kernels`` names the group of kernels that it needs beside the main job's.
+    """
+
+    handler: Handler
+    effect: str = ""
+    kernels: str = ""
+
+
+QUERIES: dict[str, Query] = {
+    "ComputeContactSurfaces": Query(_on_demand("contact_surfaces"), kernels="surfaces"),
+    "ComputeDeformableContact": Query(_on_demand("deformable_contact"), kernels="deformable"),
+    "ComputePointPairPenetration": Query(penetration),
+    "ComputeSignedDistancePair": Query(signed_distance_pairs, "signed_distance"),
+    "ComputeSignedDistancePairwise": Query(signed_distances, "signed_distance"),
+    "ComputeSignedDistanceToPoint": Query(point_distances, "point_distance"),
+    "DescribeScene": Query(describe),
+    "FindCollisionCandidates": Query(candidates),
+    "GetDeformableConfigurations": Query(_on_demand("deformable_configurations")),
+    "GetPoseInWorld": Query(poses),
+    "HasCollisions": Query(collisions),
+    "IsCollisionFiltered": Query(filtered),
+    "RenderImages": Query(_on_demand("render_images", "camera_queries"), kernels="cameras"),
+}

@@ -1,0 +1,272 @@
+"""The services: statuses, waiting for a stamp, limits, ownership. What they answer is elsewhere.
+
+Queries read a snapshot and run side by side; changes of the scene run one after another. A query
+that waits for poses gives its thread back meanwhile, so waiting can't stop the world and costs
+nothing. All of them run in threads of their own, whatever the executor of the node does.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from contextlib import nullcontext
+from functools import partial
+import time
+import traceback
+from typing import Any, Protocol
+
+from rclpy.node import Node
+
+from msg_adapters.diagnostics import effect_to_msg
+from msg_adapters.errors import StaleError, TooLargeError, UnavailableError
+from msg_adapters.queries import Options, options_from_msg
+from msg_adapters.stamps import checked_stamp_from_msg, duration_from_msg, stamp_to_msg
+from msg_adapters.status import ok_status, status_from_exception
+from scene_graph_msgs.msg import Status
+import scene_graph_msgs.srv
+from scene_graph_msgs.srv import ListEffects
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.effects.manager import Effects
+from scene_graph_ros.node.runtime.collecting import at_rest
+from scene_graph_ros.node.runtime.names import service_name
+from scene_graph_ros.node.runtime.requests import Answer, RequestLoop, Respond
+from scene_graph_ros.node.services.bodies import prepare
+from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.waiting import Awaited, Later, Waiting
+from scene_graph_ros.node.world.edits import EDITS, Tools
+from scene_graph_ros.node.world.world import World, WorldSnapshot
+
+__all__ = ["Services"]
+
+
+_LARGE_EDITS = {"LoadScene"}
+"""Those that make so many objects that the garbage collector had better rest meanwhile; after a
+small one it would have more to look through at once than it has otherwise."""
+
+
+class ServiceHost(Protocol):
+    """What the node offers to its services."""
+
+    node: Node
+
+    def parameter(self, name: str) -> Any:
+        """Return the value of a parameter of the node."""
+
+    def scene_changed(self) -> None:
+        """Follow a change of the scene: subscriptions, effects."""
+
+    def pose_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
+        """Return the absolute name of each source's pose topic."""
+
+    def configuration_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
+        """Return the absolute name of the topic of each source with deformable geometry."""
+
+    def is_running(self) -> bool:
+        """Tell whether poses are taken in at all."""
+
+    def lack_of_kernels(self, group: str) -> str:
+        """Say what is being done where a group's kernels are not ready; "" where they are."""
+
+
+class Services:
+    """All services of the node."""
+
+    def __init__(self, host: ServiceHost, world: World, effects: Effects, tools: Tools) -> None:
+        self._host = host
+        self._world = world
+        self._effects = effects
+        self._tools = tools
+        self.requests: Counter[str] = Counter()
+        self.refused: Counter[str] = Counter()
+        self._loop = RequestLoop(
+            host.node,
+            threads=host.parameter("service_threads"),
+            most_waiting=lambda: host.parameter("max_waiting_requests"),
+        )
+        self._waiting = Waiting(
+            lambda: world.snapshot,
+            host.is_running,
+            post=self._loop.post,
+            set_alarm=self._loop.set_alarm,
+        )
+        for name in QUERIES:
+            self._offer(name, self._query_callback(name))
+        for name in EDITS:
+            self._offer(name, self._at_once(name, self._edit_callback(name)), is_exclusive=True)
+        self._offer("ListEffects", self._at_once("ListEffects", self._list_effects))
+        self._loop.start()
+
+    def world_changed(self) -> None:
+        """Answer the requests that waited for what the world is now."""
+        self._waiting.check()
+
+    def close(self) -> None:
+        """Stop offering the services."""
+        self._loop.close()
+        self._waiting.close()
+
+    def _offer(self, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
+        kind = getattr(scene_graph_msgs.srv, name)
+        self._loop.offer(
+            kind,
+            service_name(name),
+            answer,
+            refuse=lambda error: self._refuse(name, kind.Response(), error),
+            is_exclusive=is_exclusive,
+        )
+
+    @staticmethod
+    def _at_once(name: str, callback: Callable[[Any, Any], Any]) -> Answer:
+        """Turn what fills a response into what answers a request."""
+        kind = getattr(scene_graph_msgs.srv, name)
+        return lambda request, respond: respond(callback(request, kind.Response()))
+
+    def _query_callback(self, name: str) -> Answer:
+        kind = getattr(scene_graph_msgs.srv, name)
+
+        def answer(request: Any, respond: Respond) -> None:
+            response = kind.Response()
+            try:
+                awaited = self._awaited(request)
+            except Exception as error:  # noqa: BLE001 - every request is answered
+                respond(self._refuse(name, response, error))
+                return
+            finish = partial(self._answer, name, request, response, awaited)
+            has_to_wait = not awaited.is_met(self._world.snapshot)
+            if has_to_wait and awaited.seconds > 0.0 and self._host.is_running():
+                self._wait(name, Later(awaited, finish, respond))
+            else:
+                respond(finish())
+
+        return answer
+
+    def _wait(self, name: str, later: Later) -> None:
+        """Answer later, or refuse where too many wait for poses already."""
+        limit = self._host.parameter("max_waiting_requests")
+        if not self._waiting.add(later, limit):
+            error = TooLargeError(
+                f"{limit} requests wait for poses already, and max_waiting_requests is {limit}"
+            )
+            later.send(self._refuse(name, getattr(scene_graph_msgs.srv, name).Response(), error))
+
+    def _answer(self, name: str, request: Any, response: Any, awaited: Awaited) -> Any:
+        query, snapshot = QUERIES[name], self._world.snapshot
+        try:
+            if not awaited.is_met(snapshot):
+                raise _stale(awaited, snapshot)
+            lack = self._host.lack_of_kernels(query.kernels)
+            if lack:
+                raise UnavailableError(f"not yet: {lack}")
+            options = Options(({},), 0, (), 0, True)
+            if hasattr(request, "options"):
+                options = options_from_msg(
+                    request.options,
+                    snapshot.names,
+                    max_configurations=self._host.parameter("max_configurations_per_request"),
+                )
+            begin = time.perf_counter()
+            asked = Asked(
+                snapshot,
+                options,
+                self._host.parameter,
+                self._host.pose_topics,
+                self._host.configuration_topics,
+            )
+            query.handler(request, response, asked)
+            self._finish(name, response, snapshot)
+            if query.effect:
+                self._effects.record(query.effect, time.perf_counter() - begin)
+        except Exception as error:  # noqa: BLE001 - every request is answered
+            return self._refuse(name, type(response)(), error)
+        return response
+
+    def _edit_callback(self, name: str) -> Callable[..., Any]:
+        handler = EDITS[name]
+
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                if not self._host.parameter("allow_editing"):
+                    raise UnavailableError("the parameter allow_editing is false")
+                snapshot = self._world.snapshot
+                resolve = self._tools.resolve
+                with at_rest() if name in _LARGE_EDITS else nullcontext():
+                    prepare(name, request, snapshot.names, snapshot.inspector, resolve)
+                    _, snapshot = self._world.edit(
+                        lambda edit: handler(request, response, edit, self._tools),
+                        self._effects.prepare,
+                    )
+                self._host.scene_changed()
+                if name == "RegisterSource":
+                    topics = self._host.pose_topics(snapshot)
+                    response.pose_topic = topics.get(response.source.name, "")
+                elif name == "RegisterDeformableGeometry":
+                    topics = self._host.configuration_topics(snapshot)
+                    response.configuration_topic = topics[request.source.name]
+                self._finish(name, response, snapshot)
+            except Exception as error:  # noqa: BLE001 - every request is answered
+                return self._refuse(name, type(response)(), error)
+            return response
+
+        return answer
+
+    def _list_effects(self, request: Any, response: Any) -> ListEffects.Response:
+        self.requests["ListEffects"] += 1
+        response.status = ok_status()
+        response.effects = [
+            effect_to_msg(
+                report.name,
+                is_on=report.is_on,
+                reason=report.reason,
+                topics=report.topics,
+                count=report.count,
+                mean_seconds=report.mean_seconds,
+                max_seconds=report.max_seconds,
+            )
+            for report in self._effects.reports()
+        ]
+        return response
+
+    def _finish(self, name: str, response: Any, snapshot: WorldSnapshot) -> None:
+        self.requests[name] += 1
+        response.status = ok_status()
+        response.scene_version = snapshot.scene_version
+        if hasattr(response, "stamp"):
+            response.stamp = stamp_to_msg(snapshot.stamp)
+
+    def _refuse(self, name: str, response: Any, error: Exception) -> Any:
+        self.requests[name] += 1
+        response.status = status_from_exception(error)
+        self.refused[name] += 1
+        if hasattr(response, "scene_version"):
+            response.scene_version = self._world.snapshot.scene_version
+        if response.status.code == Status.INTERNAL_ERROR:
+            details = _details(error)
+            self._host.node.get_logger().error(f"{name} failed:\n{details}")
+        return response
+
+    def _awaited(self, request: Any) -> Awaited:
+        """Return what poses a request waits for; raises UnknownIdError for an unknown source."""
+        if not hasattr(request, "options"):
+            return Awaited(0, (), 0.0)
+        options = request.options
+        names = self._world.snapshot.names
+        for source in options.minimal_stamp_sources:
+            names.source_id(source)
+        timeout = duration_from_msg(options.timeout) * 1e-9
+        return Awaited(
+            checked_stamp_from_msg(options.minimal_stamp),
+            tuple(options.minimal_stamp_sources),
+            min(timeout, float(self._host.parameter("max_wait"))),
+        )
+
+
+def _details(error: Exception) -> str:
+    """Return where an error comes from and what it says, whatever and how much that quotes."""
+    where = "".join(traceback.format_tb(error.__traceback__))
+    return f"{where}{type(error).__name__}: {quoted(str(error))}"
+
+
+def _stale(awaited: Awaited, snapshot: WorldSnapshot) -> StaleError:
+    lag = (awaited.stamp - snapshot.stamp) * 1e-9
+    waited = f", after {awaited.seconds:.3f} s of waiting" if awaited.seconds > 0.0 else ""
+    return StaleError(f"minimal_stamp is {lag:.6f} s newer than the newest poses{waited}")

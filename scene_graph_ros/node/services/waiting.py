@@ -1,0 +1,119 @@
+"""Requests that wait for poses: kept aside, and answered when the poses or the deadline come.
+
+Nobody waits inside a thread: what answers a request keeps a ``Later`` here in place of a response
+and goes back to other work; the response is sent when an update or the alarm says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+import threading
+import time
+from typing import Any
+
+from scene_graph_ros.node.world.world import WorldSnapshot
+
+__all__ = ["Awaited", "Later", "Waiting"]
+
+
+@dataclass(frozen=True)
+class Awaited:
+    """The poses that a request needs: as new as ``stamp`` (ns), of ``sources`` or of any."""
+
+    stamp: int
+    sources: tuple[str, ...]
+    seconds: float
+
+    def is_met(self, snapshot: WorldSnapshot) -> bool:
+        """Tell whether a snapshot is new enough."""
+        if self.stamp <= 0:
+            return True
+        if not self.sources:
+            return snapshot.stamp >= self.stamp
+        stamps = snapshot.source_stamps
+        return all(stamps.get(source, 0) >= self.stamp for source in self.sources)
+
+
+@dataclass(eq=False)
+class Later:
+    """Stands for a response that is not there yet; ``answer`` makes it."""
+
+    awaited: Awaited
+    answer: Callable[[], Any]
+    send: Callable[[Any], None]
+    deadline: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.deadline = time.monotonic() + self.awaited.seconds
+
+    def finish(self) -> None:
+        """Make the response and send it."""
+        self.send(self.answer())
+
+
+class Waiting:
+    """All requests that wait."""
+
+    def __init__(
+        self,
+        snapshot: Callable[[], WorldSnapshot],
+        is_running: Callable[[], bool],
+        *,
+        post: Callable[[Callable[[], None]], None],
+        set_alarm: Callable[[float, Callable[[], None]], None],
+    ) -> None:
+        """Answer from ``snapshot``; where ``is_running`` is false nobody has to wait any more.
+
+        Answers are made by whoever ``post`` gives them to. ``set_alarm`` is told a steady time in
+        seconds, and what to do then.
+        """
+        self._snapshot, self._is_running = snapshot, is_running
+        self._post, self._set_alarm = post, set_alarm
+        self._lock = threading.Lock()
+        self._waiting: list[Later] = []
+
+    def add(self, later: Later, limit: int) -> bool:
+        """Answer a request when its time has come; return False where ``limit`` wait already."""
+        with self._lock:
+            if len(self._waiting) >= limit:
+                return False
+            self._waiting.append(later)
+            self._arm()
+        # What came between the look at the world and this is answered now.
+        self.check()
+        return True
+
+    def check(self) -> None:
+        """Answer whom the newest snapshot is new enough for; call it after each update."""
+        if self._waiting:
+            self._release()
+
+    def _on_alarm(self) -> None:
+        """Answer those whose time is over."""
+        self._release()
+        with self._lock:
+            self._arm()
+
+    def close(self) -> None:
+        """Answer all that wait, now."""
+        with self._lock:
+            waiting, self._waiting = self._waiting, []
+        for later in waiting:
+            later.finish()
+
+    def _release(self) -> None:
+        snapshot, now, runs = self._snapshot(), time.monotonic(), self._is_running()
+        with self._lock:
+            ready: list[Later] = []
+            others: list[Later] = []
+            for later in self._waiting:
+                is_ready = not runs or now >= later.deadline or later.awaited.is_met(snapshot)
+                (ready if is_ready else others).append(later)
+            self._waiting = others
+        for later in ready:
+            self._post(later.finish)
+
+    def _arm(self) -> None:
+        if self._waiting:
+            self._set_alarm(min(later.deadline for later in self._waiting), self._on_alarm)

@@ -1,0 +1,1 @@
+"""What the node knows: the scene and its poses, what arrives of them, and edits of the scene."""

@@ -1,0 +1,164 @@
+"""Configurations of deformable geometry: what arrives, validated, and what of it is applied.
+
+Imported where a source has deformable geometry.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+import threading
+from typing import Any
+
+import numpy as np
+from rclpy.serialization import deserialize_message
+
+from msg_adapters.deformables import ConfigurationBatch, configurations_from_msg
+from scene_graph_msgs.msg import DeformableConfigurations
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.node.world.deformables import SourceDeformables
+from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
+from scene_graph_ros.node.world.message_sizes import most_bytes, too_long
+from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.source_topics import configuration_topic
+
+__all__ = ["ConfigurationChannel", "accept_configurations"]
+
+_QUEUED = 16
+"""Messages kept per source between two updates; they are large, and the newest counts."""
+
+_BYTES_PER_VERTEX = 24
+"""Of a configuration in a message."""
+
+
+def accept_configurations(
+    batch: ConfigurationBatch,
+    deformables: SourceDeformables,
+    limits: TimeLimits,
+    *,
+    intake: Intake,
+    world_frame: str,
+) -> int:
+    """Take the valid configurations of ``batch`` into ``deformables``; return how many.
+
+    What is wrong is counted and warned about by ``intake``, and changes nothing.
+    """
+    if batch.frame_id not in ("", world_frame):
+        detail = f"positions are given in {quoted(batch.frame_id)}, not in {quoted(world_frame)}"
+        intake.fault(Fault.WRONG_PARENT, "", detail, max(len(batch.names), 1))
+        return 0
+    stamp = batch.stamp_ns or limits.now
+    accepted = 0
+    for name, positions in zip(batch.names, batch.positions, strict=True):
+        problem = _problem(name, positions, stamp, deformables, limits)
+        if problem is not None:
+            intake.fault(problem[0], name, problem[1])
+            continue
+        deformables.put(deformables.ids[name], positions, stamp)
+        accepted += 1
+    intake.statistics.applied_poses += accepted
+    intake.statistics.applied_messages += accepted > 0
+    return accepted
+
+
+def _problem(
+    name: str,
+    positions: np.ndarray,
+    stamp: int,
+    deformables: SourceDeformables,
+    limits: TimeLimits,
+) -> tuple[Fault, str] | None:
+    """Say what is wrong with one configuration, or return None."""
+    geometry_id = deformables.ids.get(name)
+    if geometry_id is None:
+        return _stranger(name, deformables)
+    count = deformables.counts[geometry_id]
+    if len(positions) != count:
+        return Fault.WRONG_LENGTH, f"{len(positions)} vertices are given, the mesh has {count}"
+    if not np.all(np.abs(positions) <= MAX_COORDINATE):
+        row = int(np.argmin((np.abs(positions) <= MAX_COORDINATE).all(axis=1)))
+        return (
+            Fault.NOT_FINITE,
+            f"vertex {row} is not finite, or farther than {MAX_COORDINATE:g} m away: "
+            f"{positions[row].tolist()}",
+        )
+    late = limits.problem(stamp, deformables.stamps.get(geometry_id, stamp))
+    return late and (late[0], f"a configuration {late[1]}")
+
+
+def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
+    owner = deformables.foreign.get(name)
+    if name in deformables.ambiguous:
+        return Fault.UNKNOWN_GEOMETRY, "several deformable geometries of the source are called so"
+    if owner is not None:
+        return Fault.WRONG_SOURCE, f"the geometry belongs to source {quoted(owner)}"
+    return Fault.UNKNOWN_GEOMETRY, "no such deformable geometry is registered"
+
+
+class ConfigurationChannel:
+    """The configuration topic of one source; messages stay bytes until the next update."""
+
+    def __init__(self, record: SourceRecord, intake: Intake, world_frame: str) -> None:
+        self.record = record
+        self.intake = intake
+        self.kind = DeformableConfigurations
+        self.subscription: Any = None
+        self.topic = ""
+        self._world_frame = world_frame
+        self._lock = threading.Lock()
+        self._kept: deque[tuple[bytes, int]] = deque()
+
+    @property
+    def wanted_topic(self) -> str:
+        """Name of the topic, before namespaces and remapping."""
+        return configuration_topic(self.record)
+
+    def store(self, data: bytes, arrival: int) -> None:
+        """Keep a message that arrived at a steady time (ns)."""
+        statistics = self.intake.statistics
+        statistics.arrived(arrival)
+        with self._lock:
+            if len(self._kept) == _QUEUED:
+                self._kept.popleft()
+                statistics.superseded += 1
+            self._kept.append((data, arrival))
+
+    def take(self) -> list[tuple[bytes, int]]:
+        """Take all messages that were kept, oldest first."""
+        with self._lock:
+            taken = list(self._kept)
+            self._kept.clear()
+        return taken
+
+    def apply(
+        self,
+        kept: list[tuple[bytes, int]],
+        deformables: SourceDeformables,
+        limits: TimeLimits,
+    ) -> int | None:
+        """Apply messages; return when the oldest that deformed something arrived, None if none."""
+        arrivals = []
+        vertices = sum(deformables.counts.values())
+        most = most_bytes(len(deformables.counts)) + _BYTES_PER_VERTEX * vertices
+        for data, arrival in kept:
+            if len(data) > most:
+                self.intake.fault(Fault.MALFORMED, "", too_long(data, most))
+                continue
+            try:
+                batch = configurations_from_msg(self._deserialize(data))
+            except SceneGraphError as error:
+                self.intake.fault(Fault.MALFORMED, "", str(error))
+                continue
+            except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
+                self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
+                continue
+            accepted = accept_configurations(
+                batch, deformables, limits, intake=self.intake, world_frame=self._world_frame
+            )
+            if accepted:
+                arrivals.append(arrival)
+        return min(arrivals, default=None)
+
+    def _deserialize(self, data: bytes) -> Any:
+        return deserialize_message(data, self.kind)

@@ -1,0 +1,326 @@
+"""Pose topics: one subscription per source; messages stay bytes until the next update.
+
+Of messages with the same names, and the same of all else but stamps and numbers, only the newest
+is kept; messages with other names are kept beside it, so that partial ones are never lost. At the
+update what was kept is read: by the layout of its bytes where that is known, else by the ordinary
+deserializer.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+import importlib
+import threading
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.serialization import deserialize_message, serialize_message
+
+from msg_adapters.errors import MessageError, UnavailableError
+from msg_adapters.poses import (
+    JointBatch,
+    joints_from_msg,
+    PoseBatch,
+    poses_from_multi_dof_joint_state,
+    poses_from_pose_stamped,
+    poses_from_tf,
+    poses_from_transform_stamped,
+)
+from msg_adapters.wire.poses import Layout, PoseWire
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.runtime.loop import OwnThreadGroup
+from scene_graph_ros.node.runtime.names import POSE_TOPICS
+from scene_graph_ros.node.world.channels import Channels
+from scene_graph_ros.node.world.intake import (
+    Fault,
+    Intake,
+    SourceFrames,
+    TimeLimits,
+)
+from scene_graph_ros.node.world.message_sizes import most_bytes, too_long
+from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.source_topics import pose_topic
+from scene_graph_ros.node.world.world import World
+
+__all__ = ["Channel", "PoseInputs", "message_type"]
+
+_QUEUED = 64
+"""Messages of unknown layout kept per source; also how many the middleware may hold."""
+
+_QUEUED_BYTES = 1 << 18
+"""Their bytes together, unless one has more: to read them takes a tenth of a second."""
+
+JOINT_STATE = "sensor_msgs/msg/JointState"
+POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
+TF = "tf2_msgs/msg/TFMessage"
+
+
+def message_type(name: str) -> Any:
+    """Import the message class of a pose input such as ``geometry_msgs/msg/PoseStamped``.
+
+    Raises MessageError for a type that is no pose input, UnavailableError where its package is
+    not installed.
+    """
+    if name not in POSE_TOPICS:
+        known = ", ".join(POSE_TOPICS)
+        raise MessageError(f"pose_type must be one of {known}, not {quoted(name)}")
+    package, _, kind = name.split("/")
+    try:
+        return getattr(importlib.import_module(f"{package}.msg"), kind)
+    except ModuleNotFoundError as error:
+        raise UnavailableError(f"{package} is not installed, so no {name} can be read") from error
+
+
+@dataclass(eq=False, slots=True)
+class _Kept:
+    """A message that waits for the update."""
+
+    data: bytes
+    arrival: int
+    layout: Layout | None
+
+
+class Channel:
+    """The pose topic of one source."""
+
+    def __init__(self, record: SourceRecord, intake: Intake, kind: Any) -> None:
+        self.record = record
+        self.intake = intake
+        self.kind = kind
+        self.subscription: Any = None
+        self.topic = ""
+        self._wire = PoseWire(record.pose_type, serialize_message, self._deserialize)
+        self._lock = threading.Lock()
+        self._kept: dict[_Kept, None] = {}
+        self._newest: dict[Layout, _Kept] = {}
+        self._loose: deque[_Kept] = deque()
+        self._loose_bytes = 0
+        self._frames: SourceFrames | None = None
+        self._only_names: tuple[str, ...] = ()
+        self._only_names_of: SourceFrames | None = None
+        self._link_frames: tuple[str, ...] = ()
+        self._link_frames_of: SourceFrames | None = None
+
+    @property
+    def wanted_topic(self) -> str:
+        """Name of the topic, before namespaces and remapping."""
+        return pose_topic(self.record)
+
+    def store(self, data: bytes, arrival: int) -> None:
+        """Keep a message that arrived at a steady time (ns), in place of what it supersedes."""
+        statistics = self.intake.statistics
+        statistics.arrived(arrival)
+        layout = self._wire.find(data)
+        kept = _Kept(data, arrival, layout)
+        with self._lock:
+            if layout is not None:
+                older = self._newest.get(layout)
+                if older is None or self._supersedes(kept, older):
+                    self._newest[layout] = kept
+                    if older is not None:
+                        del self._kept[older]
+                        statistics.superseded += 1
+                    self._kept[kept] = None
+                    return
+            # Not known, faulty or out of order: to be looked at for itself.
+            self._make_room(len(data))
+            self._loose.append(kept)
+            self._loose_bytes += len(data)
+            self._kept[kept] = None
+
+    def _make_room(self, size: int) -> None:
+        """Drop the oldest messages of unknown layout that are too many, or too long together."""
+        while self._loose and (
+            len(self._loose) == _QUEUED or self._loose_bytes + size > _QUEUED_BYTES
+        ):
+            oldest = self._loose.popleft()
+            self._loose_bytes -= len(oldest.data)
+            del self._kept[oldest]
+            self.intake.statistics.superseded += 1
+
+    def _supersedes(self, newer: _Kept, older: _Kept) -> bool:
+        """Tell whether nothing is lost without ``older``, which has the same layout.
+
+        A faulty message is not dropped, so that it is counted, and drops nothing, so that the
+        good poses before it hold.
+        """
+        layout, frames = newer.layout, self._frames
+        assert layout is not None
+        if frames is None or 0 < layout.stamp(newer.data) < layout.stamp(older.data):
+            return False
+        return (
+            self._takes_all(layout, frames)
+            and layout.is_clean(newer.data)
+            and layout.is_clean(older.data)
+        )
+
+    def _takes_all(self, layout: Layout, frames: SourceFrames) -> bool:
+        if self.record.pose_type == JOINT_STATE:
+            return set(layout.names) <= set(self.record.robot.kinematics.joint_names)
+        if self.record.pose_type == POSE_STAMPED and len(frames.names) != 1:
+            return False
+        return self.intake.takes_all(self._names(layout, frames), layout.parents, frames)
+
+    def take(self) -> list[_Kept]:
+        """Take all messages that were kept, oldest first."""
+        with self._lock:
+            taken, self._kept = list(self._kept), {}
+            self._newest.clear()
+            self._loose.clear()
+            self._loose_bytes = 0
+        return taken
+
+    def apply(self, kept: list[_Kept], frames: SourceFrames, limits: TimeLimits) -> int | None:
+        """Apply messages; return when the oldest that moved something arrived, None if none."""
+        self._frames = frames
+        arrival = None
+        for one in kept:
+            try:
+                if self._apply_one(one, frames, limits) and arrival is None:
+                    arrival = one.arrival
+            except SceneGraphError as error:
+                self.intake.fault(Fault.MALFORMED, "", str(error))
+        return arrival
+
+    def _apply_one(self, kept: _Kept, frames: SourceFrames, limits: TimeLimits) -> int:
+        layout, data = kept.layout, kept.data
+        if layout is None or not layout.has_times(data):
+            return self._apply_message(data, frames, limits)
+        if self.record.pose_type == JOINT_STATE:
+            return self._apply_joints(layout.joints(data), frames, limits)
+        names = self._names(layout, frames)
+        applied = self.intake.accept_bytes(data, layout, names, frames, limits)
+        if applied is None:
+            applied = self.intake.accept(layout.poses(data, names), frames, limits)
+        return applied
+
+    def _names(self, layout: Layout, frames: SourceFrames) -> tuple[str, ...]:
+        """Return the names of the frames that a message moves."""
+        if self.record.pose_type != POSE_STAMPED:
+            return layout.names
+        if frames is not self._only_names_of:
+            self._only_names, self._only_names_of = _only_frame(frames), frames
+        return self._only_names
+
+    def _apply_message(self, data: bytes, frames: SourceFrames, limits: TimeLimits) -> int:
+        """Read a message the ordinary way, and learn from it."""
+        robot = self.record.robot
+        known = frames.names if robot is None else robot.kinematics.joint_names
+        most = most_bytes(len(known))
+        if len(data) > most:
+            self.intake.fault(Fault.MALFORMED, "", too_long(data, most))
+            return 0
+        try:
+            message = self._deserialize(data)
+        except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
+            self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
+            return 0
+        if self.record.pose_type == JOINT_STATE:
+            applied = self._apply_joints(joints_from_msg(message), frames, limits)
+        else:
+            applied = self.intake.accept(self._poses(message, frames), frames, limits)
+        self._wire.learn(data, message)
+        return applied
+
+    def _deserialize(self, data: bytes) -> Any:
+        return deserialize_message(data, self.kind)
+
+    def _poses(self, message: Any, frames: SourceFrames) -> PoseBatch:
+        match self.record.pose_type:
+            case "sensor_msgs/msg/MultiDOFJointState":
+                return poses_from_multi_dof_joint_state(message)
+            case "geometry_msgs/msg/TransformStamped":
+                return poses_from_transform_stamped(message)
+            case "geometry_msgs/msg/PoseStamped":
+                return poses_from_pose_stamped(message, *_only_frame(frames))
+        return poses_from_tf(message)
+
+    def _apply_joints(self, joints: JointBatch, frames: SourceFrames, limits: TimeLimits) -> int:
+        for refused in joints.refused:
+            self.intake.fault(Fault.NOT_FINITE, refused.name, refused.message)
+        if not joints.names or not self.intake.in_time(joints.stamp_ns, frames, limits):
+            return 0
+        kinematics = self.record.robot.kinematics
+        links, X_PL = kinematics.link_poses(joints.names, joints.positions)
+        for name in kinematics.unknown_joints:
+            self.intake.fault(Fault.UNKNOWN_FRAME, name, "the robot has no such joint")
+        if frames is not self._link_frames_of:
+            self._link_frames = _frame_names(self.record.robot, links, frames)
+            self._link_frames_of = frames
+        return self.intake.accept_poses(self._link_frames, X_PL, joints.stamp_ns, frames, limits)
+
+
+def _only_frame(frames: SourceFrames) -> tuple[str]:
+    if len(frames.names) != 1:
+        raise MessageError(
+            f"PoseStamped moves a source with one frame; {quoted(frames.source)} has "
+            f"{len(frames.names)}: {quoted(list(frames.names))}"
+        )
+    return (frames.names[0],)
+
+
+def _frame_names(robot: Any, links: Sequence[str], frames: SourceFrames) -> tuple[str, ...]:
+    """Return the name of each link's frame, that of the link where the frame was removed."""
+    rows = [frames.row_of_id.get(robot.link_frames[link]) for link in links]
+    return tuple(
+        link if row is None else frames.names[row] for link, row in zip(links, rows, strict=True)
+    )
+
+
+class PoseInputs:
+    """All pose subscriptions of the node."""
+
+    def __init__(
+        self, node: Node, world: World, group: OwnThreadGroup, on_change: Callable[[], None]
+    ) -> None:
+        """Call ``on_change`` when a subscription is replaced by another."""
+        self._world = world
+        self._warn = node.get_logger().warning
+        self._channels = Channels(
+            node, group, on_change, make=self._make, noun="poses", queued=_QUEUED
+        )
+
+    @property
+    def channels(self) -> Channels[Channel]:
+        """The channels by name of the source."""
+        return self._channels
+
+    def refresh(self) -> None:
+        """Subscribe for new sources, unsubscribe for removed ones."""
+        records = self._world.snapshot.records
+        self._channels.follow({name: r for name, r in records.items() if r.pose_type})
+
+    def close(self) -> None:
+        """Unsubscribe from everything."""
+        self._channels.close()
+
+    def discard(self) -> None:
+        """Forget messages that have not been applied yet."""
+        for channel in self._channels:
+            channel.take()
+
+    def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
+        """Write what has arrived into the world's frames; hold the world's lock.
+
+        Returns the sources that moved and the steady time when the oldest applied message
+        arrived.
+        """
+        moved, arrivals = set(), []
+        records = self._world.snapshot.records
+        for name, channel in self._channels.open.items():
+            kept = channel.take()
+            if not kept or records.get(name) is not channel.record:
+                continue
+            arrival = channel.apply(kept, self._world.frames(name), limits)
+            if arrival is not None:
+                moved.add(name)
+                arrivals.append(arrival)
+        return moved, min(arrivals, default=None)
+
+    def _make(self, record: SourceRecord) -> Channel:
+        kind = message_type(record.pose_type)
+        is_tf = record.pose_type == TF
+        return Channel(record, Intake(record.name, self._warn, unknown_is_normal=is_tf), kind)

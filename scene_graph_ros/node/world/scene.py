@@ -1,0 +1,218 @@
+"""A version of the scene, made ready while the one before it still counts. No rclpy here.
+
+`Edit` is a change in the making, on a copy of the model; `Scene` is what comes of it: the model
+with its sources, frames and names. Both are made without the world's lock. Only the poses, which
+go on meanwhile, are brought over with the lock held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+
+from msg_adapters.names import SceneNames
+from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
+from scene_graph_ros.geometry.model.context import Context
+from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.steps import between_steps
+from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
+from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
+from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.perception import CameraDescription
+
+__all__ = ["Edit", "Scene", "SourceRecord"]
+
+
+@dataclass(frozen=True)
+class SourceRecord:
+    """What the node knows about a source beside the model: who may change it, where poses come.
+
+    ``pose_type`` "" means that no poses are read. ``robot`` computes link poses for JointState.
+    """
+
+    id: Any
+    name: str
+    token: int
+    pose_type: str = DEFAULT_POSE_TYPE
+    pose_topic: str = ""
+    robot: Any = None
+    configuration_topic: str = ""
+
+
+@dataclass
+class Edit:
+    """A change of the model in the making, on a copy: it counts when it ends without error."""
+
+    scene_graph: SceneGraph
+    records: dict[str, SourceRecord]
+    filter_owners: dict[int, str] = field(default_factory=dict)
+    effects_off: set[str] = field(default_factory=set)
+    initial_poses: dict[Any, np.ndarray] = field(default_factory=dict)
+    cameras: dict[str, CameraDescription] = field(default_factory=dict)
+    has_changes: bool = True
+    names_before: SceneNames | None = None
+
+    def names(self) -> SceneNames:
+        """Return the names of the model as it is now: ask again after a change."""
+        return SceneNames(self.scene_graph.model_inspector(), self.names_before)
+
+    def deforming(self) -> frozenset[str]:
+        """Return the names of the sources that have deformable geometry."""
+        inspector = self.scene_graph.model_inspector()
+        owners = {
+            inspector.get_owning_source_id(geometry_id)
+            for geometry_id in inspector.get_all_deformable_geometry_ids()
+        }
+        return frozenset(name for name, record in self.records.items() if record.id in owners)
+
+    def owner(self, name: str, token: int) -> SourceRecord:
+        """Return the source ``name`` after checking the token.
+
+        Raises UnknownIdError where there is no such source, OwnershipError for a wrong token.
+        """
+        record = self.records.get(name)
+        if record is None:
+            raise UnknownIdError(f"no source is called {quoted(name)}")
+        if record.token != token:
+            raise OwnershipError(f"the token does not belong to source {quoted(name)}")
+        return record
+
+    def add_cameras(self, cameras: Mapping[str, CameraDescription]) -> None:
+        """Add cameras by name; raises NameConflictError for a name that is taken."""
+        for name in cameras:
+            if name in self.cameras:
+                raise NameConflictError(f"there is a camera named {name!r} already")
+        self.cameras.update(cameras)
+
+    def remove_source(self, record: SourceRecord) -> None:
+        """Remove a source with all that it registered, and its cameras."""
+        self.scene_graph.remove_source(record.id)
+        del self.records[record.name]
+        for name in [n for n, each in self.cameras.items() if each.source == record.name]:
+            del self.cameras[name]
+
+    def add_source(self, name: str, **values: Any) -> SourceRecord:
+        """Register a source in the model and on record; raises NameConflictError if taken.
+
+        Raises InvalidNameError for what can't be a source's name.
+        """
+        # The core would choose a name where there is none.
+        canonical = canonical_name("source", name)
+        source_id = self.scene_graph.register_source(canonical)
+        record = SourceRecord(source_id, canonical, **values)
+        self.records[canonical] = record
+        return record
+
+
+class Scene:
+    """The model between two edits; of what is in it only the poses change.
+
+    Frames of a source that an edit leaves as they are, are the same object before and after it.
+    """
+
+    def __init__(self, edit: Edit, before: Scene | None, *, world_frame: str) -> None:
+        """Make what ``edit`` ended with ready; `take_poses` before it is used."""
+        self.scene_graph, self.records = edit.scene_graph, edit.records
+        self.filter_owners, self.effects_off = edit.filter_owners, frozenset(edit.effects_off)
+        self.cameras: Mapping[str, CameraDescription] = dict(edit.cameras)
+        self.version: int = 0 if before is None else before.version + 1
+        inspector = self.scene_graph.model_inspector()
+        self.context: Context = self.scene_graph.create_default_context()
+        between_steps()
+        self.names = SceneNames(self.context.snapshot.inspector, edit.names_before)
+        between_steps()
+        known = {} if before is None else before.frames
+        self.frames: dict[str, SourceFrames] = {}
+        for name, record in self.records.items():
+            self.frames[name] = _frames_of(
+                record, inspector, edit.initial_poses, known.get(name), world_frame
+            )
+        self._owners: dict[str, str] = {}
+        for name, frames in self.frames.items():
+            self._owners.update(dict.fromkeys(frames.names, name))
+        ids = {name: record.id for name, record in self.records.items()}
+        self.deformables = deformables_by_source(inspector, ids)
+
+    def begin_edit(self) -> Edit:
+        """Return a change that has changed nothing yet."""
+        return Edit(
+            self.scene_graph.clone(),
+            dict(self.records),
+            dict(self.filter_owners),
+            set(self.effects_off),
+            cameras=dict(self.cameras),
+            names_before=self.names,
+        )
+
+    def take_poses(self, before: Scene | None) -> None:
+        """Put all frames and what deforms where they are in the scene before, by now."""
+        for name, frames in self.frames.items():
+            old = None if before is None else before.frames.get(name)
+            if old is not None and old is not frames:
+                _bring_poses(old, frames)
+            if frames.names:
+                self.context.set_frame_poses(self.records[name].id, frames.X_PF)
+        for name, deformables in self.deformables.items():
+            if before is not None and name in before.deformables:
+                deformables.take_over(before.deformables[name])
+            self.deform(name)
+
+    def begin(self) -> None:
+        """Tell the frames, which the scene before may share, whose all others are from now on."""
+        for frames in self.frames.values():
+            frames.foreign = self._owners
+
+    def set_accuracy(self, accuracy: str) -> bool:
+        """Answer at this tier; tell whether that is another than before."""
+        if self.scene_graph.accuracy == accuracy:
+            return False
+        self.scene_graph.set_accuracy(accuracy)
+        self.scene_graph.set_accuracy(accuracy, context=self.context)
+        return True
+
+    def deform(self, source: str) -> None:
+        """Bring configurations of a source that are new into the context."""
+        deformables: SourceDeformables = self.deformables[source]
+        fresh = {g: deformables.positions[g] for g in deformables.fresh}
+        self.context.set_configurations(self.records[source].id, fresh)
+        deformables.fresh.clear()
+
+
+def _frames_of(
+    record: SourceRecord,
+    inspector: Any,
+    initial_poses: Mapping[Any, np.ndarray],
+    old: SourceFrames | None,
+    world_frame: str,
+) -> SourceFrames:
+    ids = tuple(sorted(inspector.frames_for_source(record.id)))
+    names = tuple(inspector.get_name(frame_id) for frame_id in ids)
+    parents = _parents(ids, inspector, world_frame)
+    if old is not None and (old.ids, old.names, old.parents) == (ids, names, parents):
+        return old
+    X_PF = np.tile(np.eye(4), (len(ids), 1, 1))
+    for row, frame_id in enumerate(ids):
+        if frame_id in initial_poses:
+            X_PF[row] = initial_poses[frame_id]
+    stamps = np.full(len(ids), UNSTAMPED, dtype=np.int64)
+    return SourceFrames(record.name, ids, names, parents, X_PF, stamps)
+
+
+def _parents(ids: Iterable[Any], inspector: Any, world_frame: str) -> tuple[str, ...]:
+    world = inspector.world_frame_id()
+    parents = [inspector.get_parent_frame(frame_id) for frame_id in ids]
+    return tuple(world_frame if p == world else inspector.get_name(p) for p in parents)
+
+
+def _bring_poses(old: SourceFrames, new: SourceFrames) -> None:
+    """Put frames where they were, also those whose place in the order is another by now."""
+    rows = np.array([old.row_of_id.get(frame_id, -1) for frame_id in new.ids], dtype=np.int64)
+    kept = rows >= 0
+    new.X_PF[kept], new.stamps[kept] = old.X_PF[rows[kept]], old.stamps[rows[kept]]

@@ -1,0 +1,95 @@
+"""Scene files into an edit of the world; files and packages are found with the node's rules."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Any, TYPE_CHECKING
+
+from msg_adapters.errors import MessageError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.world.scene import Edit, SourceRecord
+from scene_graph_ros.node.world.world import new_token
+from scene_graph_ros.scene_files.packages import Packages, resolve_resource
+
+if TYPE_CHECKING:
+    from scene_graph_ros.scene_files.loaded_scene import LoadedScene
+
+__all__ = ["SceneLoader"]
+
+
+class SceneLoader:
+    """Loads scene files and resolves the addresses of meshes."""
+
+    def __init__(
+        self,
+        package_paths: str,
+        check_pose_type: Callable[[str], Any],
+        effect_names: Collection[str],
+    ) -> None:
+        """``package_paths`` are folders separated by colons.
+
+        ``effect_names`` are the effects that a scene may switch off.
+        """
+        self._folders = tuple(Path(part) for part in package_paths.split(":") if part)
+        self._packages = Packages.of(package_dirs=self._folders)
+        self._check_pose_type = check_pose_type
+        self._effect_names = effect_names
+
+    def resolve(self, resource: str) -> Path:
+        """Return the file behind a path, ``file://`` or ``package://`` address."""
+        return resolve_resource(resource, packages=self._packages)
+
+    def load_request(self, edit: Edit, request: Any) -> list[SourceRecord]:
+        """Add the scene that a LoadScene request names or contains; it switches no effect off."""
+        loaded = self._load(edit, request.resource, request.text, request.prefix)
+        off = [name for name, switch in loaded.effects.items() if switch == "off"]
+        if off:
+            raise MessageError(
+                f"effects: {', '.join(off)}: off for everybody can be said by the scene alone "
+                "that the node starts with, its parameter 'scene'"
+            )
+        return [self._record(edit, source) for source in loaded.sources.values()]
+
+    def load(self, edit: Edit, resource: str) -> list[SourceRecord]:
+        """Add the scene that the node starts with, and return its sources.
+
+        Raises SceneFileError; MessageError for effects and types of poses that there are not.
+        """
+        loaded = self._load(edit, resource)
+        edit.effects_off.update(name for name, how in loaded.effects.items() if how == "off")
+        return [self._record(edit, source) for source in loaded.sources.values()]
+
+    def _load(self, edit: Edit, resource: str, text: str = "", prefix: str = "") -> LoadedScene:
+        # Reading files needs pydantic and the XML readers: only where a scene is loaded.
+        from scene_graph_ros.scene_files import load_scene, load_scene_text
+
+        if resource:
+            scene = load_scene(self.resolve(resource), package_dirs=self._folders)
+        else:
+            scene = load_scene_text(text, package_dirs=self._folders)
+        loaded = scene.apply(edit.scene_graph, prefix=prefix)
+        edit.add_cameras(loaded.cameras)
+        for name in loaded.effects:
+            if name not in self._effect_names:
+                known = ", ".join(self._effect_names)
+                raise MessageError(f"effects: {quoted(name)} is none of {known}")
+        return loaded
+
+    def _record(self, edit: Edit, source: Any) -> SourceRecord:
+        if source.pose_type:
+            self._check_pose_type(source.pose_type)
+        record = SourceRecord(
+            source.source_id,
+            source.name,
+            new_token(),
+            source.pose_type,
+            source.pose_topic,
+            source.robot,
+            source.configuration_topic,
+        )
+        edit.records[record.name] = record
+        edit.initial_poses.update(source.initial_poses)
+        if source.robot is not None:
+            edit.initial_poses.update(source.robot.frame_poses())
+        return record

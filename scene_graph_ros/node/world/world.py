@@ -1,0 +1,242 @@
+"""The world: one writer, many readers.
+
+`World` owns the scene graph and the poses of all sources. Poses change under its lock and end
+with a new immutable `WorldSnapshot`; whoever answers or publishes reads a snapshot and holds no
+lock. A change of the model is made on a copy, without the lock, and swapped in as a whole: a
+refused change leaves no trace, and one that takes long holds up nobody. No rclpy here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from dataclasses import dataclass, field
+import secrets
+import threading
+from typing import Any, TYPE_CHECKING, TypeVar
+
+from msg_adapters.names import SceneNames
+from scene_graph_ros.geometry import SceneGraph
+from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.spatial.record_kernels import latest
+from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
+from scene_graph_ros.node.runtime.precedence import Precedence
+from scene_graph_ros.node.world.deformables import SourceDeformables
+from scene_graph_ros.node.world.half_spaces import check_half_spaces
+from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
+from scene_graph_ros.node.world.scene import Edit, Scene, SourceRecord
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry.perception import CameraDescription
+
+__all__ = ["World", "WorldSnapshot", "new_token"]
+
+T = TypeVar("T")
+
+
+def new_token() -> int:
+    """Return a random non-zero token of 64 bits."""
+    return secrets.randbits(64) or 1
+
+
+@dataclass(frozen=True)
+class WorldSnapshot:
+    """The world at one time. Nothing in it changes any more.
+
+    ``records`` are its sources by name, ``deforming`` the names of those with deformable geometry,
+    ``cameras`` the cameras by name, also those whose frame is gone.
+    ``stamp`` is the newest stamp among its poses, ``source_stamps`` that of each source;
+    nanoseconds of the node's clock. ``arrival`` is when the oldest message that this update
+    applied arrived, nanoseconds of the steady clock; None where no message led to it.
+    """
+
+    query: QueryObject
+    names: SceneNames
+    records: Mapping[str, SourceRecord]
+    deforming: frozenset[str]
+    scene_version: int
+    sequence: int
+    stamp: int
+    source_stamps: Mapping[str, int]
+    arrival: int | None = None
+    cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
+    _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
+
+    def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
+        """Return what a method of ``QueryObject`` answers about this snapshot.
+
+        Whoever asks the same while a thread is at it waits for its answer, which the query
+        remembers: to compute it twice side by side would take longer for both.
+        """
+        with self._turns.setdefault((question, arguments), threading.Lock()):
+            return question(self.query, *arguments)
+
+    @property
+    def inspector(self) -> Any:
+        """Introspect the model of this snapshot."""
+        return self.query.inspector()
+
+
+def _allow(edit: Edit, before: WorldSnapshot) -> None:
+    """Find nothing wrong with an edit."""
+
+
+class World:
+    """Owner of the model and of all poses."""
+
+    def __init__(
+        self,
+        scene_graph: SceneGraph | None = None,
+        *,
+        world_frame: str = "world",
+        check: Callable[[Edit, WorldSnapshot], None] = _allow,
+        precedence: Precedence | None = None,
+    ) -> None:
+        """``check`` raises for what an edit must not do to the world as it was in the snapshot.
+
+        Who has ``precedence`` updates the world: edits stand back between their steps.
+        Raises UnsupportedPairError for two half spaces of ``scene_graph`` that would be checked.
+        """
+        self.world_frame = world_frame
+        self._check = check
+        self._precedence = Precedence() if precedence is None else precedence
+        self.lock = threading.RLock()
+        self._editing = threading.RLock()
+        self._sequence = 0
+        graph = SceneGraph() if scene_graph is None else scene_graph
+        check_half_spaces(graph.model_inspector())
+        self._scene = Scene(Edit(graph, _records_of(graph)), None, world_frame=world_frame)
+        self._scene.take_poses(None)
+        self._scene.begin()
+        self._publish(None)
+
+    @property
+    def snapshot(self) -> WorldSnapshot:
+        """The newest snapshot; safe from any thread, without waiting."""
+        return self._snapshot
+
+    @property
+    def records(self) -> Mapping[str, SourceRecord]:
+        """All sources by name; a new mapping after each edit."""
+        return self._scene.records
+
+    @property
+    def effects_off(self) -> frozenset[str]:
+        """The effects that scene files switched off."""
+        return self._scene.effects_off
+
+    def frames(self, source: str) -> SourceFrames:
+        """Return the frames and newest poses of a source; hold ``lock`` to change them."""
+        return self._scene.frames[source]
+
+    @property
+    def deformables(self) -> Mapping[str, SourceDeformables]:
+        """Deformable geometry by source, of those that have some; ``lock`` to change them."""
+        return self._scene.deformables
+
+    def edit(
+        self,
+        change: Callable[[Edit], T],
+        prepare: Callable[[WorldSnapshot], object] = lambda snapshot: None,
+    ) -> tuple[T, WorldSnapshot]:
+        """Change the model as a whole or, where ``change`` raises, not at all.
+
+        One edit is made after another, and beside them poses go on: ``change`` and ``prepare``
+        may take long. ``prepare`` gets the scene as it is going to be, before it counts.
+        Returns what ``change`` returned and the snapshot that has the change in it. Raises
+        UnsupportedPairError for two half spaces that would be checked, and what ``check`` raises.
+        """
+        with self._editing, calling_between_steps(self._precedence.stand_back):
+            before = self._scene
+            between_steps()
+            edit = before.begin_edit()
+            result = change(edit)
+            if not edit.has_changes:
+                return result, self._snapshot
+            between_steps()
+            check_half_spaces(edit.scene_graph.model_inspector())
+            between_steps()
+            self._check(edit, self._snapshot)
+            between_steps()
+            scene = Scene(edit, before, world_frame=self.world_frame)
+            between_steps()
+            with self.lock:
+                scene.take_poses(before)
+                preview = self._snapshot_of(scene, None)
+            prepare(preview)
+            between_steps()
+            with self.lock:
+                scene.take_poses(before)
+                scene.set_accuracy(before.scene_graph.accuracy)
+                scene.begin()
+                self._scene = scene
+                self._publish(None)
+                return result, self._snapshot
+
+    def commit(
+        self, moved: Iterable[str], arrival: int | None, deformed: Iterable[str] = ()
+    ) -> WorldSnapshot:
+        """Take the poses that were written into the frames of ``moved`` sources into a snapshot.
+
+        Likewise the configurations of ``deformed`` sources. To be called with ``lock`` held,
+        after `Intake.accept`.
+        """
+        with self.lock:
+            scene = self._scene
+            for source in moved:
+                scene.context.set_frame_poses(scene.records[source].id, scene.frames[source].X_PF)
+            for source in deformed:
+                scene.deform(source)
+            self._publish(arrival)
+            return self._snapshot
+
+    def set_accuracy(self, accuracy: str) -> None:
+        """Answer from now on at this tier; snapshots that are out keep theirs."""
+        with self.lock:
+            if self._scene.set_accuracy(accuracy):
+                self._publish(None)
+
+    def forget_stamps(self, after: int = UNSTAMPED) -> None:
+        """Forget when poses were stamped that say later than ``after`` (ns); the poses hold.
+
+        For clocks that jump back: else earlier poses would be out of order.
+        """
+        with self.lock:
+            for frames in self._scene.frames.values():
+                frames.stamps[frames.stamps > after] = UNSTAMPED
+            for deformables in self._scene.deformables.values():
+                late = [g for g, stamp in deformables.stamps.items() if stamp > after]
+                for geometry_id in late:
+                    del deformables.stamps[geometry_id]
+            self._publish(None)
+
+    def _publish(self, arrival: int | None) -> None:
+        self._sequence += 1
+        self._snapshot = self._snapshot_of(self._scene, arrival)
+
+    def _snapshot_of(self, scene: Scene, arrival: int | None) -> WorldSnapshot:
+        stamps = {name: int(latest(frames.stamps)) for name, frames in scene.frames.items()}
+        for name, deformables in scene.deformables.items():
+            stamps[name] = max(stamps[name], deformables.stamp())
+        return WorldSnapshot(
+            query=QueryObject(scene.context.snapshot).bake(),
+            names=scene.names,
+            records=scene.records,
+            deforming=frozenset(scene.deformables),
+            scene_version=scene.version,
+            sequence=self._sequence,
+            stamp=max([0, *stamps.values()]),
+            source_stamps=stamps,
+            arrival=arrival,
+            cameras=scene.cameras,
+        )
+
+
+def _records_of(scene_graph: SceneGraph) -> dict[str, SourceRecord]:
+    inspector = scene_graph.model_inspector()
+    records = {}
+    own = inspector.get_owning_source_id(inspector.world_frame_id())
+    for source_id in inspector.get_all_source_ids():
+        if source_id != own:
+            name = inspector.get_name(source_id)
+            records[name] = SourceRecord(source_id, name, new_token())
+    return records
