@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray
-from node_harness import diagnostics_values, wait_until
+from node_harness import diagnostics_from_now, diagnostics_values, wait_until
 import numpy as np
 import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage
@@ -291,8 +291,7 @@ def test_surfaces_nobody_listens_to_are_not_computed(client, node):
     diagnostics = client.listen(DiagnosticArray, "/diagnostics")
 
     def computed():
-        diagnostics.messages.clear()
-        message = diagnostics.wait_for(lambda m: True, "diagnostics")
+        message = diagnostics_from_now(client, diagnostics)
         return int(diagnostics_values(message, "contact_surfaces")["computed"])
 
     effect = {e.name: e for e in client.call("ListEffects").effects}["contact_surfaces"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray
-from node_harness import diagnostics_values, wait_until
+from node_harness import diagnostics_from_now, diagnostics_values, wait_until
 import numpy as np
 import pytest
 from scene_requests import pose, reference
@@ -196,10 +196,9 @@ def test_the_service_says_which_vertices_take_part(client, node, publisher, refe
     assert set(below.tolist()) <= set(table.participating_vertices[start[0] : start[1]])
 
 
-def faults(diagnostics, source="sim"):
-    """Return the faults of a source's configurations, newest."""
-    diagnostics.messages.clear()
-    message = diagnostics.wait_for(lambda m: True, "diagnostics")
+def faults(client, diagnostics, source="sim"):
+    """Return the faults of a source's configurations by now."""
+    message = diagnostics_from_now(client, diagnostics)
     return diagnostics_values(message, f"source {source} configurations")
 
 
@@ -220,15 +219,19 @@ def test_what_is_wrong_is_counted_and_changes_nothing(
     """The last good configuration holds, and what came with the bad one is taken."""
     good = squeezed(reference_positions, -0.015)
     send(client, publisher, good)
-    before = int(faults(diagnostics)[fault])
+    before = int(faults(client, diagnostics)[fault])
     bad = change(reference_positions)
     message = configurations_to_msg(bad, stamp_ns=0, frame_id="")
     message.header.stamp = client.now()
     publisher.publish(message)
-    wait_until(lambda: int(faults(diagnostics)[fault]) == before + 1, f"one more {fault}")
-    answer = client.call("GetDeformableConfigurations", geometries=[reference("sponge")])
-    held = np.array(answer.configurations.positions).reshape(-1, 3)
-    np.testing.assert_array_equal(held, good)
+    wait_until(lambda: int(faults(client, diagnostics)[fault]) == before + 1, f"one more {fault}")
+
+    def holds():
+        answer = client.call("GetDeformableConfigurations", geometries=[reference("sponge")])
+        return np.array_equal(np.reshape(answer.configurations.positions, (-1, 3)), good)
+
+    # Faults are counted a moment before the good one is in a snapshot.
+    wait_until(holds, "the last good configuration")
     assert node.is_alive()
 
 
@@ -236,7 +239,7 @@ def test_stale_and_malformed_messages_are_counted(
     client, node, publisher, diagnostics, reference_positions
 ):
     """An old stamp, lengths that contradict each other, another frame, stamps out of order."""
-    before = faults(diagnostics)
+    before = faults(client, diagnostics)
     message = configurations_to_msg(
         {"sponge": reference_positions}, stamp_ns=10**9, frame_id="world"
     )  # fmt: skip
@@ -253,7 +256,7 @@ def test_stale_and_malformed_messages_are_counted(
     expected = {"stale": 1, "malformed": 1, "wrong_parent": 1, "out_of_order": 1}
 
     def counted():
-        now = faults(diagnostics)
+        now = faults(client, diagnostics)
         return all(int(now[f]) == int(before[f]) + n for f, n in expected.items())
 
     wait_until(counted, "all four faults")

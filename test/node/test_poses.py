@@ -6,7 +6,7 @@ import math
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
-from node_harness import diagnostics_values, wait_until
+from node_harness import diagnostics_from_now, diagnostics_values, wait_until
 import pytest
 from sensor_msgs.msg import MultiDOFJointState
 
@@ -95,13 +95,12 @@ def publishers(client, node):
 
 
 @pytest.fixture
-def fault_count(diagnostics):
+def fault_count(client, diagnostics):
     """Return how often a source had a fault, from a diagnostics message made after the call."""
 
     def count(source, fault):
-        before = diagnostics.count
-        wait_until(lambda: diagnostics.count >= before + 2, "diagnostics")
-        return int(diagnostics_values(diagnostics.newest, f"source {source}")[fault])
+        message = diagnostics_from_now(client, diagnostics)
+        return int(diagnostics_values(message, f"source {source}")[fault])
 
     return count
 

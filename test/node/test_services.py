@@ -252,9 +252,13 @@ def test_a_service_that_does_not_exist_is_not_answered_and_harms_nothing(client,
 
 def test_effects_are_listed_with_reasons(client, scene):
     """Each effect says whether it is on and why."""
-    answer = client.call("ListEffects")
-    effects = {effect.name: effect for effect in answer.effects}
-    assert effects["point_contact"].is_on
+
+    def listed():
+        return {effect.name: effect for effect in client.call("ListEffects").effects}
+
+    # Effects follow the scene with the next update.
+    wait_until(lambda: listed()["point_contact"].is_on, "the effect")
+    effects = listed()
     assert "proximity role" in effects["point_contact"].reason
     assert "/scene_graph/contacts" in list(effects["point_contact"].topics)
     assert not effects["perception"].is_on

@@ -23,6 +23,7 @@ from rclpy.serialization import serialize_message
 from rclpy.subscription import Subscription
 from spinning import DEADLINE, SpinningThread, wait_until
 
+from msg_adapters.stamps import stamp_from_msg
 import scene_graph_msgs.srv
 
 ROOT = Path(__file__).parents[2]
@@ -116,7 +117,8 @@ class NodeProcess:
 
     def output(self) -> str:
         """Return all that the process has printed so far."""
-        return Path(self._log.name).read_text()
+        # The last character may be there in part.
+        return Path(self._log.name).read_text(errors="replace")
 
     def wait_for_output(self, text: str) -> None:
         """Wait until the process printed ``text``; fail at once where it ended before."""
@@ -163,6 +165,11 @@ class Listener:
     def newest(self) -> Any:
         """The newest message, or None."""
         return self.messages[-1] if self.messages else None
+
+    def kept(self) -> list[Any]:
+        """Return the messages that came so far; others may come meanwhile."""
+        with self._lock:
+            return list(self.messages)
 
     def wait_for(self, condition: Callable[[Any], Any], what: str) -> Any:
         """Return the first message, also of those that came already, that fulfils a condition."""
@@ -290,6 +297,24 @@ def diagnostics_values(message: Any, ending: str) -> dict[str, str]:
         if status.name.endswith(ending):
             return {value.key: value.value for value in status.values}
     return {}
+
+
+def diagnostics_from_now(client: Client, diagnostics: Listener) -> Any:
+    """Return diagnostics of which all values were looked up after the call.
+
+    A message gets its stamp after its values, so that the first one with a later stamp may have
+    begun before the call; those that come in next may even have waited here since before.
+    """
+    now = stamp_from_msg(client.now())
+    stamps: set[int] = set()
+
+    def is_second(message: Any) -> bool:
+        stamp = stamp_from_msg(message.header.stamp)
+        if stamp > now:
+            stamps.add(stamp)
+        return len(stamps) > 1
+
+    return diagnostics.wait_for(is_second, "diagnostics that begin now")
 
 
 def is_same_message(a: Any, b: Any) -> bool:
