@@ -99,7 +99,7 @@ def test_a_simulated_source_ends_cleanly_when_told_to(command, sign, number, sur
         line = process.stderr.readline()
         assert sign in line
         process.send_signal(number)
-        _, rest = process.communicate(timeout=30)
+        _, rest = process.communicate(timeout=60)
     finally:
         process.kill()
     assert (process.returncode, "Traceback" in rest) == (0, False), rest

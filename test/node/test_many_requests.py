@@ -17,11 +17,17 @@ from scene_graph_msgs.srv import HasCollisions
 LIMIT = 1000
 """The default of ``max_waiting_requests``."""
 
+AT_ONCE = 300
+"""Requests that are sent before others are waited for: that many may wait for threads."""
+
+WAIT = 60.0
+"""Seconds that requests may wait for poses: the most that a node allows."""
+
 
 @pytest.fixture(scope="module")
 def node(start_node):
     """A node with the limits that it has by default, but a long ``max_wait``."""
-    return start_node({"max_wait": 60.0})
+    return start_node({"max_wait": WAIT})
 
 
 @pytest.fixture(scope="module")
@@ -68,8 +74,13 @@ def test_all_requests_of_twenty_clients_are_answered(client, scene):
 def test_who_waits_for_poses_is_answered_or_refused(client, scene):
     """As many as may wait until the pose comes; those beyond are told why at once."""
     stamp, more = client.now(), 300
-    options = QueryOptions(minimal_stamp=stamp, timeout=Duration(sec=60))
-    futures = [client.start("HasCollisions", options=options) for _ in range(LIMIT + more)]
+    options = QueryOptions(minimal_stamp=stamp, timeout=Duration(sec=int(WAIT)))
+    futures = []
+    while len(futures) < LIMIT + more:
+        count = min(AT_ONCE, LIMIT + more - len(futures))
+        futures += [client.start("HasCollisions", options=options) for _ in range(count)]
+        # In its turn: those before it wait for threads no more.
+        assert client.call("DescribeScene").status.code == Status.OK
     wait_until(lambda: sum(future.done() for future in futures) == more, "the refusals")
     refused = [future.result().status for future in futures if future.done()]
     assert {status.code for status in refused} == {Status.TOO_LARGE}

@@ -329,7 +329,7 @@ def test_an_effect_is_not_imported_before_it_is_asked_for(domain):
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=4 * DEADLINE,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -343,7 +343,7 @@ def run_node(domain, *arguments):
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=4 * DEADLINE,
         check=False,
     )
 

@@ -123,7 +123,10 @@ def test_a_position_beyond_all_measure_changes_nothing(client, joints):
 
 def test_positions_out_of_order_are_not_even_remembered(client, joints):
     """A late message about one joint must not come back with the next about another."""
-    joints(stamp=stamp_to_msg(stamp_from_msg(client.now()) - 10**9), elbow=1.0)
+    now = client.now()
+    joints(stamp=now, slide=0.5)
+    wait_until(lambda: where(client, "tool").position.z == 0.5, "a pose")
+    joints(stamp=stamp_to_msg(stamp_from_msg(now) - 10**9), elbow=1.0)
     joints(shoulder=math.pi / 2)
     wait_until(lambda: abs(where(client, "lower").position.y - 1.0) < 1e-12, "a pose")
     # Shoulder 90 and elbow -90 degrees; had the late elbow counted, it would be turned.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -11,6 +12,7 @@ import pytest
 
 from scene_graph_ros.geometry import GeometryInstance, ProximityProperties, SceneGraph, Sphere
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
+from scene_graph_ros.node.effects import manager
 from scene_graph_ros.node.effects.declarations import EffectDeclaration
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.world.world import World
@@ -132,6 +134,27 @@ def host():
     return Host()
 
 
+class Clock:
+    """Steady seconds that pass only where a test says so; work takes the time that it takes."""
+
+    perf_counter = staticmethod(time.perf_counter)
+
+    def __init__(self):
+        self.now = 100.0
+
+    def monotonic(self):
+        """Return the time."""
+        return self.now
+
+
+@pytest.fixture(autouse=True)
+def clock(monkeypatch):
+    """The clock by which is judged how long ago something was told."""
+    clock = Clock()
+    monkeypatch.setattr(manager, "time", clock)
+    return clock
+
+
 @pytest.fixture
 def effects(host):
     """An effect that fails between two that don't."""
@@ -143,7 +166,7 @@ def effects(host):
 
 
 @pytest.mark.parametrize("where", ["start", "has_work", "update"])
-def test_one_that_fails_does_not_cost_the_others(effects, host, world, monkeypatch, where):
+def test_one_that_fails_does_not_cost_the_others(effects, host, world, clock, monkeypatch, where):
     """They publish at each update; it is logged under its name, and counted."""
     monkeypatch.setattr(Failing, "fails_in", where)
     for _ in range(3):
@@ -157,6 +180,10 @@ def test_one_that_fails_does_not_cost_the_others(effects, host, world, monkeypat
     (error,) = host.errors
     assert error.startswith("effect bad failed:\n")
     assert f"ZeroDivisionError: in {where}" in error
+    clock.now += 1.0
+    for _ in range(2):
+        effects.update(world.snapshot)
+    assert len(host.errors) == (1 if where == "start" else 2)
 
 
 def test_one_that_works_again_is_well(effects, world, monkeypatch):
