@@ -62,11 +62,20 @@ def test_the_error_of_a_command_shows_its_output(setup):
         setup.step("step", "key", [], lambda: setup.run([sys.executable, "-c", script]))
 
 
-def test_a_long_step_shows_that_it_moves(setup, capsys, monkeypatch):
+def test_a_long_step_shows_that_it_moves(setup, tmp_path, capsys, monkeypatch):
     """While a command runs, lines with the seconds and its last output appear."""
     monkeypatch.setattr(setup, "_is_terminal", False)
-    monkeypatch.setattr("tools.bootstrap.progress.QUIET_SECONDS", 0.2)
-    script = "import time; print('half way', flush=True); time.sleep(1)"
+    monkeypatch.setattr("tools.bootstrap.progress.QUIET_SECONDS", 0.05)
+    told, say = tmp_path / "told", setup._print
+
+    def note(step, text, **options):
+        say(step, text, **options)
+        if "half way" in text:
+            told.touch()
+
+    monkeypatch.setattr(setup, "_print", note)
+    wait = f"while not pathlib.Path({str(told)!r}).exists(): time.sleep(0.01)"
+    script = f"import pathlib, time; print('half way', flush=True)\n{wait}"
     setup.step("step", "key", [], lambda: setup.run([sys.executable, "-c", script]))
     assert "half way" in capsys.readouterr().out
 
