@@ -17,7 +17,7 @@ from msg_adapters.diagnostics import (
     effect_to_diagnostic,
     effect_to_msg,
 )
-from scene_graph_ros.node.effects.manager import EffectReport
+from scene_graph_ros.node.effects.state import EffectReport
 from scene_graph_ros.node.world.intake import (
     CONFIGURATION_FAULTS,
     Fault,

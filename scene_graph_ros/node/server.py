@@ -17,6 +17,7 @@ from rclpy.parameter import Parameter
 
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
+from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.runtime.declare import NodeParameters
@@ -129,9 +130,13 @@ class Server:
         self._effects.switch_off(self._world.effects_off)
         self.request_update()
 
-    def effect(self, name: str) -> Any:
-        """Return an effect that publishes, or None while it is off."""
-        return self._effects.running(name)
+    def answer(self, name: str, snapshot: WorldSnapshot) -> Any | None:
+        """Return an effect's answer about ``snapshot``, None where it is not there."""
+        return self._effects.answer(name, snapshot)
+
+    def newest_answer(self, name: str) -> Found | None:
+        """Return the newest answer that came, of an effect whose answers may be late."""
+        return self._effects.newest_answer(name)
 
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Take the time from the arrival of poses to their contacts."""

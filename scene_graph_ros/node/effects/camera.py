@@ -69,13 +69,16 @@ class CameraEffect:
         self._seconds: deque[float] = deque(maxlen=_RECENT)
         self._count = 0
 
-    @staticmethod
-    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
-        """Do nothing: what takes long is done in the camera's thread, which nobody waits for."""
+    def is_heard(self) -> bool:
+        """Tell whether any of its topics has subscribers."""
+        return any(topic.outlet.is_heard() for topic in self._topics)
 
     def has_work(self) -> bool:
         """Tell whether somebody listens."""
-        return any(topic.outlet.is_heard() for topic in self._topics)
+        return self.is_heard()
+
+    def prepare(self, snapshot: WorldSnapshot) -> None:
+        """Do nothing: what takes long is done in the camera's thread, which nobody waits for."""
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Hand the snapshot to the camera's thread."""

@@ -1,4 +1,4 @@
-"""Contact surfaces: with the other contacts, as coloured triangles, and as a cloud of faces.
+"""Contact surfaces: found for who publishes contacts, shown as triangles, and as a cloud of faces.
 
 Imported, and its bodies built, only while the scene has compliant geometry.
 """
@@ -16,24 +16,36 @@ from msg_adapters.contact_surfaces import face_points_to_msg
 from msg_adapters.wire.contact_surface_markers import ContactSurfaceMarkerWire
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import ContactRepresentation
-from scene_graph_ros.node.effects.beside import Beside
 from scene_graph_ros.node.effects.effect import Host, Outlet
 from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.runtime.names import CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS
 from scene_graph_ros.node.runtime.qos import contact_qos, marker_qos
 from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["ContactSurfacesEffect"]
+__all__ = ["ContactSurfaces", "ContactSurfacesEffect"]
 
 
-_QUESTION = QueryObject.compute_contact_surfaces_with_fallback
-
-
-class ContactSurfacesEffect:
-    """Publishes markers and the cloud, and has surfaces for who publishes the contacts.
+class ContactSurfaces:
+    """The surfaces, and the penetrations of the pairs that have none.
 
     Faces are polygons: there are fewer of them than triangles.
     """
+
+    def __call__(self, snapshot: WorldSnapshot) -> tuple[Any, Any]:
+        """Return both tables."""
+        question = QueryObject.compute_contact_surfaces_with_fallback
+        answer: tuple[Any, Any] = snapshot.ask(question, ContactRepresentation.POLYGON)
+        return answer
+
+    def counters(self, answer: tuple[Any, Any] | None) -> Mapping[str, Any]:
+        """Return how many surfaces and faces there are."""
+        surfaces: Any = () if answer is None else answer[0]
+        faces = len(surfaces.face_areas) if len(surfaces) else 0
+        return {"surfaces": len(surfaces), "faces": faces}
+
+
+class ContactSurfacesEffect:
+    """Publishes markers and the cloud."""
 
     def __init__(self, host: Host) -> None:
         self._host = host
@@ -45,38 +57,26 @@ class ContactSurfacesEffect:
             period=lambda: 1.0 / host.parameter("marker_rate"),
         )
         self._points = Outlet(host, PointCloud2, CONTACT_SURFACE_POINTS, contact_qos())
-        self._beside = Beside(self._compute, host.request_update)
         self._shown: WorldSnapshot | None = None
-        self._computed = 0
-        self._late = 0
 
-    def has_work(self) -> bool:
-        """Tell whether somebody listens to surfaces in any form."""
-        contacts = self._host.effect("point_contact")
-        is_wanted = contacts is not None and contacts.has_work()
-        return is_wanted or self._markers.is_due() or self._points.is_due()
-
-    @staticmethod
-    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
-        """Make bodies and find surfaces of a scene that is going to be, if somebody listens."""
-        effect: ContactSurfacesEffect | None = host.effect("contact_surfaces")
-        contacts = host.effect("point_contact")
-        if (effect is not None and effect._is_heard()) or (
-            contacts is not None and contacts.is_heard()
-        ):
-            snapshot.ask(_QUESTION, ContactRepresentation.POLYGON)
-
-    def _is_heard(self) -> bool:
+    def is_heard(self) -> bool:
+        """Tell whether either topic has subscribers."""
         return self._markers.is_heard() or self._points.is_heard()
 
+    def has_work(self) -> bool:
+        """Tell whether somebody listens to markers or the cloud."""
+        return self._markers.is_due() or self._points.is_due()
+
+    def prepare(self, snapshot: WorldSnapshot) -> None:
+        """Do nothing: the surfaces are what takes long."""
+
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Compute the surfaces of ``snapshot``, once, and publish them where they are heard.
+        """Publish the surfaces of ``snapshot``.
 
         Where they are late, those of the newest snapshot that has some are published, once.
         """
-        is_in_time = self.answer(snapshot) is not None
-        self._late += not is_in_time
-        found = self._beside.newest
+        is_in_time = self._host.answer("surfaces", snapshot) is not None
+        found = self._host.newest_answer("surfaces")
         if found is None or not (is_in_time or found.snapshot is not self._shown):
             return
         self._shown = found.snapshot
@@ -90,25 +90,6 @@ class ContactSurfacesEffect:
                     surfaces, stamp_ns=found.snapshot.stamp, frame_id=self._host.world_frame
                 )
             )
-
-    def answer(self, snapshot: WorldSnapshot) -> tuple[Any, Any] | None:
-        """Return the surfaces, and the penetrations of the pairs that have none.
-
-        None where that takes longer than contacts of anybody may be apart: it goes on beside the
-        updates, which are asked for again when it is done.
-        """
-        period = 1.0 / self._host.parameter("min_update_rate")
-        answer: tuple[Any, Any] | None = self._beside.ask(snapshot, period)
-        return answer
-
-    def seconds_beside(self) -> float:
-        """Return how long surfaces take, also those that are being computed."""
-        return self._beside.seconds()
-
-    def _compute(self, snapshot: WorldSnapshot) -> tuple[Any, Any]:
-        self._computed += 1
-        answer: tuple[Any, Any] = snapshot.ask(_QUESTION, ContactRepresentation.POLYGON)
-        return answer
 
     def _publish_markers(self, surfaces: Any, snapshot: WorldSnapshot) -> None:
         self._markers.take_newcomers()
@@ -127,19 +108,12 @@ class ContactSurfacesEffect:
 
     def close(self) -> None:
         """Stop being advertised."""
-        self._beside.close()
         self._markers.close()
         self._points.close()
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how often surfaces were computed and published, and how many there are."""
-        found = self._beside.newest
-        surfaces: Any = () if found is None else found.answer[0]
+        """Return how often surfaces were published."""
         return {
-            "computed": self._computed,
-            "updates without, as they were late": self._late,
-            "surfaces": len(surfaces),
-            "faces": len(surfaces.face_areas) if len(surfaces) else 0,
             "marker messages": self._markers.messages,
             "cloud messages": self._points.messages,
         }

@@ -1,4 +1,4 @@
-"""The one list of effects: what asks for each, what it publishes, and which module builds it.
+"""The one list of effects: what asks for each, what it computes and publishes, and which module.
 
 The module is imported when the effect is first asked for. Reading this list imports neither
 rclpy nor any effect.
@@ -6,7 +6,7 @@ rclpy nor any effect.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any, TYPE_CHECKING
 
@@ -32,6 +32,7 @@ __all__ = [
     "CAMERA_TOPICS",
     "EFFECTS",
     "EFFECT_NAMES",
+    "AnswerDeclaration",
     "Demand",
     "EffectDeclaration",
     "camera_effect",
@@ -41,19 +42,51 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
-class Demand:
-    """What may ask for effects: geometries per role, and requests per query so far.
+def _no_parameter(name: str) -> Any:
+    raise KeyError(name)
 
-    ``compliant`` counts the geometries that the proximity role makes compliant, ``deformable``
-    the deformable ones with that role. ``cameras`` are the names of the scene's cameras.
+
+class Demand:
+    """Where effects look for what asks for them: a scene, and the requests so far.
+
+    Nothing in here is about one effect: each asks its own question of the scene.
     """
 
-    geometries: Mapping[Role, int]
-    requests: Mapping[str, int]
-    compliant: int = 0
-    deformable: int = 0
-    cameras: Container[str] = ()
+    def __init__(
+        self,
+        inspector: Any,
+        requests: Mapping[str, int],
+        cameras: Container[str] = (),
+        parameter: Callable[[str], Any] = _no_parameter,
+    ) -> None:
+        """``inspector`` introspects the model, ``requests`` counts those of each query.
+
+        ``cameras`` are the names of the scene's cameras; ``parameter`` returns the value of one
+        of the node's.
+        """
+        self._inspector = inspector
+        self._counts: dict[Hashable, int] = {}
+        self.requests, self.cameras, self.parameter = requests, cameras, parameter
+
+    def count(self, count: Callable[..., int], *arguments: Hashable) -> int:
+        """Return how many there are of what ``count`` counts with an inspector, counted once."""
+        key = (count, arguments)
+        if key not in self._counts:
+            self._counts[key] = count(self._inspector, *arguments)
+        return self._counts[key]
+
+
+@dataclass(frozen=True)
+class AnswerDeclaration:
+    """What an effect computes of snapshots, for itself and others to publish.
+
+    ``question`` is ``module:class`` of what computes it. What ``is_slow`` is computed beside the
+    updates, and published late where a scene is fine.
+    """
+
+    name: str
+    question: str
+    is_slow: bool = False
 
 
 @dataclass(frozen=True)
@@ -61,11 +94,13 @@ class EffectDeclaration:
     """One effect.
 
     ``asked_by`` returns the sentence that says what asks for it, or "" where nothing does;
-    ``would_ask`` says what would. ``factory`` is ``module:class`` of what computes and publishes,
-    empty for answers to requests, which the services compute. ``kernels`` names the group of
-    kernels that it needs beside the main job's: it is on when they are compiled. ``argument``,
-    if any, is what the class is told beside its host, and the effect is there as long as it is;
-    ``switch`` is the name by which scene files switch it off, if not its own.
+    ``would_ask`` says what would. ``factory`` is ``module:class`` of what publishes, ``answer``
+    what the effect computes; with neither it is answers to requests, which the services compute.
+    ``needs`` names the answers, its own and others', that it publishes where they are there.
+    ``kernels`` names the group of kernels that it needs beside the main job's: it is on when they
+    are compiled. ``argument``, if any, is what the class is told beside its host, and the effect
+    is there as long as it is; ``switch`` is the name by which scene files switch it off, if not
+    its own.
     """
 
     name: str
@@ -76,11 +111,44 @@ class EffectDeclaration:
     kernels: str = ""
     argument: Any = None
     switch: str = ""
+    answer: AnswerDeclaration | None = None
+    needs: tuple[str, ...] = ()
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """What it imports when it is asked for, as ``module:class``."""
+        question = "" if self.answer is None else self.answer.question
+        return tuple(name for name in (question, self.factory) if name)
+
+
+def count_role(inspector: Any, role: Role) -> int:
+    """Count the geometries with a role."""
+    return int(inspector.num_geometries_with_role(role))
+
+
+def count_compliant(inspector: Any) -> int:
+    """Count the rigid geometries that their proximity role makes compliant in contact."""
+    property_of_interest = (HYDROELASTIC_GROUP, "compliance_type", None)
+    given = [
+        (geometry_id, inspector.get_properties(geometry_id, Role.PROXIMITY))
+        for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY)
+    ]
+    return sum(
+        properties.get_property_or_default(*property_of_interest) == Compliance.COMPLIANT.value
+        for geometry_id, properties in given
+        if properties.has_group(HYDROELASTIC_GROUP) and not inspector.is_deformable(geometry_id)
+    )
+
+
+def count_deformable(inspector: Any) -> int:
+    """Count the deformable geometries with the proximity role."""
+    deformable = inspector.get_all_deformable_geometry_ids()
+    return len({*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)})
 
 
 def _by_role(role: Role) -> Callable[[Demand], str]:
     def asked_by(demand: Demand) -> str:
-        count = demand.geometries.get(role, 0)
+        count = demand.count(count_role, role)
         noun = "geometry has" if count == 1 else "geometries have"
         return f"{count} {noun} the {role.name.lower()} role" if count else ""
 
@@ -88,13 +156,13 @@ def _by_role(role: Role) -> Callable[[Demand], str]:
 
 
 def _by_compliance(demand: Demand) -> str:
-    count = demand.compliant
+    count = demand.count(count_compliant)
     noun = "geometry is" if count == 1 else "geometries are"
     return f"{count} {noun} compliant by hydroelastic properties" if count else ""
 
 
 def _by_deformable(demand: Demand) -> str:
-    count = demand.deformable
+    count = demand.count(count_deformable)
     noun = "geometry has" if count == 1 else "geometries have"
     return f"{count} deformable {noun} the proximity role" if count else ""
 
@@ -117,7 +185,6 @@ CAMERA_TOPICS: dict[str, tuple[str, ...]] = {
 
 _PACKAGE = "scene_graph_ros.node.effects"
 
-# What adds to the contacts comes before what publishes them.
 EFFECTS: tuple[EffectDeclaration, ...] = (
     EffectDeclaration(
         "contact_surfaces",
@@ -126,14 +193,20 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         (CONTACTS, CONTACT_SURFACE_MARKERS, CONTACT_SURFACE_POINTS),
         f"{_PACKAGE}.contact_surfaces:ContactSurfacesEffect",
         "surfaces",
+        answer=AnswerDeclaration(
+            "surfaces", f"{_PACKAGE}.contact_surfaces:ContactSurfaces", is_slow=True
+        ),
+        needs=("surfaces",),
     ),
     EffectDeclaration(
         "deformable_contact",
         _by_deformable,
         "a deformable geometry with the proximity role",
         (CONTACTS,),
-        f"{_PACKAGE}.deformable_contact:DeformableContactEffect",
-        "deformable",
+        kernels="deformable",
+        answer=AnswerDeclaration(
+            "deformable contact", f"{_PACKAGE}.deformable_contact:DeformableContact"
+        ),
     ),
     EffectDeclaration(
         "point_contact",
@@ -141,6 +214,8 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "a geometry with the proximity role",
         (CONTACTS, CONTACT_MARKERS),
         f"{_PACKAGE}.point_contact:PointContact",
+        answer=AnswerDeclaration("penetrations", f"{_PACKAGE}.point_contact:Penetrations"),
+        needs=("surfaces", "penetrations", "deformable contact"),
     ),
     EffectDeclaration(
         "illustration",
@@ -208,23 +283,3 @@ def camera_topics(camera: CameraDescription) -> tuple[str, ...]:
     for output, names in CAMERA_TOPICS.items():
         topics += [name for name in names if output in camera.outputs and name not in topics]
     return tuple(f"{CAMERAS}/{camera.name}/{name}" for name in topics)
-
-
-def count_compliant(inspector: Any) -> int:
-    """Count the rigid geometries that their proximity role makes compliant in contact."""
-    property_of_interest = (HYDROELASTIC_GROUP, "compliance_type", None)
-    given = [
-        (geometry_id, inspector.get_properties(geometry_id, Role.PROXIMITY))
-        for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY)
-    ]
-    return sum(
-        properties.get_property_or_default(*property_of_interest) == Compliance.COMPLIANT.value
-        for geometry_id, properties in given
-        if properties.has_group(HYDROELASTIC_GROUP) and not inspector.is_deformable(geometry_id)
-    )
-
-
-def count_deformable(inspector: Any) -> int:
-    """Count the deformable geometries with the proximity role."""
-    deformable = inspector.get_all_deformable_geometry_ids()
-    return len({*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)})

@@ -14,11 +14,12 @@ from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 
+from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.runtime.qos import overridable
 from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["Effect", "Host", "Outlet", "WorksAlone", "WorksBeside"]
+__all__ = ["Effect", "Host", "Outlet", "WorksAlone"]
 
 
 class Host(Protocol):
@@ -37,28 +38,38 @@ class Host(Protocol):
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
 
-    def effect(self, name: str) -> Any:
-        """Return another effect that publishes, or None while it is off."""
+    def answer(self, name: str, snapshot: WorldSnapshot) -> Any | None:
+        """Return an answer about ``snapshot``, computed once for all who publish it.
+
+        None where the effect that has it is off, where it is late, and where it failed, which is
+        told under the name of that effect. To be called in an update.
+        """
+
+    def newest_answer(self, name: str) -> Found | None:
+        """Return the newest answer that came, of an effect whose answers may be late."""
 
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Tell that the contacts of ``snapshot`` are on their way."""
 
 
 class Effect(Protocol):
-    """Computes and publishes one thing, in the thread that updates the world."""
+    """Publishes one thing, in the thread that updates the world."""
 
-    @staticmethod
-    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
-        """Do what takes long the first time for a scene that is going to be, if it is heard.
+    def is_heard(self) -> bool:
+        """Tell whether anybody listens at all."""
 
-        Called in the thread of an edit, beside updates, also before the effect is on.
+    def prepare(self, snapshot: WorldSnapshot) -> None:
+        """Do what takes long the first time for a scene that is going to be.
+
+        Called where it is heard, in the thread of an edit, beside updates; the answers that it
+        needs are there by then.
         """
 
     def has_work(self) -> bool:
         """Tell whether somebody listens and it is time to publish."""
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Compute and publish for a snapshot; called only when there is work."""
+        """Publish what there is to say of a snapshot; called only when there is work."""
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Take back what was published, before the effect ends."""
@@ -68,14 +79,6 @@ class Effect(Protocol):
 
     def counters(self) -> Mapping[str, Any]:
         """Return how much work was done and how, for diagnostics and tests."""
-
-
-@runtime_checkable
-class WorksBeside(Protocol):
-    """An effect that computes in a thread of its own, so that others need not wait for it."""
-
-    def seconds_beside(self) -> float:
-        """Return how long it takes, also what it is at."""
 
 
 @runtime_checkable

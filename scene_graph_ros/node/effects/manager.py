@@ -1,89 +1,33 @@
-"""Turns effects on and off with the scene, runs those that have work, and reports on all."""
+"""Turns effects on and off with the scene, runs those that have work, and has their answers."""
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-import importlib
 import threading
 import time
 import traceback
 from typing import Any
 
-from scene_graph_ros.geometry.model.state import ROLES
 from scene_graph_ros.geometry.steps import between_steps
+from scene_graph_ros.node.effects.answers import Answer, SlowAnswer
+from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import (
+    AnswerDeclaration,
     camera_effect,
-    count_compliant,
-    count_deformable,
     Demand,
     EffectDeclaration,
     EFFECTS,
 )
-from scene_graph_ros.node.effects.effect import Effect, Host, WorksAlone, WorksBeside
+from scene_graph_ros.node.effects.effect import Effect, Host
+from scene_graph_ros.node.effects.state import EffectReport, EffectState, load
 from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["EffectReport", "Effects"]
+__all__ = ["Effects"]
 
 LINGER = 2.0
 """Seconds that a publisher outlives its effect, so that reliable readers get the last message."""
-
-_RECENT = 100
-"""Updates that the mean and worst time of an effect are taken over."""
-
-_TELL_PERIOD = 1.0
-"""Seconds between two log entries about an effect that keeps failing or is slow."""
-
-
-@dataclass(frozen=True)
-class EffectReport:
-    """What an effect is doing and why; times in seconds over recent updates.
-
-    ``failures`` counts what it could not do; ``failure`` says why, while it can't. ``warning``
-    says that it takes too long, while it does, or what it waits for before it comes on; ``stale``
-    what it lost that it is about.
-    """
-
-    name: str
-    is_on: bool
-    reason: str
-    topics: tuple[str, ...]
-    count: int
-    mean_seconds: float
-    max_seconds: float
-    counters: dict[str, Any]
-    failures: int = 0
-    failure: str = ""
-    warning: str = ""
-    stale: str = ""
-
-
-@dataclass
-class _State:
-    declaration: EffectDeclaration
-    reason: str = ""
-    waiting_reason: str = ""
-    effect: Effect | None = None
-    closes_at: float | None = None
-    count: int = 0
-    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=_RECENT))
-    failures: int = 0
-    failure: str = ""
-    warning: str = ""
-    told_at: float = float("-inf")
-
-    @property
-    def is_on(self) -> bool:
-        """Whether something asks for the effect, and what it needs is there."""
-        return bool(self.reason)
-
-
-def _load(factory: str) -> Any:
-    """Import the class that ``module:class`` names."""
-    module, kind = factory.split(":")
-    return getattr(importlib.import_module(module), kind)
 
 
 class Effects:
@@ -100,12 +44,18 @@ class Effects:
         self._lack = lack
         self._lock = threading.RLock()
         self._requests_lock = threading.Lock()
-        self._states = {d.name: _State(d) for d in declarations}
+        self._states = {d.name: EffectState(d) for d in declarations}
+        self._answering = {
+            state.declaration.answer.name: state
+            for state in self._states.values()
+            if state.declaration.answer is not None
+        }
+        self._answering_seconds = 0.0
         self._requests: Counter[str] = Counter()
         self._switched_off: frozenset[str] = frozenset()
         self._scene_version = -1
         self._is_open = False
-        self._counted: tuple[int, Demand] = (-1, Demand({}, self._requests))
+        self._demanded: tuple[int, Demand] = (-1, Demand(None, self._requests))
 
     def open(self) -> None:
         """Let effects come on."""
@@ -128,95 +78,120 @@ class Effects:
         with self._requests_lock:
             self._requests[query] += 1
             state = self._states.get(query)
-            if state is not None and not state.declaration.factory:
-                state.count += 1
-                state.seconds.append(seconds)
-                state.reason = state.declaration.asked_by(Demand({}, self._requests))
+            if state is not None and not state.declaration.modules:
+                state.record(seconds)
+                state.reason = state.declaration.asked_by(Demand(None, self._requests))
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
         """Do beforehand what takes long for a scene that is going to be; in the edit's thread."""
         between_steps()
         demand = self._demand_of(snapshot)
-        for state in list(self._states.values()):
-            declaration = state.declaration
-            if not declaration.factory or not self._reason(declaration, demand):
-                continue
-            if self._lack(declaration.kernels):
-                continue
+        coming = [
+            state
+            for state in self._states.values()
+            if state.declaration.modules
+            and self._reason(state.declaration, demand)
+            and not self._lack(state.declaration.kernels)
+        ]
+        answers = [state.declaration.answer for state in coming]
+        there = {answer.name: answer for answer in answers if answer is not None}
+        for state in coming:
             between_steps()
             try:
-                _load(declaration.factory).prepare(self._host, snapshot)
+                self._prepare(state, snapshot, there)
             except Exception:  # noqa: BLE001 - the update meets it again, and says so
                 self._host.node.get_logger().debug(
-                    f"effect {declaration.name} can't be prepared:\n{traceback.format_exc()}"
+                    f"effect {state.declaration.name} can't be prepared:\n{traceback.format_exc()}"
                 )
+
+    @staticmethod
+    def _prepare(
+        state: EffectState, snapshot: WorldSnapshot, there: dict[str, AnswerDeclaration]
+    ) -> None:
+        for module in state.declaration.modules:
+            load(module)
+        effect = state.effect if state.is_on else None
+        if effect is None or not effect.is_heard():
+            return
+        for need in state.declaration.needs:
+            if need in there:
+                between_steps()
+                load(there[need].question)()(snapshot)
+        between_steps()
+        effect.prepare(snapshot)
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Follow the scene, then let each effect publish that has somebody to publish to."""
         with self._lock:
             if not self._is_open:
                 return
+            for state in self._states.values():
+                state.begin_update()
             if snapshot.scene_version != self._scene_version:
                 self._follow(snapshot)
-            for state in list(self._states.values()):
+            for state in self._states.values():
                 if state.effect is not None:
                     with self._isolated(state):
                         self._run(state, state.effect, snapshot)
+            self._end_update()
 
-    def _run(self, state: _State, effect: Effect, snapshot: WorldSnapshot) -> None:
+    def _run(self, state: EffectState, effect: Effect, snapshot: WorldSnapshot) -> None:
         if state.closes_at is not None:
-            self._close_if_time(state, effect)
+            if time.monotonic() >= state.closes_at:
+                state.close()
         elif effect.has_work():
-            begin = time.perf_counter()
+            begin, others = time.perf_counter(), self._answering_seconds
             effect.update(snapshot)
-            seconds = time.perf_counter() - begin
-            state.seconds.append(seconds)
-            state.count += 1
-            state.failure = ""
-            self._judge_time(state, seconds)
+            state.spend(time.perf_counter() - begin - (self._answering_seconds - others))
 
-    def _judge_time(self, state: _State, seconds: float) -> None:
+    def _end_update(self) -> None:
         """Warn where an effect alone takes longer than may be between contacts of anybody."""
         period = 1.0 / self._host.parameter("min_update_rate")
-        effect: object = state.effect
-        if isinstance(effect, WorksBeside):
-            seconds = max(seconds, effect.seconds_beside())
-        state.warning = ""
-        if seconds <= period:
-            return
-        state.warning = (
-            f"an update takes {seconds:.3g} s, longer than the {period:.3g} s of min_update_rate:"
-            " contacts wait for it or go without it"
-        )
-        if self._is_to_be_told(state):
-            logger = self._host.node.get_logger()
-            logger.warning(f"effect {state.declaration.name}: {state.warning}")
-
-    @staticmethod
-    def _is_to_be_told(state: _State) -> bool:
-        """Tell whether the last entry about an effect is long enough ago for another."""
-        now = time.monotonic()
-        if now - state.told_at < _TELL_PERIOD:
-            return False
-        state.told_at = now
-        return True
+        for state in self._states.values():
+            if state.end_update(period) and state.is_to_be_told():
+                logger = self._host.node.get_logger()
+                logger.warning(f"effect {state.declaration.name}: {state.warning}")
 
     @contextmanager
-    def _isolated(self, state: _State) -> Iterator[None]:
+    def _isolated(self, state: EffectState) -> Iterator[None]:
         """Keep what goes wrong with one effect from the others: count it, and tell of it."""
         try:
             yield
         except Exception as error:  # noqa: BLE001 - one effect never costs another
-            state.failures += 1
-            state.failure = f"{type(error).__name__}: {error}"
-            if self._is_to_be_told(state):
+            state.fail(error)
+            if state.is_to_be_told():
                 self._host.node.get_logger().error(
                     f"effect {state.declaration.name} failed:\n{traceback.format_exc()}"
                 )
 
+    def answer(self, name: str, snapshot: WorldSnapshot) -> Any | None:
+        """Return an answer about ``snapshot``, computed once for all who publish it.
+
+        None where the effect that has it is off, where it is late, and where it failed, which is
+        told under the name of that effect. To be called in an update.
+        """
+        state = self._answering[name]
+        answer = state.answer
+        if answer is None:
+            return None
+        is_new = answer.is_new(snapshot)
+        begin = time.perf_counter()
+        found = None
+        with self._isolated(state):
+            found = answer.about(snapshot)
+        seconds = time.perf_counter() - begin
+        self._answering_seconds += seconds
+        if is_new:
+            state.spend(seconds)
+        return found
+
+    def newest_answer(self, name: str) -> Found | None:
+        """Return the newest answer that came, of an effect whose answers may be late."""
+        answer = self._answering[name].answer
+        return None if answer is None else answer.newest()
+
     def running(self, name: str) -> Any:
         """Return an effect that publishes, or None while it is off."""
-        # Without the lock of updates: who prepares a scene must not wait for them.
         state = self._states[name]
         return state.effect if state.is_on else None
 
@@ -225,33 +200,28 @@ class Effects:
         with self._lock:
             self._is_open = False
             for state in self._states.values():
-                effect = state.effect
-                state.effect, state.closes_at = None, None
                 state.reason = state.waiting_reason = ""
-                if effect is not None:
-                    with self._isolated(state):
-                        effect.close()
+                with self._isolated(state):
+                    state.close()
             self._scene_version = -1
 
     def reports(self) -> list[EffectReport]:
         """Describe every effect, also those that are off."""
+        resolve = self._host.node.resolve_topic_name
         with self._lock:
-            return [self._report(state) for state in self._states.values()]
+            return [
+                state.report(resolve, self._lack, self._why_off(state.declaration))
+                for state in self._states.values()
+            ]
 
     def _demand_of(self, snapshot: WorldSnapshot) -> Demand:
-        """Count what asks for effects, once for each version of the scene."""
-        version, demand = self._counted
+        """Return what may ask for effects; what they count is counted once for each scene."""
+        version, demand = self._demanded
         if version != snapshot.scene_version:
-            inspector = snapshot.inspector
-            counts = {role: inspector.num_geometries_with_role(role) for role in ROLES}
             demand = Demand(
-                counts,
-                self._requests,
-                count_compliant(inspector),
-                count_deformable(inspector),
-                snapshot.cameras,
+                snapshot.inspector, self._requests, snapshot.cameras, self._host.parameter
             )
-            self._counted = (snapshot.scene_version, demand)
+            self._demanded = (snapshot.scene_version, demand)
         return demand
 
     def _reason(self, declaration: EffectDeclaration, demand: Demand) -> str:
@@ -264,42 +234,47 @@ class Effects:
         self._scene_version = snapshot.scene_version
         demand = self._demand_of(snapshot)
         self._declare_cameras(snapshot)
-        for state in list(self._states.values()):
+        for state in self._states.values():
             reason = self._reason(state.declaration, demand)
             waits = bool(reason and self._lack(state.declaration.kernels))
             state.waiting_reason = reason if waits else ""
             reason = "" if waits else reason
             changed = bool(reason) != state.is_on
             state.reason = reason
-            if changed:
+            if changed and state.declaration.modules:
                 with self._isolated(state):
                     self._switch(state, snapshot)
 
-    def _switch(self, state: _State, snapshot: WorldSnapshot) -> None:
-        name, factory = state.declaration.name, state.declaration.factory
-        logger = self._host.node.get_logger()
-        if not factory:
-            return
+    def _switch(self, state: EffectState, snapshot: WorldSnapshot) -> None:
+        declaration, logger = state.declaration, self._host.node.get_logger()
+        name = declaration.name
         if state.is_on:
             logger.info(f"effect {name} is on: {state.reason}")
             state.closes_at = None
-            if state.effect is None:
-                argument = state.declaration.argument
+            if state.answer is None and declaration.answer is not None:
+                state.answer = self._make_answer(declaration.answer)
+            if state.effect is None and declaration.factory:
+                argument = declaration.argument
                 told = (self._host,) if argument is None else (self._host, argument)
-                state.effect = _load(factory)(*told)
-        elif state.effect is not None:
-            logger.info(f"effect {name} is off: {self._why_off(state)}")
+                state.effect = load(declaration.factory)(*told)
+            return
+        logger.info(f"effect {name} is off: {self._why_off(declaration)}")
+        answer, state.answer = state.answer, None
+        if answer is not None:
+            answer.close()
+        if state.effect is not None:
             state.closes_at = time.monotonic() + LINGER
             state.effect.vanish(snapshot)
 
-    def _close_if_time(self, state: _State, effect: Effect) -> None:
-        if state.closes_at is not None and time.monotonic() >= state.closes_at:
-            self._close(state, effect)
-
-    @staticmethod
-    def _close(state: _State, effect: Effect) -> None:
-        state.effect, state.closes_at = None, None
-        effect.close()
+    def _make_answer(self, declaration: AnswerDeclaration) -> Answer:
+        question = load(declaration.question)()
+        if not declaration.is_slow:
+            return Answer(question)
+        return SlowAnswer(
+            question,
+            lambda: 1.0 / self._host.parameter("min_update_rate"),
+            self._host.request_update,
+        )
 
     def _declare_cameras(self, snapshot: WorldSnapshot) -> None:
         """Have an effect for each camera of the scene, and for no other."""
@@ -309,44 +284,16 @@ class Effects:
             if camera is None or snapshot.cameras.get(camera.name) is camera:
                 continue
             # Another of the same name must not meet its topics.
-            if state.effect is not None:
-                with self._isolated(state):
-                    self._close(state, state.effect)
+            with self._isolated(state):
+                state.close()
             del states[name]
         for camera in snapshot.cameras.values():
             declaration = camera_effect(camera)
-            states.setdefault(declaration.name, _State(declaration))
+            states.setdefault(declaration.name, EffectState(declaration))
         # Others read without the lock: what they have does not change.
         self._states = states
 
-    def _why_off(self, state: _State) -> str:
-        if self._is_switched_off(state.declaration):
+    def _why_off(self, declaration: EffectDeclaration) -> str:
+        if self._is_switched_off(declaration):
             return "switched off by the scene file"
-        return f"nothing asks for it; {state.declaration.would_ask} would"
-
-    def _report(self, state: _State) -> EffectReport:
-        resolve = self._host.node.resolve_topic_name
-        seconds, count, failure, stale = list(state.seconds), state.count, state.failure, ""
-        effect: object = state.effect
-        if isinstance(effect, WorksAlone):
-            seconds, count = effect.recent_seconds(), effect.count()
-            failure, stale = failure or effect.failure(), effect.stale()
-        counters: dict[str, Any] = dict(state.effect.counters()) if state.effect else {}
-        waits = ""
-        if state.waiting_reason:
-            lack = self._lack(state.declaration.kernels) or "its kernels are compiled by now"
-            waits = f"not yet: {lack}; {state.waiting_reason}"
-        return EffectReport(
-            name=state.declaration.name,
-            is_on=state.is_on,
-            reason=state.reason or waits or self._why_off(state),
-            topics=tuple(resolve(topic) for topic in state.declaration.topics),
-            count=count,
-            mean_seconds=sum(seconds) / len(seconds) if seconds else 0.0,
-            max_seconds=max(seconds, default=0.0),
-            counters=counters,
-            failures=state.failures,
-            failure=failure if state.is_on else "",
-            warning=state.warning if state.is_on else waits,
-            stale=stale if state.is_on else "",
-        )
+        return f"nothing asks for it; {declaration.would_ask} would"

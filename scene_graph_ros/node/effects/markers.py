@@ -73,6 +73,10 @@ class RoleMarkers:
         self._placed = 0
         self._deformables: RoleDeformables | None = None
 
+    def is_heard(self) -> bool:
+        """Tell whether the topic has subscribers."""
+        return self._outlet.is_heard()
+
     def has_work(self) -> bool:
         """Tell whether somebody listens and the last message is long enough ago."""
         return self._outlet.is_due()
@@ -109,14 +113,11 @@ class RoleMarkers:
             serialize_message, frame_id=self._frame_id, package_shares=package_shares()
         )
 
-    @classmethod
-    def prepare(cls, host: Host, snapshot: WorldSnapshot) -> None:
-        """Make the markers of a scene that is going to be, if somebody listens."""
-        effect: RoleMarkers | None = host.effect(cls.ROLE.name.lower())
-        if effect is not None and effect._outlet.is_heard():
-            snapshot.query.snapshot.role_arrays(cls.ROLE)
-            between_steps()
-            effect._ready = effect._make_ready(snapshot)
+    def prepare(self, snapshot: WorldSnapshot) -> None:
+        """Make the markers of a scene that is going to be."""
+        snapshot.query.snapshot.role_arrays(self.ROLE)
+        between_steps()
+        self._ready = self._make_ready(snapshot)
 
     def _make_ready(self, snapshot: WorldSnapshot) -> _Ready:
         """Make the markers of a scene; what can't be shown is left out."""

@@ -5,11 +5,8 @@ Where contact surfaces or deformable contact are on, theirs go out with the poin
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-import time
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 from rclpy.serialization import serialize_message
 from visualization_msgs.msg import MarkerArray
@@ -26,10 +23,43 @@ from scene_graph_ros.node.runtime.names import CONTACT_MARKERS, CONTACTS
 from scene_graph_ros.node.runtime.qos import contact_qos, marker_qos
 from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["PointContact"]
+__all__ = ["Penetrations", "PointContact"]
 
-_RECENT = 100
-"""Updates that the mean time of the query is taken over."""
+
+class Penetrations:
+    """All penetrating pairs, with a point each."""
+
+    def __call__(self, snapshot: WorldSnapshot) -> Any:
+        """Return the table."""
+        # What the query would find out by itself, in steps: an edit prepares it beside updates.
+        snapshot.query.snapshot.role_arrays(Role.PROXIMITY)
+        between_steps()
+        _ = snapshot.query.snapshot.proximity
+        between_steps()
+        return snapshot.ask(QueryObject.compute_point_pair_penetration)
+
+    def counters(self, answer: Any) -> Mapping[str, Any]:
+        """Return how many there are."""
+        return {"penetrations": 0 if answer is None else len(answer)}
+
+
+class _Contacts(NamedTuple):
+    """The contacts of a snapshot: the answers that are published together."""
+
+    sequence: int
+    points: Any
+    surfaces: Any
+    deformable: Any
+
+    def are(self, others: _Contacts | None) -> bool:
+        """Tell whether others are these."""
+        return (
+            others is not None
+            and self.sequence == others.sequence
+            and self.points is others.points
+            and self.surfaces is others.surfaces
+            and self.deformable is others.deformable
+        )
 
 
 class PointContact:
@@ -45,108 +75,60 @@ class PointContact:
             marker_qos(),
             period=lambda: 1.0 / host.parameter("marker_rate"),
         )
-        self._computed_for = -1
-        self._beside: tuple[Any, ...] = ()
-        self._table: Any = None
-        self._surfaces = NO_ROWS
-        self._lacks_surfaces = False
-        self._message: bytes | None = None
-        self._computed = 0
-        self._accuracy = ""
-        self._seconds: deque[float] = deque(maxlen=_RECENT)
-
-    def has_work(self) -> bool:
-        """Tell whether somebody listens to contacts or their markers."""
-        return self.wants_contacts() or self._markers.is_due()
+        self._told: _Contacts | None = None
+        self._message = b""
 
     def is_heard(self) -> bool:
         """Tell whether contacts have subscribers at all."""
         return self._contacts.is_heard() or self._markers.is_heard()
 
-    def wants_contacts(self) -> bool:
-        """Tell whether somebody listens to contacts."""
-        return self._contacts.is_due()
+    def has_work(self) -> bool:
+        """Tell whether somebody listens to contacts or their markers."""
+        return self._contacts.is_due() or self._markers.is_due()
+
+    def prepare(self, snapshot: WorldSnapshot) -> None:
+        """Find room for the contacts and names of a scene that is going to be."""
+        table = snapshot.ask(QueryObject.compute_point_pair_penetration)
+        self._contact_wire.prepare(table, snapshot.names)
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Publish the contacts of ``snapshot``, computed once even if published again."""
-        # These effects may come on or go while the snapshot stays.
-        beside = tuple(map(self._host.effect, ("contact_surfaces", "deformable_contact")))
-        if beside != self._beside:
-            self._beside, self._computed_for = beside, -1
-        if snapshot.sequence != self._computed_for or self._lacks_surfaces:
-            self._compute(snapshot)
+        """Publish the contacts of ``snapshot``; where surfaces are late, all pairs have points."""
+        found = self._host.answer("surfaces", snapshot)
+        if found is None:
+            surfaces, points = None, self._host.answer("penetrations", snapshot)
+        else:
+            surfaces, points = found
+        if points is not None:
+            self._publish(snapshot, points, surfaces)
+
+    def _publish(self, snapshot: WorldSnapshot, points: Any, surfaces: Any) -> None:
         if self._contacts.is_due():
-            self._publish_contacts(snapshot)
+            deformable = self._host.answer("deformable contact", snapshot)
+            contacts = _Contacts(snapshot.sequence, points, surfaces, deformable)
+            self._publish_contacts(snapshot, contacts)
         if self._markers.is_due():
-            self._publish_markers(snapshot)
+            self._publish_markers(snapshot, points)
 
-    @staticmethod
-    def prepare(host: Host, snapshot: WorldSnapshot) -> None:
-        """Find the contacts of a scene that is going to be, if somebody listens to them."""
-        effect: PointContact | None = host.effect("point_contact")
-        if effect is not None and effect.is_heard():
-            # What the query would find out by itself, in steps.
-            snapshot.query.snapshot.role_arrays(Role.PROXIMITY)
-            between_steps()
-            _ = snapshot.query.snapshot.proximity
-            between_steps()
-            table = snapshot.ask(QueryObject.compute_point_pair_penetration)
-            between_steps()
-            effect._contact_wire.prepare(table, snapshot.names)
-
-    def _compute(self, snapshot: WorldSnapshot) -> None:
-        """Ask for the contacts; where surfaces are late, all pairs have points alone."""
-        effect = self._host.effect("contact_surfaces")
-        answer = None if effect is None else effect.answer(snapshot)
-        was_lacking, self._lacks_surfaces = self._lacks_surfaces, effect is not None and not answer
-        if snapshot.sequence == self._computed_for and was_lacking == self._lacks_surfaces:
-            return
-        with self._timed(snapshot):
-            if answer is None:
-                self._table = snapshot.ask(QueryObject.compute_point_pair_penetration)
-                self._surfaces = NO_ROWS
-            else:
-                surfaces, self._table = answer
-                self._surfaces = surface_rows(surfaces)
-        self._message = None
-        self._computed_for = snapshot.sequence
-        self._computed += 1
-
-    @contextmanager
-    def _timed(self, snapshot: WorldSnapshot) -> Iterator[None]:
-        """Note what the tier of accuracy costs."""
-        if snapshot.query.accuracy != self._accuracy:
-            self._accuracy = snapshot.query.accuracy
-            self._seconds.clear()
-        begin = time.perf_counter()
-        yield
-        self._seconds.append(time.perf_counter() - begin)
-
-    def _publish_contacts(self, snapshot: WorldSnapshot) -> None:
+    def _publish_contacts(self, snapshot: WorldSnapshot, contacts: _Contacts) -> None:
         self._contacts.take_newcomers()
-        if self._message is None:
+        if not contacts.are(self._told):
+            surfaces, deformable = contacts.surfaces, contacts.deformable
             self._message = self._contact_wire.message(
-                self._table,
+                contacts.points,
                 snapshot.names,
                 stamp_ns=snapshot.stamp,
                 scene_version=snapshot.scene_version,
-                **self._beside_points(snapshot),
+                surfaces=NO_ROWS if surfaces is None else surface_rows(surfaces),
+                deformables=NO_ROWS if deformable is None else deformable_rows(deformable),
             )
+            self._told = contacts
         self._contacts.publish(self._message)
         self._host.contacts_published(snapshot)
 
-    def _beside_points(self, snapshot: WorldSnapshot) -> dict[str, Any]:
-        """Return the contacts of other kinds, as far as their effects are on."""
-        kinds = {"surfaces": self._surfaces}
-        deformables = self._host.effect("deformable_contact")
-        if deformables is not None:
-            kinds["deformables"] = deformable_rows(deformables.contact(snapshot))
-        return kinds
-
-    def _publish_markers(self, snapshot: WorldSnapshot) -> None:
+    def _publish_markers(self, snapshot: WorldSnapshot, points: Any) -> None:
         self._markers.take_newcomers()
         message = self._marker_wire.message(
-            self._table,
+            points,
             stamp_ns=snapshot.stamp,
             point_diameter=self._host.parameter("contact_point_size"),
             normal_length=self._host.parameter("contact_normal_length"),
@@ -164,7 +146,8 @@ class PointContact:
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Publish once more: without geometry there are no contacts."""
         if self.has_work():
-            self.update(snapshot)
+            table = snapshot.ask(QueryObject.compute_point_pair_penetration)
+            self._publish(snapshot, table, None)
 
     def close(self) -> None:
         """Stop being advertised."""
@@ -172,13 +155,8 @@ class PointContact:
         self._markers.close()
 
     def counters(self) -> Mapping[str, Any]:
-        """Return how often contacts were computed and published, how exactly, at what cost."""
-        seconds = list(self._seconds)
+        """Return how often contacts were published."""
         return {
-            "accuracy": self._accuracy,
-            "time at this accuracy, mean (s)": sum(seconds) / len(seconds) if seconds else 0.0,
-            "computed": self._computed,
-            "surfaces are late": self._lacks_surfaces,
             "contact messages": self._contacts.messages,
             "marker messages": self._markers.messages,
         }

@@ -85,9 +85,9 @@ class Host:
     def request_update(self):
         """Nobody updates by itself."""
 
-    def effect(self, name):
-        """Return an effect that is on."""
-        return self.effects.running(name)
+    def answer(self, name, snapshot):
+        """Return what an effect found out."""
+        return self.effects.answer(name, snapshot)
 
     def contacts_published(self, snapshot):
         """Nothing is timed."""

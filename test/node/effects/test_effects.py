@@ -25,9 +25,16 @@ class Fine:
         self.updates = 0
         self.is_closed = False
 
+    def is_heard(self):
+        """Somebody listens."""
+        return True
+
     def has_work(self):
         """There always is some."""
         return True
+
+    def prepare(self, snapshot):
+        """Nothing takes long."""
 
     def update(self, snapshot):
         """Count."""
@@ -50,12 +57,19 @@ class Prepared(Fine):
 
     versions: ClassVar[list[int]] = []
 
-    @classmethod
-    def prepare(cls, host, snapshot):
+    def prepare(self, snapshot):
         """Remember the scene's version, or fail."""
-        cls.versions.append(snapshot.scene_version)
+        self.versions.append(snapshot.scene_version)
         if snapshot.scene_version == 2:
             raise ZeroDivisionError("in prepare")
+
+
+class Deaf(Prepared):
+    """An effect that nobody listens to."""
+
+    def is_heard(self):
+        """Nobody does."""
+        return False
 
 
 class Failing(Fine):
@@ -250,9 +264,10 @@ def statuses(effects):
 
 
 def test_effects_are_prepared_for_a_scene_before_it_counts(world, host):
-    """Once for each edit, in its thread, also while off; one that can't be costs no edit."""
-    effects = Effects(host, [declared("early", "Prepared")])
+    """Once for each edit, in its thread, if heard; one that can't be costs no edit."""
+    effects = Effects(host, [declared("early", "Prepared"), declared("deaf", "Deaf")])
     effects.open()
+    effects.update(world.snapshot)
     Prepared.versions.clear()
     for version in (1, 2, 3):
         _, snapshot = world.edit(
@@ -261,7 +276,7 @@ def test_effects_are_prepared_for_a_scene_before_it_counts(world, host):
         assert snapshot.scene_version == version
         assert Prepared.versions[-1] == version
     assert Prepared.versions == [1, 2, 3]
-    assert effects.running("early") is None
+    assert effects.running("early").updates == 1
 
 
 def test_an_effect_waits_for_its_kernels(world, host):
@@ -276,8 +291,8 @@ def test_an_effect_waits_for_its_kernels(world, host):
     effects = Effects(host, declarations, lambda group: lacks.get(group, ""))
     effects.open()
     Prepared.versions.clear()
-    effects.prepare(world.snapshot)
     effects.update(world.snapshot)
+    effects.prepare(world.snapshot)
     assert len(Prepared.versions) == 1
     assert effects.running("before").updates == 1
     assert effects.running("new") is None
@@ -290,7 +305,7 @@ def test_an_effect_waits_for_its_kernels(world, host):
 
     lacks.clear()
     effects.come_on(world.snapshot)
-    assert len(Prepared.versions) == 3
+    assert len(Prepared.versions) == 2
     assert effects.running("new") is None
     effects.update(world.snapshot)
     assert effects.running("new").updates == 1

@@ -9,7 +9,7 @@ import pytest
 from rclpy.serialization import deserialize_message
 
 from scene_graph_msgs.msg import ContactArray
-from scene_graph_ros.node.effects import contact_surfaces
+from scene_graph_ros.node.effects.contact_surfaces import ContactSurfaces
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
@@ -94,9 +94,13 @@ class Host:
     def publishers_changed(self):
         """Nothing follows them."""
 
-    def effect(self, name):
-        """Return an effect that is on."""
-        return self.effects.running(name)
+    def answer(self, name, snapshot):
+        """Return what an effect found out."""
+        return self.effects.answer(name, snapshot)
+
+    def newest_answer(self, name):
+        """Return what may be late."""
+        return self.effects.newest_answer(name)
 
     def contacts_published(self, snapshot):
         """Nothing is timed."""
@@ -105,13 +109,13 @@ class Host:
 @pytest.fixture
 def may_be_found(monkeypatch):
     """Surfaces are not found before this is set."""
-    event, question = threading.Event(), contact_surfaces._QUESTION
+    event, find = threading.Event(), ContactSurfaces.__call__
 
-    def slow(query, representation):
+    def slow(question, snapshot):
         assert event.wait(DEADLINE)
-        return question(query, representation)
+        return find(question, snapshot)
 
-    monkeypatch.setattr(contact_surfaces, "_QUESTION", slow)
+    monkeypatch.setattr(ContactSurfaces, "__call__", slow)
     yield event
     event.set()
 

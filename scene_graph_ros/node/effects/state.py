@@ -1,0 +1,173 @@
+"""What is known of one effect: whether it is on and why, what it takes, and what it tells."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+import importlib
+import time
+from typing import Any
+
+from scene_graph_ros.node.effects.answers import Answer
+from scene_graph_ros.node.effects.declarations import EffectDeclaration
+from scene_graph_ros.node.effects.effect import Effect, WorksAlone
+
+__all__ = ["EffectReport", "EffectState", "load"]
+
+_RECENT = 100
+"""Updates that the mean and worst time of an effect are taken over."""
+
+_TELL_PERIOD = 1.0
+"""Seconds between two log entries about an effect that keeps failing or is slow."""
+
+
+def load(factory: str) -> Any:
+    """Import the class that ``module:class`` names."""
+    module, kind = factory.split(":")
+    return getattr(importlib.import_module(module), kind)
+
+
+@dataclass(frozen=True)
+class EffectReport:
+    """What an effect is doing and why; times in seconds over recent updates.
+
+    A time is that of what the effect computes and of what it publishes, without what others
+    compute for it. ``failures`` counts what it could not do; ``failure`` says why, while it can't.
+    ``warning`` says that it takes too long, while it does, or what it waits for before it comes
+    on; ``stale`` what it lost that it is about.
+    """
+
+    name: str
+    is_on: bool
+    reason: str
+    topics: tuple[str, ...]
+    count: int
+    mean_seconds: float
+    max_seconds: float
+    counters: dict[str, Any]
+    failures: int = 0
+    failure: str = ""
+    warning: str = ""
+    stale: str = ""
+
+
+@dataclass
+class EffectState:
+    """One effect, from its declaration to what it did in this update.
+
+    ``effect`` is what publishes, also while it lingers; ``answer`` is there only while it is on.
+    """
+
+    declaration: EffectDeclaration
+    reason: str = ""
+    waiting_reason: str = ""
+    effect: Effect | None = None
+    answer: Answer | None = None
+    closes_at: float | None = None
+    count: int = 0
+    seconds: deque[float] = field(default_factory=lambda: deque(maxlen=_RECENT))
+    failures: int = 0
+    failure: str = ""
+    warning: str = ""
+    _told_at: float = float("-inf")
+    _spent: float = 0.0
+    _did_work: bool = False
+    _failed: bool = False
+
+    @property
+    def is_on(self) -> bool:
+        """Whether something asks for the effect, and what it needs is there."""
+        return bool(self.reason)
+
+    def is_to_be_told(self) -> bool:
+        """Tell whether the last log entry about the effect is long enough ago for another."""
+        now = time.monotonic()
+        if now - self._told_at < _TELL_PERIOD:
+            return False
+        self._told_at = now
+        return True
+
+    def begin_update(self) -> None:
+        """Count from here on what is done in one update."""
+        self._spent, self._did_work, self._failed = 0.0, False, False
+
+    def spend(self, seconds: float) -> None:
+        """Book time of this update, which may be taken off again where another spent it."""
+        self._spent += seconds
+        self._did_work = True
+
+    def fail(self, error: Exception) -> None:
+        """Count what could not be done in this update."""
+        self._failed = True
+        self.failures += 1
+        self.failure = f"{type(error).__name__}: {error}"
+
+    def end_update(self, period: float) -> bool:
+        """Book what was done; tell whether it takes longer than ``period`` seconds.
+
+        That is how far contacts of anybody may be apart.
+        """
+        if not self._did_work or self._failed:
+            return False
+        self.record(self._spent)
+        self.failure = self.warning = ""
+        beside = 0.0 if self.answer is None else self.answer.seconds_beside()
+        seconds = max(self._spent, beside)
+        if seconds <= period:
+            return False
+        self.warning = (
+            f"an update takes {seconds:.3g} s, longer than the {period:.3g} s of min_update_rate:"
+            " contacts wait for it or go without it"
+        )
+        return True
+
+    def record(self, seconds: float) -> None:
+        """Count one more that took some seconds."""
+        self.seconds.append(seconds)
+        self.count += 1
+
+    def close(self) -> None:
+        """Stop computing and publishing."""
+        effect, answer = self.effect, self.answer
+        self.effect, self.answer, self.closes_at = None, None, None
+        if answer is not None:
+            answer.close()
+        if effect is not None:
+            effect.close()
+
+    def report(
+        self, resolve: Callable[[str], str], lack: Callable[[str], str], why_off: str
+    ) -> EffectReport:
+        """Describe it; ``resolve`` makes names of topics absolute.
+
+        ``lack`` says what is being done where a group of kernels is not ready.
+        """
+        seconds, count, failure, stale = list(self.seconds), self.count, self.failure, ""
+        effect: object = self.effect
+        if isinstance(effect, WorksAlone):
+            seconds, count = effect.recent_seconds(), effect.count()
+            failure, stale = failure or effect.failure(), effect.stale()
+        waits = ""
+        if self.waiting_reason:
+            doing = lack(self.declaration.kernels) or "its kernels are compiled by now"
+            waits = f"not yet: {doing}; {self.waiting_reason}"
+        return EffectReport(
+            name=self.declaration.name,
+            is_on=self.is_on,
+            reason=self.reason or waits or why_off,
+            topics=tuple(resolve(topic) for topic in self.declaration.topics),
+            count=count,
+            mean_seconds=sum(seconds) / len(seconds) if seconds else 0.0,
+            max_seconds=max(seconds, default=0.0),
+            counters=self._counters(),
+            failures=self.failures,
+            failure=failure if self.is_on else "",
+            warning=self.warning if self.is_on else waits,
+            stale=stale if self.is_on else "",
+        )
+
+    def _counters(self) -> dict[str, Any]:
+        computed = {} if self.answer is None else self.answer.counters()
+        published = {} if self.effect is None else self.effect.counters()
+        return {**computed, **published}
