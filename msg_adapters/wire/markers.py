@@ -9,6 +9,7 @@ poses and stamps are written over those of the last message. Where each thing is
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from pathlib import Path
 from typing import NamedTuple
 
@@ -237,13 +238,10 @@ class MarkerWire:
         if isinstance(look, TriangleLook):
             return self._make_triangles(look, before)
         marker = look.marker(self._frame_id) if isinstance(look, PlainLook) else look
-        given = marker.header.stamp, marker.pose
         numbers = marked_numbers(_WIDTH)
-        marker.header.stamp, marker.pose = MARKED_TIME, marked_pose(numbers)
-        data = self._array([before, marker])
+        data = self._array([before, _marked(marker, numbers)])
         (begin,) = marked_stamps(data)
         pose = find_once(data, as_bytes(numbers, np.float64)) - begin
-        marker.header.stamp, marker.pose = given
         if marker.action != Marker.ADD:
             data = self._array([before, marker])
         return Piece(data[begin:], 0, pose)
@@ -253,11 +251,10 @@ class MarkerWire:
         # Only where something is shown as triangles.
         from msg_adapters.wire.triangles import TriangleListWire
 
-        marker, numbers = look.marker, marked_numbers(_POSE_AND_CORNERS)[-_WIDTH:]
-        given, marker.pose = marker.pose, marked_pose(numbers)
+        numbers = marked_numbers(_POSE_AND_CORNERS)[-_WIDTH:]
+        marker = _marked(look.marker, numbers)
         wire = TriangleListWire(self._serialize, marker, has_colors=False)
         data = wire.data(look.corners, 0, before=[before])
-        marker.pose = given
         return Piece(
             data,
             0,
@@ -266,6 +263,17 @@ class MarkerWire:
 
     def _array(self, markers: list[Marker]) -> bytes:
         return self._serialize(MarkerArray(markers=markers))
+
+
+def _marked(marker: Marker, numbers: Sequence[float]) -> Marker:
+    """Return a marker with marks for its stamp and pose.
+
+    The given one stays as it is: another thread may be making a piece of it, too.
+    """
+    result = copy(marker)
+    result.header, result.pose = copy(marker.header), marked_pose(numbers)
+    result.header.stamp = MARKED_TIME
+    return result
 
 
 def _deletion(ns: str, identity: int, action: int) -> PlainLook:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
+import threading
+
 import numpy as np
 import pytest
 from rclpy.serialization import serialize_message
@@ -266,6 +269,37 @@ def test_markers_are_prepared_while_others_are_taken(rng, shapes, monkeypatch):
     both.wire.take(prepared[0])
     both.scene.set_items(more)
     both.check(poses(rng, len(more)), 3, is_whole=True)
+
+
+@pytest.mark.parametrize("kind", ["mesh", "mesh file"])
+def test_threads_make_pieces_of_one_marker(shapes, kind):
+    """An edit's thread may begin with one while another is made for a message, and end later."""
+    both = Both()
+    both.set_items([item(1, shapes[kind])])
+    (look,) = both.wire._pieces.markers
+    serialize, make = both.wire._serialize, both.wire._make_piece
+    expected = [seen_of(make(look, alignment)) for alignment in (0, 4)]
+    others, is_there, may_go_on = [], threading.Event(), threading.Event()
+
+    def serialize_in_turns(message):
+        if threading.current_thread() is not threading.main_thread():
+            is_there.set()
+            assert may_go_on.wait(60.0)
+        elif not others:
+            others.append(pool.submit(make, look, 4))
+            assert is_there.wait(60.0)
+        return serialize(message)
+
+    both.wire._serialize = serialize_in_turns
+    with ThreadPoolExecutor(1) as pool:
+        made = make(look, 0)
+        may_go_on.set()
+        assert [seen_of(made), seen_of(others[0].result(60.0))] == expected
+
+
+def seen_of(piece):
+    """Return what is alike in all pieces of a marker: between its fields may be anything."""
+    return len(piece.data), piece.stamp, piece.pose, piece.data[piece.pose :][: 7 * 8]
 
 
 def test_poses_of_a_wrong_number_are_refused(rng, shapes):
