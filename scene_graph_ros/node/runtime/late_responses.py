@@ -39,6 +39,9 @@ _NOT_SENT = (
 )
 """A filter of warnings, as ``warnings.filterwarnings`` makes it."""
 
+_filtering = threading.Lock()
+"""A filter that is there already is taken out and put in again: others would send meanwhile."""
+
 
 @dataclass
 class _Late:
@@ -98,29 +101,33 @@ class LateResponses:
 
     def _run(self) -> None:
         while (late := self._next()) is not None:
-            try:
-                if _is_sent(late.send):
-                    continue
-            except Exception as error:  # noqa: BLE001 - the others are still to be sent
-                self._give_up(late, str(error))
-                continue
-            now = time.monotonic()
-            late.pause *= 2.0
-            late.at = min(now + late.pause, late.until)
-            if now >= late.until:
-                self._give_up(late, f"it is not known after {self._patience:g} s")
-                continue
-            with self._changed:
-                self._kept.append(late)
+            if self._is_done_with(late):
+                with self._changed:
+                    self._kept.remove(late)
+
+    def _is_done_with(self, late: _Late) -> bool:
+        """Try to send a response; tell whether it was sent or given up."""
+        try:
+            if _is_sent(late.send):
+                return True
+        except Exception as error:  # noqa: BLE001 - the others are still to be sent
+            self._give_up(late, str(error))
+            return True
+        now = time.monotonic()
+        if now >= late.until:
+            self._give_up(late, f"it is not known after {self._patience:g} s")
+            return True
+        late.pause *= 2.0
+        late.at = min(now + late.pause, late.until)
+        return False
 
     def _next(self) -> _Late | None:
-        """Wait for the next to try, and take it; None at the end."""
+        """Wait for the next to try, which stays among those that are kept; None at the end."""
         with self._changed:
             while self._kept and not self._is_closed:
                 late = min(self._kept, key=lambda kept: kept.at)
                 remaining = late.at - time.monotonic()
                 if remaining <= 0.0:
-                    self._kept.remove(late)
                     return late
                 self._changed.wait(remaining)
             self._kept.clear()
@@ -137,10 +144,11 @@ class LateResponses:
 def _is_sent(send: Callable[[], None]) -> bool:
     """Send; return False where the middleware does not know the client."""
     # As an error, since a warning does not tell the caller. Whoever resets warnings, resets this.
-    if _NOT_SENT not in warnings.filters:
-        warnings.filterwarnings(
-            "error", _NOT_SENT[1].pattern, RuntimeWarning, _NOT_SENT[3].pattern
-        )
+    with _filtering:
+        if _NOT_SENT not in warnings.filters:
+            warnings.filterwarnings(
+                "error", _NOT_SENT[1].pattern, RuntimeWarning, _NOT_SENT[3].pattern
+            )
     try:
         send()
     except InvalidHandle:

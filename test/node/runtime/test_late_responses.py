@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor, wait
 import threading
+import warnings
 
 from lifecycle_msgs.srv import GetState
 from node_harness import wait_until
@@ -93,6 +95,46 @@ def test_so_many_are_kept_and_no_more(late, warnings_said):
         late.send("/ask", Middleware(known_at=1_000_000).send)
     assert len(warnings_said) == 3
     assert "100 others wait" in warnings_said[0]
+
+
+def test_a_response_that_is_being_tried_counts_as_kept(late, warnings_said):
+    """While one is at the middleware again, there is room for 99 others."""
+    is_tried, may_end = threading.Event(), threading.Event()
+
+    class Halted(Middleware):
+        def send(self):
+            if self.tries:
+                is_tried.set()
+                assert may_end.wait(60.0)
+            super().send()
+
+    late.send("/ask", Halted(known_at=2).send)
+    assert is_tried.wait(60.0)
+    for _ in range(100):
+        late.send("/ask", Middleware(known_at=1_000_000).send)
+    may_end.set()
+    assert len(warnings_said) == 1
+
+
+def test_threads_make_the_warning_an_error_once(late, monkeypatch):
+    """While one does, another waits: to do it again takes it back for a moment."""
+    made, others = [], []
+    make = warnings.filterwarnings
+
+    def make_while_another_sends(*arguments):
+        made.append(threading.current_thread())
+        if len(made) == 1:
+            others.append(pool.submit(late.send, "/ask", Middleware(known_at=1).send))
+            # It is done at once where nothing holds it up.
+            wait(others, 0.2)
+        make(*arguments)
+
+    with warnings.catch_warnings(), ThreadPoolExecutor(1) as pool:
+        warnings.resetwarnings()
+        monkeypatch.setattr(warnings, "filterwarnings", make_while_another_sends)
+        late.send("/ask", Middleware(known_at=1).send)
+        others[0].result(60.0)
+    assert made == [threading.current_thread()]
 
 
 def test_the_end_does_not_wait_for_clients(warnings_said):
