@@ -80,7 +80,7 @@ class Effects:
             state = self._states.get(query)
             if state is not None and not state.declaration.modules:
                 state.record(seconds)
-                state.reason = state.declaration.asked_by(Demand(None, self._requests))
+                state.reason = self._reason(state.declaration, Demand(None, self._requests))
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
         """Do beforehand what takes long for a scene that is going to be; in the edit's thread."""
@@ -235,13 +235,18 @@ class Effects:
         demand = self._demand_of(snapshot)
         self._declare_cameras(snapshot)
         for state in self._states.values():
+            if not state.declaration.modules:
+                # Nothing is switched, and a request may come just now.
+                with self._requests_lock:
+                    state.reason = self._reason(state.declaration, demand)
+                continue
             reason = self._reason(state.declaration, demand)
             waits = bool(reason and self._lack(state.declaration.kernels))
             state.waiting_reason = reason if waits else ""
             reason = "" if waits else reason
             changed = bool(reason) != state.is_on
             state.reason = reason
-            if changed and state.declaration.modules:
+            if changed:
                 with self._isolated(state):
                     self._switch(state, snapshot)
 

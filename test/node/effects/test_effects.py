@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor, wait
 import time
 from types import SimpleNamespace
 from typing import ClassVar
@@ -277,6 +278,27 @@ def test_effects_are_prepared_for_a_scene_before_it_counts(world, host):
         assert Prepared.versions[-1] == version
     assert Prepared.versions == [1, 2, 3]
     assert effects.running("early").updates == 1
+
+
+def test_a_request_that_comes_while_the_scene_is_followed_counts(world, host):
+    """What was found out before it does not write over what it changed."""
+    recorded = []
+
+    def asked_by(demand):
+        count = demand.requests.get("answers", 0)
+        if not recorded:
+            recorded.append(pool.submit(effects.record, "answers", 0.0))
+            # It is done at once where nothing holds it up.
+            wait(recorded, 0.2)
+        return f"{count} so far" if count else ""
+
+    effects = Effects(host, [EffectDeclaration("answers", asked_by, "a request")])
+    effects.open()
+    with ThreadPoolExecutor(1) as pool:
+        effects.update(world.snapshot)
+        recorded[0].result(60.0)
+    (report,) = effects.reports()
+    assert (report.is_on, report.reason, report.count) == (True, "1 so far", 1)
 
 
 def test_an_effect_waits_for_its_kernels(world, host):
