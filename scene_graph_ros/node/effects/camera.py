@@ -127,6 +127,9 @@ class CameraEffect:
     # In the camera's own thread.
 
     def _make(self, snapshot: WorldSnapshot) -> None:
+        if snapshot.scene_version == self._failed_version:
+            # It was offered while the frame was made that failed.
+            return
         begin = time.perf_counter()
         try:
             frame = self._placed(snapshot)

@@ -159,6 +159,30 @@ def test_an_engine_that_fails_costs_its_own_camera_alone(monkeypatch):
     assert host.publishers == {}
 
 
+def test_what_is_offered_while_a_frame_fails_is_not_tried(monkeypatch):
+    """A camera is off until the scene changes, and that is told once."""
+    is_rendering, may_fail = threading.Event(), threading.Event()
+
+    class Halted(ExactRenderEngine):
+        def render(self, *arguments):
+            is_rendering.set()
+            assert may_fail.wait(60.0)
+            raise RuntimeError("the lens is cracked")
+
+    scene = "\n".join(line for line in SCENE.splitlines() if "good" not in line)
+    world, host = world_of(scene, Halted()), Host()
+    host.effects.update(world.snapshot)
+    assert is_rendering.wait(60.0)
+    host.effects.update(world.snapshot)
+    frames = host.effects.running("camera bad")._frames
+    assert frames._newest is world.snapshot
+    may_fail.set()
+    wait_until(lambda: frames._newest is None, "the snapshot to be taken")
+    frames.end()
+    assert len(host.errors) == 1
+    host.effects.close()
+
+
 class Transforms:
     """Stands for tf2_msgs/TFMessage, which has one field."""
 
