@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -50,6 +51,7 @@ class NodeParameters:
         """Declare all parameters; raises ValueError listing what is wrong with their values."""
         for parameter in PARAMETERS:
             node.declare_parameter(parameter.name, parameter.default, descriptor(parameter))
+        self._taking = threading.Lock()
         self._values = {p.name: node.get_parameter(p.name).value for p in PARAMETERS}
         problems = validate(self._values)
         if problems:
@@ -68,4 +70,6 @@ class NodeParameters:
         return SetParametersResult(successful=not problems, reason="; ".join(problems))
 
     def _take(self, parameters: list[RosParameter]) -> None:
-        self._values = {**self._values, **self._ours(parameters)}
+        # A program that embeds the node may set some while a service sets others.
+        with self._taking:
+            self._values = {**self._values, **self._ours(parameters)}
