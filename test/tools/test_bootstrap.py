@@ -1,5 +1,6 @@
 """What `make setup` promises: nothing done twice, progress shown, what is missing named."""
 
+from concurrent.futures import ThreadPoolExecutor, wait
 import sys
 import sysconfig
 
@@ -119,6 +120,28 @@ def test_the_first_step_that_fails_ends_those_beside_it(setup, tmp_path):
     with pytest.raises(SetupError, match=r"(?s)'failing' failed.*the reason"):
         setup.side_by_side(endless, failing)
     assert not (tmp_path / "setup" / "stamps" / "endless").exists()
+
+
+def test_a_command_may_end_while_those_beside_it_are_ended(setup):
+    """What is walked through does not change meanwhile."""
+    endless = [sys.executable, "-c", "import time; time.sleep(600)"]
+
+    class Slow:
+        def terminate(self):
+            # The other one is ended, too, and forgotten at once where nothing holds that up.
+            for process in setup._processes - {self}:
+                process.terminate()
+            wait([other], 0.5)
+
+    slow = Slow()
+    with ThreadPoolExecutor(1) as pool:
+        other = pool.submit(setup.step, "endless", "key", [], lambda: setup.run(endless))
+        while not setup._processes:
+            wait([other], 0.01)
+        setup._processes.add(slow)
+        setup._stop()
+        with pytest.raises(SetupError, match="'endless' failed"):
+            other.result(60.0)
 
 
 def test_a_digest_sees_contents_and_names(tmp_path):

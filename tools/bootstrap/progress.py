@@ -130,7 +130,8 @@ class Setup:
                 if not line.startswith("WARNING"):  # it is in the log; here one sees what goes on
                     step.last_line = line.strip() or step.last_line
         exit_code = process.wait()
-        self._processes.discard(process)
+        with self._lock:
+            self._processes.discard(process)
         if exit_code != 0:
             tail = "\n".join(log.read_text().splitlines()[-TAIL_LINES:])
             raise SetupError(
