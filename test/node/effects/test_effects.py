@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor, wait
-import time
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -13,7 +12,7 @@ import pytest
 
 from scene_graph_ros.geometry import GeometryInstance, ProximityProperties, SceneGraph, Sphere
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
-from scene_graph_ros.node.effects import manager
+from scene_graph_ros.node.effects import state as states
 from scene_graph_ros.node.effects.declarations import EffectDeclaration
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.world.world import World
@@ -150,9 +149,7 @@ def host():
 
 
 class Clock:
-    """Steady seconds that pass only where a test says so; work takes the time that it takes."""
-
-    perf_counter = staticmethod(time.perf_counter)
+    """Steady seconds that pass only where a test says so."""
 
     def __init__(self):
         self.now = 100.0
@@ -166,7 +163,7 @@ class Clock:
 def clock(monkeypatch):
     """The clock by which is judged how long ago something was told."""
     clock = Clock()
-    monkeypatch.setattr(manager, "time", clock)
+    monkeypatch.setattr(states, "time", clock)
     return clock
 
 
