@@ -374,8 +374,8 @@ class Server:
             values={
                 "accuracy": accuracy.value,
                 "accuracy: largest error (of the larger shape)": accuracy.bound,
-                "requests": sum(self._services.requests.values()),
-                "requests refused": sum(self._services.refused.values()),
+                "requests": self._services.counts.requests,
+                "requests refused": self._services.counts.refused,
                 "clock messages refused": self.node.clocks_refused,
                 "nodes of the same name": self._namesakes.count,
             },

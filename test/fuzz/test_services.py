@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 import math
 import os
 from pathlib import Path
@@ -33,6 +32,7 @@ from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.services.queries import QUERIES
+from scene_graph_ros.node.services.request_counts import RequestCounts
 from scene_graph_ros.node.services.services import Services
 from scene_graph_ros.node.world.edits import EDITS, Tools
 from scene_graph_ros.node.world.inputs import message_type
@@ -168,7 +168,7 @@ def offer(world: World, host: Host) -> Services:
     services._host, services._world = host, world
     services._effects = Mock()  # what is published is not tried here
     services._tools = Tools(loader.resolve, message_type, loader.load_request)
-    services.requests, services.refused = Counter(), Counter()
+    services.counts = RequestCounts()
     return services
 
 

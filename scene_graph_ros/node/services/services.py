@@ -7,7 +7,6 @@ nothing. All of them run in threads of their own, whatever the executor of the n
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 from contextlib import nullcontext
 from functools import partial
@@ -32,6 +31,7 @@ from scene_graph_ros.node.runtime.names import service_name
 from scene_graph_ros.node.runtime.requests import Answer, RequestLoop, Respond
 from scene_graph_ros.node.services.bodies import prepare
 from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.request_counts import RequestCounts
 from scene_graph_ros.node.services.waiting import Awaited, Later, Waiting
 from scene_graph_ros.node.world.edits import EDITS, Tools
 from scene_graph_ros.node.world.world import World, WorldSnapshot
@@ -76,8 +76,7 @@ class Services:
         self._world = world
         self._effects = effects
         self._tools = tools
-        self.requests: Counter[str] = Counter()
-        self.refused: Counter[str] = Counter()
+        self.counts = RequestCounts()
         self._loop = RequestLoop(
             host.node,
             threads=host.parameter("service_threads"),
@@ -173,7 +172,7 @@ class Services:
                 self._host.configuration_topics,
             )
             query.handler(request, response, asked)
-            self._finish(name, response, snapshot)
+            self._finish(response, snapshot)
             if query.effect:
                 self._effects.record(query.effect, time.perf_counter() - begin)
         except Exception as error:  # noqa: BLE001 - every request is answered
@@ -202,7 +201,7 @@ class Services:
                 elif name == "RegisterDeformableGeometry":
                     topics = self._host.configuration_topics(snapshot)
                     response.configuration_topic = topics[request.source.name]
-                self._finish(name, response, snapshot)
+                self._finish(response, snapshot)
             except Exception as error:  # noqa: BLE001 - every request is answered
                 return self._refuse(name, type(response)(), error)
             return response
@@ -210,7 +209,7 @@ class Services:
         return answer
 
     def _list_effects(self, request: Any, response: Any) -> ListEffects.Response:
-        self.requests["ListEffects"] += 1
+        self.counts.answered()
         response.status = ok_status()
         response.effects = [
             effect_to_msg(
@@ -226,17 +225,16 @@ class Services:
         ]
         return response
 
-    def _finish(self, name: str, response: Any, snapshot: WorldSnapshot) -> None:
-        self.requests[name] += 1
+    def _finish(self, response: Any, snapshot: WorldSnapshot) -> None:
+        self.counts.answered()
         response.status = ok_status()
         response.scene_version = snapshot.scene_version
         if hasattr(response, "stamp"):
             response.stamp = stamp_to_msg(snapshot.stamp)
 
     def _refuse(self, name: str, response: Any, error: Exception) -> Any:
-        self.requests[name] += 1
+        self.counts.was_refused()
         response.status = status_from_exception(error)
-        self.refused[name] += 1
         if hasattr(response, "scene_version"):
             response.scene_version = self._world.snapshot.scene_version
         if response.status.code == Status.INTERNAL_ERROR:
