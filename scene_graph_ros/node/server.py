@@ -218,7 +218,7 @@ class Server:
             self._inputs.close()
             self._configurations.close()
             self._effects.close()
-            self._services.world_changed()
+            self._services.end_waiting()
 
     def clean_up(self) -> None:
         """Forget the world and stop offering the services."""

@@ -135,6 +135,21 @@ def test_a_bad_request_is_refused_after_waiting(client, move):
     assert future.result().status.code == Status.UNKNOWN_NAME
 
 
+def test_who_waits_is_answered_though_no_thread_is_left_to_do_it(spinning, client, monkeypatch):
+    """A node that is destroyed ends them at once: what they were left to do would be lost."""
+    future = client.start("HasCollisions", options=until(Time(sec=2**31 - 1), 50.0))
+    assert client.call("HasCollisions").status.code == Status.OK
+    waiting = spinning.node.server._services._waiting
+    wait_until(lambda: waiting._waiting, "the request that waits")
+    monkeypatch.setattr(waiting, "_post", lambda task: None)
+    spinning.node.trigger_deactivate()
+    try:
+        wait_until(future.done, "the end of waiting")
+        assert future.result().status.code == Status.STALE
+    finally:
+        spinning.node.trigger_activate()
+
+
 def test_a_node_that_stops_taking_poses_lets_nobody_wait(spinning, client):
     """Deactivation ends all waiting with STALE; inactive, nobody begins to wait."""
     options = until(Time(sec=2**31 - 1), 50.0)

@@ -99,10 +99,13 @@ class Services:
         """Answer the requests that waited for what the world is now."""
         self._waiting.check()
 
+    def end_waiting(self) -> None:
+        """Answer all requests that wait, here and now: the threads may be about to end."""
+        self._waiting.close()
+
     def close(self) -> None:
         """Stop offering the services."""
         self._loop.close()
-        self._waiting.close()
 
     def _offer(self, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
         kind = getattr(scene_graph_msgs.srv, name)
