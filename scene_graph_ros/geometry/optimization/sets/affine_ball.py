@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON
 
-if TYPE_CHECKING:
-    from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
-
 __all__ = ["AffineBall"]
 
 _NOTHING = np.zeros((0, 0))
@@ -43,10 +40,9 @@ class AffineBall(ConvexSet):
 
     def __init__(self, B: Any = _NOTHING, center: Any = ()) -> None:
         """Take a map or an ellipsoid. Raises ConvexSetError unless they fit."""
-        from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
-
-        if isinstance(B, Hyperellipsoid):
-            B, center = _map_of(B), B.center
+        image = B._ball_map() if isinstance(B, ConvexSet) else None
+        if image is not None:
+            B, center = image
         self._B = as_matrix(B, "AffineBall: B")
         self._center = as_vector(center, "AffineBall: center", len(self._B))
         if self._B.shape[0] != self._B.shape[1]:
@@ -150,19 +146,3 @@ class AffineBall(ConvexSet):
             return Sphere(float(radii[0])), pose
         pose[:3, :3] = axes * np.array([1.0, 1.0, np.sign(np.linalg.det(axes))])
         return Ellipsoid(*radii.tolist()), pose
-
-
-def _map_of(ellipsoid: Hyperellipsoid) -> np.ndarray:
-    """Return B of a bounded form: the pseudo-inverse of A."""
-    A = ellipsoid.A
-    values = np.linalg.svd(A, compute_uv=False)
-    n = A.shape[1]
-    if n and (len(values) < n or values[n - 1] <= max(A.shape) * EPSILON * values[0]):
-        raise ConvexSetError(
-            "AffineBall: the Hyperellipsoid is unbounded, as A has not the rank"
-            f" {n}; keep the Hyperellipsoid"
-        )
-    if A.shape[0] == n:
-        return np.linalg.inv(A) if n else np.zeros((0, 0))
-    _, values, axes = np.linalg.svd(A, full_matrices=False)
-    return (axes.T / values) @ axes

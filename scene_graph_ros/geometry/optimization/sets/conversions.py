@@ -9,9 +9,16 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
+from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["corners_of", "half_spaces_of_vertices", "vertices_of_polyhedron", "volume_of"]
+__all__ = [
+    "corners_of",
+    "half_spaces_of_vertices",
+    "shape_of_hull",
+    "vertices_of_polyhedron",
+    "volume_of",
+]
 
 _SAME = 1e-11
 """Relative to a set's size: vertices this close are one, and normals this close are of one face.
@@ -83,6 +90,16 @@ def volume_of(points: np.ndarray) -> float:
     return float(_hull(local).volume * np.prod(widths))
 
 
+def shape_of_hull(points: np.ndarray) -> tuple[Convex, np.ndarray]:
+    """Return the hull of points ``(m, 3)`` as a shape, and its pose ``(4, 4)``.
+
+    Raises ConvexSetError without points.
+    """
+    if not len(points):
+        raise ConvexSetError("VPolytope.to_shape_with_pose: the set is empty")
+    return Convex(vertices=points), np.eye(4)
+
+
 def half_spaces_of_vertices(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return unit rows and right sides of the hull of points ``(m, n)``, m > 0.
 
@@ -123,9 +140,6 @@ def vertices_of_polyhedron(polyhedron: Any) -> np.ndarray:
     About an inner point, the rows are points of a dual hull, each of whose faces is a vertex; it
     is then put where its rows meet.
     """
-    from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-
-    assert isinstance(polyhedron, HPolyhedron)
     n = polyhedron.ambient_dimension
     if polyhedron.is_empty():
         return np.zeros((0, n))
@@ -146,15 +160,12 @@ def vertices_of_polyhedron(polyhedron: Any) -> np.ndarray:
         lengths = np.linalg.norm(polyhedron.A, axis=1)
         # Rows along the set say nothing within it.
         crossing = np.linalg.norm(A, axis=1) > _FLAT**0.5 * lengths
-        inner = vertices_of_polyhedron(HPolyhedron(A[crossing], b[crossing]))
+        inner = vertices_of_polyhedron(type(polyhedron)(A[crossing], b[crossing]))
         return hull.to_global_coordinates(inner)
     return _solid_vertices(polyhedron)
 
 
 def _solid_vertices(polyhedron: Any) -> np.ndarray:
-    from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-
-    assert isinstance(polyhedron, HPolyhedron)
     A, b = polyhedron.A, polyhedron.b
     n = A.shape[1]
     ends = np.array([[polyhedron.support(s * e).value * s for s in (-1, 1)] for e in np.eye(n)])

@@ -232,6 +232,20 @@ class ConvexSet(abc.ABC):
             )
         return self._shape_with_pose()
 
+    # The set in the words of another kind, for that kind's constructor; None where there are none.
+
+    def _half_spaces(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return rows ``A (m, n)`` and right sides ``b (m,)`` that are the set."""
+        return None
+
+    def _corners(self) -> np.ndarray | None:
+        """Return points ``(m, n)`` whose hull is the set."""
+        return None
+
+    def _ball_map(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return ``B (n, n)`` and ``center (n,)``: the set is the image of the unit ball."""
+        return None
+
     def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
         raise ConvexSetError(
             f"{type(self).__name__}.to_shape_with_pose: no shape is a set of this kind"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, overload, TYPE_CHECKING
+from typing import Any, Literal, overload
 
 import numpy as np
 
@@ -10,11 +10,17 @@ from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.optimization.certificates import Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.answers import Projection
 from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_matrix,
     as_nonnegative,
     as_vector,
+)
+from scene_graph_ros.geometry.optimization.sets.conversions import (
+    shape_of_hull,
+    vertices_of_polyhedron,
+    volume_of,
 )
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.ellipsoids import inscribed
@@ -23,6 +29,7 @@ from scene_graph_ros.geometry.optimization.sets.from_shapes import (
     is_query,
     placed_shape,
 )
+from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.redundancy import (
     contained_in,
     implied_rows,
@@ -33,9 +40,6 @@ from scene_graph_ros.geometry.optimization.sets.sampling import draw
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
 from scene_graph_ros.geometry.optimization.solve.projection import project_points
 from scene_graph_ros.geometry.shapes.shape import Shape
-
-if TYPE_CHECKING:
-    from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 
 __all__ = ["HPolyhedron"]
 
@@ -61,13 +65,11 @@ class HPolyhedron(ConvexSet):
         reference_frame: FrameId | None = None,
     ) -> None:
         """Take rows, vertices or a geometry. Raises ConvexSetError unless A and b fit."""
-        from scene_graph_ros.geometry.optimization.sets.conversions import half_spaces_of_vertices
-        from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
-
         if is_query(A):
             A, b = half_spaces_of(*placed_shape(A, b, reference_frame), "HPolyhedron")
-        elif isinstance(A, VPolytope):
-            A, b = _of_vertices(A, half_spaces_of_vertices)
+        elif isinstance(A, ConvexSet):
+            rows = A._half_spaces()
+            A, b = (A, b) if rows is None else rows
         self._A = as_matrix(A, "HPolyhedron: A")
         self._b = as_vector(b, "HPolyhedron: b", len(self._A))
         super().__init__(self._A.shape[1])
@@ -101,6 +103,9 @@ class HPolyhedron(ConvexSet):
     def b(self) -> np.ndarray:
         """The right sides ``(m,)``."""
         return self._b
+
+    def _corners(self) -> np.ndarray:
+        return vertices_of_polyhedron(self)
 
     def lift(self) -> Lift:
         """Return the rows themselves."""
@@ -200,9 +205,6 @@ class HPolyhedron(ConvexSet):
         Its log volume is within 1e-9 for each dimension of the largest. Raises ConvexSetError for
         a set that is empty, flat or unbounded, SolverError where the bound is not reached.
         """
-        from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
-        from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
-
         found = inscribed(self)
         return Hyperellipsoid(AffineBall(found.B, found.center))
 
@@ -285,28 +287,9 @@ class HPolyhedron(ConvexSet):
         return self.ambient_dimension <= _EXACT_VOLUME_DIMENSIONS
 
     def _volume(self) -> float:
-        from scene_graph_ros.geometry.optimization.sets.conversions import (
-            vertices_of_polyhedron,
-            volume_of,
-        )
-
         if not self.is_bounded():
             return np.inf if find_deepest(self._lift.rows).radius > 0.0 else 0.0
-        return volume_of(vertices_of_polyhedron(self))
+        return volume_of(self._corners())
 
     def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
-        from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
-
-        return VPolytope(self).to_shape_with_pose()
-
-
-def _of_vertices(polytope: Any, half_spaces: Any) -> tuple[np.ndarray, np.ndarray]:
-    n = polytope.ambient_dimension
-    if len(polytope.vertices):
-        return half_spaces(polytope.vertices)
-    if n == 0:
-        raise ConvexSetError(
-            "HPolyhedron: an empty VPolytope without dimensions is no HPolyhedron, which is {0}"
-        )
-    # Nothing is at once below -1 and above 1.
-    return np.concatenate([np.eye(n)[:1], -np.eye(n)[:1]]), np.array([-1.0, -1.0])
+        return shape_of_hull(self._corners())

@@ -108,6 +108,21 @@ class Hyperellipsoid(ConvexSet):
         """The centre ``(n,)``."""
         return self._center
 
+    def _ball_map(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pseudo-inverse of A, and the centre; raises ConvexSetError if unbounded."""
+        A = self._A
+        values = np.linalg.svd(A, compute_uv=False)
+        n = A.shape[1]
+        if n and (len(values) < n or values[n - 1] <= max(A.shape) * EPSILON * values[0]):
+            raise ConvexSetError(
+                "AffineBall: the Hyperellipsoid is unbounded, as A has not the rank"
+                f" {n}; keep the Hyperellipsoid"
+            )
+        if A.shape[0] == n:
+            return (np.linalg.inv(A) if n else np.zeros((0, 0))), self._center
+        _, values, axes = np.linalg.svd(A, full_matrices=False)
+        return (axes.T / values) @ axes, self._center
+
     def lift(self) -> Lift:
         """Return a unit ball of ``w = A x - A z`` with ``z = center``."""
         m, n = self._A.shape

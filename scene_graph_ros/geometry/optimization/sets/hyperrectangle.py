@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -11,11 +11,10 @@ from scene_graph_ros.geometry.optimization.lift import Lift
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.shape import Shape
-
-if TYPE_CHECKING:
-    from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 
 __all__ = ["Hyperrectangle"]
 
@@ -61,8 +60,6 @@ class Hyperrectangle(ConvexSet):
 
     def make_h_polyhedron(self) -> HPolyhedron:
         """Return the box as a polyhedron."""
-        from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-
         return HPolyhedron.make_box(self._lb, self._ub)
 
     def maybe_get_intersection(self, other: Hyperrectangle) -> Hyperrectangle | None:
@@ -82,13 +79,8 @@ class Hyperrectangle(ConvexSet):
 
         Each bound is outward by the gap of its support, so that the set is inside.
         """
-        if convex_set.is_empty() or not convex_set.is_bounded():
-            return None
-        bounds = []
-        for sign in (-1.0, 1.0):
-            reached = [convex_set.support(sign * e) for e in np.eye(convex_set.ambient_dimension)]
-            bounds.append(np.array([sign * (r.value + r.gap) for r in reached]))
-        return cls(bounds[0], bounds[1])
+        bounds = bounds_of(convex_set)
+        return None if bounds is None else cls(*bounds)
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         return np.maximum(points - self._ub, self._lb - points).max(axis=1, initial=0.0)

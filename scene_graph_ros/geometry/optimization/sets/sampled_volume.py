@@ -9,6 +9,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["SampledVolume", "sample_volume"]
@@ -32,8 +33,6 @@ def sample_volume(
     asked: Any, generator: np.random.Generator, desired_rel_accuracy: float, max_num_samples: int
 ) -> SampledVolume:
     """Estimate a volume as `ConvexSet.calc_volume_via_sampling` says."""
-    from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
-
     label = f"{type(asked).__name__}.calc_volume_via_sampling"
     desired = as_nonnegative(desired_rel_accuracy, f"{label}: desired_rel_accuracy")
     if desired > 1.0:
@@ -48,17 +47,18 @@ def sample_volume(
         raise ConvexSetError(f"{label}: there is no volume in 0 dimensions")
     if asked.is_empty():
         return SampledVolume(0.0, math.nan, 0)
-    box = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(asked)
-    if box is None:
+    bounds = bounds_of(asked)
+    if bounds is None:
         raise ConvexSetError(f"{label}: the set is unbounded; intersect it with a box")
-    widths, hits, count, error = box.ub - box.lb, 0, 0, math.nan
+    lb, ub = bounds
+    widths, hits, count, error = ub - lb, 0, 0, math.nan
     while count < most:
         batch = min(_BATCH, most - count)
-        points = box.lb + generator.random((batch, n)) * widths
+        points = lb + generator.random((batch, n)) * widths
         hits += int(asked.point_in_set(points, _INSIDE).sum())
         count += batch
         if hits:
             error = math.sqrt((1.0 - hits / count) / hits)
             if error <= desired:
                 break
-    return SampledVolume(box.calc_volume() * hits / count, error, count)
+    return SampledVolume(float(np.prod(widths)) * hits / count, error, count)

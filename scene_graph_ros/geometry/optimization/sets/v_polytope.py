@@ -12,6 +12,12 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverE
 from scene_graph_ros.geometry.optimization.lift import Lift
 from scene_graph_ros.geometry.optimization.sets.answers import gaps_of, Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_vector
+from scene_graph_ros.geometry.optimization.sets.conversions import (
+    corners_of,
+    half_spaces_of_vertices,
+    shape_of_hull,
+    volume_of,
+)
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.from_shapes import (
     is_query,
@@ -19,7 +25,6 @@ from scene_graph_ros.geometry.optimization.sets.from_shapes import (
     vertices_of,
 )
 from scene_graph_ros.geometry.optimization.solve.nearest_in_hull import nearest_in_hull
-from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 __all__ = ["VPolytope"]
@@ -43,16 +48,14 @@ class VPolytope(ConvexSet):
         reference_frame: FrameId | None = None,
     ) -> None:
         """Take points, a bounded polyhedron or a geometry. Raises ConvexSetError for others."""
-        from scene_graph_ros.geometry.optimization.sets.conversions import vertices_of_polyhedron
-        from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-
         if is_query(vertices):
             assert geometry_id is not None
             vertices = vertices_of(
                 *placed_shape(vertices, geometry_id, reference_frame), "VPolytope"
             )
-        elif isinstance(vertices, HPolyhedron):
-            vertices = vertices_of_polyhedron(vertices)
+        elif isinstance(vertices, ConvexSet):
+            corners = vertices._corners()
+            vertices = vertices if corners is None else corners
         self._vertices = as_matrix(vertices, "VPolytope: vertices")
         super().__init__(self._vertices.shape[1])
 
@@ -82,6 +85,18 @@ class VPolytope(ConvexSet):
         A = np.concatenate([np.zeros((m, n)), -np.eye(m)], axis=1)
         return Lift(E, np.append(np.zeros(n), 1.0), A, np.zeros(m))
 
+    def _half_spaces(self) -> tuple[np.ndarray, np.ndarray]:
+        n = self.ambient_dimension
+        if len(self._vertices):
+            return half_spaces_of_vertices(self._vertices)
+        if n == 0:
+            raise ConvexSetError(
+                "HPolyhedron: an empty VPolytope without dimensions is no HPolyhedron, which is"
+                " {0}"
+            )
+        # Nothing is at once below -1 and above 1.
+        return np.concatenate([np.eye(n)[:1], -np.eye(n)[:1]]), np.array([-1.0, -1.0])
+
     def maybe_get_point(self) -> np.ndarray | None:
         """Return the point where all vertices are equal."""
         is_one = len(self._vertices) and (self._vertices == self._vertices[0]).all()
@@ -93,8 +108,6 @@ class VPolytope(ConvexSet):
         In the plane they are counter-clockwise, from the one furthest along -x. A point is left
         out if it is nearer than 1e-12 of the set's size to the hull of the others.
         """
-        from scene_graph_ros.geometry.optimization.sets.conversions import corners_of
-
         return VPolytope(corners_of(self._vertices))
 
     def write_obj(self, filename: str | Path) -> None:
@@ -149,11 +162,7 @@ class VPolytope(ConvexSet):
         return True
 
     def _volume(self) -> float:
-        from scene_graph_ros.geometry.optimization.sets.conversions import volume_of
-
         return volume_of(self._vertices)
 
     def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
-        if not len(self._vertices):
-            raise ConvexSetError("VPolytope.to_shape_with_pose: the set is empty")
-        return Convex(vertices=self._vertices), np.eye(4)
+        return shape_of_hull(self._vertices)
