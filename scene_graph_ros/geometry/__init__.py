@@ -126,6 +126,8 @@ _ON_DEMAND = {
 """More public names: results of queries whose code is imported when they are first asked, and
 what they are about. ``import *`` leaves them out, since it would import all of that."""
 
+# The model makes query objects, and they are above it.
+SceneGraph.provide_queries(QueryObject)
 warn_of_compilation()
 
 

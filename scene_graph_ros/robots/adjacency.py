@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from scene_graph_ros.robots.robot_model import JointType, RobotModel
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_parts import JointType
 
 __all__ = ["adjacent_pairs"]
 

@@ -13,7 +13,8 @@ from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.spatial.poses import as_pose, quaternions_from_poses
 from scene_graph_ros.geometry.tolerances import ROTATION_DEFECT
 from scene_graph_ros.located import suggestion
-from scene_graph_ros.robots.robot_model import JointType, Mimic, RobotModel
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_parts import JointType, Mimic
 from scene_graph_ros.robots.tree_kernels import link_poses
 from scene_graph_ros.robots.tree_of_model import plane_of, tree_of_model
 

@@ -23,12 +23,8 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.robots.adjacency import adjacent_pairs
-from scene_graph_ros.robots.robot_model import (
-    Link,
-    LinkGeometry,
-    MeshFile,
-    RobotModel,
-)
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_parts import Link, LinkGeometry, MeshFile
 from scene_graph_ros.robots.semantic_model import SemanticModel
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.robots.kinematic_tree import KinematicTree, TreeJoint
-from scene_graph_ros.robots.robot_model import Joint, JointType, RobotModel
+from scene_graph_ros.robots.robot_parts import Joint, JointType, RobotParts
 from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, PRISMATIC, REVOLUTE
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def plane_of(axis: tuple[float, float, float]) -> NDArray[np.float64]:
 
 
 def tree_of_model(
-    robot: RobotModel,
+    robot: RobotParts,
     semantics: SemanticModel | None = None,
     *,
     floating_base: str = "",
@@ -93,7 +93,7 @@ def tree_of_model(
     )
 
 
-def _followed(robot: RobotModel, joint: Joint) -> tuple[str, float, float]:
+def _followed(robot: RobotParts, joint: Joint) -> tuple[str, float, float]:
     """Return the joint at the end of a chain of those that mimic, and how it is followed."""
     multiplier, offset, last = 1.0, 0.0, joint
     while last.mimic is not None:

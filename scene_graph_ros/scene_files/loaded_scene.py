@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from scene_graph_ros.robots.kinematics import Kinematics
-from scene_graph_ros.robots.robot_model import Pose, RobotModel
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_parts import Pose
 from scene_graph_ros.robots.semantic_model import SemanticModel
 
 if TYPE_CHECKING:

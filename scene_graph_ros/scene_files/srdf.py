@@ -10,7 +10,8 @@ from pathlib import Path
 from types import MappingProxyType
 
 from scene_graph_ros.located import Location, SceneFileError, suggestion
-from scene_graph_ros.robots.robot_model import JointType, RobotModel
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_parts import JointType
 from scene_graph_ros.robots.semantic_model import DisabledPair, GroupState, SemanticModel
 from scene_graph_ros.scene_files.packages import Packages
 from scene_graph_ros.scene_files.urdf import read_robot_text

@@ -17,7 +17,8 @@ from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 from scene_graph_ros.geometry.tolerances import MIN_SCALE
 from scene_graph_ros.located import Location, SceneFileError
-from scene_graph_ros.robots.robot_model import (
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_parts import (
     Joint,
     JointType,
     Link,
@@ -26,7 +27,6 @@ from scene_graph_ros.robots.robot_model import (
     Mimic,
     Pose,
     PrimitiveShape,
-    RobotModel,
 )
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.urdf_tree import (

@@ -7,7 +7,7 @@ import dataclasses
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import Location, SceneFileError, suggestion
-from scene_graph_ros.robots.robot_model import Joint, Link
+from scene_graph_ros.robots.robot_parts import Joint, Link
 from scene_graph_ros.scene_files.xml_tree import XmlElement
 
 __all__ = ["arrange_joints", "check_mimics", "free_of_the_missing"]

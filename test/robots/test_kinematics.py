@@ -10,7 +10,7 @@ import pytest
 from robots import find_robot, ROBOTS, URDF_ONLY
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
-from scene_graph_ros.robots.robot_model import JointType
+from scene_graph_ros.robots.robot_parts import JointType
 from scene_graph_ros.scene_files import JointStateError, Kinematics, load_urdf
 
 ROUNDING = 1e-13  # products of some ten rotations, in m for robots of about 1 m

@@ -7,7 +7,7 @@ import pytest
 from robots import find_robot, place_robot, ROBOTS, URDF_ONLY
 
 from scene_graph_ros.geometry import Rgba, Role, SceneGraph
-from scene_graph_ros.robots.robot_model import MeshFile
+from scene_graph_ros.robots.robot_parts import MeshFile
 from scene_graph_ros.scene_files import (
     find_package,
     load_urdf,

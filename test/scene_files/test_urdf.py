@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.located import SceneFileError
-from scene_graph_ros.robots.robot_model import JointType, MeshFile, PrimitiveShape
+from scene_graph_ros.robots.robot_parts import JointType, MeshFile, PrimitiveShape
 from scene_graph_ros.scene_files.urdf import load_urdf
 
 ARM = """<robot name="arm">

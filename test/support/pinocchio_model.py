@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.robots.robot_model import Joint, JointType, Pose, RobotModel
+from scene_graph_ros.robots.robot_model import RobotModel
+from scene_graph_ros.robots.robot_parts import Joint, JointType, Pose
 
 __all__ = ["BuiltModel", "build_model"]
 

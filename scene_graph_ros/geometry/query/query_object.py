@@ -20,7 +20,6 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.records import refuse_deformable
 from scene_graph_ros.geometry.model.roles import Role
-from scene_graph_ros.geometry.model.scene_graph import SceneGraph
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query import scene
 from scene_graph_ros.geometry.query.arguments import (
@@ -387,6 +386,3 @@ def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
     if row == len(ids) or ids[row] != int(geometry_id):
         raise RoleError(f"geometry {name!r} ({geometry_id!r}) has no proximity role")
     return row
-
-
-SceneGraph.provide_queries(QueryObject)
