@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
-from scene_graph_ros.geometry.model.names import canonical_name, InvalidNameError
-from scene_graph_ros.located import SceneFileError, suggestion
+from scene_graph_ros.located import SceneFileError
+from scene_graph_ros.scene_files.checks import problems_of
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
-from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
+from scene_graph_ros.scene_files.scene_file import SceneFile
+from scene_graph_ros.scene_files.schema import SceneSpec
 from scene_graph_ros.scene_files.schema_errors import located_error
-from scene_graph_ros.scene_files.yaml_document import parse_yaml, YamlDocument
+from scene_graph_ros.scene_files.yaml_document import parse_yaml
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
@@ -24,19 +25,9 @@ if TYPE_CHECKING:
 __all__ = ["Scene", "load_scene", "load_scene_text"]
 
 
-_MOST_PROBLEMS = 100
-"""So many are listed at once. Each looks for a name that may have been meant, which takes time."""
-
-
 @dataclass(frozen=True)
-class Scene:
+class Scene(SceneFile):
     """A scene file that was read and checked; robots and meshes are read when it is applied."""
-
-    spec: SceneSpec
-    document: YamlDocument
-    base: Path | None
-    """The file, if there is one: relative paths in it start from its folder."""
-    packages: Packages
 
     def apply(self, scene_graph: SceneGraph, *, prefix: str = "") -> LoadedScene:
         """Register everything in the scene, or nothing.
@@ -92,7 +83,7 @@ def _scene(text: str | bytes, label: str, base: Path | None, packages: Packages)
         spec = SceneSpec.model_validate(document.data)
     except ValidationError as error:
         raise located_error(error, document) from error
-    problems = _Checker(spec, document).problems()
+    problems = problems_of(spec, document)
     if problems:
         raise SceneFileError(problems)
     folder = Path.cwd() if base is None else base.parent
@@ -100,126 +91,3 @@ def _scene(text: str | bytes, label: str, base: Path | None, packages: Packages)
     return Scene(
         spec, document, base, Packages({**mapped, **packages.package_map}, packages.package_dirs)
     )
-
-
-class _Checker:
-    """Checks that names are unique and mean something, as far as the file alone can tell."""
-
-    def __init__(self, spec: SceneSpec, document: YamlDocument) -> None:
-        self.spec = spec
-        self.document = document
-        self.found: list[str] = []
-        self.robots = {robot.name for robot in spec.robots}
-        self.sources = {source.name for source in spec.sources} | self.robots
-        self.frames = {(frame.source, frame.name): frame for frame in spec.frames}
-        self.rooted: set[tuple[str, str]] = set()
-
-    def problems(self) -> list[str]:
-        self._unique_sources()
-        self._frames()
-        self._geometries()
-        self._cameras()
-        self._filters()
-        return self.found
-
-    def report(self, message: str, *path: str | int) -> None:
-        if len(self.found) >= _MOST_PROBLEMS:
-            raise SceneFileError([*self.found, f"{self.document.file}: there is more wrong"])
-        self.found.append(f"{self.document.location(*path)}: {message}")
-
-    def _source(self, name: str, *path: str | int) -> bool:
-        if name in self.sources:
-            return True
-        self.report(f"no source or robot {name!r}{suggestion(name, self.sources)}", *path)
-        return False
-
-    def _parent(self, source: str, name: str, *path: str | int) -> None:
-        """Check a frame's name; a robot's frames are known only when its URDF is read."""
-        if name == "world" or (source, name) in self.frames or source in self.robots:
-            return
-        known = ["world", *(frame for owner, frame in self.frames if owner == source)]
-        self.report(f"source {source!r} has no frame {name!r}{suggestion(name, known)}", *path)
-
-    def _unique_sources(self) -> None:
-        places: dict[str, tuple[str | int, ...]] = {}
-        for index, source in enumerate(self.spec.sources):
-            self._unique(places, source.name, "sources", index, "name")
-        for index, robot in enumerate(self.spec.robots):
-            self._unique(places, robot.name, "robots", index, "name")
-
-    def _unique(
-        self, places: dict[str, tuple[str | int, ...]], name: str, *path: str | int
-    ) -> None:
-        if name in places:
-            first = self.document.location(*places[name]).line
-            self.report(f"the name {name!r} is taken by line {first}", *path)
-        else:
-            places[name] = path
-
-    def _frames(self) -> None:
-        places: dict[str, tuple[str | int, ...]] = {}
-        for index, frame in enumerate(self.spec.frames):
-            if frame.name == "world":
-                self.report("the name 'world' means the world frame", "frames", index, "name")
-                continue
-            if not self._source(frame.source, "frames", index, "source"):
-                continue
-            self._unique(places, f"{frame.source}/{frame.name}", "frames", index, "name")
-            self._parent(frame.source, frame.parent, "frames", index, "parent")
-            self._no_loop(frame, index)
-
-    def _no_loop(self, frame: FrameSpec, index: int) -> None:
-        passed = {frame.name: None}
-        current = self.frames.get((frame.source, frame.parent))
-        while current is not None and current.name not in passed:
-            if (frame.source, current.name) in self.rooted:
-                current = None
-                break
-            passed[current.name] = None
-            current = self.frames.get((frame.source, current.parent))
-        if current is None:
-            # So that no frame's ancestors are walked through twice.
-            self.rooted.update((frame.source, name) for name in passed)
-            return
-        if current.name == frame.name:
-            chain = " -> ".join([*passed, frame.name])
-            self.report(f"a frame cannot be its own ancestor: {chain}", "frames", index, "parent")
-
-    def _geometries(self) -> None:
-        places: dict[str, tuple[str | int, ...]] = {}
-        for index, geometry in enumerate(self.spec.geometries):
-            if not self._source(geometry.source, "geometries", index, "source"):
-                continue
-            self._parent(geometry.source, geometry.frame, "geometries", index, "frame")
-            if geometry.deformable is not None and geometry.frame != "world":
-                self.report(
-                    f"deformable geometry is in the world, not on a frame; got {geometry.frame!r}",
-                    *("geometries", index, "frame"),
-                )
-            # The world is one frame for all sources, so names of anchored geometry are, too.
-            owner = "" if geometry.frame == "world" else f"{geometry.source}/"
-            path = f"{owner}{geometry.frame}/{geometry.name}"
-            self._unique(places, path, "geometries", index, "name")
-
-    def _cameras(self) -> None:
-        places: dict[str, tuple[str | int, ...]] = {}
-        for index, camera in enumerate(self.spec.cameras):
-            try:
-                canonical_name("camera", camera.name)
-            except InvalidNameError as error:
-                self.report(str(error), "cameras", index, "name")
-            self._unique(places, camera.name, "cameras", index, "name")
-            if self._source(camera.source, "cameras", index, "source"):
-                self._parent(camera.source, camera.frame, "cameras", index, "frame")
-
-    def _filters(self) -> None:
-        for index, declared in enumerate(self.spec.collision_filters):
-            sets: Sequence[tuple[tuple[str | int, ...], list[str]]]
-            if declared.within is not None:
-                sets = [(("within",), declared.within)]
-            else:
-                sets = [(("between", i), names) for i, names in enumerate(declared.between or [])]
-            for where, members in sets:
-                for position, member in enumerate(members):
-                    place = ("collision_filters", index, *where, position)
-                    self._source(member.partition("/")[0], *place)

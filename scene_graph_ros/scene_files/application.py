@@ -1,0 +1,126 @@
+"""A scene on its way into a scene graph: what was registered so far, and where in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.located import suggestion
+from scene_graph_ros.scene_files.instances import hydroelastic_of
+from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, LoadedScene, LoadedSource
+from scene_graph_ros.scene_files.packages import resolve_resource
+from scene_graph_ros.scene_files.scene_file import SceneFile
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry import ProximityProperties, SceneGraph, Shape
+    from scene_graph_ros.geometry.model.hydroelastic_properties import HydroelasticProperties
+    from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+    from scene_graph_ros.geometry.perception import CameraDescription
+
+__all__ = ["Application"]
+
+
+class Application:
+    """What a scene file becomes in a scene graph, filled step by step.
+
+    Names in the file are without ``prefix``, which those of sources and anchored geometries get.
+    """
+
+    def __init__(self, scene: SceneFile, scene_graph: SceneGraph, prefix: str) -> None:
+        self.scene, self.spec = scene, scene.spec
+        self.scene_graph = scene_graph
+        self.prefix = prefix
+        self.sources: dict[str, LoadedSource] = {}
+        self.geometries: dict[str, GeometryId] = {}
+        self.cameras: dict[str, CameraDescription] = {}
+        self.warnings: list[str] = []
+        self._bodies: list[tuple[tuple[str | int, ...], Shape, HydroelasticProperties]] = []
+
+    def loaded(self) -> LoadedScene:
+        """Return what the scene has become."""
+        return LoadedScene(
+            name=self.spec.name,
+            sources=self.sources,
+            geometries=self.geometries,
+            effects=dict(self.spec.effects),
+            cameras=self.cameras,
+            warnings=tuple(self.warnings),
+        )
+
+    @contextmanager
+    def located(self, *path: str | int) -> Iterator[None]:
+        """Put the place in the scene file before the message of whatever is refused inside."""
+        try:
+            yield
+        except SceneGraphError as error:
+            raise self.scene.document.error(str(error), *path) from error
+
+    def add_source(
+        self,
+        name: str,
+        pose_type: str,
+        topic: str,
+        robot: LoadedRobot | None = None,
+        configuration_topic: str = "",
+    ) -> LoadedSource:
+        """Register a source and note what is known of it."""
+        full_name = self.prefix + name
+        source_id = self.scene_graph.register_source(full_name)
+        source = LoadedSource(
+            source_id,
+            full_name,
+            pose_type,
+            topic,
+            robot=robot,
+            configuration_topic=configuration_topic,
+        )
+        self.sources[full_name] = source
+        return source
+
+    def source(self, name: str) -> LoadedSource:
+        """Return the source that the file calls ``name``."""
+        return self.sources[self.prefix + name]
+
+    def frame_id(self, source: LoadedSource, name: str, *path: str | int) -> FrameId:
+        """Return a source's frame; raises SceneFileError, with the place, where there is none."""
+        if name == "world":
+            return self.scene_graph.world_frame_id()
+        if name not in source.frames:
+            raise self.scene.document.error(
+                f"source {source.name!r} has no frame {name!r}{suggestion(name, source.frames)}",
+                *path,
+            )
+        return source.frames[name]
+
+    def resolve(self, resource: str) -> Path:
+        """Return the file that an address in the scene means."""
+        base, packages = self.scene.base, self.scene.packages
+        return resolve_resource(resource, base=base, packages=packages)
+
+    def note_body(
+        self,
+        shape: Shape,
+        properties: ProximityProperties | None,
+        name: str,
+        *path: str | int,
+    ) -> None:
+        """Check the properties of a geometry, and note the body that it needs."""
+        with self.located(*path):
+            hydroelastic = hydroelastic_of(shape, properties, name)
+        if hydroelastic is not None:
+            self._bodies.append((path, shape, hydroelastic))
+
+    def make_bodies(self) -> None:
+        """Make bodies, which the core keeps, so that mistakes in shapes are found now.
+
+        Without a compliant one there are no contact surfaces, and nothing is made.
+        """
+        if any(hydroelastic.is_compliant for _, _, hydroelastic in self._bodies):
+            from scene_graph_ros.geometry.hydroelastic.bodies import body_of
+
+            for path, shape, hydroelastic in self._bodies:
+                with self.located(*path):
+                    body_of(shape, hydroelastic)

@@ -1,0 +1,146 @@
+"""What is wrong with a scene file, as far as it alone can tell: names that mean nothing, loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scene_graph_ros.geometry.model.names import canonical_name, InvalidNameError
+from scene_graph_ros.located import SceneFileError, suggestion
+from scene_graph_ros.scene_files.schema import FrameSpec, SceneSpec
+from scene_graph_ros.scene_files.yaml_document import YamlDocument
+
+__all__ = ["problems_of"]
+
+_MOST_PROBLEMS = 100
+"""So many are listed at once. Each looks for a name that may have been meant, which takes time."""
+
+
+def problems_of(spec: SceneSpec, document: YamlDocument) -> list[str]:
+    """Return a line for each name that is not unique or means nothing, with its place.
+
+    Raises SceneFileError where there are too many to go on.
+    """
+    return _Checker(spec, document).problems()
+
+
+class _Checker:
+    """Checks that names are unique and mean something, as far as the file alone can tell."""
+
+    def __init__(self, spec: SceneSpec, document: YamlDocument) -> None:
+        self.spec = spec
+        self.document = document
+        self.found: list[str] = []
+        self.robots = {robot.name for robot in spec.robots}
+        self.sources = {source.name for source in spec.sources} | self.robots
+        self.frames = {(frame.source, frame.name): frame for frame in spec.frames}
+        self.rooted: set[tuple[str, str]] = set()
+
+    def problems(self) -> list[str]:
+        self._unique_sources()
+        self._frames()
+        self._geometries()
+        self._cameras()
+        self._filters()
+        return self.found
+
+    def report(self, message: str, *path: str | int) -> None:
+        if len(self.found) >= _MOST_PROBLEMS:
+            raise SceneFileError([*self.found, f"{self.document.file}: there is more wrong"])
+        self.found.append(f"{self.document.location(*path)}: {message}")
+
+    def _source(self, name: str, *path: str | int) -> bool:
+        if name in self.sources:
+            return True
+        self.report(f"no source or robot {name!r}{suggestion(name, self.sources)}", *path)
+        return False
+
+    def _parent(self, source: str, name: str, *path: str | int) -> None:
+        """Check a frame's name; a robot's frames are known only when its URDF is read."""
+        if name == "world" or (source, name) in self.frames or source in self.robots:
+            return
+        known = ["world", *(frame for owner, frame in self.frames if owner == source)]
+        self.report(f"source {source!r} has no frame {name!r}{suggestion(name, known)}", *path)
+
+    def _unique_sources(self) -> None:
+        places: dict[str, tuple[str | int, ...]] = {}
+        for index, source in enumerate(self.spec.sources):
+            self._unique(places, source.name, "sources", index, "name")
+        for index, robot in enumerate(self.spec.robots):
+            self._unique(places, robot.name, "robots", index, "name")
+
+    def _unique(
+        self, places: dict[str, tuple[str | int, ...]], name: str, *path: str | int
+    ) -> None:
+        if name in places:
+            first = self.document.location(*places[name]).line
+            self.report(f"the name {name!r} is taken by line {first}", *path)
+        else:
+            places[name] = path
+
+    def _frames(self) -> None:
+        places: dict[str, tuple[str | int, ...]] = {}
+        for index, frame in enumerate(self.spec.frames):
+            if frame.name == "world":
+                self.report("the name 'world' means the world frame", "frames", index, "name")
+                continue
+            if not self._source(frame.source, "frames", index, "source"):
+                continue
+            self._unique(places, f"{frame.source}/{frame.name}", "frames", index, "name")
+            self._parent(frame.source, frame.parent, "frames", index, "parent")
+            self._no_loop(frame, index)
+
+    def _no_loop(self, frame: FrameSpec, index: int) -> None:
+        passed = {frame.name: None}
+        current = self.frames.get((frame.source, frame.parent))
+        while current is not None and current.name not in passed:
+            if (frame.source, current.name) in self.rooted:
+                current = None
+                break
+            passed[current.name] = None
+            current = self.frames.get((frame.source, current.parent))
+        if current is None:
+            # So that no frame's ancestors are walked through twice.
+            self.rooted.update((frame.source, name) for name in passed)
+            return
+        if current.name == frame.name:
+            chain = " -> ".join([*passed, frame.name])
+            self.report(f"a frame cannot be its own ancestor: {chain}", "frames", index, "parent")
+
+    def _geometries(self) -> None:
+        places: dict[str, tuple[str | int, ...]] = {}
+        for index, geometry in enumerate(self.spec.geometries):
+            if not self._source(geometry.source, "geometries", index, "source"):
+                continue
+            self._parent(geometry.source, geometry.frame, "geometries", index, "frame")
+            if geometry.deformable is not None and geometry.frame != "world":
+                self.report(
+                    f"deformable geometry is in the world, not on a frame; got {geometry.frame!r}",
+                    *("geometries", index, "frame"),
+                )
+            # The world is one frame for all sources, so names of anchored geometry are, too.
+            owner = "" if geometry.frame == "world" else f"{geometry.source}/"
+            path = f"{owner}{geometry.frame}/{geometry.name}"
+            self._unique(places, path, "geometries", index, "name")
+
+    def _cameras(self) -> None:
+        places: dict[str, tuple[str | int, ...]] = {}
+        for index, camera in enumerate(self.spec.cameras):
+            try:
+                canonical_name("camera", camera.name)
+            except InvalidNameError as error:
+                self.report(str(error), "cameras", index, "name")
+            self._unique(places, camera.name, "cameras", index, "name")
+            if self._source(camera.source, "cameras", index, "source"):
+                self._parent(camera.source, camera.frame, "cameras", index, "frame")
+
+    def _filters(self) -> None:
+        for index, declared in enumerate(self.spec.collision_filters):
+            sets: Sequence[tuple[tuple[str | int, ...], list[str]]]
+            if declared.within is not None:
+                sets = [(("within",), declared.within)]
+            else:
+                sets = [(("between", i), names) for i, names in enumerate(declared.between or [])]
+            for where, members in sets:
+                for position, member in enumerate(members):
+                    place = ("collision_filters", index, *where, position)
+                    self._source(member.partition("/")[0], *place)
