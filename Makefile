@@ -54,11 +54,12 @@ test: all-kernels  ## run every check and test, also where one fails, and say wh
 	@failed=; for part in $(PARTS); do $(MAKE) $$part || failed="$$failed $$part"; done; \
 	  echo "Parts that failed:$${failed:- none}"; [ -z "$$failed" ]
 
-lint: environment  ## check style, format, types and layers
+lint: environment  ## check style, format, types, layers and circles
 	$(RUN) -m ruff check
 	$(RUN) -m ruff format --check
 	$(RUN) -m mypy
 	.venv/bin/lint-imports
+	$(RUN) -m tools.circles
 
 format: environment  ## put style and format right
 	$(RUN) -m ruff check --fix
