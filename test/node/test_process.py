@@ -111,6 +111,7 @@ def test_names_can_be_remapped_and_put_into_a_namespace(client, start_node, scen
 
 def test_lifecycle_is_offered_and_not_forced(client, start_node, domain, scene):
     """Without autostart nothing happens until a manager asks; every state can be left again."""
+    wait_until(lambda: "/scene_graph/contacts" not in client.topics(), "the former node to go")
     node = NodeProcess(domain, {"scene": scene, "autostart": False})
 
     def change(transition):

@@ -134,6 +134,14 @@ def contacts(client, moving):
     client.forget(contacts)
 
 
+def contacts_undisturbed(viewer, contacts):
+    """Return how many contact messages come while a viewer gets 20 messages.
+
+    At the rates that were asked for, or more: some of them may be lost here on a busy machine.
+    """
+    return max(contacts_while(viewer, contacts, 20), 20 * POSE_RATE / MARKER_RATE)
+
+
 def contacts_while(viewer, contacts, messages):
     """Return how many contact messages come while a viewer gets so many messages."""
     markers, before = viewer.count, contacts.count
@@ -143,7 +151,7 @@ def contacts_while(viewer, contacts, messages):
 
 def test_others_get_their_markers_while_a_viewer_is_stopped(reader, viewer, contacts):
     """Two contact messages come for each of markers, as before; were it waited for, fifty."""
-    undisturbed = contacts_while(viewer, contacts, 20)
+    undisturbed = contacts_undisturbed(viewer, contacts)
     with reader.stopped():
         assert contacts_while(viewer, contacts, 25) < 3 * undisturbed
         # Longer than anybody would have been waited for: nobody is waited for again.
@@ -152,7 +160,7 @@ def test_others_get_their_markers_while_a_viewer_is_stopped(reader, viewer, cont
 
 def test_others_get_their_markers_after_a_viewer_was_killed(reader, viewer, contacts):
     """It said no word, so that the middleware keeps it for many seconds more."""
-    undisturbed = contacts_while(viewer, contacts, 20)
+    undisturbed = contacts_undisturbed(viewer, contacts)
     reader.process.kill()
     assert contacts_while(viewer, contacts, 50) < 5 * undisturbed
 
