@@ -7,6 +7,13 @@ certificate shows the answer, checked in rational arithmetic by its ``verify()``
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.iris.iris import iris, IrisRegion, Separation
+from scene_graph_ros.geometry.optimization.iris.obstacles import make_iris_obstacles
+from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
+from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
+    load_iris_regions_yaml_file,
+    save_iris_regions_yaml_file,
+)
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
@@ -36,12 +43,19 @@ __all__ = [
     "Hyperellipsoid",
     "Hyperrectangle",
     "Intersection",
+    "IrisOptions",
+    "IrisRegion",
     "MinkowskiSum",
     "Point",
     "Projection",
     "Reduction",
     "SampledVolume",
+    "Separation",
     "SolverError",
     "Support",
     "VPolytope",
+    "iris",
+    "load_iris_regions_yaml_file",
+    "make_iris_obstacles",
+    "save_iris_regions_yaml_file",
 ]

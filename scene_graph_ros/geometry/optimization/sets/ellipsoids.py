@@ -41,10 +41,12 @@ def inscribed(polyhedron: Any) -> Extremal:
     if polyhedron.is_empty() or not polyhedron.is_bounded():
         raise ConvexSetError(f"{label}: the set must be bounded and have a point")
     n = polyhedron.ambient_dimension
+    if n == 0:
+        return Extremal(np.zeros((0, 0)), np.zeros(0), 0.0)
     named = np.linalg.norm(polyhedron.A, axis=1) > 0.0
     A, b = polyhedron.A[named], polyhedron.b[named]
     ends = np.array([[s * polyhedron.support(s * e).value for s in (-1, 1)] for e in np.eye(n)])
-    widths = 0.5 * (ends[:, 1] - ends[:, 0]) if n else np.zeros(0)
+    widths = 0.5 * (ends[:, 1] - ends[:, 0])
     # The deepest point in coordinates in which the set is as wide along all axes.
     middle = ends.mean(axis=1)
     cube = find_deepest(Rows(A * widths, b - A @ middle))

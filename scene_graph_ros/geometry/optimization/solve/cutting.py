@@ -25,7 +25,15 @@ from scene_graph_ros.geometry.optimization.solve.maximize import maximize
 from scene_graph_ros.geometry.optimization.solve.rows import Rows
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["Cut", "Found", "Reached", "find_in_balls", "maximize_in_balls", "rows_with_cuts"]
+__all__ = [
+    "Cut",
+    "Found",
+    "Reached",
+    "find_in_balls",
+    "maximize_in_balls",
+    "rows_with_cuts",
+    "tangent_cuts",
+]
 
 _MOST_ROUNDS = 300
 """Rounds of cutting; a set whose width shrinks by a tenth in each is then below rounding."""
@@ -126,6 +134,11 @@ def _new_cuts(balls: Sequence[Ball], x: np.ndarray, least: float = 0.0) -> list[
     ]
 
 
+def tangent_cuts(balls: Sequence[Ball], x: np.ndarray) -> list[Cut]:
+    """Return the planes of balls on the side of a point ``(k,)``, wherever it is."""
+    return _new_cuts(balls, x, -np.inf)
+
+
 def _is_in_balls(balls: Sequence[Ball], x: Sequence[Fraction]) -> bool:
     for ball in balls:
         radius = Fraction(1) if ball.scale < 0 else x[ball.scale]
@@ -134,12 +147,16 @@ def _is_in_balls(balls: Sequence[Ball], x: Sequence[Fraction]) -> bool:
     return True
 
 
-def find_in_balls(lift: Lift) -> Found:
-    """Return a point of a lift, proof that there is none, or that neither was found."""
+def find_in_balls(lift: Lift, first: Sequence[Cut] = ()) -> Found:
+    """Return a point of a lift, proof that there is none, or that neither was found.
+
+    ``first`` are cuts to begin with, of whoever knows where it matters.
+    """
     if not lift.balls:
         proof = find_point(lift.rows)
         return Found(proof.kind, proof.vector, (), 0.0)
-    cuts, best, x_best = _first_cuts(lift.balls), np.inf, np.zeros(lift.num_variables)
+    cuts, best = [*_first_cuts(lift.balls), *first], np.inf
+    x_best = np.zeros(lift.num_variables)
     for _ in range(_MOST_ROUNDS):
         rows = rows_with_cuts(lift, cuts)
         deepest = find_deepest(rows)

@@ -1,0 +1,1 @@
+"""Regions free of convex obstacles, grown from a point."""

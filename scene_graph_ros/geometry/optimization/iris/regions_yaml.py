@@ -1,0 +1,90 @@
+"""Regions as YAML, as other programs that plan through regions write and read them.
+
+A mapping of names to ``{A: [[...], ...], b: [...]}``, on request below one key.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["load_iris_regions_yaml_file", "save_iris_regions_yaml_file"]
+
+
+def save_iris_regions_yaml_file(
+    filename: str | Path, regions: Mapping[str, HPolyhedron], child_name: str | None = None
+) -> None:
+    """Write regions by name, each number so that it is read as it was.
+
+    With ``child_name`` below that key. Raises ConvexSetError for what is no region, OSError where
+    the file can't be written.
+    """
+    import yaml
+
+    document: dict[str, Any] = {}
+    for name, region in regions.items():
+        if not isinstance(region, HPolyhedron):
+            raise ConvexSetError(
+                f"save_iris_regions_yaml_file: regions[{name!r}] must be an HPolyhedron, not"
+                f" {quoted(region)}"
+            )
+        document[str(name)] = {
+            "ambient_dimension": region.ambient_dimension,
+            "A": region.A.tolist(),
+            "b": region.b.tolist(),
+        }
+    whole = document if child_name is None else {child_name: document}
+    # Numbers of a row on a line; the names in their order.
+    text = yaml.safe_dump(whole, default_flow_style=None, sort_keys=False, width=1 << 20)
+    Path(filename).write_text(text, encoding="utf-8")
+
+
+def load_iris_regions_yaml_file(
+    filename: str | Path, child_name: str | None = None
+) -> dict[str, HPolyhedron]:
+    """Read regions by name, in the file's order; with ``child_name`` those below that key.
+
+    Raises ConvexSetError, which names the file and the entry, for what is no region; OSError where
+    the file can't be read.
+    """
+    import yaml
+
+    path = Path(filename)
+    try:
+        document = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise ConvexSetError(f"{path}: no YAML: {error}") from None
+    if child_name is not None:
+        document = _entry(document, child_name, str(path))
+    if not isinstance(document, dict):
+        raise ConvexSetError(f"{path}: regions must be a mapping of names, not {quoted(document)}")
+    return {str(name): _region(each, f"{path}: {name}") for name, each in document.items()}
+
+
+def _entry(mapping: Any, key: str, where: str) -> Any:
+    if not isinstance(mapping, dict) or key not in mapping:
+        found = f"it has {', '.join(map(str, mapping))}" if isinstance(mapping, dict) else ""
+        raise ConvexSetError(f"{where} has no {key!r}; {found or f'it is {quoted(mapping)}'}")
+    return mapping[key]
+
+
+def _region(value: Any, where: str) -> HPolyhedron:
+    rows, sides = _entry(value, "A", where), _entry(value, "b", where)
+    try:
+        A, b = np.array(rows, dtype=np.float64), np.array(sides, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ConvexSetError(f"{where}: A and b must be rows of numbers") from None
+    n = value.get("ambient_dimension", A.shape[-1])
+    if not A.size and not b.size and isinstance(n, int) and n >= 0:
+        # No rows: all points.
+        A = np.zeros((0, n))
+    if A.ndim != 2 or A.shape[1] != n:
+        raise ConvexSetError(f"{where}: A has the shape {A.shape}, ambient_dimension is {n!r}")
+    return HPolyhedron(A, b)
