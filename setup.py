@@ -26,7 +26,11 @@ setup(
     maintainer_email="maintainers@scene-graph-ros.invalid",
     # Two packages, named explicitly: tests and tools are not installed.
     packages=find_packages(include=[NAME, f"{NAME}.*", "msg_adapters", "msg_adapters.*"]),
-    package_data={NAME: ["py.typed"], f"{NAME}.node": ["*.xml"]},
+    package_data={
+        NAME: ["py.typed"],
+        f"{NAME}.node": ["*.xml"],
+        f"{NAME}.views.browser": ["page/*"],
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (f"share/{NAME}", ["package.xml"]),
@@ -45,6 +49,7 @@ setup(
         "scipy",
         "tqdm",
         "trimesh",
+        "websockets>=14",
     ],
     extras_require={
         "fcl": ["python-fcl"],
