@@ -1,0 +1,116 @@
+"""What goes to a page: messages of blocks, whose numbers a page reads where they are.
+
+A message is blocks in a row; a block is its kind and the length of what follows, two unsigned
+integers of 32 bits, and that in a multiple of 8 bytes. All is little-endian. Items are called by
+numbers, which doubles hold exactly. ``page/blocks.js`` reads what is written here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import enum
+import json
+import struct
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
+
+__all__ = [
+    "BlockKind",
+    "contacts_block",
+    "mesh_block",
+    "poses_block",
+    "scene_block",
+    "time_block",
+    "vertices_block",
+]
+
+_ALIGNMENT = 8
+
+
+class BlockKind(enum.IntEnum):
+    """What is in a block."""
+
+    TIME = 1
+    """Doubles: stamp in s, number of the moment, version of the scene."""
+    SCENE = 2
+    """JSON: which items there are."""
+    MESH = 3
+    """Double: number; integers: vertices v, triangles t; floats (v, 3); integers (t, 3)."""
+    POSES = 4
+    """Integers: count n, 0; doubles (n,) numbers, (n, 3) positions; floats (n, 4) x, y, z, w."""
+    VERTICES = 5
+    """Integers: vertices v, 0; doubles: number, origin (3); floats (v, 3) from the origin."""
+    CONTACTS = 6
+    """Integers: count n, 0; doubles (n, 3) points; floats (n, 3) normals, (n,) depths in m."""
+
+
+def _block(kind: BlockKind, *parts: bytes) -> bytes:
+    length = sum(map(len, parts))
+    padding = -length % _ALIGNMENT
+    # JSON may end with spaces; arrays know their length.
+    return b"".join((struct.pack("<II", kind, length + padding), *parts, b" " * padding))
+
+
+def _bytes(values: ArrayLike, dtype: str) -> bytes:
+    return np.ascontiguousarray(values, dtype=dtype).tobytes()
+
+
+def time_block(stamp_ns: int, sequence: int, scene_version: int) -> bytes:
+    """Return the block that says when a moment is, in the clock of the poses' stamps."""
+    return _block(BlockKind.TIME, struct.pack("<ddd", stamp_ns * 1e-9, sequence, scene_version))
+
+
+def scene_block(content: Mapping[str, Any]) -> bytes:
+    """Return the block that says which items there are."""
+    return _block(BlockKind.SCENE, json.dumps(content, allow_nan=False).encode())
+
+
+def mesh_block(number: int, vertices: NDArray[Any], triangles: NDArray[Any]) -> bytes:
+    """Return the block of a mesh: vertices ``(v, 3)`` in m, and triangles ``(t, 3)`` of them."""
+    return _block(
+        BlockKind.MESH,
+        struct.pack("<dII", number, len(vertices), len(triangles)),
+        _bytes(vertices, "<f4"),
+        _bytes(triangles, "<u4"),
+    )
+
+
+def poses_block(numbers: NDArray[np.float64], X_WG: NDArray[np.float64]) -> bytes:
+    """Return the block of items, by their numbers ``(n,)``, that are at ``X_WG`` ``(n, 4, 4)``."""
+    return _block(
+        BlockKind.POSES,
+        struct.pack("<II", len(numbers), 0),
+        _bytes(numbers, "<f8"),
+        _bytes(X_WG[:, :3, 3], "<f8"),
+        _bytes(quaternions_from_poses(X_WG), "<f4"),
+    )
+
+
+def vertices_block(number: float, p_WVs: NDArray[np.float64]) -> bytes:
+    """Return the block of a deformable item whose vertices ``(v, 3)`` are there, in m.
+
+    They are told from their first one, so that single precision does far from the origin.
+    """
+    origin = p_WVs[0] if len(p_WVs) else np.zeros(3)
+    return _block(
+        BlockKind.VERTICES,
+        struct.pack("<IIdddd", len(p_WVs), 0, number, *origin.tolist()),
+        _bytes(p_WVs - origin, "<f4"),
+    )
+
+
+def contacts_block(
+    p_WCs: NDArray[np.float64], nhat_BA_W: NDArray[np.float64], depths: NDArray[np.float64]
+) -> bytes:
+    """Return the block of points in contact ``(n, 3)``, normals ``(n, 3)`` and depths ``(n,)``."""
+    return _block(
+        BlockKind.CONTACTS,
+        struct.pack("<II", len(depths), 0),
+        _bytes(p_WCs, "<f8"),
+        _bytes(nhat_BA_W, "<f4"),
+        _bytes(depths, "<f4"),
+    )

@@ -1,0 +1,103 @@
+"""What one page was told, and what it is to be told next."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from scene_graph_ros.geometry.model.deformable import Configuration
+from scene_graph_ros.views.browser.blocks import (
+    poses_block,
+    scene_block,
+    time_block,
+    vertices_block,
+)
+from scene_graph_ros.views.browser.drawing import Deforming, Drawing, Scene
+from scene_graph_ros.views.browser.wishes import Wish
+from scene_graph_ros.views.draw_list import Changes, Shown
+from scene_graph_ros.views.moment import Moment
+
+__all__ = ["Cursor"]
+
+
+class Cursor:
+    """Where a page is: what is newer than that is in its next message, however much it missed."""
+
+    def __init__(self) -> None:
+        self._shown = Shown()
+        self._scene: Scene | None = None
+        self._meshes: set[int] = set()
+        self._deformed: dict[int, Configuration] = {}
+
+    def message(self, moment: Moment, wish: Wish, drawing: Drawing) -> bytes:
+        """Return what makes a page that was told all messages so far show ``moment``.
+
+        Raises what building meshes and asking for contacts raise; then begin anew.
+        """
+        scene = drawing.scene(moment, wish)
+        X_WG = drawing.X_WG(moment, scene.roles)
+        before = self._scene
+        changes = self._shown.follow(scene.listed, X_WG)
+        blocks = [time_block(moment.stamp, moment.sequence, moment.scene_version)]
+        if scene is not before:
+            blocks += self._scene_blocks(before, scene, changes)
+        if len(changes.moved):
+            blocks.append(poses_block(scene.numbers[changes.moved], X_WG[changes.moved]))
+        blocks += self._vertices(moment, scene)
+        if wish.contacts:
+            blocks.append(drawing.contacts(moment))
+        return b"".join(blocks)
+
+    def _scene_blocks(self, before: Scene | None, scene: Scene, changes: Changes) -> list[bytes]:
+        """Return what tells a page of another scene: meshes, then the items that use them."""
+        self._scene = scene
+        deformed_before = {} if before is None else before.deforming
+        new = [
+            each
+            for number, each in scene.deforming.items()
+            if not _is_same(each, deformed_before.get(number))
+        ]
+        gone = [number for number in deformed_before if number not in scene.deforming]
+        for number in (*gone, *(each.number for each in new)):
+            self._deformed.pop(number, None)
+        meshes = {**scene.meshes, **{each.mesh: b"" for each in scene.deforming.values()}}
+        unused, self._meshes = self._meshes - meshes.keys(), self._meshes & meshes.keys()
+        made = [block for n, block in scene.meshes.items() if n not in self._meshes]
+        made += [each.block for each in new]
+        self._meshes |= meshes.keys()
+        entries = [scene.entries[row] for row in changes.appeared.tolist()]
+        content = {
+            "begins": before is None,
+            "roles": [role.name.lower() for role in scene.roles],
+            "counts": dict(scene.counts),
+            "appeared": [*entries, *(each.entry for each in new)],
+            "vanished": [*_numbers(before, changes), *gone],
+            "meshes_gone": sorted(unused),
+        }
+        return [*made, scene_block(content)]
+
+    def _vertices(self, moment: Moment, scene: Scene) -> Iterable[bytes]:
+        """Return where the vertices are of what is deformed otherwise than it was last told."""
+        snapshot = moment.query.snapshot
+        for number, each in scene.deforming.items():
+            configuration = snapshot.configuration(each.geometry_id)
+            if self._deformed.get(number) is not configuration:
+                (p_WVs,) = snapshot.driven_mesh_configurations(each.geometry_id, each.role)
+                self._deformed[number] = configuration
+                yield vertices_block(number, p_WVs)
+
+
+def _is_same(each: Deforming, before: Deforming | None) -> bool:
+    return (
+        before is not None
+        and each.item.item == before.item.item
+        and each.item.triangles is before.item.triangles
+    )
+
+
+def _numbers(before: Scene | None, changes: Changes) -> list[Any]:
+    """Return the numbers of rigid items that vanished."""
+    if before is None:
+        return []
+    rows = [before.listed.rows[key] for key in changes.vanished]
+    return before.numbers[rows].tolist()

@@ -1,0 +1,220 @@
+"""What pages are told of a moment, made once for all pages that show the same roles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+import itertools
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.views.browser.blocks import contacts_block, mesh_block
+from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
+from scene_graph_ros.views.deformables import deformable_items, DeformableItem
+from scene_graph_ros.views.draw_list import DrawItem, DrawList
+from scene_graph_ros.views.items import DEFAULT_COLOR, draw_items
+from scene_graph_ros.views.looks import look_of, triangles_of
+from scene_graph_ros.views.moment import Moment
+
+__all__ = ["Deforming", "Drawing", "Meshes", "Scene"]
+
+Entry = dict[str, Any]
+
+
+class Deforming(NamedTuple):
+    """A deformable geometry that is drawn."""
+
+    item: DeformableItem
+    role: Role
+    geometry_id: GeometryId
+    number: int
+
+    @property
+    def mesh(self) -> int:
+        """Number of its mesh, which no other item has: below those of shared ones."""
+        return -self.number
+
+    @property
+    def block(self) -> bytes:
+        """Its mesh, whose vertices are told at each moment."""
+        count = int(self.item.triangles.max(initial=-1)) + 1
+        return mesh_block(self.mesh, np.zeros((count, 3)), self.item.triangles)
+
+    @property
+    def entry(self) -> Entry:
+        """What a page is told of it."""
+        return {**_entry(self.item.item, self.number), "form": "vertices", "mesh": self.mesh}
+
+
+class Scene(NamedTuple):
+    """What is drawn of one version of the world, for some roles."""
+
+    version: int
+    roles: tuple[Role, ...]
+    counts: Mapping[str, int]
+    """Geometries by role, also of those that are not shown."""
+    listed: DrawList
+    """The rigid ones; in their rows:"""
+    numbers: NDArray[np.float64]
+    entries: list[Entry]
+    deforming: dict[int, Deforming]
+    """The others, by number."""
+    meshes: dict[int, bytes]
+    """Blocks of the meshes of all rigid ones, by number."""
+
+
+def _number(geometry_id: int, role: Role) -> int:
+    """Return what an item is called: a geometry has one for each role."""
+    return 4 * geometry_id + role.value
+
+
+def _entry(item: DrawItem, number: int) -> Entry:
+    color = item.rgba or DEFAULT_COLOR
+    return {
+        "number": number,
+        "path": item.path,
+        "shape": item.shape.type_name,
+        "color": (color.r, color.g, color.b, color.a),
+    }
+
+
+class _Mesh(NamedTuple):
+    number: int
+    block: bytes
+    """Empty where it can't be shown, and why not:"""
+    reason: str = ""
+
+
+class Meshes:
+    """Blocks of triangles, made once for all items of the same shape.
+
+    Those that no scene has asked for between two calls of ``forget_old`` are forgotten.
+    """
+
+    def __init__(self) -> None:
+        self._numbers = itertools.count(1)
+        self._new: dict[tuple[Shape, bool], _Mesh] = {}
+        self._old: dict[tuple[Shape, bool], _Mesh] = {}
+
+    def forget_old(self) -> None:
+        """Begin anew to note what is asked for."""
+        self._old, self._new = self._new, {}
+
+    def of(self, item: DrawItem) -> _Mesh:
+        """Return the mesh of an item."""
+        key = (item.shape, item.as_hull or item.shape.kind == ShapeKind.CONVEX)
+        mesh = self._new.get(key) or self._old.get(key) or self._make(item)
+        self._new[key] = mesh
+        return mesh
+
+    def _make(self, item: DrawItem) -> _Mesh:
+        number = next(self._numbers)
+        try:
+            mesh = triangles_of(item)
+        except SceneGraphError as error:
+            return _Mesh(number, b"", str(error))
+        return _Mesh(number, mesh_block(number, *mesh))
+
+
+class Drawing:
+    """Makes what pages are told; to be used by one thread."""
+
+    def __init__(self, cannot_show: Callable[[int, Exception], None]) -> None:
+        """Call ``cannot_show`` with the id of a deformable geometry that can't be, and why."""
+        self._cannot_show = cannot_show
+        self._meshes = Meshes()
+        self._version = -1
+        self._scenes: dict[tuple[Role, ...], Scene] = {}
+        self._placed: tuple[int, dict[tuple[Role, ...], NDArray[np.float64]]] = (-1, {})
+        self._contacts: tuple[int, bytes] = (-1, b"")
+
+    def scene(self, moment: Moment, wish: Wish) -> Scene:
+        """Return what a page with this wish draws; the same object while it is the same."""
+        if moment.scene_version != self._version:
+            self._version = moment.scene_version
+            self._scenes.clear()
+            self._meshes.forget_old()
+        roles = self._roles(moment, wish)
+        scene = self._scenes.get(roles)
+        if scene is None:
+            scene = self._scenes[roles] = self._make_scene(moment, roles)
+        return scene
+
+    @staticmethod
+    def _roles(moment: Moment, wish: Wish) -> tuple[Role, ...]:
+        if wish.roles is not None:
+            return wish.roles
+        has_some = moment.inspector.num_geometries_with_role
+        return next(((role,) for role in SHOWN_ROLES if has_some(role)), SHOWN_ROLES[:1])
+
+    def _make_scene(self, moment: Moment, roles: tuple[Role, ...]) -> Scene:
+        inspector, snapshot = moment.inspector, moment.query.snapshot
+        items: list[DrawItem] = []
+        deforming: dict[int, Deforming] = {}
+        numbers: list[int] = []
+        for role in roles:
+            ids = [GeometryId(i) for i in snapshot.role_arrays(role).ids.tolist()]
+            items += draw_items(inspector, role, ids, mesh_hulls=True)
+            numbers += [_number(int(i), role) for i in ids]
+            deforming.update(self._deforming(moment, role))
+        meshes: dict[int, bytes] = {}
+        entries = [
+            self._entry(item, number, meshes) for item, number in zip(items, numbers, strict=True)
+        ]
+        counts = {
+            role.name.lower(): inspector.num_geometries_with_role(role) for role in SHOWN_ROLES
+        }
+        return Scene(
+            moment.scene_version,
+            roles,
+            counts,
+            DrawList(items),
+            np.array(numbers, dtype=np.float64),
+            entries,
+            deforming,
+            meshes,
+        )
+
+    def _entry(self, item: DrawItem, number: int, meshes: dict[int, bytes]) -> Entry:
+        form, size = look_of(item)
+        entry = {**_entry(item, number), "form": form, "size": size}
+        if form == "mesh":
+            mesh = self._meshes.of(item)
+            if mesh.reason:
+                entry["reason"] = mesh.reason
+            else:
+                entry["mesh"] = mesh.number
+                meshes[mesh.number] = mesh.block
+        return entry
+
+    def _deforming(self, moment: Moment, role: Role) -> Iterable[tuple[int, Deforming]]:
+        ids = {int(i): i for i in moment.query.snapshot.state.deformable_ids(role)}
+        for each in deformable_items(moment.inspector, role, ids.values(), self._cannot_show):
+            number = _number(each.item.geometry_id, role)
+            yield number, Deforming(each, role, ids[each.item.geometry_id], number)
+
+    def X_WG(self, moment: Moment, roles: tuple[Role, ...]) -> NDArray[np.float64]:
+        """Return ``(n, 4, 4)`` where the rigid items of a scene with these roles are."""
+        if self._placed[0] != moment.sequence:
+            self._placed = (moment.sequence, {})
+        placed = self._placed[1]
+        if roles not in placed:
+            of_roles = [moment.query.snapshot.X_WG_of(role) for role in roles]
+            placed[roles] = np.concatenate([np.empty((0, 4, 4)), *of_roles])
+        return placed[roles]
+
+    def contacts(self, moment: Moment) -> bytes:
+        """Return the block of all penetrations; each is at the middle of its two witnesses."""
+        if self._contacts[0] != moment.sequence:
+            table = moment.ask(QueryObject.compute_point_pair_penetration)
+            middle = 0.5 * (table.p_WCa + table.p_WCb)
+            block = contacts_block(middle, table.nhat_BA_W, table.depth)
+            self._contacts = (moment.sequence, block)
+        return self._contacts[1]

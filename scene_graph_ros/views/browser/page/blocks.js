@@ -1,0 +1,60 @@
+// Reads the messages that ../blocks.py writes: blocks, whose numbers are read where they are.
+
+const TIME = 1, SCENE = 2, MESH = 3, POSES = 4, VERTICES = 5, CONTACTS = 6;
+const text = new TextDecoder();
+
+// Takes arrays one after another.
+class Reader {
+  constructor(buffer, place) { this.buffer = buffer; this.place = place; }
+
+  take(type, count) {
+    const result = new type(this.buffer, this.place, count);
+    this.place += result.byteLength;
+    return result;
+  }
+}
+
+const READERS = {
+  [TIME](reader) {
+    const [stamp, sequence, version] = reader.take(Float64Array, 3);
+    return { kind: "time", stamp, sequence, version };
+  },
+  [SCENE](reader, length) {
+    return { kind: "scene", ...JSON.parse(text.decode(reader.take(Uint8Array, length))) };
+  },
+  [MESH](reader) {
+    const [number] = reader.take(Float64Array, 1);
+    const [vertices, triangles] = reader.take(Uint32Array, 2);
+    return { kind: "mesh", number, vertices: reader.take(Float32Array, 3 * vertices),
+      triangles: reader.take(Uint32Array, 3 * triangles) };
+  },
+  [POSES](reader) {
+    const [count] = reader.take(Uint32Array, 2);
+    return { kind: "poses", numbers: reader.take(Float64Array, count),
+      positions: reader.take(Float64Array, 3 * count),
+      rotations: reader.take(Float32Array, 4 * count) };
+  },
+  [VERTICES](reader) {
+    const [count] = reader.take(Uint32Array, 2);
+    const [number, ...origin] = reader.take(Float64Array, 4);
+    return { kind: "vertices", number, origin, vertices: reader.take(Float32Array, 3 * count) };
+  },
+  [CONTACTS](reader) {
+    const [count] = reader.take(Uint32Array, 2);
+    return { kind: "contacts", count, points: reader.take(Float64Array, 3 * count),
+      normals: reader.take(Float32Array, 3 * count), depths: reader.take(Float32Array, count) };
+  },
+};
+
+// Returns the blocks of a message; throws for one of an unknown kind.
+export function readBlocks(buffer) {
+  const view = new DataView(buffer), blocks = [];
+  for (let place = 0; place < buffer.byteLength;) {
+    const kind = view.getUint32(place, true), length = view.getUint32(place + 4, true);
+    const read = READERS[kind];
+    if (!read) throw new Error(`unknown kind of block: ${kind}`);
+    blocks.push(read(new Reader(buffer, place + 8), length));
+    place += 8 + length;
+  }
+  return blocks;
+}

@@ -1,0 +1,89 @@
+// A camera that goes around what it looks at; z is up.
+
+import { cross, plus, projection, unit } from "./vectors.js";
+
+const FIELD_OF_VIEW = 0.8;  // rad, from bottom to top
+const HIGHEST = 1.55;  // rad, just below straight down
+const NEAREST = 1e-6;  // m
+
+export class Camera {
+  constructor(canvas, onChange) {
+    this.target = [0, 0, 0];
+    this.distance = 3;
+    this.azimuth = -0.9;
+    this.elevation = 0.45;
+    this.onChange = onChange;
+    this.pointers = new Map();
+    canvas.addEventListener("pointerdown", (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      canvas.focus();
+      this.pointers.set(event.pointerId, event);
+    });
+    for (const name of ["pointerup", "pointercancel"]) {
+      canvas.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
+    }
+    canvas.addEventListener("pointermove", (event) => this.drag(event, canvas.clientHeight));
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.zoom(Math.exp(0.0012 * event.deltaY));
+    }, { passive: false });
+  }
+
+  drag(event, height) {
+    const before = this.pointers.get(event.pointerId);
+    if (!before) return;
+    const dx = event.clientX - before.clientX, dy = event.clientY - before.clientY;
+    if (this.pointers.size === 2) {
+      const [other] = [...this.pointers.values()].filter((p) => p.pointerId !== event.pointerId);
+      const apart = (p) => Math.hypot(p.clientX - other.clientX, p.clientY - other.clientY) || 1;
+      this.zoom(apart(before) / apart(event));
+      this.move(dx / 2, dy / 2, height);
+    } else if (event.buttons & 2 || event.buttons & 4 || event.shiftKey) {
+      this.move(dx, dy, height);
+    } else {
+      this.azimuth -= 0.007 * dx;
+      this.elevation = Math.max(-HIGHEST, Math.min(HIGHEST, this.elevation + 0.007 * dy));
+    }
+    this.pointers.set(event.pointerId, event);
+    this.onChange();
+  }
+
+  move(dx, dy, height) {
+    const scale = 2 * this.distance * Math.tan(FIELD_OF_VIEW / 2) / height;
+    const { right, up } = this.axes();
+    this.target = plus(plus(this.target, right, -dx * scale), up, dy * scale);
+    this.onChange();
+  }
+
+  zoom(factor) {
+    this.distance = Math.max(NEAREST, this.distance * factor);
+    this.onChange();
+  }
+
+  // Sees a ball nearly as a whole: what is in it hardly ever fills it.
+  fit(center, radius) {
+    this.target = center;
+    this.distance = Math.max(NEAREST, 0.75 * radius / Math.sin(FIELD_OF_VIEW / 2));
+    this.onChange();
+  }
+
+  axes() {
+    const flat = Math.cos(this.elevation);
+    const back = [flat * Math.cos(this.azimuth), flat * Math.sin(this.azimuth),
+      Math.sin(this.elevation)];
+    const right = unit(cross([0, 0, 1], back));
+    return { right, up: cross(back, right), back };
+  }
+
+  // Returns where the eye is, and the matrix that draws what is given relative to it.
+  view(aspect) {
+    const { right, up, back } = this.axes();
+    const focal = 1 / Math.tan(FIELD_OF_VIEW / 2);
+    const near = 0.01 * this.distance, far = 2000 * this.distance;
+    return {
+      eye: plus(this.target, back, this.distance), right, up, back, far,
+      matrix: projection(right, up, back, focal, aspect, near, far),
+    };
+  }
+}

@@ -1,0 +1,104 @@
+// The page: what comes is drawn, what is chosen is asked for.
+
+import { Camera } from "./camera.js";
+import { Connection } from "./connection.js";
+import { Renderer } from "./renderer.js";
+import { Tree } from "./tree.js";
+import { World } from "./world.js";
+
+const $ = (selector) => document.querySelector(selector);
+const root = document.documentElement;
+
+// Counts what happens, and tells how often in the last second.
+class Rate {
+  constructor() { this.marks = [[performance.now(), 0]]; }
+
+  value(total) {
+    const now = performance.now();
+    this.marks.push([now, total]);
+    while (this.marks.length > 2 && now - this.marks[0][0] > 1000) this.marks.shift();
+    const [begin, first] = this.marks[0];
+    return now > begin ? 1000 * (total - first) / (now - begin) : 0;
+  }
+}
+
+const renderer = new Renderer($("#view"));
+const world = new World(renderer);
+const camera = new Camera($("#view"), redraw);
+const tree = new Tree($("#tree"), redraw);
+let isDue = false, isFitted = false, pictures = 0;
+
+function redraw() {
+  if (!isDue) {
+    isDue = true;
+    requestAnimationFrame(draw);
+  }
+}
+
+function draw() {
+  isDue = false;
+  pictures += 1;
+  const background = root.dataset.theme === "light" ? [0.953, 0.957, 0.965] : [0.078, 0.09, 0.11];
+  renderer.draw(camera, world.picture(camera.view(1).eye), background);
+  document.body.dataset.pictures = pictures;
+}
+
+function fit() {
+  const bounds = world.bounds();
+  if (bounds) camera.fit(bounds.middle, bounds.radius);
+}
+
+function take(blocks) {
+  if (world.take(blocks)) {
+    const items = [...world.items.values()];
+    tree.show(items);
+    document.body.dataset.items = items.length;
+    for (const box of document.querySelectorAll("[data-role]")) {
+      box.checked = world.roles.includes(box.dataset.role);
+      box.parentElement.querySelector("output").textContent = world.counts[box.dataset.role];
+    }
+  }
+  if (!isFitted && world.bounds()) {
+    isFitted = true;
+    fit();
+  }
+  redraw();
+}
+
+const connection = new Connection(take, (isOpen, text) => {
+  $("#status").textContent = text;
+  $("#status").toggleAttribute("data-is-open", isOpen);
+});
+
+for (const box of document.querySelectorAll("[data-role]")) {
+  box.addEventListener("change", () => {
+    const chosen = [...document.querySelectorAll("[data-role]")].filter((each) => each.checked);
+    connection.ask({ roles: chosen.map((each) => each.dataset.role) });
+  });
+}
+$("#contacts").addEventListener("change", (event) => connection.ask({ contacts: event.target.checked }));
+$("#filter").addEventListener("input", (event) => tree.find(event.target.value));
+$("#fit").addEventListener("click", fit);
+$("#theme").addEventListener("click", () => {
+  root.dataset.theme = root.dataset.theme === "light" ? "dark" : "light";
+  redraw();
+});
+root.dataset.theme = matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
+window.addEventListener("resize", redraw);
+window.addEventListener("keydown", (event) => {
+  if (event.key === "f" && event.target.tagName !== "INPUT") fit();
+});
+$("#view").addEventListener("webglcontextlost", () => { $("#status").textContent = "graphics lost: reload"; });
+
+const updateRate = new Rate(), pictureRate = new Rate();
+setInterval(() => {
+  const { time } = world;
+  if (time) {
+    // A stamp of the system's clock is a date, one of simulated time is not.
+    $("#time").textContent = time.stamp > 1e9
+      ? new Date(1000 * time.stamp).toLocaleTimeString() : `${time.stamp.toFixed(1)} s`;
+    $("#updates").textContent = `${updateRate.value(time.sequence).toFixed(0)} Hz`;
+  }
+  $("#pictures").textContent = `${pictureRate.value(pictures).toFixed(0)} Hz`;
+  $("#contact-count").textContent = world.contacts ? world.contacts.count : "-";
+}, 250);

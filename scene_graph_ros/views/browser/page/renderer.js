@@ -1,0 +1,161 @@
+// Draws bodies, planes and contacts with WebGL 2.
+
+import { FORMS } from "./forms.js";
+import { BODY, PLANE } from "./shaders.js";
+import { dot, minus, plus, turn } from "./vectors.js";
+
+const FLOATS = 15;  // of a body: position 3, rotation 4, stretch 4, color 4
+const LAYOUT = [[3, 3], [4, 4], [5, 4], [6, 4]];  // locations and sizes of these
+
+function program(gl, { vertex, fragment }) {
+  const result = gl.createProgram();
+  for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, source);
+    gl.compileShader(shader);
+    gl.attachShader(result, shader);
+  }
+  gl.linkProgram(result);
+  if (!gl.getProgramParameter(result, gl.LINK_STATUS) && !gl.isContextLost()) {
+    throw new Error(`a program does not link: ${gl.getProgramInfoLog(result)}`);
+  }
+  const uniforms = {};
+  for (let k = 0; k < gl.getProgramParameter(result, gl.ACTIVE_UNIFORMS); k++) {
+    const { name } = gl.getActiveUniform(result, k);
+    uniforms[name] = gl.getUniformLocation(result, name);
+  }
+  return { program: result, uniforms };
+}
+
+// A form in the memory of the graphics processor, with room for many bodies of it.
+class Batch {
+  constructor(gl, { vertices, triangles }) {
+    this.gl = gl;
+    this.array = gl.createVertexArray();
+    this.buffers = [gl.createBuffer(), gl.createBuffer(), gl.createBuffer()];
+    gl.bindVertexArray(this.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[0]);
+    gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
+    [[0, 3, 0], [1, 1, 12], [2, 3, 16]].forEach(([location, size, offset]) => {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 28, offset);
+    });
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[1]);
+    let offset = 0;
+    for (const [location, size] of LAYOUT) {
+      gl.enableVertexAttribArray(location);
+      gl.vertexAttribPointer(location, size, gl.FLOAT, false, 4 * FLOATS, offset);
+      gl.vertexAttribDivisor(location, 1);
+      offset += 4 * size;
+    }
+    this.isIndexed = triangles !== null;
+    this.count = triangles ? triangles.length : vertices.length / 7;
+    if (triangles) {
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers[2]);
+      gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, triangles, gl.STATIC_DRAW);
+    }
+  }
+
+  draw(numbers) {
+    const { gl } = this;
+    if (!numbers.length || !this.count) return;
+    gl.bindVertexArray(this.array);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[1]);
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(numbers), gl.STREAM_DRAW);
+    const bodies = numbers.length / FLOATS;
+    if (this.isIndexed) {
+      gl.drawElementsInstanced(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0, bodies);
+    } else {
+      gl.drawArraysInstanced(gl.TRIANGLES, 0, this.count, bodies);
+    }
+  }
+
+  free() {
+    this.gl.deleteVertexArray(this.array);
+    this.buffers.forEach((buffer) => this.gl.deleteBuffer(buffer));
+  }
+}
+
+export class Renderer {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
+    if (!this.gl) throw new Error("this browser has no WebGL 2");
+    const { gl } = this;
+    this.body = program(gl, BODY);
+    this.plane = program(gl, PLANE);
+    this.batches = new Map(Object.entries(FORMS).map(([name, form]) => [name, new Batch(gl, form)]));
+    this.square = gl.createVertexArray();
+    gl.bindVertexArray(this.square);
+    gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
+    gl.bufferData(gl.ARRAY_BUFFER, new Float32Array([-1, -1, 1, -1, -1, 1, 1, 1]), gl.STATIC_DRAW);
+    gl.enableVertexAttribArray(0);
+    gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
+  }
+
+  // Takes the form of a mesh, instead of the one of that number before.
+  setMesh(number, form) {
+    this.dropMesh(number);
+    this.batches.set(number, new Batch(this.gl, form));
+  }
+
+  dropMesh(number) {
+    this.batches.get(number)?.free();
+    this.batches.delete(number);
+  }
+
+  // Draws bodies {batch, position, rotation, stretch, color}, planes {position, rotation, color}
+  // and marks, bodies that are seen through others.
+  draw(camera, { bodies, planes, marks }, background) {
+    const { gl, canvas } = this;
+    const ratio = window.devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.round(ratio * n));
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    gl.viewport(0, 0, width, height);
+    gl.clearColor(...background, 1);
+    gl.depthMask(true);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const view = camera.view(width / Math.max(height, 1));
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.BLEND);
+    this.drawBodies(view, bodies.filter((body) => body.color[3] >= 1));
+    gl.enable(gl.BLEND);
+    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthMask(false);
+    planes.forEach((plane) => this.drawPlane(view, plane, camera.distance));
+    this.drawBodies(view, bodies.filter((body) => body.color[3] < 1 && body.color[3] > 0));
+    gl.disable(gl.DEPTH_TEST);
+    this.drawBodies(view, marks);
+  }
+
+  drawBodies(view, bodies) {
+    this.gl.useProgram(this.body.program);
+    this.gl.uniformMatrix4fv(this.body.uniforms.u_matrix, false, view.matrix);
+    const numbers = new Map();
+    for (const { batch, position, rotation, stretch, color } of bodies) {
+      if (!numbers.has(batch)) numbers.set(batch, []);
+      numbers.get(batch).push(position[0] - view.eye[0], position[1] - view.eye[1],
+        position[2] - view.eye[2], ...rotation, ...stretch, ...color);
+    }
+    for (const [batch, rows] of numbers) this.batches.get(batch)?.draw(rows);
+  }
+
+  drawPlane(view, { position, rotation, color }, distance) {
+    const { gl } = this, { uniforms } = this.plane;
+    const [along, across, normal] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((v) => turn(rotation, v));
+    const away = minus(view.eye, position), height = dot(away, normal);
+    const step = 10 ** Math.floor(Math.log10(Math.max(distance, 1e-9)) - 0.7);
+    const start = [along, across].map((axis) => dot(away, axis) % (10 * step));
+    gl.useProgram(this.plane.program);
+    gl.uniformMatrix4fv(uniforms.u_matrix, false, view.matrix);
+    gl.uniform3fv(uniforms.u_foot, plus([0, 0, 0], normal, -height));
+    gl.uniform3fv(uniforms.u_along, along);
+    gl.uniform3fv(uniforms.u_across, across);
+    gl.uniform1f(uniforms.u_extent, 0.5 * view.far);
+    gl.uniform1f(uniforms.u_step, step);
+    gl.uniform2fv(uniforms.u_start, start);
+    gl.uniform4fv(uniforms.u_color, color);
+    gl.bindVertexArray(this.square);
+    gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
+  }
+}

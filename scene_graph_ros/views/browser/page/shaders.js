@@ -1,0 +1,76 @@
+// Programs of the graphics processor.
+
+const HEAD = "#version 300 es\nprecision highp float;\n";
+
+// Many of one form. Places are relative to the eye.
+export const BODY = {
+  vertex: `${HEAD}
+    uniform mat4 u_matrix;
+    layout(location = 0) in vec3 a_place;
+    layout(location = 1) in float a_shift;
+    layout(location = 2) in vec3 a_normal;
+    layout(location = 3) in vec3 a_position;
+    layout(location = 4) in vec4 a_rotation;
+    layout(location = 5) in vec4 a_stretch;
+    layout(location = 6) in vec4 a_color;
+    out vec3 v_normal;
+    out vec3 v_place;
+    out vec4 v_color;
+    vec3 turn(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
+    void main() {
+      vec3 place = a_place * a_stretch.xyz + vec3(0.0, 0.0, a_shift * a_stretch.w);
+      v_normal = turn(a_rotation, a_normal / max(a_stretch.xyz, vec3(1e-12)));
+      v_place = a_position + turn(a_rotation, place);
+      v_color = a_color;
+      gl_Position = u_matrix * vec4(v_place, 1.0);
+    }`,
+  // Light from above and from the eye; both sides of a triangle are lit.
+  fragment: `${HEAD}
+    in vec3 v_normal;
+    in vec3 v_place;
+    in vec4 v_color;
+    out vec4 color;
+    void main() {
+      vec3 view = -normalize(v_place);
+      vec3 n = normalize(v_normal);
+      n = dot(n, view) < 0.0 ? -n : n;
+      float light = 0.42 + 0.18 * n.z + 0.4 * max(dot(n, view), 0.0);
+      color = vec4(v_color.rgb * light, v_color.a);
+    }`,
+};
+
+// A plane without end: a square around the point of it that is nearest to the eye, so large that
+// its edge has faded. Lines are counted from the origin of the half space.
+export const PLANE = {
+  vertex: `${HEAD}
+    uniform mat4 u_matrix;
+    uniform vec3 u_foot, u_along, u_across;
+    uniform float u_extent;
+    uniform vec2 u_start;
+    layout(location = 0) in vec2 a_corner;
+    out vec2 v_lines;
+    out vec2 v_away;
+    void main() {
+      v_away = a_corner * u_extent;
+      v_lines = u_start + v_away;
+      gl_Position = u_matrix * vec4(u_foot + u_along * v_away.x + u_across * v_away.y, 1.0);
+    }`,
+  fragment: `${HEAD}
+    uniform vec4 u_color;
+    uniform float u_extent, u_step;
+    in vec2 v_lines;
+    in vec2 v_away;
+    out vec4 color;
+    float lines(float step) {
+      vec2 place = v_lines / step;
+      vec2 width = fwidth(place);
+      vec2 away = abs(fract(place - 0.5) - 0.5) / max(width, vec2(1e-6));
+      float line = 1.0 - min(min(away.x, away.y), 1.0);
+      return line * (1.0 - smoothstep(0.2, 0.6, max(width.x, width.y)));
+    }
+    void main() {
+      float line = max(0.5 * lines(u_step), lines(10.0 * u_step));
+      float fade = 1.0 - smoothstep(0.1, 0.9, length(v_away) / u_extent);
+      color = vec4(u_color.rgb * (0.72 - 0.3 * line), u_color.a * fade);
+    }`,
+};

@@ -1,0 +1,124 @@
+// What the node said there is: items and where they are, meshes, contacts.
+
+import { flatForm, STRETCH } from "./forms.js";
+import { plus, turnZTo } from "./vectors.js";
+
+const CONTACT_COLOR = [1, 0.25, 0.2, 1], NORMAL_COLOR = [1, 0.75, 0.2, 1];
+const MARK = 0.004;  // of a contact, as seen: part of its distance from the eye
+const ORIGIN = [0, 0, 0], UNTURNED = [0, 0, 0, 1];
+
+export class World {
+  constructor(renderer) {
+    this.renderer = renderer;
+    this.items = new Map();
+    this.topologies = new Map();
+    this.contacts = null;
+    this.time = null;
+  }
+
+  // Takes a message; tells whether there are other items than before.
+  take(blocks) {
+    let changed = false;
+    this.contacts = null;
+    for (const block of blocks) {
+      if (block.kind === "time") this.time = block;
+      else if (block.kind === "scene") { this.takeScene(block); changed = true; }
+      else if (block.kind === "mesh") this.takeMesh(block);
+      else if (block.kind === "poses") this.takePoses(block);
+      else if (block.kind === "vertices") this.takeVertices(block);
+      else if (block.kind === "contacts") this.contacts = block;
+    }
+    return changed;
+  }
+
+  takeScene({ begins, roles, counts, appeared, vanished, meshes_gone: gone }) {
+    if (begins) this.items.clear();
+    this.roles = roles;
+    this.counts = counts;
+    vanished.forEach((number) => this.items.delete(number));
+    for (const entry of appeared) {
+      const before = this.items.get(entry.number);
+      this.items.set(entry.number, {
+        ...entry, isShown: before?.isShown ?? true, position: before?.position,
+        rotation: before?.rotation, stretch: STRETCH[entry.form]?.(entry.size),
+        batch: entry.mesh ?? entry.form,
+      });
+    }
+    for (const number of gone) {
+      this.topologies.delete(number);
+      this.renderer.dropMesh(number);
+    }
+  }
+
+  takeMesh({ number, vertices, triangles }) {
+    // The vertices of what deforms come by themselves.
+    if (number < 0) this.topologies.set(number, triangles);
+    else this.renderer.setMesh(number, flatForm(vertices, triangles));
+    this.reach ??= new Map();
+    this.reach.set(number, farthest(vertices));
+  }
+
+  takePoses({ numbers, positions, rotations }) {
+    numbers.forEach((number, k) => {
+      const item = this.items.get(number);
+      if (!item) return;
+      item.position = positions.slice(3 * k, 3 * k + 3);
+      item.rotation = rotations.slice(4 * k, 4 * k + 4);
+    });
+  }
+
+  takeVertices({ number, origin, vertices }) {
+    const item = this.items.get(number);
+    if (!item) return;
+    this.renderer.setMesh(item.batch, flatForm(vertices, this.topologies.get(item.batch)));
+    this.reach.set(item.batch, farthest(vertices));
+    Object.assign(item, { position: origin, rotation: UNTURNED });
+  }
+
+  // Returns what is drawn now; `eye` is where it is seen from.
+  picture(eye) {
+    const placed = [...this.items.values()].filter((i) => i.isShown && i.position && !i.reason);
+    const planes = placed.filter((item) => item.form === "half_space");
+    const bodies = placed.filter((item) => item.form !== "half_space");
+    return { bodies, planes, marks: this.marks(eye) };
+  }
+
+  marks(eye) {
+    const { count = 0, points, normals } = this.contacts ?? {}, result = [];
+    for (let k = 0; k < count; k++) {
+      const point = [...points.slice(3 * k, 3 * k + 3)];
+      const normal = [...normals.slice(3 * k, 3 * k + 3)];
+      const size = MARK * Math.hypot(...plus(point, eye, -1));
+      result.push(
+        { batch: "cylinder", position: plus(point, normal, 4 * size), rotation: turnZTo(normal),
+          stretch: [0.25 * size, 0.25 * size, 4 * size, 0], color: NORMAL_COLOR },
+        { batch: "ellipsoid", position: point, rotation: UNTURNED,
+          stretch: [size, size, size, 0], color: CONTACT_COLOR });
+    }
+    return result;
+  }
+
+  // Returns the middle and radius of what is shown, half spaces left out; null if that is nothing.
+  bounds() {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    for (const item of this.picture(ORIGIN).bodies) {
+      const [x, y, z, length] = item.stretch;
+      const reach = this.reach?.get(item.batch) ?? Math.hypot(x, y, z) + length;
+      for (let k = 0; k < 3; k++) {
+        low[k] = Math.min(low[k], item.position[k] - reach);
+        high[k] = Math.max(high[k], item.position[k] + reach);
+      }
+    }
+    if (!(low[0] <= high[0])) return null;
+    const middle = low.map((value, k) => (value + high[k]) / 2);
+    return { middle, radius: Math.hypot(...plus(high, middle, -1)) || 1 };
+  }
+}
+
+function farthest(vertices) {
+  let most = 0;
+  for (let k = 0; k < vertices.length; k += 3) {
+    most = Math.max(most, Math.hypot(vertices[k], vertices[k + 1], vertices[k + 2]));
+  }
+  return most;
+}

@@ -1,0 +1,56 @@
+"""What an item looks like to viewers that have forms of their own: a form and its size."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
+from scene_graph_ros.views.draw_list import DrawItem
+from scene_graph_ros.views.triangles import hull_triangles, surface_triangles, Triangles
+
+__all__ = ["Look", "look_of", "triangles_of"]
+
+Size = tuple[float, float, float]
+
+
+class Look(NamedTuple):
+    """A form around the origin of the shape's frame G, stretched along the axes of G.
+
+    ``ellipsoid``: half axes. ``box``: lengths of the edges. ``cylinder``, ``capsule``: the radius
+    twice, and the length along z, of a capsule without its caps. ``half_space``: below z = 0, of
+    no size. ``mesh``: triangles, which have their size; see ``triangles_of``. Metres.
+    """
+
+    form: str
+    size: Size
+
+
+_LOOKS: dict[ShapeKind, Callable[[Any], Look]] = {
+    ShapeKind.SPHERE: lambda s: Look("ellipsoid", (s.radius, s.radius, s.radius)),
+    ShapeKind.ELLIPSOID: lambda s: Look("ellipsoid", (s.a, s.b, s.c)),
+    ShapeKind.BOX: lambda s: Look("box", (s.width, s.depth, s.height)),
+    ShapeKind.CYLINDER: lambda s: Look("cylinder", (s.radius, s.radius, s.length)),
+    ShapeKind.CAPSULE: lambda s: Look("capsule", (s.radius, s.radius, s.length)),
+    ShapeKind.HALF_SPACE: lambda s: Look("half_space", (0.0, 0.0, 0.0)),
+    ShapeKind.CONVEX: lambda s: Look("mesh", (1.0, 1.0, 1.0)),
+    ShapeKind.MESH: lambda s: Look("mesh", (1.0, 1.0, 1.0)),
+}
+
+
+def look_of(item: DrawItem) -> Look:
+    """Return the form of an item, and its size."""
+    return _LOOKS[item.shape.kind](item.shape)
+
+
+def triangles_of(item: DrawItem) -> Triangles:
+    """Return the triangles of an item whose form is ``mesh``, in G, its scale applied.
+
+    Raises MeshError or InvalidShapeError where the mesh can't be read.
+    """
+    shape = item.shape
+    assert isinstance(shape, MeshShape), shape
+    if item.as_hull or shape.kind == ShapeKind.CONVEX:
+        return hull_triangles(shape)
+    return surface_triangles(shape)

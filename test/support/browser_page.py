@@ -1,0 +1,175 @@
+"""A page in Python: connects to the view in a browser, and keeps what it is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import contextlib
+import json
+import struct
+from typing import Any
+
+import numpy as np
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import ClientConnection, connect
+
+__all__ = ["PageClient", "read_blocks"]
+
+DEADLINE = 60.0
+"""Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
+
+TIME, SCENE, MESH, POSES, VERTICES, CONTACTS = range(1, 7)
+
+
+def read_blocks(message: bytes) -> list[tuple[int, Any]]:
+    """Return kind and content of each block, read as the layout is documented."""
+    blocks, place = [], 0
+    while place < len(message):
+        kind, length = struct.unpack_from("<II", message, place)
+        assert length % 8 == 0
+        blocks.append((kind, _READERS[kind](message[place + 8 : place + 8 + length])))
+        place += 8 + length
+    assert place == len(message)
+    return blocks
+
+
+def _arrays(data: bytes, place: int, *parts: tuple[str, int, int]) -> list[Any]:
+    result = []
+    for dtype, rows, width in parts:
+        array = np.frombuffer(data, dtype, rows * width, place)
+        place += array.nbytes
+        result.append(array.reshape(rows, width) if width > 1 else array)
+    return result
+
+
+def _mesh(data: bytes) -> Any:
+    number, v, t = struct.unpack_from("<dII", data)
+    return number, *_arrays(data, 16, ("<f4", v, 3), ("<u4", t, 3))
+
+
+def _poses(data: bytes) -> Any:
+    (n,) = struct.unpack_from("<I", data)
+    numbers, positions, rotations = _arrays(data, 8, ("<f8", n, 1), ("<f8", n, 3), ("<f4", n, 4))
+    return dict(zip(numbers.tolist(), zip(positions, rotations, strict=True), strict=True))
+
+
+def _vertices(data: bytes) -> Any:
+    v, _, number, x, y, z = struct.unpack_from("<IIdddd", data)
+    (offsets,) = _arrays(data, 40, ("<f4", v, 3))
+    return number, np.array((x, y, z)) + offsets
+
+
+def _contacts(data: bytes) -> Any:
+    (n,) = struct.unpack_from("<I", data)
+    return _arrays(data, 8, ("<f8", n, 3), ("<f4", n, 3), ("<f4", n, 1))
+
+
+_READERS: dict[int, Callable[[bytes], Any]] = {
+    TIME: lambda data: struct.unpack("<ddd", data),
+    SCENE: json.loads,
+    MESH: _mesh,
+    POSES: _poses,
+    VERTICES: _vertices,
+    CONTACTS: _contacts,
+}
+
+
+class PageClient:
+    """What a page knows after the messages that it took."""
+
+    def __init__(self, address: str, *, query: str = "", **options: Any) -> None:
+        """Connect to the view at ``http://host:port/``; options are those of `connect`."""
+        # With a bound on its queue it would not see the end behind messages that nobody takes.
+        limits = {"max_size": None, "max_queue": None, "open_timeout": DEADLINE}
+        options = {"proxy": None, **limits, **options}
+        self._connected = contextlib.ExitStack()
+        self.socket: ClientConnection = self._connected.enter_context(
+            connect(f"ws{address.removeprefix('http')}scene{query}", **options)
+        )
+        self.forget()
+
+    def forget(self) -> None:
+        """Know nothing again."""
+        self.time: tuple[float, float, float] | None = None
+        self.items: dict[int, dict[str, Any]] = {}
+        self.poses: dict[int, Any] = {}
+        self.meshes: dict[int, Any] = {}
+        self.vertices: dict[int, Any] = {}
+        self.contacts: Any = None
+        self.scenes: list[dict[str, Any]] = []
+        self.messages = 0
+
+    def wish(self, roles: list[str] | None = None, *, contacts: bool = False) -> None:
+        """Ask to be shown something else."""
+        self.socket.send(json.dumps({"roles": roles, "contacts": contacts}))
+
+    def take(self) -> None:
+        """Wait for the next message and take it."""
+        message = self.socket.recv(timeout=DEADLINE)
+        assert isinstance(message, bytes)
+        self.learn(message)
+
+    def learn(self, message: bytes) -> None:
+        """Take a message."""
+        self.messages += 1
+        self.contacts = None
+        for kind, content in read_blocks(message):
+            if kind == TIME:
+                self.time = content
+            elif kind == SCENE:
+                self._scene(content)
+            elif kind == MESH:
+                self.meshes[content[0]] = content[1:]
+            elif kind == POSES:
+                assert content.keys() <= self.items.keys()
+                self.poses.update(content)
+            elif kind == VERTICES:
+                self.vertices[content[0]] = content[1]
+            else:
+                self.contacts = content
+
+    def _scene(self, content: dict[str, Any]) -> None:
+        self.scenes.append(content)
+        if content["begins"]:
+            self.items.clear()
+        for number in content["vanished"]:
+            del self.items[number]
+        for number in content["meshes_gone"]:
+            del self.meshes[number]
+        self.items.update((entry["number"], entry) for entry in content["appeared"])
+        assert {e["mesh"] for e in self.items.values() if "mesh" in e} == self.meshes.keys()
+
+    def take_until(self, condition: Callable[[], Any]) -> Any:
+        """Take messages until a condition holds, and return what it is."""
+        while not (result := condition()):
+            self.take()
+        return result
+
+    def named(self, name: str, role: str | None = None) -> dict[str, Any] | None:
+        """Return the item called so, None where there is none."""
+        found = [
+            item
+            for item in self.items.values()
+            if item["path"][3] == name and role in (None, item["path"][0])
+        ]
+        assert len(found) <= 1
+        return found[0] if found else None
+
+    def position(self, name: str) -> list[float] | None:
+        """Return where the item called so is, None where there is none or it has no pose."""
+        item = self.named(name)
+        pose = None if item is None else self.poses.get(item["number"])
+        return None if pose is None else pose[0].tolist()
+
+    def wait_closed(self) -> tuple[int | None, str]:
+        """Take messages until the other side ends the connection; return its code and reason."""
+        try:
+            while True:
+                self.socket.recv(timeout=DEADLINE)
+        except ConnectionClosed as closed:
+            received = closed.rcvd
+            return (None, "") if received is None else (received.code, received.reason)
+
+    def close(self) -> None:
+        """Leave."""
+        with contextlib.suppress(ConnectionClosed):
+            self._connected.close()

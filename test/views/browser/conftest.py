@@ -1,0 +1,91 @@
+"""A scene whose moments are shown, and pages that look at it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import (
+    GeometryFrame,
+    GeometryInstance,
+    IllustrationProperties,
+    ProximityProperties,
+    Rgba,
+    SceneGraph,
+)
+from scene_graph_ros.geometry.query.query_object import QueryObject
+
+
+@dataclass(frozen=True)
+class StageMoment:
+    """A moment of a stage."""
+
+    query: QueryObject
+    scene_version: int
+    sequence: int
+    stamp: int
+
+    @property
+    def inspector(self):
+        """Introspect the model."""
+        return self.query.inspector()
+
+    def ask(self, question, *arguments):
+        """Ask the query object."""
+        return question(self.query, *arguments)
+
+
+class Stage:
+    """A scene whose frames are moved, and whose geometries come and go."""
+
+    def __init__(self) -> None:
+        self.graph = SceneGraph()
+        self.source = self.graph.register_source("arm")
+        self.frames: dict[str, Any] = {}
+        self.geometries: dict[str, Any] = {}
+        self._X_WF: dict[str, Any] = {}
+        self._version = self._sequence = 0
+
+    def add(self, name, shape, p_WF=(0.0, 0.0, 0.0), roles=("illustration", "proximity")):
+        """Put a shape on a frame of its own."""
+        frame = self.graph.register_frame(self.source, GeometryFrame(f"{name}_frame"))
+        instance = GeometryInstance(np.eye(4), shape, name)
+        if "illustration" in roles:
+            properties = IllustrationProperties()
+            properties.add_property("phong", "diffuse", Rgba(0.25, 0.5, 0.75))
+            instance.set_illustration_properties(properties)
+        if "proximity" in roles:
+            instance.set_proximity_properties(ProximityProperties())
+        self.geometries[name] = self.graph.register_geometry(self.source, frame, instance)
+        self.frames[name] = frame
+        self.move(name, p_WF)
+        self._version += 1
+
+    def remove(self, name):
+        """Take a shape away."""
+        self.graph.remove_geometry(self.source, self.geometries.pop(name))
+        self._version += 1
+
+    def move(self, name, p_WF):
+        """Put a shape's frame somewhere."""
+        X_WF = np.eye(4)
+        X_WF[:3, 3] = p_WF
+        self._X_WF[name] = X_WF
+
+    def moment(self):
+        """Return how all is now."""
+        self._sequence += 1
+        context = self.graph.create_default_context()
+        poses = {self.frames[name]: X_WF for name, X_WF in self._X_WF.items()}
+        context.set_frame_poses(self.source, poses)
+        query = self.graph.query_object(context).bake()
+        return StageMoment(query, self._version, self._sequence, 10**9 * self._sequence)
+
+
+@pytest.fixture
+def stage():
+    """An empty scene."""
+    return Stage()
