@@ -7,6 +7,7 @@ from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises
 from scene_graph_ros.node.runtime.parameters import defaults
 from scene_graph_ros.scene_files import yaml_document
+from scene_graph_ros.views.browser import server
 
 ROOT = Path(__file__).parents[2]
 CONSTANTS = {
@@ -28,6 +29,18 @@ def test_the_limits_are_those_of_the_code():
     }
     limits = {name for name in defaults() if name.startswith("max_")} | set(CONSTANTS)
     assert limits <= set(rows)
+
+
+def test_the_limits_of_the_browser_are_those_of_the_code():
+    """Pages, connections, and what one of them may send."""
+    text = " ".join((ROOT / "docs" / "security.md").read_text().split())
+    assert (
+        f"{server.MAX_PAGES} pages, and {server._MAX_CONNECTIONS} connections in all, at a time; "
+        f"{server._OPEN_SECONDS:g} s for a request, {server._MAX_WISH_BYTES} bytes for a message, "
+        f"{server._MAX_WISHES_PER_SECOND:g} messages a second"
+    ) in text
+    assert server._STUCK_SECONDS == 5.0
+    assert "takes nothing for five to ten seconds" in text
 
 
 def test_the_page_can_be_found():

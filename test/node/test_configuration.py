@@ -162,12 +162,21 @@ def test_every_parameter_is_described():
             {"min_update_rate": 1000.0, "max_update_rate": 999.0},
             "must not be greater than max_update_rate",
         ),
+        ({"browser_host": "0.0.0.0"}, "'0.0.0.0' is reached from other machines"),
+        ({"browser_port": 65536}, "at most 65535"),
     ],
 )
 def test_wrong_values_are_named(values, problem):
     """Each problem names the parameter and what it may be."""
     (found,) = validate(values)
     assert problem in found
+
+
+def test_a_browser_elsewhere_takes_a_token():
+    """With one any address will do, without one those that only this machine reaches."""
+    assert validate({"browser_host": "0.0.0.0", "browser_token": "secret"}) == []
+    for host in ("::1", "localhost", "127.0.0.2"):
+        assert validate({"browser_host": host}) == []
 
 
 def test_parameters_can_be_read_without_ros():

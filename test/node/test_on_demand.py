@@ -91,6 +91,11 @@ OF_CAMERAS = (
     "scene_graph_ros.node.effects.camera",
     "scene_graph_ros.node.effects.frames",
 )
+OF_BROWSER = (
+    "scene_graph_ros.node.effects.browser",
+    "scene_graph_ros.views.browser",
+    "websockets",
+)
 CAMERA = """
 cameras:
   - {name: eye, source: s, size: [4, 3], fov_y: 1, images: [depth]}
@@ -126,11 +131,11 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     report = run(properties)
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
-    unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS
+    unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS + OF_BROWSER
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
     words = ("surface", "configurations", "camera")
     assert not [t for t in report["topics"] if any(word in t for word in words)]
-    assert not [t for t in report["threads"] if "camera" in t]
+    assert not [t for t in report["threads"] if "camera" in t or "browser" in t]
 
 
 def test_what_is_asked_for_is_there(run):

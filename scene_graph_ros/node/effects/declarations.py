@@ -175,6 +175,10 @@ def _by_request(query: str) -> Callable[[Demand], str]:
     return asked_by
 
 
+def _by_browser(demand: Demand) -> str:
+    return "the parameter browser is true" if demand.parameter("browser") else ""
+
+
 CAMERA_TOPICS: dict[str, tuple[str, ...]] = {
     "color": ("color/image", "color/camera_info"),
     "depth": ("depth/image", "depth/image_raw", "depth/camera_info"),
@@ -237,6 +241,13 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "a geometry with the perception role",
         (MARKERS_PERCEPTION,),
         f"{_PACKAGE}.markers:PerceptionMarkers",
+    ),
+    EffectDeclaration(
+        "browser",
+        _by_browser,
+        "the parameter browser, if true at start,",
+        (),
+        f"{_PACKAGE}.browser:Browser",
     ),
     EffectDeclaration(
         "signed_distance",

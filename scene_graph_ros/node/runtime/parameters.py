@@ -12,6 +12,7 @@ import math
 from typing import Any
 
 from scene_graph_ros.geometry.accuracy import Accuracy
+from scene_graph_ros.views.loopback import is_loopback
 
 __all__ = ["PARAMETERS", "Parameter", "defaults", "validate"]
 
@@ -230,6 +231,40 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=60.0,
     ),
     Parameter(
+        "browser",
+        False,
+        "Whether to serve a page that shows the world.",
+        read_only=True,
+    ),
+    Parameter(
+        "browser_host",
+        "127.0.0.1",
+        "Address that the page is served on; any but this machine's own takes a token.",
+        read_only=True,
+    ),
+    Parameter(
+        "browser_port",
+        8780,
+        "Port that the page is served on; 0: a free one, which the log says.",
+        minimum=0,
+        maximum=65535,
+        read_only=True,
+    ),
+    Parameter(
+        "browser_token",
+        "",
+        "What the page's address must have as ?token=; empty: nothing.",
+        read_only=True,
+    ),
+    Parameter(
+        "browser_rate",
+        30.0,
+        "Hz. A page is told what moved at most this often.",
+        minimum=0.01,
+        maximum=1000.0,
+        read_only=True,
+    ),
+    Parameter(
         "contact_point_size",
         0.02,
         "Metres. Diameter of the spheres that show contact points.",
@@ -280,5 +315,10 @@ def validate(values: Mapping[str, Any], current: Mapping[str, Any] | None = None
         problems.append(
             f"min_update_rate {merged['min_update_rate']} must not be greater than "
             f"max_update_rate {merged['max_update_rate']}"
+        )
+    if not merged["browser_token"] and not is_loopback(merged["browser_host"]):
+        problems.append(
+            f"browser_host {merged['browser_host']!r} is reached from other machines: "
+            "give a browser_token, too"
         )
     return problems

@@ -77,7 +77,7 @@ class Host:
 
     def parameter(self, name):
         """Return a value for each parameter that effects ask for."""
-        return 1.0
+        return {"browser": False}.get(name, 1.0)
 
     def publishers_changed(self):
         """Nothing follows them."""

@@ -89,7 +89,8 @@ class Host:
 
     def parameter(self, name):
         """Return a value for each parameter that effects ask for."""
-        return {"min_update_rate": 1e9, "marker_rate": 1e9}.get(name, 1.0)
+        values = {"min_update_rate": 1e9, "marker_rate": 1e9, "browser": False}
+        return values.get(name, 1.0)
 
     def publishers_changed(self):
         """Nothing follows them."""

@@ -1,0 +1,106 @@
+"""The view in a browser: of the newest snapshot, in threads of its own, for pages that are open.
+
+Imported only where the parameter `browser` asks for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from scene_graph_ros.node.effects.effect import Host
+from scene_graph_ros.node.runtime.own_threads import stop_at_exit
+from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.views.browser.server import BrowserView
+
+__all__ = ["Browser"]
+
+
+class Browser:
+    """Serves the page and hands it snapshots; updates only look whether a page is open."""
+
+    def __init__(self, host: Host) -> None:
+        """Listen where parameters say; raises OSError where that can't be."""
+        self._logger = host.node.get_logger()
+        self._failure = ""
+        self._unshown: set[int] = set()
+        self._version = self._failed_version = -1
+        name, port = host.parameter("browser_host"), host.parameter("browser_port")
+        try:
+            self._view = BrowserView(
+                name,
+                port,
+                rate=host.parameter("browser_rate"),
+                token=host.parameter("browser_token"),
+                wanted=host.request_update,
+                failed=self._fail,
+                cannot_show=self._cannot_show,
+            )
+        except OSError as error:
+            raise OSError(
+                f"browser_host {name!r} and browser_port {port} can't be listened to: {error}"
+            ) from error
+        self._view.start()
+        # A program that forgets its node can end.
+        stop_at_exit(self, Browser._end)
+        self._logger.info(f"browser view at {self._view.link}")
+
+    def is_heard(self) -> bool:
+        """Tell whether a page is open."""
+        return self._view.has_pages()
+
+    def prepare(self, snapshot: WorldSnapshot) -> None:
+        """Do nothing: what takes long is done in threads that nobody waits for."""
+
+    def has_work(self) -> bool:
+        """Tell whether a page is open."""
+        return self._view.has_pages()
+
+    def update(self, snapshot: WorldSnapshot) -> None:
+        """Hand the snapshot to the view's thread."""
+        if snapshot.scene_version != self._failed_version:
+            self._failure = ""
+        self._version = snapshot.scene_version
+        self._view.offer(snapshot)
+
+    def vanish(self, snapshot: WorldSnapshot) -> None:
+        """Do nothing: pages see that they are no longer connected."""
+
+    def close(self) -> None:
+        """Close the pages and the port."""
+        self._view.stop()
+
+    def _end(self) -> None:
+        self._view.end()
+
+    def failure(self) -> str:
+        """Say why pages show nothing until the scene changes, "" while they do."""
+        return self._failure
+
+    def stale(self) -> str:
+        """Return "": there is nothing it could lose."""
+        return ""
+
+    def recent_seconds(self) -> list[float]:
+        """Return how long the last messages took to make."""
+        return self._view.recent_seconds()
+
+    def count(self) -> int:
+        """Return how many messages were made."""
+        return self._view.count()
+
+    def counters(self) -> Mapping[str, Any]:
+        """Return the address, who looks, and what was done for them."""
+        return self._view.counters()
+
+    # In the view's threads.
+
+    def _fail(self, error: Exception) -> None:
+        self._failed_version = self._version
+        self._failure = f"{type(error).__name__}: {error}"
+        self._logger.error(f"the browser view shows nothing until the scene changes: {error}")
+
+    def _cannot_show(self, geometry_id: int, error: Exception) -> None:
+        if geometry_id not in self._unshown:
+            self._unshown.add(geometry_id)
+            self._logger.warning(f"geometry {geometry_id} can't be shown in a browser: {error}")

@@ -1,0 +1,170 @@
+"""The node's view in a browser: what a page sees of a world that is edited and moved over DDS."""
+
+from __future__ import annotations
+
+from http.client import HTTPConnection
+import re
+import socket
+from urllib.parse import urlsplit
+
+from browser_page import PageClient
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
+from node_harness import diagnostics_values, wait_until
+import pytest
+from sensor_msgs.msg import MultiDOFJointState
+
+from scene_graph_msgs.msg import (
+    FrameDescription,
+    GeometryDescription,
+    GeometryReference,
+    RoleProperties,
+    Shape,
+)
+from scene_graph_msgs.srv import HasCollisions
+
+BALL = Shape(kind=Shape.SPHERE, dimensions=[0.5])
+UPRIGHT = Pose(orientation=Quaternion(w=1.0))
+
+
+@pytest.fixture(scope="module")
+def node(start_node):
+    """A node with an empty scene, and a view on a port that is free."""
+    return start_node(
+        {"browser": True, "browser_port": 0, "browser_rate": 200.0, "diagnostics_rate": 20.0}
+    )
+
+
+@pytest.fixture(scope="module")
+def address(node):
+    """Where the log says that the view is."""
+    node.wait_for_output("browser view at ")
+    return re.search(r"browser view at (http://127\.0\.0\.1:\d+/)", node.output())[1]
+
+
+@pytest.fixture
+def page(address):
+    """A page that looks."""
+    page = PageClient(address)
+    yield page
+    page.close()
+
+
+@pytest.fixture
+def effect(client, node):
+    """Return what a diagnostics message made after the call says of the view."""
+    listener = client.listen(DiagnosticArray, "/diagnostics")
+
+    def values():
+        before = listener.count
+        wait_until(lambda: listener.count >= before + 2, "diagnostics")
+        return diagnostics_values(listener.newest, "effect: browser")
+
+    yield values
+    client.forget(listener)
+
+
+def description(name):
+    """Return a ball with both roles."""
+    roles = [RoleProperties(role=RoleProperties.PROXIMITY)]
+    roles.append(RoleProperties(role=RoleProperties.ILLUSTRATION))
+    return GeometryDescription(name=name, shape=BALL, pose=UPRIGHT, roles=roles)
+
+
+def test_a_page_sees_what_is_registered_moved_touching_and_removed(client, page, address):
+    """From an empty world to a late page, one change after the other."""
+    handle = client.call("RegisterSource", name="robot").source
+    frames = [FrameDescription(name=name) for name in ("hand", "foot")]
+    for frame, x in zip(frames, (0.0, 5.0), strict=True):
+        frame.pose = Pose(orientation=Quaternion(w=1.0))
+        frame.pose.position.x = x
+    assert client.call("RegisterFrame", source=handle, frames=frames).status.code == 0
+    for name in ("hand", "foot"):
+        balls = [description(f"{name}_ball")]
+        added = client.call("RegisterGeometry", source=handle, frame=name, geometries=balls)
+        assert added.status.code == 0, added.status.message
+    page.take_until(lambda: page.position("foot_ball") == [5, 0, 0])
+    assert page.position("hand_ball") == [0, 0, 0]
+    assert page.named("hand_ball")["path"] == ["illustration", "robot", "hand", "hand_ball"]
+
+    publisher = client.publisher(MultiDOFJointState, "/robot/poses")
+    message = MultiDOFJointState(joint_names=["foot"])
+    message.header.stamp = client.now()
+    message.transforms = [Transform(translation=Vector3(x=0.75), rotation=Quaternion(w=1.0))]
+    publisher.publish(message)
+    page.take_until(lambda: page.position("foot_ball") == [0.75, 0, 0])
+    stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+    assert page.time[0] == pytest.approx(stamp, abs=1e-6)
+
+    # Two balls of radius 0.5, 0.75 apart: 0.25 deep, in the middle.
+    page.wish(["proximity"], contacts=True)
+    points, _, depths = page.take_until(lambda: page.contacts)
+    assert points.tolist() == [pytest.approx([0.375, 0, 0], abs=1e-9)]
+    assert depths.tolist() == [pytest.approx(0.25, abs=1e-6)]
+
+    ball = GeometryReference(name="robot/hand/hand_ball")
+    assert client.call("RemoveGeometry", source=handle, geometries=[ball]).status.code == 0
+    page.take_until(lambda: page.named("hand_ball") is None)
+
+    late = PageClient(address)
+    late.take_until(lambda: late.position("foot_ball") == [0.75, 0, 0])
+    assert len(late.items) == 1
+    late.close()
+
+
+def test_the_page_itself_is_served_to_browsers_only_as_ours(address):
+    """By the address of the log; under somebody else's name it is not."""
+    for host, status in ((None, 200), ("evil.example", 421)):
+        connection = HTTPConnection(urlsplit(address).netloc)
+        connection.request("GET", "/", headers={} if host is None else {"Host": host})
+        response = connection.getresponse()
+        assert response.status == status
+        assert (b"<canvas" in response.read()) == (status == 200)
+        connection.close()
+
+
+def test_diagnostics_say_where_it_is_and_what_it_did(effect, address):
+    """Nothing is made while no page is open."""
+    wait_until(lambda: effect()["pages"] == "0", "the end of other tests' pages")
+    before = effect()
+    assert before["address"] == address
+    assert effect()["messages"] == before["messages"]
+    page = PageClient(address)
+    page.take()
+    assert wait_until(lambda: effect()["pages"] == "1", "the page")
+    assert int(effect()["messages"]) > int(before["messages"])
+    page.close()
+
+
+def test_a_port_that_is_taken_costs_the_view_and_nothing_else(start_node, client):
+    """The reason is in the log and in the diagnostics; the world goes on."""
+    listener = client.listen(DiagnosticArray, "/diagnostics")
+
+    def failure(message):
+        for status in message.status:
+            if status.name.endswith("second: effect: browser"):
+                return status.level == DiagnosticStatus.ERROR and status.message
+        return None
+
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        node = start_node({"browser": True, "browser_port": port}, remaps=["__node:=second"])
+        node.wait_for_output(f"browser_port {port} can't be listened to")
+        found = listener.wait_for(failure, "the failure")
+        assert f"browser_port {port} can't be listened to" in failure(found)
+        answer = client.call_any(HasCollisions, "/second/has_collisions", HasCollisions.Request())
+        assert answer.status.code == 0
+        assert node.stop() == 0
+    client.forget(listener)
+
+
+def test_a_node_ends_in_order_with_open_pages(start_node):
+    """Pages are cut off, and the process says that all was in order."""
+    node = start_node({"browser": True, "browser_port": 0}, remaps=["__node:=third"])
+    node.wait_for_output("browser view at ")
+    address = re.search(r"browser view at (http\S+)", node.output())[1]
+    page = PageClient(address)
+    wait_until(lambda: page.socket.recv(timeout=60), "a message")
+    assert node.stop() == 0
+    page.wait_closed()
+    page.close()
