@@ -20,9 +20,12 @@ from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
-from scene_graph_ros.geometry.query import scene
+from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
+from scene_graph_ros.geometry.query.distance.solve import describe
+from scene_graph_ros.geometry.query.penetration.ask import penetrations_of
 from scene_graph_ros.geometry.query.representation import as_representation, ContactRepresentation
 from scene_graph_ros.geometry.query.results import Penetrations
+from scene_graph_ros.geometry.query.settings import Settings
 
 __all__ = ["compute_contact_surfaces", "compute_contact_surfaces_with_fallback"]
 
@@ -69,15 +72,15 @@ def compute_contact_surfaces(
 def _refuse_contact(snapshot: Snapshot, table: ElementTable, others: NDArray[np.int64]) -> None:
     """Raise UnsupportedPairError if any of these pairs, which have no surface, penetrates."""
     query = "compute_contact_surfaces"
-    settings = scene.Settings(snapshot.state.accuracy, Engine.NATIVE)
-    penetrations = scene.penetrations_of(snapshot, others, settings, query)
+    settings = Settings(snapshot.state.accuracy, Engine.NATIVE)
+    penetrations = penetrations_of(snapshot, others, settings, query)
     if len(penetrations):
         ids = snapshot.proximity.ids
         names = []
         for id_ in (penetrations.id_A[0], penetrations.id_B[0]):
             row = int(np.searchsorted(ids, id_))
             word = _WORDS[BodyKind(table.kind[row])]
-            names.append(f"{scene.describe(snapshot, row)}, which is {word}")
+            names.append(f"{describe(snapshot, row)}, which is {word}")
         raise UnsupportedPairError(
             f"{query}: {names[0]}, against {names[1]}, has no contact surface: one side must be"
             " compliant, and one be no half space. Declare hydroelastic properties, filter the"
@@ -99,9 +102,9 @@ def compute_contact_surfaces_with_fallback(
     chosen = as_representation(representation)
     table = _element_table(snapshot.state)
     with_surface, others = _candidates(snapshot, table)
-    settings = scene.Settings(snapshot.state.accuracy, snapshot.state.engine)
+    settings = Settings(snapshot.state.accuracy, snapshot.state.engine)
     query = "compute_contact_surfaces_with_fallback"
-    penetrations = scene.penetrations_of(snapshot, others, settings, query)
+    penetrations = penetrations_of(snapshot, others, settings, query)
     return _surfaces(snapshot, table, with_surface, chosen), penetrations
 
 
@@ -116,7 +119,7 @@ def _candidates(
     """Return the candidate rows that have a contact surface, and the others."""
     # Margins reach out of the shapes, which are what the broad phase knows.
     reach = float(np.sort(table.margin)[-2:].sum())
-    pairs = scene.candidate_rows(snapshot, reach)
+    pairs = candidate_rows(snapshot, reach)
     kinds = table.kind[pairs]
     has_surface = _HAS_SURFACE[kinds[:, 0], kinds[:, 1]]
     if has_surface.all():

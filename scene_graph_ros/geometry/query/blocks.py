@@ -15,13 +15,15 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.memory import Memory
 from scene_graph_ros.geometry.model.snapshot import Snapshot
-from scene_graph_ros.geometry.query import scene
+from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
+from scene_graph_ros.geometry.query.distance.ask import distances_of_pairs
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import (
     PointDistances,
     ResultTable,
     SignedDistancePairs,
 )
+from scene_graph_ros.geometry.query.settings import Settings
 
 __all__ = [
     "apart_from_context",
@@ -64,11 +66,11 @@ def signed_distance_blocks(
     A table is of at most ``rows`` >= 1 pairs that may be near enough.
     """
     snapshot = query.snapshot
-    settings = scene.Settings(query.accuracy, query.engine)
-    pairs = scene.candidate_rows(snapshot, max(max_distance, 0.0))
+    settings = Settings(query.accuracy, query.engine)
+    pairs = candidate_rows(snapshot, max(max_distance, 0.0))
     for start in range(0, max(len(pairs), 1), rows):
         some = pairs[start : start + rows]
-        yield scene.distances_of_pairs(snapshot, some, max_distance, settings)
+        yield distances_of_pairs(snapshot, some, max_distance, settings)
 
 
 def joined(tables: Sequence[Table]) -> Table:

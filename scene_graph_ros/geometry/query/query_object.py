@@ -1,34 +1,25 @@
-"""The questions one can ask a scene."""
+"""The questions one can ask a scene; what answers each is in a folder of its own, `ask.py`."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
 import math
-from typing import Any, Protocol, TYPE_CHECKING, TypeVar
+from typing import Protocol, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.accuracy import Accuracy, as_accuracy, as_engine, Engine
-from scene_graph_ros.geometry.errors import (
-    EngineError,
-    RoleError,
-    UnsupportedPairError,
-)
+from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.no_copies import NotCopied
-from scene_graph_ros.geometry.model.records import refuse_deformable
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
-from scene_graph_ros.geometry.query import scene
-from scene_graph_ros.geometry.query.arguments import (
-    checked_flag,
-    checked_limit,
-    checked_points,
-    checked_threads,
-)
+from scene_graph_ros.geometry.query.candidates import ask as candidates
+from scene_graph_ros.geometry.query.distance import ask as distance
+from scene_graph_ros.geometry.query.memo import Memo
 from scene_graph_ros.geometry.query.on_demand import on_demand
+from scene_graph_ros.geometry.query.penetration import ask as penetration
+from scene_graph_ros.geometry.query.point import ask as point
 from scene_graph_ros.geometry.query.render_queries import RenderQueries
 from scene_graph_ros.geometry.query.representation import as_representation, ContactRepresentation
 from scene_graph_ros.geometry.query.results import (
@@ -45,35 +36,12 @@ if TYPE_CHECKING:
 
 __all__ = ["QueryObject"]
 
-Result = TypeVar("Result")
-_REMEMBERED = 32
-
 
 class _Provider(Protocol):
     """What has a current snapshot: a Context, or a Snapshot itself."""
 
     @property
     def snapshot(self) -> Snapshot: ...
-
-
-class _Answers:
-    """What was answered about one snapshot: asking twice computes once."""
-
-    __slots__ = ("snapshot", "values")
-
-    def __init__(self, snapshot: Snapshot) -> None:
-        self.snapshot = snapshot
-        self.values: dict[Hashable, Any] = {}
-
-    def get(self, key: Hashable, compute: Callable[[Snapshot], Result]) -> Result:
-        if key not in self.values:
-            result = compute(self.snapshot)
-            if len(self.values) >= _REMEMBERED:
-                self.values.clear()
-            self.values[key] = result
-            return result
-        answer: Result = self.values[key]
-        return answer
 
 
 class QueryObject(RenderQueries, NotCopied):
@@ -102,13 +70,13 @@ class QueryObject(RenderQueries, NotCopied):
     def __init__(self, provider: _Provider) -> None:
         """Ask ``provider``, a Context (live) or a Snapshot (baked)."""
         self._provider = provider
-        self._last: _Answers | None = None
+        self._last: Memo | None = None
 
-    def _answers(self) -> _Answers:
+    def _memo(self) -> Memo:
         snapshot = self._provider.snapshot
         last = self._last
         if last is None or last.snapshot is not snapshot:
-            last = self._last = _Answers(snapshot)
+            last = self._last = Memo(snapshot)
         return last
 
     @property
@@ -118,9 +86,9 @@ class QueryObject(RenderQueries, NotCopied):
 
     def bake(self) -> QueryObject:
         """Return a query object that keeps answering for the present model and poses."""
-        answers = self._answers()
-        result = QueryObject(answers.snapshot)
-        result._last = answers
+        memo = self._memo()
+        result = QueryObject(memo.snapshot)
+        result._last = memo
         return result
 
     @property
@@ -167,7 +135,7 @@ class QueryObject(RenderQueries, NotCopied):
 
     def find_collision_candidates(self) -> CandidatePairs:
         """Return the pairs whose bounding boxes meet; any pair not in it is apart."""
-        return self._answers().get("candidates", scene.pairs_of_candidates)
+        return candidates.find_collision_candidates(self._memo())
 
     def has_collisions(
         self, *, accuracy: Accuracy | str | None = None, engine: Engine | str | None = None
@@ -176,9 +144,7 @@ class QueryObject(RenderQueries, NotCopied):
 
         Raises UnsupportedPairError as that does, unless a collision is met before.
         """
-        answers = self._answers()
-        settings = _settings(answers.snapshot, accuracy, engine)
-        return answers.get(("collides", settings), lambda s: scene.collides(s, settings))
+        return penetration.has_collisions(self._memo(), accuracy, engine)
 
     def compute_point_pair_penetration(
         self,
@@ -197,9 +163,9 @@ class QueryObject(RenderQueries, NotCopied):
             UnsupportedPairError: two half spaces, not both anchored and not filtered.
 
         """
-        answers = self._answers()
-        settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
-        return answers.get(("penetrations", settings), lambda s: scene.penetrations(s, settings))
+        return penetration.compute_point_pair_penetration(
+            self._memo(), derivatives, certificate, accuracy, engine
+        )
 
     def compute_contact_surfaces(
         self, representation: ContactRepresentation | str = ContactRepresentation.TRIANGLE
@@ -214,7 +180,7 @@ class QueryObject(RenderQueries, NotCopied):
 
         """
         query, word = "compute_contact_surfaces", as_representation(representation)
-        return self._answers().get((query, word), lambda s: on_demand(query)(s, word))
+        return self._memo().get((query, word), on_demand(query), word)
 
     def compute_contact_surfaces_with_fallback(
         self, representation: ContactRepresentation | str = ContactRepresentation.TRIANGLE
@@ -228,7 +194,7 @@ class QueryObject(RenderQueries, NotCopied):
         """
         query = "compute_contact_surfaces_with_fallback"
         word = as_representation(representation)
-        return self._answers().get((query, word), lambda s: on_demand(query)(s, word))
+        return self._memo().get((query, word), on_demand(query), word)
 
     def compute_deformable_contact(self) -> DeformableContact:
         """Return where deformable geometries meet rigid and other deformable ones.
@@ -242,7 +208,7 @@ class QueryObject(RenderQueries, NotCopied):
 
         """
         query = "compute_deformable_contact"
-        return self._answers().get(query, on_demand(query))
+        return self._memo().get(query, on_demand(query))
 
     def compute_signed_distance_pairwise_closest_points(
         self,
@@ -262,11 +228,9 @@ class QueryObject(RenderQueries, NotCopied):
             UnsupportedPairError: two half spaces, not both anchored and not filtered.
 
         """
-        limit = checked_limit("max_distance", max_distance)
-        answers = self._answers()
-        settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
-        key = ("distances", limit, settings)
-        return answers.get(key, lambda s: scene.pair_distances(s, limit, settings))
+        return distance.compute_signed_distance_pairwise_closest_points(
+            self._memo(), max_distance, derivatives, certificate, accuracy, engine
+        )
 
     def compute_signed_distance_pair_closest_points(
         self,
@@ -289,15 +253,9 @@ class QueryObject(RenderQueries, NotCopied):
             UnsupportedPairError: the ids are the same, or both are half spaces.
 
         """
-        answers = self._answers()
-        row_A, row_B = sorted(_proximity_row(answers.snapshot, id_) for id_ in (id_A, id_B))
-        if row_A == row_B:
-            raise UnsupportedPairError(
-                f"compute_signed_distance_pair_closest_points: {id_A!r} against itself"
-            )
-        settings = _settings(answers.snapshot, accuracy, engine, derivatives, certificate)
-        key = ("distance", row_A, row_B, settings)
-        return answers.get(key, lambda s: scene.pair_distance(s, row_A, row_B, settings)[0])
+        return distance.compute_signed_distance_pair_closest_points(
+            self._memo(), id_A, id_B, derivatives, certificate, accuracy, engine
+        )
 
     def compute_signed_distance_to_point(
         self,
@@ -313,12 +271,9 @@ class QueryObject(RenderQueries, NotCopied):
             QueryArgumentError: ``p_WQ`` is not three finite numbers, or ``threshold`` no number.
 
         """
-        answers = self._answers()
-        _check_point_settings(answers.snapshot, accuracy, engine)
-        point = checked_points("p_WQ", p_WQ, 1)
-        limit = checked_limit("threshold", threshold)
-        key = ("point", point.tobytes(), limit)
-        return answers.get(key, lambda s: scene.point_distances(s, point.reshape(1, 3), limit))
+        return point.compute_signed_distance_to_point(
+            self._memo(), p_WQ, threshold, accuracy, engine
+        )
 
     def compute_signed_distance_to_points(
         self,
@@ -335,54 +290,6 @@ class QueryObject(RenderQueries, NotCopied):
         the answers are the same for any number of them. Raises QueryArgumentError as
         ``compute_signed_distance_to_point`` does, and for ``threads`` that is no integer >= 1.
         """
-        snapshot = self._answers().snapshot
-        _check_point_settings(snapshot, accuracy, engine)
-        points = checked_points("p_WQs", p_WQs, 2)
-        limit = checked_limit("threshold", threshold)
-        return scene.point_distances(snapshot, points, limit, checked_threads(threads))
-
-
-def _settings(
-    snapshot: Snapshot,
-    accuracy: Accuracy | str | None,
-    engine: Engine | str | None,
-    derivatives: bool = False,
-    certificate: bool = False,
-) -> scene.Settings:
-    """Return what was asked for, the model's choice where nothing was."""
-    state = snapshot.state
-    chosen = state.engine if engine is None else as_engine(engine)
-    tier = state.accuracy if accuracy is None else as_accuracy(accuracy)
-    if chosen is Engine.FCL and accuracy is not None:
-        raise EngineError(f"engine 'fcl' has no accuracy to choose: {accuracy!r}")
-    if chosen is Engine.FCL and checked_flag("certificate", certificate):
-        raise EngineError("engine 'fcl' gives no certificate")
-    return scene.Settings(
-        tier,
-        chosen,
-        checked_flag("derivatives", derivatives),
-        checked_flag("certificate", certificate),
-    )
-
-
-def _check_point_settings(
-    snapshot: Snapshot, accuracy: Accuracy | str | None, engine: Engine | str | None
-) -> None:
-    if accuracy is None and engine is None and snapshot.state.engine is Engine.NATIVE:
-        return
-    chosen = _settings(snapshot, accuracy, engine).engine
-    if chosen is not Engine.NATIVE:
-        raise EngineError(
-            f"engine {chosen.value!r} has no distances of points: ask with engine='native'"
+        return point.compute_signed_distance_to_points(
+            self._memo().snapshot, p_WQs, threshold, threads, accuracy, engine
         )
-
-
-def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
-    record = snapshot.state.geometry(geometry_id)
-    refuse_deformable(record, "its contact is a matter of compute_deformable_contact")
-    name = record.name
-    ids = snapshot.proximity.ids
-    row = int(np.searchsorted(ids, int(geometry_id)))
-    if row == len(ids) or ids[row] != int(geometry_id):
-        raise RoleError(f"geometry {name!r} ({geometry_id!r}) has no proximity role")
-    return row

@@ -22,7 +22,7 @@ from scene_graph_ros.geometry import (
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.tracking import BOUNDED, LOOKED_AT, REFENCED, SEARCHED
-from scene_graph_ros.geometry.query.scene import pair_memory
+from scene_graph_ros.geometry.query.candidates.rows import pair_memory
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.poses import pose_from_xyz_rpy
 

@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.query.blocks import (
     signed_distance_blocks,
     widening_distances,
 )
-from scene_graph_ros.geometry.query.scene import pair_memory
+from scene_graph_ros.geometry.query.candidates.rows import pair_memory
 
 COUNT = 12
 

@@ -24,7 +24,7 @@ from scene_graph_ros.geometry.errors import (
     QueryArgumentError,
     UnknownIdError,
 )
-from scene_graph_ros.geometry.query.scene import pair_memory
+from scene_graph_ros.geometry.query.candidates.rows import pair_memory
 
 SHAPES = [Sphere(0.3), Box(0.5, 0.4, 0.3), Capsule(0.2, 0.4)]
 BODIES = 9

@@ -13,7 +13,9 @@ from msg_adapters.queries import options_from_msg, what_if_to_msg
 from scene_graph_msgs import srv
 from scene_graph_msgs.msg import QueryOptions
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.geometry.query import scene as core
+from scene_graph_ros.geometry.query.candidates import ask as candidates
+from scene_graph_ros.geometry.query.distance import ask as distance
+from scene_graph_ros.geometry.query.penetration import ask as penetration
 from scene_graph_ros.node.services.queries import Asked, QUERIES
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
@@ -92,17 +94,17 @@ def test_points_of_the_world_as_it_is_are_shared_too(world, threads):
 
 
 @pytest.mark.parametrize(
-    ("name", "computed"),
+    ("name", "module", "computed"),
     [
-        ("ComputePointPairPenetration", "penetrations"),
-        ("ComputeSignedDistancePairwise", "pair_distances"),
-        ("FindCollisionCandidates", "pairs_of_candidates"),
-        ("HasCollisions", "collides"),
+        ("ComputePointPairPenetration", penetration, "penetrations"),
+        ("ComputeSignedDistancePairwise", distance, "pair_distances"),
+        ("FindCollisionCandidates", candidates, "pairs_of_candidates"),
+        ("HasCollisions", penetration, "collides"),
     ],
 )
-def test_threads_that_ask_the_same_share_the_answer(world, monkeypatch, name, computed):
+def test_threads_that_ask_the_same_share_the_answer(world, monkeypatch, name, module, computed):
     """Four requests that come at the same time are computed once."""
-    compute, count = getattr(core, computed), []
+    compute, count = getattr(module, computed), []
     together = threading.Barrier(4, timeout=DEADLINE)
 
     def slowly(*arguments):
@@ -117,7 +119,7 @@ def test_threads_that_ask_the_same_share_the_answer(world, monkeypatch, name, co
     expected = answer(world, name, REQUESTS[name], QueryOptions(), 1)
     with world.lock:
         world.commit((), None)
-    monkeypatch.setattr(core, computed, slowly)
+    monkeypatch.setattr(module, computed, slowly)
     with ThreadPoolExecutor(4) as pool:
         answers = [task.result() for task in [pool.submit(ask) for _ in range(4)]]
     assert len(count) == 1

@@ -10,7 +10,10 @@ from msg_adapters.queries import options_from_msg, what_if_to_msg
 from scene_graph_msgs import srv
 from scene_graph_msgs.msg import QueryOptions
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.geometry.query import scene as core
+from scene_graph_ros.geometry.query import blocks
+from scene_graph_ros.geometry.query.distance import ask as distance_ask
+from scene_graph_ros.geometry.query.penetration import ask as penetration
+from scene_graph_ros.geometry.query.point import ask as point
 from scene_graph_ros.node.services.queries import Asked, QUERIES
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
@@ -48,15 +51,20 @@ def world():
 def rows(monkeypatch):
     """Collect how many rows the core computes, query by query."""
     computed = []
-    for name in ("distances_of_pairs", "point_distances", "penetrations"):
-        original = getattr(core, name)
+    for module, name in (
+        (blocks, "distances_of_pairs"),
+        (distance_ask, "distances_of_pairs"),
+        (point, "point_distances"),
+        (penetration, "penetrations"),
+    ):
+        original = getattr(module, name)
 
         def counted(*arguments, original=original):
             table = original(*arguments)
             computed.append(len(table))
             return table
 
-        monkeypatch.setattr(core, name, counted)
+        monkeypatch.setattr(module, name, counted)
     return computed
 
 
@@ -93,8 +101,8 @@ def test_pairs_within_a_distance_stop_at_the_limit(world, rows):
 def test_a_list_of_all_pairs_is_not_made(world, monkeypatch):
     """The distance at which pairs are looked for grows until they are too many."""
     margins = []
-    original = core.candidate_rows
-    monkeypatch.setattr(core, "candidate_rows", lambda s, m: margins.append(m) or original(s, m))
+    original = blocks.candidate_rows
+    monkeypatch.setattr(blocks, "candidate_rows", lambda s, m: margins.append(m) or original(s, m))
     with pytest.raises(TooLargeError):
         ask(world, "ComputeSignedDistancePairwise", max_distance=[1e6])
     assert max(margins) < 10.0

@@ -1,0 +1,119 @@
+"""Ask how far apart pairs are, and where they are nearest."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.accuracy import Accuracy, Engine
+from scene_graph_ros.geometry.errors import RoleError, UnsupportedPairError
+from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.records import refuse_deformable
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query.arguments import checked_limit
+from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
+from scene_graph_ros.geometry.query.distance.driver import WITHIN
+from scene_graph_ros.geometry.query.distance.solve import extra_columns, solve
+from scene_graph_ros.geometry.query.memo import Memo
+from scene_graph_ros.geometry.query.results import SignedDistancePair, SignedDistancePairs
+from scene_graph_ros.geometry.query.settings import Settings, settings_of
+
+__all__ = [
+    "compute_signed_distance_pair_closest_points",
+    "compute_signed_distance_pairwise_closest_points",
+    "distances_of_pairs",
+]
+
+
+def compute_signed_distance_pairwise_closest_points(
+    memo: Memo,
+    max_distance: float,
+    derivatives: bool,
+    certificate: bool,
+    accuracy: Accuracy | str | None,
+    engine: Engine | str | None,
+) -> SignedDistancePairs:
+    """Answer `QueryObject.compute_signed_distance_pairwise_closest_points`."""
+    limit = checked_limit("max_distance", max_distance)
+    settings = settings_of(memo.snapshot, accuracy, engine, derivatives, certificate)
+    return memo.get(("distances", limit, settings), pair_distances, limit, settings)
+
+
+def compute_signed_distance_pair_closest_points(
+    memo: Memo,
+    id_A: GeometryId,
+    id_B: GeometryId,
+    derivatives: bool,
+    certificate: bool,
+    accuracy: Accuracy | str | None,
+    engine: Engine | str | None,
+) -> SignedDistancePair:
+    """Answer `QueryObject.compute_signed_distance_pair_closest_points`."""
+    row_A, row_B = sorted(_proximity_row(memo.snapshot, id_) for id_ in (id_A, id_B))
+    if row_A == row_B:
+        raise UnsupportedPairError(
+            f"compute_signed_distance_pair_closest_points: {id_A!r} against itself"
+        )
+    settings = settings_of(memo.snapshot, accuracy, engine, derivatives, certificate)
+    key = ("distance", row_A, row_B, settings)
+    return memo.get(key, pair_distance, row_A, row_B, settings)
+
+
+def _proximity_row(snapshot: Snapshot, geometry_id: GeometryId) -> int:
+    record = snapshot.state.geometry(geometry_id)
+    refuse_deformable(record, "its contact is a matter of compute_deformable_contact")
+    name = record.name
+    ids = snapshot.proximity.ids
+    row = int(np.searchsorted(ids, int(geometry_id)))
+    if row == len(ids) or ids[row] != int(geometry_id):
+        raise RoleError(f"geometry {name!r} ({geometry_id!r}) has no proximity role")
+    return row
+
+
+def pair_distances(
+    snapshot: Snapshot, max_distance: float, settings: Settings
+) -> SignedDistancePairs:
+    """Return the pairs with a signed distance of at most ``max_distance``."""
+    pairs = candidate_rows(snapshot, max(max_distance, 0.0))
+    return distances_of_pairs(snapshot, pairs, max_distance, settings)
+
+
+def distances_of_pairs(
+    snapshot: Snapshot, pairs: NDArray[np.int64], max_distance: float, settings: Settings
+) -> SignedDistancePairs:
+    """Return those of the (m, 2) rows ``pairs`` that are at most ``max_distance`` apart."""
+    query = "compute_signed_distance_pairwise_closest_points"
+    return _distance_table(snapshot, pairs, max_distance, settings, query)
+
+
+def pair_distance(
+    snapshot: Snapshot, row_A: int, row_B: int, settings: Settings
+) -> SignedDistancePair:
+    """Return the one pair, filtered or not."""
+    pairs = np.array([[row_A, row_B]], dtype=np.int64)
+    query = "compute_signed_distance_pair_closest_points"
+    return _distance_table(snapshot, pairs, math.inf, settings, query)[0]
+
+
+def _distance_table(
+    snapshot: Snapshot,
+    pairs: NDArray[np.int64],
+    max_distance: float,
+    settings: Settings,
+    query: str,
+) -> SignedDistancePairs:
+    columns = solve(snapshot, pairs, max_distance, WITHIN, settings, query)
+    rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, unique, _ = columns
+    ids = snapshot.proximity.ids[rows]
+    table = {
+        "id_A": ids[:, 0],
+        "id_B": ids[:, 1],
+        "p_ACa": p_ACa,
+        "p_BCb": p_BCb,
+        "distance": phi,
+        "nhat_BA_W": nhat_BA_W,
+        "is_nhat_BA_W_unique": unique,
+    }
+    return SignedDistancePairs(table | extra_columns(snapshot, columns, settings))

@@ -1,0 +1,36 @@
+"""What was answered about one snapshot: asking twice computes once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+
+__all__ = ["Memo"]
+
+Result = TypeVar("Result")
+
+_REMEMBERED = 32
+"""Answers that are kept at once."""
+
+
+class Memo:
+    """A snapshot, and the answers about it by what was asked, as long as they are few."""
+
+    __slots__ = ("_values", "snapshot")
+
+    def __init__(self, snapshot: Snapshot) -> None:
+        self.snapshot = snapshot
+        self._values: dict[Hashable, Any] = {}
+
+    def get(self, key: Hashable, compute: Callable[..., Result], *arguments: Any) -> Result:
+        """Return the answer to ``key``: ``compute(snapshot, *arguments)``, kept."""
+        if key not in self._values:
+            result = compute(self.snapshot, *arguments)
+            if len(self._values) >= _REMEMBERED:
+                self._values.clear()
+            self._values[key] = result
+            return result
+        answer: Result = self._values[key]
+        return answer

@@ -1,0 +1,70 @@
+"""Ask which pairs penetrate, and how deep; or whether any does."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.accuracy import Accuracy, Engine
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
+from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, PENETRATIONS
+from scene_graph_ros.geometry.query.distance.solve import extra_columns, solve
+from scene_graph_ros.geometry.query.memo import Memo
+from scene_graph_ros.geometry.query.results import Penetrations
+from scene_graph_ros.geometry.query.settings import Settings, settings_of
+
+__all__ = ["compute_point_pair_penetration", "has_collisions", "penetrations_of"]
+
+
+def has_collisions(
+    memo: Memo, accuracy: Accuracy | str | None, engine: Engine | str | None
+) -> bool:
+    """Answer `QueryObject.has_collisions`."""
+    settings = settings_of(memo.snapshot, accuracy, engine)
+    return memo.get(("collides", settings), collides, settings)
+
+
+def compute_point_pair_penetration(
+    memo: Memo,
+    derivatives: bool,
+    certificate: bool,
+    accuracy: Accuracy | str | None,
+    engine: Engine | str | None,
+) -> Penetrations:
+    """Answer `QueryObject.compute_point_pair_penetration`."""
+    settings = settings_of(memo.snapshot, accuracy, engine, derivatives, certificate)
+    return memo.get(("penetrations", settings), penetrations, settings)
+
+
+def collides(snapshot: Snapshot, settings: Settings) -> bool:
+    """Tell whether any pair penetrates; stops at the first."""
+    pairs = candidate_rows(snapshot, 0.0)
+    if not len(pairs):
+        return False
+    rows, *_ = solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions")
+    return len(rows) > 0
+
+
+def penetrations(snapshot: Snapshot, settings: Settings) -> Penetrations:
+    """Return all penetrating pairs."""
+    pairs = candidate_rows(snapshot, 0.0)
+    return penetrations_of(snapshot, pairs, settings, "compute_point_pair_penetration")
+
+
+def penetrations_of(
+    snapshot: Snapshot, pairs: NDArray[np.int64], settings: Settings, query: str
+) -> Penetrations:
+    """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages."""
+    columns = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query)
+    rows, phi, _, _, p_WCa, p_WCb, nhat_BA_W, _, _ = columns
+    ids = snapshot.proximity.ids[rows]
+    table = {
+        "id_A": ids[:, 0],
+        "id_B": ids[:, 1],
+        "p_WCa": p_WCa,
+        "p_WCb": p_WCb,
+        "nhat_BA_W": nhat_BA_W,
+        "depth": -phi,
+    }
+    return Penetrations(table | extra_columns(snapshot, columns, settings))
