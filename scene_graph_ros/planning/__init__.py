@@ -9,11 +9,10 @@ from typing import Any, TYPE_CHECKING
 if TYPE_CHECKING:
     from scene_graph_ros.planning.collision_checker import (
         CollisionCheckerError,
-        EdgeMeasure,
-        EdgeStatus,
         RobotClearance,
         SceneGraphCollisionChecker,
     )
+    from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
 
 __all__ = [
@@ -29,11 +28,10 @@ __all__ = [
 _MODULES = {
     "collision_checker": (
         "CollisionCheckerError",
-        "EdgeMeasure",
-        "EdgeStatus",
         "RobotClearance",
         "SceneGraphCollisionChecker",
     ),
+    "edge_measure": ("EdgeMeasure", "EdgeStatus"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

@@ -141,11 +141,30 @@ def _ball_to_box(bodies, a, b, places, sure):
 
 
 @inlined_kernel
-def sure_distances(bodies, a, b, places):
-    """Write to ``places.sure`` what two bodies are apart at least, -inf where nothing is sure."""
-    sure = places.sure
+def _ball_to_ball(bodies, a, b, places, sure):
+    """Write the distance of two balls to ``sure``, for LANES configurations; return the least."""
+    center, other, radii = places.centers[a], places.centers[b], bodies.radii[a] + bodies.radii[b]
+    least = math.inf
     for k in range(LANES):
-        sure[k] = -math.inf
+        x, y, z = (
+            center[0, k] - other[0, k],
+            center[1, k] - other[1, k],
+            center[2, k] - other[2, k],
+        )
+        sure[k] = math.sqrt(x * x + y * y + z * z) - radii
+        least = min(least, sure[k])
+    return least
+
+
+@inlined_kernel
+def sure_distances(bodies, a, b, places, enough):
+    """Write to ``places.sure`` what two bodies are apart at least, -inf where nothing is sure.
+
+    No more is found out than that it is ``enough``.
+    """
+    sure = places.sure
+    if _ball_to_ball(bodies, a, b, places, sure) >= enough:
+        return
     _ball_to_box(bodies, a, b, places, sure)
     if bodies.radii[b] < math.inf:
         _ball_to_box(bodies, b, a, places, sure)

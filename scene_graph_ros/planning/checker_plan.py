@@ -17,12 +17,13 @@ from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.bodies import BodyTable, PairTable
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
-__all__ = ["Plan", "make_plan"]
+__all__ = ["CheckerPlan", "make_plan"]
 
 
-class Plan(NamedTuple):
+class CheckerPlan(NamedTuple):
     """The arrays of one scene. Body b of the tables is geometry ``geometry_ids[b]``."""
 
+    tree: KinematicTree
     held: HeldTable
     bodies: BodyTable
     pairs: PairTable
@@ -36,6 +37,13 @@ class Plan(NamedTuple):
     body_of_row: NDArray[np.int64]
     """``(b,)``: the body of each row of the scene's proximity arrays."""
 
+    def ids(self, pair: int) -> tuple[Any, Any]:
+        """Return the geometry ids of a pair, in the order of the scene's own queries."""
+        a, b = self.pairs.bodies[pair]
+        if self.pairs.swaps[pair]:
+            a, b = b, a
+        return self.geometry_ids[a], self.geometry_ids[b]
+
     def least_distances(self, X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what the balls of each pair are apart, -inf for half spaces; poses by row."""
         X = X_WG[self.bodies.rows]
@@ -45,7 +53,7 @@ class Plan(NamedTuple):
         return result - self.bodies.radii[a] - self.bodies.radii[b]
 
 
-def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int]) -> Plan:
+def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int]) -> CheckerPlan:
     """Return the plan of a scene; ``links`` gives the tree's link of frames, by their ids' values.
 
     Pairs are those that the scene's filters leave, if a robot is in them.
@@ -75,7 +83,8 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
     out = np.einsum("nij,nj->ni", X_JG[:, :3, :3], centers[: len(robots)]) + X_JG[:, :3, 3]
     reaches = np.linalg.norm(out, axis=1) + radii[: len(robots)]
     pairs = _pairs(snapshot, rows, len(robots), tree, places)
-    return Plan(
+    return CheckerPlan(
+        tree,
         hold(table),
         bodies,
         pairs,

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-import enum
+from collections.abc import Iterable
 import math
 from typing import Any, NamedTuple
 
@@ -14,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
-from scene_graph_ros.geometry.query.arguments import checked_threads
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
@@ -24,67 +20,22 @@ from scene_graph_ros.planning.check_kernels import (
     check_configurations,
     NO_PAIR,
 )
-from scene_graph_ros.planning.checker_plan import make_plan, Plan
-from scene_graph_ros.planning.edge_kernels import (
-    COLLIDES,
-    FREE,
-    new_stretches,
-    prove_edges,
-    UNDECIDED,
-)
+from scene_graph_ros.planning.checker_plan import CheckerPlan, make_plan
+from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
+from scene_graph_ros.planning.edge_measure import EdgeMeasure, measure_of
+from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.in_threads import in_threads
 from scene_graph_ros.planning.robot_diagram import RobotDiagram
-from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
     "CollisionCheckerError",
-    "EdgeMeasure",
-    "EdgeStatus",
     "RobotClearance",
     "SceneGraphCollisionChecker",
 ]
 
-_BLOCK = 64
-"""Configurations or edges that a thread takes at a time."""
-
 
 class CollisionCheckerError(SceneGraphError, ValueError):
     """Arguments of a collision checker that make no sense."""
-
-
-class EdgeStatus(enum.Enum):
-    """What is known of an edge."""
-
-    FREE = FREE
-    """Proven: no configuration on it collides."""
-    COLLIDES = COLLIDES
-    """There is a configuration on it that collides."""
-    UNDECIDED = UNDECIDED
-    """Somewhere the clearance is below the tolerance, so that it counts as not free."""
-
-
-@dataclass(frozen=True, eq=False)
-class EdgeMeasure:
-    """How far an edge from q1 to q2 is free.
-
-    ``distance`` is that of q1 and q2 (Euclidean). ``alpha`` is the largest value found for which
-    all configurations from q1 to ``q1 + alpha (q2 - q1)`` are proven free: 1 where all are,
-    negative where q1 collides.
-    ``least_clearance`` (m) is what all pairs certainly stay apart beyond their padding, 0 unless
-    the edge is free. Where it collides or is undecided, ``configuration`` shows it, and ``pair``
-    names the two geometries.
-    """
-
-    distance: float
-    alpha: float
-    status: EdgeStatus
-    least_clearance: float
-    configuration: NDArray[np.float64] | None
-    pair: tuple[Any, Any] | None
-
-    @property
-    def completely_free(self) -> bool:
-        """Whether the whole edge is free."""
-        return self.status is EdgeStatus.FREE
 
 
 class RobotClearance(NamedTuple):
@@ -123,7 +74,7 @@ class SceneGraphCollisionChecker:
         """
         self._model, self._tree = model, model.tree
         links = {int(frame): self._tree.link_index(name) for name, frame in model.frames.items()}
-        self._plan: Plan = make_plan(model.context.snapshot, self._tree, links)
+        self._plan: CheckerPlan = make_plan(model.context.snapshot, self._tree, links)
         environment = _number("env_collision_padding", env_collision_padding)
         own = _number("self_collision_padding", self_collision_padding)
         is_of_robot = self._plan.owners[self._plan.pairs.bodies[:, 1]] >= 0
@@ -136,6 +87,16 @@ class SceneGraphCollisionChecker:
     def model(self) -> RobotDiagram:
         """The robots and their scene."""
         return self._model
+
+    @property
+    def plan(self) -> CheckerPlan:
+        """What kernels read."""
+        return self._plan
+
+    @property
+    def tolerance(self) -> float:
+        """Metres: an edge that comes nearer to a collision is undecided."""
+        return self._tolerance
 
     @property
     def num_pairs(self) -> int:
@@ -160,15 +121,16 @@ class SceneGraphCollisionChecker:
 
     def find_colliding_pair(self, q: ArrayLike) -> tuple[Any, Any] | None:
         """Return the ids of a pair that is nearer than its padding at q ``(nq,)``, or None."""
-        return self._ids(int(self._first_pairs(_row("q", q), 1)[0]))
+        pair = int(self._first_pairs(_row("q", q), 1)[0])
+        return None if pair == NO_PAIR else self._plan.ids(pair)
 
     def _first_pairs(self, configurations: ArrayLike, threads: int) -> NDArray[np.int64]:
-        q = self._checked(configurations)
+        q = self.checked_configurations(configurations)
         result = np.empty(len(q), dtype=np.int64)
         plan = self._plan
 
         def check(part: slice) -> None:
-            places, work = self._scratch()
+            places = new_places(len(self._tree.table.kinds), len(plan.bodies.rows))
             check_configurations(
                 plan.held.places,
                 self._tree.table,
@@ -178,14 +140,18 @@ class SceneGraphCollisionChecker:
                 self._tree.X_WB,
                 result[part],
                 places,
-                work,
+                new_workspace(),
             )
 
-        _in_threads(check, len(q), threads)
+        in_threads(check, len(q), threads)
         return result
 
-    def _checked(self, configurations: ArrayLike) -> NDArray[np.float64]:
-        """Return configurations ``(n, nq)`` with positions that poses may have."""
+    def checked_configurations(self, configurations: ArrayLike) -> NDArray[np.float64]:
+        """Return configurations ``(n, nq)`` after checking that poses may have such positions.
+
+        Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
+        for a position beyond all scenes.
+        """
         q = self._tree.checked_configurations(configurations)
         far = np.argwhere(np.abs(q) > MAX_COORDINATE)
         if len(far):
@@ -195,18 +161,6 @@ class SceneGraphCollisionChecker:
                 f" {MAX_COORDINATE:g}: {q[row, column]}"
             )
         return q
-
-    def _scratch(self) -> tuple[Any, Any]:
-        table = self._tree.table
-        return new_places(len(table.kinds), len(self._plan.bodies.rows)), new_workspace()
-
-    def _ids(self, pair: int) -> tuple[Any, Any] | None:
-        if pair == NO_PAIR:
-            return None
-        a, b = self._plan.pairs.bodies[pair]
-        if self._plan.pairs.swaps[pair]:
-            a, b = b, a
-        return self._plan.geometry_ids[a], self._plan.geometry_ids[b]
 
     def calc_robot_clearance(self, q: ArrayLike, influence_distance: float) -> RobotClearance:
         """Return the padded distances at q ``(nq,)`` up to a distance (m), and their derivatives.
@@ -219,7 +173,7 @@ class SceneGraphCollisionChecker:
             raise CollisionCheckerError(
                 f"influence_distance must not be negative: {quoted(influence_distance)}"
             )
-        (configuration,) = self._checked(_row("q", q))
+        (configuration,) = self.checked_configurations(_row("q", q))
         plan, paddings = self._plan, self._plan.pairs.paddings
         X_WG = self._poses_of_rows(configuration)
         rows = plan.bodies.rows[plan.pairs.bodies]
@@ -240,8 +194,8 @@ class SceneGraphCollisionChecker:
         for row, k in enumerate(chosen):
             sides = ((kept[k, 0], p_ACas[k], 1.0), (kept[k, 1], p_BCbs[k], -1.0))
             jacobians[row] = self._gradient(configuration, nhats_W[k], sides) @ rates
-        ids = tuple(self._ids(int(pair)) for pair in found[chosen])
-        return RobotClearance(ids, padded[chosen], jacobians)  # type: ignore[arg-type]
+        ids = tuple(self._plan.ids(int(pair)) for pair in found[chosen])
+        return RobotClearance(ids, padded[chosen], jacobians)
 
     def _poses_of_rows(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the poses ``(n, 4, 4)`` of all rows of the scene's proximity arrays at q."""
@@ -289,8 +243,9 @@ class SceneGraphCollisionChecker:
         An edge that comes nearer to a collision than the checker's tolerance counts as not free.
         Raises KinematicTreeError for another shape and what is not finite.
         """
-        statuses, _, _ = self._prove(edges, threads, measures=False)
-        return statuses == FREE
+        rules = EdgeRules(measures=False, part=1.0, tolerance=self._tolerance)
+        proofs = prove(self._plan, self._checked_edges(edges), rules, threads=threads)
+        return proofs.statuses == FREE
 
     def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
         """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
@@ -300,25 +255,10 @@ class SceneGraphCollisionChecker:
     def measure_edges(self, edges: ArrayLike, *, threads: int = 1) -> list[EdgeMeasure]:
         """Return the same of many edges ``(n, 2, nq)``."""
         checked = self._checked_edges(edges)
-        statuses, numbers, found = self._prove(checked, threads, measures=True)
-        return [
-            self._measure(checked[e], int(statuses[e]), numbers[e], int(found[e]))
-            for e in range(len(checked))
-        ]
-
-    def _measure(
-        self, edge: NDArray[np.float64], status: int, numbers: NDArray[np.float64], pair: int
-    ) -> EdgeMeasure:
-        alpha, t, least, _ = numbers.tolist()
-        is_free = status == FREE
-        return EdgeMeasure(
-            distance=float(np.linalg.norm(edge[1] - edge[0])),
-            alpha=-1.0 if status == COLLIDES and t == 0.0 else alpha,
-            status=EdgeStatus(status),
-            least_clearance=max(least, 0.0) if is_free else 0.0,
-            configuration=None if is_free else self._tree.interpolate(edge[0], edge[1], t),
-            pair=self._ids(pair),
-        )
+        # Half of each distance is kept, as the clearance is asked for.
+        rules = EdgeRules(measures=True, part=0.5, tolerance=self._tolerance)
+        proofs = prove(self._plan, checked, rules, threads=threads)
+        return [measure_of(self._plan, checked[e], proofs, e) for e in range(len(checked))]
 
     def _checked_edges(self, edges: ArrayLike) -> NDArray[np.float64]:
         try:
@@ -328,42 +268,8 @@ class SceneGraphCollisionChecker:
         nq = self._tree.num_positions
         if array.ndim != 3 or array.shape[1:] != (2, nq):
             raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {array.shape}")
-        self._checked(array.reshape(-1, nq) if nq else array[:, 0])
+        self.checked_configurations(array.reshape(-1, nq) if nq else array[:, 0])
         return array
-
-    def _prove(
-        self, edges: ArrayLike, threads: int, *, measures: bool
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.int64]]:
-        checked = self._checked_edges(edges)
-        n, plan, nq = len(checked), self._plan, self._tree.num_positions
-        statuses, numbers = np.empty(n, np.int64), np.empty((n, 4))
-        found = np.empty(n, np.int64)
-
-        def prove(part: slice) -> None:
-            places, work = self._scratch()
-            pairs = self.num_pairs
-            scratch = np.empty(pairs), np.empty(pairs), np.empty((LANES, nq))
-            prove_edges(
-                plan.held.places,
-                self._tree.table,
-                plan.bodies,
-                plan.pairs,
-                plan.reaches,
-                checked[part],
-                self._tree.X_WB,
-                measures,
-                self._tolerance,
-                statuses[part],
-                numbers[part],
-                found[part],
-                scratch,
-                new_stretches(),
-                places,
-                work,
-            )
-
-        _in_threads(prove, n, threads)
-        return statuses, numbers, found
 
 
 def _number(name: str, value: object) -> float:
@@ -382,16 +288,3 @@ def _row(name: str, q: ArrayLike) -> NDArray[np.float64]:
     if array.ndim != 1:
         raise CollisionCheckerError(f"{name} must have shape (nq,), not {array.shape}")
     return array[np.newaxis]
-
-
-def _parts(count: int) -> Iterator[slice]:
-    return (slice(first, min(first + _BLOCK, count)) for first in range(0, count, _BLOCK))
-
-
-def _in_threads(work: Callable[[slice], None], count: int, threads: int) -> None:
-    """Do the work on all of ``count`` in blocks; kernels hold no lock."""
-    if checked_threads(threads) == 1 or count <= _BLOCK:
-        work(slice(0, count))
-        return
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(work, _parts(count)))

@@ -21,7 +21,17 @@ from scene_graph_ros.planning.bodies import (
 from scene_graph_ros.planning.check_kernels import bounds_of, LOOSE, NO_PAIR
 from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, REVOLUTE
 
-__all__ = ["COLLIDES", "FREE", "UNDECIDED", "new_stretches", "prove_edges"]
+__all__ = [
+    "COLLIDES",
+    "FREE",
+    "UNDECIDED",
+    "EdgeRules",
+    "interpolate",
+    "new_stretches",
+    "prove_edge",
+    "prove_edges",
+    "set_ways",
+]
 
 COLLIDES = 0
 FREE = 1
@@ -32,6 +42,17 @@ MOST_STRETCHES = 4096
 
 _FINEST = 1e-9
 """Of an edge: between what is free and what is not no finer border is looked for."""
+
+
+class EdgeRules(NamedTuple):
+    """What counts as proven, and how much is to be known."""
+
+    measures: bool
+    """Whether to find up to where an edge is free; else it is left once known not to be."""
+    part: float
+    """Of a distance, how much may be used up before it is measured again: what is left is kept."""
+    tolerance: float
+    """Metres: where less is left, an edge is undecided."""
 
 
 class Stretches(NamedTuple):
@@ -45,11 +66,13 @@ class Stretches(NamedTuple):
     high: np.ndarray
     free: np.ndarray
     blockers: np.ndarray
+    halves: np.ndarray
+    """How far around the middles all pairs looked at so far are free; negative where no longer."""
 
 
 def new_stretches() -> Stretches:
     """Return scratch for one thread."""
-    low, middle, high, free = (np.empty(LANES) for _ in range(4))
+    low, middle, high, free, halves = (np.empty(LANES) for _ in range(5))
     return Stretches(
         np.empty((MOST_STRETCHES, 2)),
         np.empty(2, np.int64),
@@ -58,6 +81,7 @@ def new_stretches() -> Stretches:
         high,
         free,
         np.empty(LANES, np.int64),
+        halves,
     )
 
 
@@ -66,7 +90,7 @@ _ROUNDING = 1e-12
 
 
 @inlined_kernel
-def _interpolate(tree, q1, q2, t, out):
+def interpolate(tree, q1, q2, t, out):
     """Write the configuration at t between two; quaternions turn the short way at one speed."""
     for i in range(len(q1)):
         out[i] = (1.0 - t) * q1[i] + t * q2[i]
@@ -138,13 +162,19 @@ def _way_of(tree, joint, last, reach, q1, q2):
 
 
 @inlined_kernel
-def _set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins):
-    """Write, for each pair, how far it can move along an edge, and what rounding is allowed."""
+def set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins, own):
+    """Write, for each pair, how far it can move along an edge, and what rounding is allowed.
+
+    ``own`` ``(r, 2)`` is scratch: the same of each body of a robot, against what does not move.
+    """
     robots = len(bodies.joints)
+    for a in range(robots):
+        own[a, 0], own[a, 1] = _way_of(tree, bodies.joints[a], 0, reaches[a], q1, q2)
     for p in range(len(pairs.bodies)):
         a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
-        way, reach = _way_of(tree, bodies.joints[a], pairs.shared[p], reaches[a], q1, q2)
+        way, reach = own[a, 0], own[a, 1]
         if b < robots:
+            way, reach = _way_of(tree, bodies.joints[a], pairs.shared[p], reaches[a], q1, q2)
             more, other = _way_of(tree, bodies.joints[b], pairs.shared[p], reaches[b], q1, q2)
             way, reach = way + more, max(reach, other)
         ways[p], margins[p] = way, _ROUNDING * (1.0 + reach)
@@ -196,7 +226,7 @@ def _place_middles(tree, bodies, stretches, count, is_first, q1, q2, q, X_WB, pl
         if k < count:
             stretches.low[k], stretches.middle[k], stretches.high[k] = low, middle, high
             stretches.free[k], stretches.blockers[k] = 1.0, NO_PAIR
-        _interpolate(tree, q1, q2, middle, q[k])
+        interpolate(tree, q1, q2, middle, q[k])
     place_bodies(tree, bodies, q, 0, X_WB, places)
 
 
@@ -210,22 +240,29 @@ def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, 
     tolerance, part, collision = limits
     least = math.inf
     low, middle, high = stretches.low, stretches.middle, stretches.high
-    free, blockers = stretches.free, stretches.blockers
+    free, blockers, halves = stretches.free, stretches.blockers, stretches.halves
+    for k in range(count):
+        halves[k] = max(middle[k] - low[k], high[k] - middle[k])
+        if low[k] > collision:
+            halves[k] = -1.0
     for p in range(len(pairs.bodies)):
-        sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places)
-        way, margin = ways[p], margins[p]
+        way, margin, padding = ways[p], margins[p], pairs.paddings[p]
+        longest = 0.0
         for k in range(count):
-            if free[k] < 0.0 or low[k] > collision:
+            longest = max(longest, halves[k])
+        enough = longest * way / part + margin + tolerance + padding
+        sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, enough)
+        for k in range(count):
+            if halves[k] < 0.0:
                 continue
-            half = max(middle[k] - low[k], high[k] - middle[k])
-            need = half * way + margin + tolerance
-            rest = places.sure[k] - pairs.paddings[p]
+            need = halves[k] * way / part + margin + tolerance
+            rest = places.sure[k] - padding
             if rest < need:
                 rest = _free_way(held, bodies, pairs, p, k, places, need, tolerance, work)
             if rest == -math.inf:
-                free[k], blockers[k] = -1.0, p
+                free[k], blockers[k], halves[k] = -1.0, p, -1.0
             elif rest >= need:
-                least = min(least, rest - half * way)
+                least = min(least, rest - halves[k] * way)
             else:
                 proven = 0.0
                 if rest - margin >= tolerance:
@@ -233,6 +270,8 @@ def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, 
                     least = min(least, rest - proven * way)
                 if proven < free[k]:
                     free[k], blockers[k] = proven, p
+                    # Beyond what this pair leaves of the stretch, others need not be looked at.
+                    halves[k] = min(halves[k], proven)
     return least
 
 
@@ -254,18 +293,18 @@ def _put_rest(stretches, k, measures):
 
 
 @merged_kernel
-def _prove_edge(
-    held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, measures, tolerance, stretches, q,
-    places, work, numbers,
+def prove_edge(
+    held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, rules, stop, stretches, q, places,
+    work, numbers,
 ):  # fmt: skip
     """Return (status, pair) of an edge and write its ``numbers``; see ``prove_edges``."""
+    measures, part, tolerance = rules
     stretches.counts[0] = stretches.counts[1] = 0
     for i in range(LANES):
         _put(stretches, i / LANES, (i + 1) / LANES)
     undecided, undecided_pair, least = math.inf, NO_PAIR, math.inf
     collision, collision_pair = math.inf, NO_PAIR
     looks = 0
-    part = 0.5 if measures else 1.0  # Where the clearance is asked for, half of it is kept.
     while stretches.counts[1] > 0:
         count = min(LANES, stretches.counts[1])
         _place_middles(tree, bodies, stretches, count, looks == 0, q1, q2, q, X_WB, places)
@@ -287,6 +326,9 @@ def _prove_edge(
                 undecided, undecided_pair = low, blocker
         if not measures and min(collision, undecided) < math.inf:
             break
+        if stop[0] != 0:
+            undecided = min(undecided, 0.0)
+            break
     numbers[2], numbers[3] = 0.0, looks
     if collision < math.inf:
         numbers[0], numbers[1] = min(undecided, collision), collision
@@ -301,22 +343,23 @@ def _prove_edge(
 
 @lean_kernel
 def prove_edges(
-    held, tree, bodies, pairs, reaches, edges, X_WB, measures, tolerance, statuses, numbers, found,
+    held, tree, bodies, pairs, reaches, edges, X_WB, rules, stop, statuses, numbers, found,
     scratch, stretches, places, work,
 ):  # fmt: skip
     """Prove edges ``(n, 2, nq)`` to be free, or find where they collide.
 
     Writes statuses ``(n,)``; in ``numbers`` ``(n, 4)`` up to where an edge is proven, where it
     collides or could not be decided, what it certainly stays away from, and how many
-    configurations were looked at; in ``found`` ``(n,)`` the pair. Where ``measures`` is not set an
-    edge is left as soon as it is known not to be free, and up to where it is tells nothing.
+    configurations were looked at; in ``found`` ``(n,)`` the pair. Where the rules do not ask to
+    measure, an edge is left as soon as it is known not to be free, and up to where it is tells
+    nothing. Edges are undecided from when on another thread sets ``stop`` ``(1,)``.
     """
-    ways, margins, q = scratch
+    ways, margins, own, q = scratch
     place_still_bodies(bodies, places)
     for e in range(len(edges)):
         q1, q2 = edges[e, 0], edges[e, 1]
-        _set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins)
-        statuses[e], found[e] = _prove_edge(
-            held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, measures, tolerance,
-            stretches, q, places, work, numbers[e],
+        set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins, own)
+        statuses[e], found[e] = prove_edge(
+            held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, rules, stop, stretches, q,
+            places, work, numbers[e],
         )  # fmt: skip

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from robot_scenes import BALL, diagram, DRONE, move, PLATE, ROD, SLIDE
 
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.planning import (
@@ -17,44 +18,6 @@ from scene_graph_ros.robots import KinematicTreeError
 from scene_graph_ros.scene_files import load_scene_text
 
 CELL = "config/scenes/panda_cell.yaml"
-
-# A rod of 1 m, 1 mm thick, on a hinge at the origin; it turns in the xy-plane.
-ROD = """<robot name="rod"><link name="base"/><link name="rod">
-  <collision><origin xyz="0.5 0 0"/><geometry><box size="1 0.001 0.001"/></geometry></collision>
-  </link><joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/>
-  <axis xyz="0 0 1"/></joint></robot>"""
-
-# A plate of a tenth of a millimetre that the rod meets at an angle of 0.5.
-PLATE = """
-geometries:
-  - name: plate
-    source: around
-    pose: {xyz: [0.7020660495, 0.3835404309, 0], rpy: [0, 0, 0.5]}
-    shape: {type: box, size: [0.2, 0.0001, 0.2]}
-"""
-
-DRONE = """<robot name="drone"><link name="world"/><link name="body">
-  <collision><geometry><box size="0.4 0.1 0.05"/></geometry></collision></link>
-  <joint name="free" type="floating"><parent link="world"/><child link="body"/></joint></robot>"""
-
-SLIDE = """<robot name="slide"><link name="base"/><link name="ball">
-  <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="rail" type="prismatic"><parent link="base"/><child link="ball"/>
-  <axis xyz="1 0 0"/><limit lower="-9" upper="9"/></joint></robot>"""
-
-BALL = """
-geometries:
-  - {name: ball, source: around, pose: {xyz: [1, 0, 0]}, shape: {type: sphere, radius: 0.2}}
-"""
-
-
-def diagram(tmp_path, urdf, scene=""):
-    """Return a robot in a scene of its own."""
-    (tmp_path / "robot.urdf").write_text(urdf)
-    head = "version: 1\nsources: [{name: around}]\nrobots:\n"
-    text = f"{head}  - {{name: robot, urdf: {tmp_path}/robot.urdf}}\n{scene}"
-    scene_graph = SceneGraph()
-    return RobotDiagram.of_scene(scene_graph, load_scene_text(text).apply(scene_graph))
 
 
 @pytest.fixture(scope="module")
@@ -76,22 +39,11 @@ def configurations(tree, count, seed=0):
     return rng.uniform(lower, upper, (count, tree.num_positions))
 
 
-def move(diagram, q):
-    """Put a robot's frames where q puts its links; return the query object."""
-    inspector = diagram.context.snapshot.inspector
-    names = {int(frame): name for name, frame in diagram.frames.items()}
-    source = inspector.get_owning_source_id(next(iter(diagram.frames.values())))
-    order = sorted(inspector.frames_for_source(source))
-    X_WL = diagram.tree.link_poses(q, [names[int(frame)] for frame in order])
-    diagram.context.set_frame_poses(source, X_WL)
-    return diagram.scene_graph.query_object(diagram.context)
-
-
 def test_a_panda_collides_where_the_scene_says_so(cell, checker):
     """On 200 random configurations; what always touches, as the base its pedestal, is no pair."""
     q = configurations(cell.tree, 200)
     free = checker.check_configs_collision_free(q)
-    moving = {tuple(sorted(map(int, checker._ids(pair)))) for pair in range(checker.num_pairs)}
+    moving = {tuple(sorted(map(int, checker.plan.ids(pair)))) for pair in range(checker.num_pairs)}
     for each, is_free in zip(q, free, strict=True):
         found = move(cell, each).compute_point_pair_penetration()
         pairs = {tuple(sorted((int(p.id_A), int(p.id_B)))) for p in found}

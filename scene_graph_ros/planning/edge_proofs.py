@@ -1,0 +1,80 @@
+"""Batches of edges between configurations, handed to the kernels that prove them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
+from scene_graph_ros.planning.bodies import new_places
+from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.edge_kernels import EdgeRules, new_stretches, prove_edges
+from scene_graph_ros.planning.in_threads import in_threads
+from scene_graph_ros.robots.tree_kernels import LANES
+
+__all__ = ["EdgeProofs", "edge_scratch", "new_stop", "prove"]
+
+
+class EdgeProofs(NamedTuple):
+    """What is known of edges; see ``prove_edges``."""
+
+    statuses: NDArray[np.int64]
+    """``(n,)``: COLLIDES, FREE or UNDECIDED."""
+    numbers: NDArray[np.float64]
+    """``(n, 4)``: up to where it is proven, where it stops, what is kept, how often it looked."""
+    pairs: NDArray[np.int64]
+    """``(n,)``: what stops it."""
+
+
+def new_stop() -> NDArray[np.int64]:
+    """Return what stops a proof in another thread, once its entry is 1."""
+    return np.zeros(1, dtype=np.int64)
+
+
+def edge_scratch(plan: CheckerPlan) -> tuple[Any, ...]:
+    """Return the last arguments of kernels that prove edges, for one thread."""
+    pairs, robots = len(plan.pairs.bodies), len(plan.bodies.joints)
+    q = np.empty((LANES, plan.tree.num_positions))
+    return (
+        (np.empty(pairs), np.empty(pairs), np.empty((robots, 2)), q),
+        new_stretches(),
+        new_places(len(plan.tree.table.kinds), len(plan.bodies.rows)),
+        new_workspace(),
+    )
+
+
+def prove(
+    plan: CheckerPlan,
+    edges: NDArray[np.float64],
+    rules: EdgeRules,
+    *,
+    threads: int = 1,
+    stop: NDArray[np.int64] | None = None,
+) -> EdgeProofs:
+    """Prove edges ``(n, 2, nq)``; they must have been checked. The same for any number of threads.
+
+    Whoever sets ``stop`` leaves all edges undecided that are not yet proven.
+    """
+    n = len(edges)
+    result = EdgeProofs(np.empty(n, np.int64), np.empty((n, 4)), np.empty(n, np.int64))
+    flag = new_stop() if stop is None else stop
+
+    def prove_part(part: slice) -> None:
+        prove_edges(
+            plan.held.places,
+            plan.tree.table,
+            plan.bodies,
+            plan.pairs,
+            plan.reaches,
+            edges[part],
+            plan.tree.X_WB,
+            rules,
+            flag,
+            *(each[part] for each in result),
+            *edge_scratch(plan),
+        )
+
+    in_threads(prove_part, n, threads)
+    return result
