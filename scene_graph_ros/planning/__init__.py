@@ -13,16 +13,22 @@ if TYPE_CHECKING:
         SceneGraphCollisionChecker,
     )
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+    from scene_graph_ros.planning.path_planner import plan_path, PlanningError
+    from scene_graph_ros.planning.planned_path import Plan, PlanFailure
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
 
 __all__ = [
     "CollisionCheckerError",
     "EdgeMeasure",
     "EdgeStatus",
+    "Plan",
+    "PlanFailure",
+    "PlanningError",
     "RobotClearance",
     "RobotDiagram",
     "SceneGraphCollisionChecker",
     "load_robot_diagram",
+    "plan_path",
 ]
 
 _MODULES = {
@@ -32,6 +38,8 @@ _MODULES = {
         "SceneGraphCollisionChecker",
     ),
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
+    "path_planner": ("PlanningError", "plan_path"),
+    "planned_path": ("Plan", "PlanFailure"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

@@ -30,13 +30,16 @@ def place_links() -> None:
 
 
 def plan() -> None:
-    """Ask a robot of one link whether it touches a ball."""
-    from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
+    """Ask a robot of one link whether it touches a ball, and for a path beside it."""
+    from scene_graph_ros.planning import plan_path, RobotDiagram, SceneGraphCollisionChecker
 
     scene_graph = SceneGraph()
     source = scene_graph.register_source("warm_up")
     frame = scene_graph.register_frame(source, GeometryFrame("link"))
-    still, moving = (GeometryInstance(np.eye(4), Sphere(1.0), name) for name in ("a", "b"))
+    X_WG = np.eye(4)
+    X_WG[0, 3] = 3.0
+    still = GeometryInstance(X_WG, Sphere(1.0), "still")
+    moving = GeometryInstance(np.eye(4), Sphere(1.0), "moving")
     for ball in (still, moving):
         ball.set_proximity_properties(ProximityProperties())
     scene_graph.register_anchored_geometry(source, still)
@@ -46,5 +49,6 @@ def plan() -> None:
     checker = SceneGraphCollisionChecker(RobotDiagram(scene_graph, context, _one_joint(), frames))
     q = np.zeros((2, 1))
     checker.check_configs_collision_free(q)
-    checker.calc_robot_clearance(q[0], 1.0)
+    checker.calc_robot_clearance(q[0], 2.0)
     checker.measure_edges(q[np.newaxis])
+    plan_path(checker, [0.0], [1.0])

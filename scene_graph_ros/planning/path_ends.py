@@ -1,0 +1,100 @@
+"""Whether paths may begin and end at configurations, and why not."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.edge_kernels import COLLIDES, EdgeRules, FREE
+from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.planned_path import PlanFailure
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+
+__all__ = ["EndTrouble", "find_troubles"]
+
+_LIMIT_ROUNDING = 1e-9
+"""rad or m: positions that are beyond a limit by less are at it."""
+
+
+class EndTrouble(NamedTuple):
+    """What is wrong with a configuration: as a failure where it is a start or a goal."""
+
+    of_start: PlanFailure
+    of_goal: PlanFailure
+    words: str
+
+
+def find_troubles(
+    checker: SceneGraphCollisionChecker,
+    configurations: NDArray[np.float64],
+    tolerance: float,
+    stop: NDArray[np.int64],
+) -> list[EndTrouble | None]:
+    """Return, for each configuration ``(n, nq)``, why no path begins or ends there, or None.
+
+    They must keep more than ``tolerance`` (m) beyond all paddings.
+    """
+    points = np.repeat(configurations[:, np.newaxis], 2, axis=1)
+    rules = EdgeRules(measures=False, part=1.0, tolerance=tolerance)
+    proofs = prove(checker.plan, points, rules, stop=stop)
+    result: list[EndTrouble | None] = []
+    for row, q in enumerate(configurations):
+        outside = _beyond_limits(checker.plan.tree, q)
+        status, pair = int(proofs.statuses[row]), int(proofs.pairs[row])
+        if outside is not None:
+            kinds = PlanFailure.START_BEYOND_LIMITS, PlanFailure.GOAL_BEYOND_LIMITS
+            result.append(EndTrouble(*kinds, outside))
+        elif status == FREE:
+            result.append(None)
+        elif stop[0] != 0:
+            words = "could not be checked in time"
+            result.append(EndTrouble(PlanFailure.TIMEOUT, PlanFailure.TIMEOUT, words))
+        else:
+            kinds = PlanFailure.START_COLLIDES, PlanFailure.GOAL_COLLIDES
+            words = _collision(checker, q) if status == COLLIDES else ""
+            if not words:
+                names = _names(checker, checker.plan.ids(pair))
+                words = (
+                    f"is too near to a collision: {names} keep less than {1e3 * tolerance:g} mm"
+                )
+            result.append(EndTrouble(*kinds, words))
+    return result
+
+
+def _beyond_limits(tree: KinematicTree, q: NDArray[np.float64]) -> str | None:
+    """Return which position of a configuration ``(nq,)`` is beyond its limits, in words."""
+    outside = np.flatnonzero(
+        (q < tree.lower - _LIMIT_ROUNDING) | (q > tree.upper + _LIMIT_ROUNDING)
+    )
+    if not len(outside):
+        return None
+    i = outside[0]
+    limits = f"[{tree.lower[i]:.10g}, {tree.upper[i]:.10g}]"
+    return f"is beyond the limits {limits} of {tree.position_names[i]!r}: {q[i]:.10g}"
+
+
+def _collision(checker: SceneGraphCollisionChecker, q: NDArray[np.float64]) -> str:
+    """Return which pair is deepest in each other, or in its padding, in words."""
+    clearance = checker.calc_robot_clearance(q, 0.0)
+    if not clearance.pairs:
+        return ""
+    deepest = int(np.argmin(clearance.distances))
+    names = _names(checker, clearance.pairs[deepest])
+    depth = f"{-1e3 * clearance.distances[deepest]:.4g} mm"
+    is_padded = bool(checker.plan.pairs.paddings.any())
+    what = f"are {depth} nearer than their padding" if is_padded else f"overlap by {depth}"
+    return f"collides: {names} {what}"
+
+
+def _names(checker: SceneGraphCollisionChecker, pair: tuple[Any, Any]) -> str:
+    """Return two geometries' names, as scene files call them: source, frame, name."""
+    inspector = checker.model.context.snapshot.inspector
+    names = (
+        f"{inspector.get_owning_source_name(each)}/"
+        f"{inspector.get_name(inspector.get_frame_id(each))}/{inspector.get_name(each)}"
+        for each in pair
+    )
+    return " and ".join(names)

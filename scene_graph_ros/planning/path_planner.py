@@ -1,0 +1,221 @@
+"""Paths of robots from one configuration to another that are proven free of collisions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import math
+import time
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
+from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.path_ends import find_troubles
+from scene_graph_ros.planning.path_search import PathSearch
+from scene_graph_ros.planning.planned_path import Plan, PlanFailure
+from scene_graph_ros.planning.position_space import normalized, PositionSpace
+from scene_graph_ros.planning.stoppable import run_stoppable, Stops
+
+__all__ = ["PLANNERS", "PlanningError", "plan_path"]
+
+PLANNERS = ("rrt_connect",)
+"""What may be asked for."""
+
+_PART, _KEPT = 0.9, 20.0
+"""How much of a distance a search uses up, and times the checker's tolerance what is left where it
+measures. A tenth is kept in between: two tolerances, so that parts of edges can be proven, too."""
+
+
+_SAME = 1e-12
+"""rad and m: a start that is nearer to a goal is there."""
+
+_QUOTED = 5
+"""Goals of which is said what is wrong with them."""
+
+
+class PlanningError(SceneGraphError, ValueError):
+    """Arguments of a planner that make no sense."""
+
+
+class _Problem(NamedTuple):
+    """What was asked for, checked."""
+
+    checker: SceneGraphCollisionChecker
+    start: NDArray[np.float64]
+    """``(nq,)``."""
+    goals: NDArray[np.float64]
+    """``(m, nq)``."""
+    space: PositionSpace
+    seed: int
+    timeout: float | None
+
+    @property
+    def search_rules(self) -> EdgeRules:
+        """What counts as proven while it is looked for a path."""
+        return EdgeRules(False, _PART, _KEPT * self.checker.tolerance)
+
+    @property
+    def final_rules(self) -> EdgeRules:
+        """What counts as proven in the end."""
+        return EdgeRules(False, 0.5, self.checker.tolerance)
+
+
+def plan_path(
+    checker: SceneGraphCollisionChecker,
+    start: ArrayLike,
+    goal: ArrayLike,
+    *,
+    planner: str = "rrt_connect",
+    seed: int = 0,
+    timeout: float | None = None,
+    group: str | None = None,
+) -> Plan:
+    """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
+
+    ``goal`` is a configuration ``(nq,)`` or several ``(m, nq)``, any of which will do; those that
+    collide or are beyond limits are left out. ``group`` names the group of joints (of an SRDF)
+    that may move; all others must be at a goal as they are at the start. Joints that turn without
+    an end go round whichever way is free, and may arrive full turns away from the goal's number.
+
+    The path is the same for the same ``seed``, unless it ran out of time: ``timeout`` (s) ends the
+    search for shorter ones, too. Without one, a search goes on until there is a path, memory for
+    2^20 configurations in a tree is full, or KeyboardInterrupt; it notices both within 0.1 s.
+
+    The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000) and
+    then takes shortcuts (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*,
+    2007). Each edge, and in the end each edge of the path once more, is proven as
+    `SceneGraphCollisionChecker.measure_edge` does.
+
+    Raises PlanningError naming the argument, and as `SceneGraphCollisionChecker` does for
+    configurations of another shape or with numbers that mean nothing.
+    """
+    began = time.monotonic()
+    if planner not in PLANNERS:
+        raise PlanningError(f"planner must be one of {', '.join(PLANNERS)}, not {quoted(planner)}")
+    root = as_float(seed)
+    if root is None or root < 0.0 or not root.is_integer():
+        raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
+    patience = None if timeout is None else as_float(timeout)
+    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
+        raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
+    first, goals = _ends(checker, start, goal)
+    moves = _moving(checker, first, goals, group)
+    space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
+    problem = _Problem(checker, first, goals, space, int(seed), patience)
+    rest = None if patience is None else max(0.0, patience - (time.monotonic() - began))
+    return run_stoppable(lambda stops: _solve(problem, stops), rest)
+
+
+def _ends(
+    checker: SceneGraphCollisionChecker, start: ArrayLike, goal: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return start ``(nq,)`` and goals ``(m, nq)`` after checking them."""
+    first, goals = (checker.checked_configurations(each) for each in (start, goal))
+    if np.ndim(start) != 1:
+        raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
+    if not len(goals):
+        raise PlanningError("goal must have at least one configuration")
+    return normalized(checker.plan.tree, first)[0], normalized(checker.plan.tree, goals)
+
+
+def _moving(
+    checker: SceneGraphCollisionChecker,
+    start: NDArray[np.float64],
+    goals: NDArray[np.float64],
+    group: str | None,
+) -> NDArray[np.bool_]:
+    """Return ``(nq,)`` which positions may change, after checking that no others have to."""
+    tree = checker.plan.tree
+    moves = np.ones(tree.num_positions, dtype=np.bool_)
+    if group is not None:
+        moves[:] = False
+        moves[tree.group_positions(group)] = True
+    for row, column in np.argwhere(~moves & (goals != start)):
+        raise PlanningError(
+            f"position {tree.position_names[column]!r} is not of group {group!r} and must stay at"
+            f" {start[column]:.10g}; in goal {row} it is {goals[row, column]:.10g}"
+        )
+    return moves
+
+
+def _solve(problem: _Problem, stops: Stops) -> Plan:
+    """Return the plan; told to stop, with what there is."""
+    checker, tolerance = problem.checker, problem.search_rules.tolerance
+    ends = np.concatenate([problem.start[np.newaxis], problem.goals])
+    trouble, *others = find_troubles(checker, ends, tolerance, stops.proving)
+    if trouble is not None:
+        return _failed(problem, trouble.of_start, f"the start {trouble.words}")
+    usable = [row for row, other in enumerate(others) if other is None]
+    if usable:
+        return _search(problem, usable, stops)
+    found = [other for other in others if other is not None]
+    kind = min((other.of_goal for other in found), key=lambda kind: kind.value)
+    if len(found) == 1:
+        return _failed(problem, kind, f"the goal {found[0].words}")
+    words = "; ".join(f"goal {row} {each.words}" for row, each in enumerate(found[:_QUOTED]))
+    return _failed(problem, kind, f"none of {len(found)} goals can be reached: {words}")
+
+
+def _search(problem: _Problem, usable: Sequence[int], stops: Stops) -> Plan:
+    """Look for a path to one of the goals that can be used."""
+    start, goals, space = problem.start, problem.goals[list(usable)], problem.space
+    plan = problem.checker.plan
+    search = PathSearch(plan, space, problem.search_rules, problem.seed, stops.looking)
+    for row, goal in zip(usable, goals, strict=True):
+        if space.length(np.stack([start, goal + space.turns(start, goal)])) < _SAME:
+            return _proven(problem, [start[np.newaxis]], row, search, stops)
+    found = search.find(start, goals)
+    if found is None:
+        return _not_found(problem, search, stops)
+    path, root = found
+    return _proven(problem, [search.shortened(path), path], usable[root], search, stops)
+
+
+def _proven(
+    problem: _Problem,
+    paths: Sequence[NDArray[np.float64]],
+    goal: int,
+    search: PathSearch,
+    stops: Stops,
+) -> Plan:
+    """Return the first of some paths to a goal that is proven once more, edge by edge."""
+    for path in paths:
+        ends = path if len(path) > 1 else np.repeat(path, 2, axis=0)
+        edges = np.stack([ends[:-1], ends[1:]], axis=1)
+        rules, stop = problem.final_rules, stops.proving
+        proofs = prove(problem.checker.plan, edges, rules, stop=stop)
+        if (proofs.statuses == FREE).all():
+            path.setflags(write=False)
+            least = float(proofs.numbers[:, 2].min())
+            length = problem.space.length(path)
+            sizes, edges_seen = search.tree_sizes, search.edges
+            return Plan(path, max(least, 0.0), length, goal, None, None, sizes, edges_seen)
+    return _not_found(problem, search, stops, "found, but not proven once more")
+
+
+def _not_found(problem: _Problem, search: PathSearch, stops: Stops, what: str = "found") -> Plan:
+    """Say how far a search got."""
+    is_late = stops.looking[0] != 0
+    sizes = search.tree_sizes
+    apart = f", {search.gap:.3g} apart where they are nearest" if math.isfinite(search.gap) else ""
+    words = (
+        f"no path was {what}{f' within {problem.timeout:.10g} s' if is_late else ''}: the trees"
+        f" from start and goal have {sizes[0]} and {sizes[1]} configurations{apart}, after"
+        f" {search.edges} edges"
+    )
+    kind = PlanFailure.TIMEOUT if is_late else PlanFailure.EXHAUSTED
+    return _failed(problem, kind, words, search)
+
+
+def _failed(
+    problem: _Problem, kind: PlanFailure, reason: str, search: PathSearch | None = None
+) -> Plan:
+    sizes, edges = (search.tree_sizes, search.edges) if search else ((0, 0), 0)
+    nothing = np.empty((0, len(problem.start)))
+    return Plan(nothing, 0.0, 0.0, None, kind, reason, sizes, edges)

@@ -1,0 +1,198 @@
+"""One search for a path by two trees, and for shorter ones: what kernels of ``search`` need."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.edge_kernels import EdgeRules
+from scene_graph_ros.planning.edge_proofs import edge_scratch
+from scene_graph_ros.planning.growth_kernels import Trees
+from scene_graph_ros.planning.position_space import PositionSpace
+from scene_graph_ros.planning.search_kernels import search
+from scene_graph_ros.planning.search_state import (
+    CONNECT,
+    COUNT,
+    DONE,
+    EDGES,
+    ENTRIES,
+    NEAR,
+    NEEDS_ROOM,
+    NEEDS_SAMPLES,
+    PHASE,
+    ROOTS,
+    SAMPLE,
+    SHORTEN,
+    TARGET,
+    TREE,
+)
+from scene_graph_ros.planning.shortcut_kernels import Corners
+from scene_graph_ros.planning.space_kernels import SpaceTable
+
+__all__ = ["PathSearch"]
+
+_ROOM = 256
+"""Nodes that trees have room for at first; it is doubled as they grow."""
+
+_MOST_NODES = 2**20
+"""Of a tree: more are not made."""
+
+_SAMPLES = 128
+"""Random configurations that are made at once."""
+
+_SHORTCUTS = 40
+"""Shortcuts that are tried in a round."""
+
+_LEAST_SAVING = 0.02
+"""Of a path's length: where a round of shortcuts saves less, that was the last."""
+
+_KEPT_BY_SHORTCUTS = 1e-3
+"""Metres that shortcuts keep where they are measured: the shortest paths graze corners, and who
+proves them once more pays for it."""
+
+
+class PathSearch:
+    """A search from one start to one of several goals; the same for the same seed.
+
+    It stops soon after ``stop`` ``(1,)`` is set in another thread. ``tree_sizes``, ``edges`` and
+    ``gap`` may be read meanwhile.
+    """
+
+    def __init__(
+        self,
+        plan: CheckerPlan,
+        space: PositionSpace,
+        rules: EdgeRules,
+        seed: int,
+        stop: NDArray[np.int64],
+    ) -> None:
+        self._plan, self._space, self._rules, self._stop = plan, space, rules, stop
+        self._rng = np.random.default_rng(seed)
+        nq = plan.tree.num_positions
+        self._trees = _room(_ROOM, nq)
+        self._path = Corners(np.empty((1, nq)), np.empty(1))
+        self._samples = np.empty((0, nq))
+        self._state = np.zeros(ENTRIES, dtype=np.int64)
+        self._scratch = (np.empty((3, nq)), np.empty(4), *edge_scratch(plan))
+
+    @property
+    def tree_sizes(self) -> tuple[int, int]:
+        """How many configurations the trees from start and goals have."""
+        return int(self._trees.sizes[0]), int(self._trees.sizes[1])
+
+    @property
+    def edges(self) -> int:
+        """How many edges were looked at."""
+        return int(self._state[EDGES])
+
+    @property
+    def gap(self) -> float:
+        """How near (rad and m) the trees came to each other; at first infinite."""
+        return float(self._trees.gap[0])
+
+    def find(
+        self, start: NDArray[np.float64], goals: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], int] | None:
+        """Return a path ``(n, nq)`` and the row of its goal; None when stopped, or out of room.
+
+        ``start`` is ``(nq,)``, ``goals`` ``(m, nq)``; they must be free. The straight ways to the
+        goals are tried first. Joints that turn without an end arrive up to full turns.
+        """
+        self._plant(start, goals)
+        while True:
+            answer = self._search(self._space.table, self._rules)
+            if answer == DONE:
+                return self._joined()
+            if answer == NEEDS_SAMPLES:
+                self._samples = self._space.samples(self._rng, _SAMPLES)
+                self._state[SAMPLE] = 0
+            elif answer != NEEDS_ROOM or not self._grow():
+                return None
+
+    def shortened(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return a path that is shorter where shortcuts were found before it was stopped."""
+        table = self._space.unwound()
+        kept = max(self._rules.tolerance, _KEPT_BY_SHORTCUTS)
+        rules = self._rules._replace(tolerance=kept)
+        self._state[PHASE], self._state[COUNT] = SHORTEN, len(path)
+        corners = path
+        while True:
+            before = self._space.length(corners)
+            rows = np.concatenate([corners, np.empty((_SHORTCUTS, path.shape[1]))])
+            self._path = Corners(rows, np.empty(len(rows)))
+            self._samples, self._state[SAMPLE] = self._rng.random((_SHORTCUTS, 2)), 0
+            answer = self._search(table, rules)
+            corners = rows[: self._state[COUNT]]
+            saved = before - self._space.length(corners)
+            if answer != NEEDS_SAMPLES or saved < _LEAST_SAVING * before:
+                return self._space.settled(corners)
+
+    def _plant(self, start: NDArray[np.float64], goals: NDArray[np.float64]) -> None:
+        trees = self._trees = _room(max(_ROOM, 2 * len(goals)), len(start))
+        for tree, roots in enumerate((start[np.newaxis], goals)):
+            trees.nodes[tree, : len(roots)] = roots
+            trees.parents[tree, : len(roots)] = -1
+            trees.sizes[tree] = len(roots)
+        state = self._state
+        state[PHASE], state[TREE], state[NEAR], state[TARGET] = CONNECT, 1, 0, 0
+        state[ROOTS] = len(goals)
+
+    def _search(self, table: SpaceTable, rules: EdgeRules) -> int:
+        plan = self._plan
+        answer: int = search(
+            plan.held.places,
+            plan.tree.table,
+            plan.bodies,
+            plan.pairs,
+            plan.reaches,
+            plan.tree.X_WB,
+            rules,
+            self._stop,
+            table,
+            self._space.longest_step,
+            self._trees,
+            self._path,
+            self._samples,
+            self._state,
+            *self._scratch,
+        )
+        return answer
+
+    def _grow(self) -> bool:
+        """Double the room of the trees; tell whether they may have more."""
+        old = self._trees
+        count, nq = old.nodes.shape[1:]
+        if count >= _MOST_NODES:
+            return False
+        new = _room(2 * count, nq)
+        for kept, more in zip(old[:2], new[:2], strict=True):
+            more[:, :count] = kept
+        self._trees = new._replace(sizes=old.sizes, gap=old.gap)
+        return True
+
+    def _joined(self) -> tuple[NDArray[np.float64], int]:
+        """Return the path through the nodes in which the trees met, with all turns counted."""
+        met = {int(self._state[TREE]): int(self._state[NEAR])}
+        met[1 - int(self._state[TREE])] = int(self._state[TARGET])
+        first, second = (self._way_to_root(tree, met[tree]) for tree in (0, 1))
+        there = self._trees.nodes[1, second]
+        turns = self._space.turns(self._trees.nodes[0, first[0]], there[0])
+        here = self._trees.nodes[0, first[::-1]]
+        path = np.concatenate([here, there[1:] + turns])
+        return self._space.settled(path), second[-1]
+
+    def _way_to_root(self, tree: int, node: int) -> list[int]:
+        way = [node]
+        while self._trees.parents[tree, way[-1]] >= 0:
+            way.append(int(self._trees.parents[tree, way[-1]]))
+        return way
+
+
+def _room(count: int, nq: int) -> Trees:
+    return Trees(
+        np.empty((2, count, nq)),
+        np.empty((2, count), np.int64),
+        np.zeros(2, np.int64),
+        np.full(1, np.inf),
+    )

@@ -1,0 +1,58 @@
+"""The answer of a planner: a path that is proven, or why there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Plan", "PlanFailure"]
+
+
+class PlanFailure(enum.Enum):
+    """Why there is no path."""
+
+    START_BEYOND_LIMITS = 1
+    START_COLLIDES = 2
+    GOAL_BEYOND_LIMITS = 3
+    """Of all goals at least one is, and the others collide."""
+    GOAL_COLLIDES = 4
+    """All goals do."""
+    TIMEOUT = 5
+    """Nothing was found in time."""
+    EXHAUSTED = 6
+    """The trees grew to their limit and did not meet."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A path, each of whose edges is proven free, or why there is none.
+
+    ``configurations`` ``(n, nq)`` lead from the start to goal number ``goal`` along straight edges
+    (floating joints turn the short way); one where the start is a goal, none without success.
+    ``least_clearance`` (m) is what all pairs certainly keep, beyond their paddings, on all of the
+    way; 0 without success. ``length`` adds up the edges, in rad and m. ``failure`` and ``reason``
+    say why there is no path; both are None where there is one. ``tree_sizes`` is how many
+    configurations the trees from start and goals had, ``edges`` how many edges were looked at.
+    """
+
+    configurations: NDArray[np.float64]
+    least_clearance: float
+    length: float
+    goal: int | None
+    failure: PlanFailure | None
+    reason: str | None
+    tree_sizes: tuple[int, int]
+    edges: int
+
+    @property
+    def is_success(self) -> bool:
+        """Whether there is a path."""
+        return self.failure is None
+
+    @property
+    def proven(self) -> bool:
+        """Whether all edges are proven free: always, where there is a path."""
+        return self.is_success

@@ -1,0 +1,45 @@
+"""The search for a path, and for a shorter one: edges are proposed, proven and taken, compiled."""
+
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+from scene_graph_ros.planning.bodies import place_still_bodies
+from scene_graph_ros.planning.edge_kernels import FREE, prove_edge, set_ways
+from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth
+from scene_graph_ros.planning.search_state import EDGES, PHASE, PROVE, SHORTEN, STOPPED
+from scene_graph_ros.planning.shortcut_kernels import propose_shortcut, take_shortcut
+
+__all__ = ["search"]
+
+
+@lean_kernel
+def search(
+    held, tree, bodies, pairs, reaches, X_WB, rules, stop, space, longest, trees, path, samples,
+    state, edge, numbers, scratch, stretches, places, work,
+):  # fmt: skip
+    """Go on with a search until something is missing, or all is done; return which.
+
+    ``samples`` are configurations ``(n, nq)`` while trees grow, and pairs of random numbers
+    ``(n, 2)`` while a path is shortened. An edge that was being proven when ``stop`` was set is
+    dropped. What came before does not depend on where calls began and ended.
+    """
+    ways, margins, own, q = scratch
+    place_still_bodies(bodies, places)
+    while True:
+        is_growing = state[PHASE] != SHORTEN
+        if is_growing:
+            answer = propose_growth(tree, space, trees, samples, longest, state, edge)
+        else:
+            answer = propose_shortcut(tree, space, path, samples, state, edge)
+        if answer != PROVE:
+            return answer
+        set_ways(tree, bodies, pairs, reaches, edge[0], edge[1], ways, margins, own)
+        status, _ = prove_edge(
+            held, tree, bodies, pairs, ways, margins, edge[0], edge[1], X_WB, rules, stop,
+            stretches, q, places, work, numbers,
+        )  # fmt: skip
+        if stop[0] != 0:
+            return STOPPED
+        state[EDGES] += 1
+        if is_growing:
+            take_growth(space, trees, state, edge, status == FREE)
+        else:
+            take_shortcut(path, state, edge, status == FREE)

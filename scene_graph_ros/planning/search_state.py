@@ -1,0 +1,47 @@
+"""What kernels of a search remember from one edge to the next, and what they answer."""
+
+__all__ = [
+    "CONNECT",
+    "COUNT",
+    "DONE",
+    "EDGES",
+    "ENTRIES",
+    "EXTEND",
+    "FIRST",
+    "JOINED",
+    "LAST",
+    "NEAR",
+    "NEEDS_ROOM",
+    "NEEDS_SAMPLES",
+    "PHASE",
+    "PROVE",
+    "REACHES",
+    "ROOTS",
+    "SAMPLE",
+    "SHORTEN",
+    "STOPPED",
+    "TARGET",
+    "TREE",
+]
+
+(
+    PHASE,
+    TREE,  # that grows: 0 begins at the start, 1 at the goals
+    NEAR,  # its node that an edge begins at; once they have met, where
+    TARGET,  # the node of the other tree that it leads to
+    REACHES,  # whether the edge ends there
+    ROOTS,  # how many goals are still to be tried without a detour
+    SAMPLE,  # the next random number, or configuration
+    EDGES,  # how many edges were looked at
+    COUNT,  # how many configurations the path has that is shortened
+    FIRST,  # the edges of the path that a shortcut leads from
+    LAST,  # and to
+    ENTRIES,
+) = range(12)
+"""The entries of a search's state ``(ENTRIES,)``."""
+
+CONNECT, EXTEND, JOINED, SHORTEN = range(4)
+"""Phases: walk to the other tree; step to a sample; the trees have met; shorten the path."""
+
+PROVE, DONE, NEEDS_SAMPLES, NEEDS_ROOM, STOPPED = range(5)
+"""Answers: an edge is to be proven; there is nothing left to do; what is missing; told to stop."""
