@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+import itertools
 import os
 import time
 from typing import Any
@@ -24,6 +25,7 @@ from benchmarks.machine import machine  # noqa: E402
 from scene_graph_ros.geometry.optimization import (  # noqa: E402
     HPolyhedron,
     Hyperellipsoid,
+    iris,
     VPolytope,
 )
 
@@ -31,6 +33,9 @@ __all__ = ["SIZES", "Row", "main", "measure"]
 
 SIZES = ((2, 24), (3, 36), (7, 64), (14, 128))
 """Dimensions and rows of the polytopes."""
+
+OBSTACLES = (10, 100, 1000)
+"""How many of them a region is grown among, in two and three dimensions."""
 
 _POINTS = 100
 _SAME = 1e-6
@@ -151,17 +156,70 @@ def _questions(
         )
 
 
+def _scattered(
+    rng: np.random.Generator, n: int, count: int, drake: Any
+) -> dict[str, tuple[list[Any], list[Any]]]:
+    """Return hulls and balls about the origin, which is free, as ours and as Drake's."""
+    hulls: tuple[list[Any], list[Any]] = ([], [])
+    balls: tuple[list[Any], list[Any]] = ([], [])
+    while len(hulls[0]) < count:
+        center, radius = rng.uniform(-1.0, 1.0, n), rng.uniform(0.2, 0.6) * count ** (-1.0 / n)
+        if np.linalg.norm(center) < 2.0 * radius + 0.02:
+            continue
+        ways = rng.normal(size=(8, n))
+        corners = center + radius * ways / np.linalg.norm(ways, axis=1)[:, None]
+        hulls[0].append(VPolytope(corners))
+        balls[0].append(Hyperellipsoid.make_hypersphere(radius, center))
+        if drake is not None:
+            hulls[1].append(drake.VPolytope(corners.T))
+            balls[1].append(drake.Hyperellipsoid.MakeHypersphere(radius, center))
+    return {"hulls": hulls, "balls": balls}
+
+
+def _regions(
+    rng: np.random.Generator, n: int, count: int, drake: Any
+) -> Iterator[tuple[str, Callable[[], Any], Callable[[], Any]]]:
+    """Name each question about obstacles; both return the log volume of the ellipsoid inside."""
+    low, high = -np.ones(n), np.ones(n)
+
+    def ours(obstacles: list[Any]) -> float:
+        region = iris(obstacles, np.zeros(n), HPolyhedron.make_box(low, high))
+        return _log_volume(region.maximum_volume_inscribed_ellipsoid())
+
+    def theirs(obstacles: list[Any]) -> float:
+        try:
+            region = drake.Iris(obstacles, np.zeros(n), drake.HPolyhedron.MakeBox(low, high))
+        except RuntimeError:
+            return np.nan
+        return _log_volume(region.MaximumVolumeInscribedEllipsoid())
+
+    for kind, (mine, other) in _scattered(rng, n, count, drake).items():
+        yield f"iris, {count} {kind}", lambda o=mine: ours(o), lambda o=other: theirs(o)  # type: ignore[misc]
+
+
 def measure(
-    sizes: Sequence[tuple[int, int]] = SIZES, seconds: float = 0.5, seed: int = 1
+    sizes: Sequence[tuple[int, int]] = SIZES,
+    seconds: float = 0.5,
+    seed: int = 1,
+    obstacles: Sequence[int] = OBSTACLES,
 ) -> Iterator[Row]:
-    """Ask everything of a polytope of each size, ours and Drake's in turn."""
+    """Ask everything of a polytope of each size, and of regions among so many obstacles.
+
+    Ours and Drake's in turn.
+    """
     drake = _drake()
     for n, m in sizes:
-        for what, ours, theirs in _questions(np.random.default_rng(seed), n, m, drake):
+        rng = np.random.default_rng(seed)
+        asked = _questions(rng, n, m, drake)
+        if n <= 3:
+            asked = itertools.chain(asked, *(_regions(rng, n, k, drake) for k in obstacles))
+        for what, ours, theirs in asked:
             answer = ours()
             agree, theirs_us = "alone", np.nan
             if drake is not None:
-                agree = "yes" if np.allclose(answer, theirs(), _SAME, _SAME) else "NO"
+                other = theirs()
+                agree = "yes" if np.allclose(answer, other, _SAME, _SAME) else "NO"
+                agree = "Drake FAILS" if np.isnan(other).any() else agree
                 theirs_us = _microseconds(theirs, seconds)
             yield Row(what, n, m, _microseconds(ours, seconds), theirs_us, agree)
 
@@ -172,13 +230,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seconds", type=float, default=0.5, help="for each row and engine")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--most", type=int, default=14, help="dimensions")
+    parser.add_argument("--most-obstacles", type=int, default=1000)
     options = parser.parse_args(arguments)
     load = os.getloadavg()[0]
     if _drake() is None:
         print("pydrake is not installed, so only ours is measured; make peers installs it")
     print(f"{'what':38} {'n/rows':>7} {'ours (us)':>11} {'Drake (us)':>11} {'ratio':>6} same")
     sizes = [size for size in SIZES if size[0] <= options.most]
-    for row in measure(sizes, options.seconds, options.seed):
+    obstacles = [count for count in OBSTACLES if count <= options.most_obstacles]
+    for row in measure(sizes, options.seconds, options.seed, obstacles):
         size = f"{row.dimension}/{row.rows}"
         print(
             f"{row.what:38} {size:>7} {row.ours:11.1f} {row.theirs:11.1f}"

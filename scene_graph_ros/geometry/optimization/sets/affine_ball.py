@@ -38,6 +38,8 @@ class AffineBall(ConvexSet):
     ``AffineBall(hyperellipsoid)`` is the same set, where that is bounded.
     """
 
+    _IS_NEVER_EMPTY = True
+
     def __init__(self, B: Any = _NOTHING, center: Any = ()) -> None:
         """Take a map or an ellipsoid. Raises ConvexSetError unless they fit."""
         image = B._ball_map() if isinstance(B, ConvexSet) else None

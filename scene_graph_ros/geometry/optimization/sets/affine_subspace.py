@@ -37,6 +37,8 @@ class AffineSubspace(ConvexSet):
     in which it is no wider than ``tol`` don't count. By default that is 1e-12 of its size.
     """
 
+    _IS_NEVER_EMPTY = True
+
     def __init__(
         self, basis: Any = _NOTHING, translation: Any = (), *, tol: float | None = None
     ) -> None:

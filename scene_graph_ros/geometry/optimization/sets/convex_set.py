@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import abc
 import functools
-from typing import Any, Literal, overload
+from typing import Any, ClassVar, Literal, overload
 
 import numpy as np
 
@@ -39,6 +39,9 @@ class ConvexSet(abc.ABC):
 
     Points are rows. Sets in no dimensions are {0}, unless said otherwise.
     """
+
+    _IS_NEVER_EMPTY: ClassVar[bool] = False
+    """Whether every set of the kind has a point."""
 
     def __init__(self, ambient_dimension: int) -> None:
         self._ambient_dimension = ambient_dimension
@@ -92,6 +95,8 @@ class ConvexSet(abc.ABC):
 
         The certificate is a ``point`` or ``farkas``.
         """
+        if self._IS_NEVER_EMPTY and not certificate:
+            return False
         decision = is_empty((self,), "is_empty")
         return decision if certificate else decision.value
 

@@ -44,6 +44,8 @@ class Hyperellipsoid(ConvexSet):
     ``Hyperellipsoid(query, geometry_id, reference_frame=None)`` a registered sphere or ellipsoid.
     """
 
+    _IS_NEVER_EMPTY = True
+
     def __init__(
         self, A: Any = _NOTHING, center: Any = (), reference_frame: FrameId | None = None
     ) -> None:

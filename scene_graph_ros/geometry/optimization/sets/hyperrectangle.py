@@ -22,6 +22,8 @@ __all__ = ["Hyperrectangle"]
 class Hyperrectangle(ConvexSet):
     """All points with ``lb <= x <= ub``; without arguments {0} in no dimensions."""
 
+    _IS_NEVER_EMPTY = True
+
     def __init__(self, lb: Any = (), ub: Any = ()) -> None:
         """Take two corners. Raises ConvexSetError unless lb and ub are finite and lb <= ub."""
         self._lb = as_vector(lb, "Hyperrectangle: lb")

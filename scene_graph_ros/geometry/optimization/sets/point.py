@@ -26,6 +26,8 @@ class Point(ConvexSet):
     of a registered sphere of radius r at most, in a frame, the world by default.
     """
 
+    _IS_NEVER_EMPTY = True
+
     def __init__(
         self,
         x: Any = (),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from scene_graph_ros.geometry.compiled.kernel import kernel
+
 __all__ = ["nearest_on_axes"]
 
 _MOST_STEPS = 200
@@ -25,15 +27,24 @@ def nearest_on_axes(radii: np.ndarray, p: np.ndarray) -> np.ndarray:
     if np.linalg.norm(q / r) <= 1.0:
         y[inner] = q
         return y
-    # At s the sum is at most (max |p| r / s)^2 n, and above 1 at 0.
-    low, high = 0.0, float(np.linalg.norm(q * r))
+    s = _root(q, r, float(np.linalg.norm(q * r)))
+    y[inner] = q * (r * r / (r * r + s))
+    return y
+
+
+@kernel
+def _root(q, r, high):
+    """Return where ``sum (q r / (r^2 + s))^2`` is 1, from above: it is less at ``high``."""
+    low = 0.0
     for _ in range(_MOST_STEPS):
         s = 0.5 * (low + high)
         if s in (low, high):
             break
-        if np.linalg.norm(q * r / (r * r + s)) > 1.0:
+        total = 0.0
+        for k in range(len(q)):
+            total += (q[k] * r[k] / (r[k] * r[k] + s)) ** 2
+        if total > 1.0:
             low = s
         else:
             high = s
-    y[inner] = q * (r * r / (r * r + high))
-    return y
+    return high
