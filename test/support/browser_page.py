@@ -110,9 +110,12 @@ class PageClient:
 
     def learn(self, message: bytes) -> None:
         """Take a message."""
+        blocks = read_blocks(message)
+        if any(kind == SCENE and content["begins"] for kind, content in blocks):
+            self.items, self.poses, self.meshes, self.vertices = {}, {}, {}, {}
         self.messages += 1
         self.contacts = None
-        for kind, content in read_blocks(message):
+        for kind, content in blocks:
             if kind == TIME:
                 self.time = content
             elif kind == SCENE:
@@ -129,8 +132,6 @@ class PageClient:
 
     def _scene(self, content: dict[str, Any]) -> None:
         self.scenes.append(content)
-        if content["begins"]:
-            self.items.clear()
         for number in content["vanished"]:
             del self.items[number]
         for number in content["meshes_gone"]:

@@ -82,7 +82,7 @@ class BrowserView:
         self._stopped = asyncio.Event()
         self._thread = threading.Thread(target=self._run, name="browser", daemon=True)
         self._is_ended = False
-        self._connections = 0
+        self._connections: set[ServerConnection] = set()
         self._pages = 0
         self.refused = 0
         """Requests that were not let in."""
@@ -170,11 +170,15 @@ class BrowserView:
             max_queue=4,
             logger=_silent(),
         )
-        async with server as running:
+        async with server:
             await self._stopped.wait()
-            for connection in list(running.all_connections):
-                # A page that is stuck is not waited for.
+            # Nobody is waited for: neither a page that is stuck nor who has not asked yet.
+            for connection in list(self._connections):
                 connection.transport.abort()
+        others = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in others:
+            task.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
 
     def _connection(self, *arguments: Any, **options: Any) -> ServerConnection:
         return _Counted(self, *arguments, **options)
@@ -267,13 +271,13 @@ class _Counted(ServerConnection):
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
-        self._view._connections += 1
-        if self._view._connections > _MAX_CONNECTIONS:
+        self._view._connections.add(self)
+        if len(self._view._connections) > _MAX_CONNECTIONS:
             self._view.refused += 1
             self.transport.abort()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        self._view._connections -= 1
+        self._view._connections.discard(self)
         super().connection_lost(exc)
 
 

@@ -47,15 +47,23 @@ class Stage:
         self.frames: dict[str, Any] = {}
         self.geometries: dict[str, Any] = {}
         self._X_WF: dict[str, Any] = {}
+        self._q_WG: dict[Any, Any] = {}
         self._version = self._sequence = 0
 
-    def add(self, name, shape, p_WF=(0.0, 0.0, 0.0), roles=("illustration", "proximity")):
+    def add(
+        self,
+        name,
+        shape,
+        p_WF=(0.0, 0.0, 0.0),
+        roles=("illustration", "proximity"),
+        rgba=(0.25, 0.5, 0.75),
+    ):
         """Put a shape on a frame of its own."""
         frame = self.graph.register_frame(self.source, GeometryFrame(f"{name}_frame"))
         instance = GeometryInstance(np.eye(4), shape, name)
         if "illustration" in roles:
             properties = IllustrationProperties()
-            properties.add_property("phong", "diffuse", Rgba(0.25, 0.5, 0.75))
+            properties.add_property("phong", "diffuse", Rgba(*rgba))
             instance.set_illustration_properties(properties)
         if "proximity" in roles:
             instance.set_proximity_properties(ProximityProperties())
@@ -64,9 +72,26 @@ class Stage:
         self.move(name, p_WF)
         self._version += 1
 
+    def add_soft(self, name, shape):
+        """Put a shape that deforms in the world."""
+        instance = GeometryInstance(np.eye(4), shape, name)
+        instance.set_illustration_properties(IllustrationProperties())
+        self.geometries[name] = self.graph.register_deformable_geometry(
+            self.source, self.graph.world_frame_id(), instance, 0.5
+        )
+        self._version += 1
+
+    def deform(self, name, function):
+        """Put the vertices of a shape that deforms elsewhere."""
+        geometry_id = self.geometries[name]
+        mesh = self.graph.model_inspector().get_reference_mesh(geometry_id)
+        self._q_WG[geometry_id] = function(mesh.vertices)
+
     def remove(self, name):
         """Take a shape away."""
-        self.graph.remove_geometry(self.source, self.geometries.pop(name))
+        geometry_id = self.geometries.pop(name)
+        self._q_WG.pop(geometry_id, None)
+        self.graph.remove_geometry(self.source, geometry_id)
         self._version += 1
 
     def move(self, name, p_WF):
@@ -81,6 +106,7 @@ class Stage:
         context = self.graph.create_default_context()
         poses = {self.frames[name]: X_WF for name, X_WF in self._X_WF.items()}
         context.set_frame_poses(self.source, poses)
+        context.set_configurations(self.source, self._q_WG)
         query = self.graph.query_object(context).bake()
         return StageMoment(query, self._version, self._sequence, 10**9 * self._sequence)
 

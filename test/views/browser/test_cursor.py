@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from browser_page import MESH, PageClient, POSES, read_blocks, SCENE, TIME
+from browser_page import MESH, PageClient, POSES, read_blocks, SCENE, TIME, VERTICES
 import numpy as np
 import pytest
 
@@ -203,3 +203,28 @@ def test_contacts_are_told_to_those_who_ask(stage, page):
     stage.move("b", (3.0, 0, 0))
     page.see(stage.moment(), Wish(contacts=True))
     assert [len(each) for each in page.contacts] == [0, 0, 0]
+
+
+def test_what_deforms_is_told_by_its_vertices(stage, page):
+    """Its triangles once, its vertices whenever they are elsewhere; never a pose."""
+    stage.add_soft("pad", Box(0.25, 0.5, 1.0))
+    assert page.see(stage.moment()) == [TIME, MESH, SCENE, VERTICES]
+    item = page.named("pad")
+    assert (item["form"], item["number"] in page.poses) == ("vertices", False)
+    vertices, triangles = page.vertices[item["number"]], page.meshes[item["mesh"]][1]
+    assert triangles.max() == len(vertices) - 1
+    assert np.abs(vertices).max(axis=0) == pytest.approx([0.125, 0.25, 0.5], abs=1e-6)
+    # Closed: each edge is there once in each direction.
+    edges = {(t[k], t[(k + 1) % 3]) for t in triangles.tolist() for k in range(3)}
+    assert edges == {(b, a) for a, b in edges}
+    assert page.see(stage.moment()) == [TIME]
+    stage.deform("pad", lambda q_GV: 2.0 * q_GV + (1e6, 0.0, 0.0))
+    # A context of its own makes another configuration of the same numbers.
+    assert page.see(stage.moment()) == [TIME, VERTICES]
+    expected = 2.0 * vertices + (1e6, 0.0, 0.0)
+    assert page.vertices[item["number"]] == pytest.approx(expected, abs=1e-6)
+    stage.remove("pad")
+    stage.add("ball", Sphere(0.1))
+    page.see(stage.moment())
+    assert page.scenes[-1]["meshes_gone"] == [item["mesh"]]
+    assert [each["path"][3] for each in page.items.values()] == ["ball"]

@@ -103,3 +103,11 @@ export const STRETCH = {
   mesh: () => [1, 1, 1, 0],
   vertices: () => [1, 1, 1, 0],
 };
+
+// How far a form reaches from its middle, stretched so.
+export const REACH = {
+  ellipsoid: ([a, b, c]) => Math.max(a, b, c),
+  box: ([a, b, c]) => Math.hypot(a, b, c),
+  cylinder: ([radius, , half]) => Math.hypot(radius, half),
+  capsule: ([radius, , , half]) => radius + half,
+};

@@ -1,6 +1,6 @@
 // What the node said there is: items and where they are, meshes, contacts.
 
-import { flatForm, STRETCH } from "./forms.js";
+import { flatForm, REACH, STRETCH } from "./forms.js";
 import { plus, turnZTo } from "./vectors.js";
 
 const CONTACT_COLOR = [1, 0.25, 0.2, 1], NORMAL_COLOR = [1, 0.75, 0.2, 1];
@@ -12,6 +12,8 @@ export class World {
     this.renderer = renderer;
     this.items = new Map();
     this.topologies = new Map();
+    this.reach = new Map();  // of each mesh: its farthest vertex from its origin
+    this.hidden = new Set();
     this.contacts = null;
     this.time = null;
   }
@@ -20,6 +22,7 @@ export class World {
   take(blocks) {
     let changed = false;
     this.contacts = null;
+    if (blocks.some((block) => block.begins)) this.begin();
     for (const block of blocks) {
       if (block.kind === "time") this.time = block;
       else if (block.kind === "scene") { this.takeScene(block); changed = true; }
@@ -31,21 +34,30 @@ export class World {
     return changed;
   }
 
-  takeScene({ begins, roles, counts, appeared, vanished, meshes_gone: gone }) {
-    if (begins) this.items.clear();
+  // Forgets what another server said, but not what was hidden by hand.
+  begin() {
+    this.hidden = new Set([...this.items.values()].filter((i) => !i.isShown).map(nameOf));
+    this.items.clear();
+    this.topologies.clear();
+    [...this.reach.keys()].forEach((number) => this.renderer.dropMesh(number));
+    this.reach.clear();
+  }
+
+  takeScene({ roles, counts, appeared, vanished, meshes_gone: gone }) {
     this.roles = roles;
     this.counts = counts;
     vanished.forEach((number) => this.items.delete(number));
     for (const entry of appeared) {
       const before = this.items.get(entry.number);
       this.items.set(entry.number, {
-        ...entry, isShown: before?.isShown ?? true, position: before?.position,
+        ...entry, isShown: before?.isShown ?? !this.hidden.has(nameOf(entry)), position: before?.position,
         rotation: before?.rotation, stretch: STRETCH[entry.form]?.(entry.size),
         batch: entry.mesh ?? entry.form,
       });
     }
     for (const number of gone) {
       this.topologies.delete(number);
+      this.reach.delete(number);
       this.renderer.dropMesh(number);
     }
   }
@@ -54,7 +66,6 @@ export class World {
     // The vertices of what deforms come by themselves.
     if (number < 0) this.topologies.set(number, triangles);
     else this.renderer.setMesh(number, flatForm(vertices, triangles));
-    this.reach ??= new Map();
     this.reach.set(number, farthest(vertices));
   }
 
@@ -102,8 +113,7 @@ export class World {
   bounds() {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     for (const item of this.picture(ORIGIN).bodies) {
-      const [x, y, z, length] = item.stretch;
-      const reach = this.reach?.get(item.batch) ?? Math.hypot(x, y, z) + length;
+      const reach = this.reach.get(item.batch) ?? REACH[item.form](item.stretch);
       for (let k = 0; k < 3; k++) {
         low[k] = Math.min(low[k], item.position[k] - reach);
         high[k] = Math.max(high[k], item.position[k] + reach);
@@ -114,6 +124,8 @@ export class World {
     return { middle, radius: Math.hypot(...plus(high, middle, -1)) || 1 };
   }
 }
+
+const nameOf = ({ path }) => path.join("\n");
 
 function farthest(vertices) {
   let most = 0;
