@@ -1,0 +1,210 @@
+"""The page in a real browser: what a person sees of a scene that changes."""
+
+from __future__ import annotations
+
+import threading
+
+from chromium import find_chromium, REMEDY, Tab
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import Sphere
+from scene_graph_ros.views.browser.server import BrowserView
+
+SIZE = (700, 320)
+PANEL = 300
+"""Pixels from the left that the panel covers."""
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(find_chromium() is None, reason=REMEDY),
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """A browser, once for all tests."""
+    tab = Tab(*SIZE)
+    yield tab
+    tab.close()
+
+
+@pytest.fixture
+def tab(browser):
+    """A browser that shows nothing; the page is to complain about nothing."""
+    browser.open("about:blank")
+    browser.problems.clear()
+    yield browser
+    assert browser.problems == []
+
+
+class Shown:
+    """A view of a stage, offered when it is wanted or something is done."""
+
+    def __init__(self, stage, port=0):
+        self.stage, self._lock = stage, threading.Lock()
+        self.failures = []
+        self.view = BrowserView(
+            "127.0.0.1", port, rate=100.0, wanted=self.offer, failed=self.failures.append
+        )
+        self.view.start()
+
+    def offer(self, change=None):
+        """Show how the stage is, after a change of it."""
+        with self._lock:
+            if change is not None:
+                change()
+            self.view.offer(self.stage.moment())
+
+
+@pytest.fixture
+def show(stage):
+    """Show the stage, which has a red ball; and end what was started."""
+    stage.add("ball", Sphere(0.5), rgba=(1.0, 0.0, 0.0))
+    views = []
+
+    def start(port=0):
+        views.append(Shown(stage, port))
+        return views[-1]
+
+    yield start
+    for shown in views:
+        shown.view.end()
+        assert not shown.failures
+
+
+def of_color(tab, channel):
+    """Return the middle (x, y) of what is mostly red (0), green (1) or blue (2), and its area."""
+    picture = tab.picture().astype(int)
+    others = [k for k in range(3) if k != channel]
+    mask = picture[..., channel] > 60 + 2 * picture[..., others].max(axis=2)
+    mask[:, :PANEL] = False
+    y, x = np.nonzero(mask)
+    return (x.mean(), y.mean(), len(x)) if len(x) else (None, None, 0)
+
+
+def wait_for_items(tab, count):
+    """Wait until the page has so many items, and has drawn them."""
+    tab.wait_for(f"document.body?.dataset.items === '{count}'")
+    drawn = int(tab.value("document.body.dataset.pictures") or 0)
+    tab.value("window.dispatchEvent(new Event('resize'))")
+    tab.wait_for(f"Number(document.body.dataset.pictures) > {drawn}")
+
+
+def wait_until_seen(tab, condition):
+    """Look until a condition holds of what is red, and return that."""
+    for _ in range(200):
+        seen = of_color(tab, 0)
+        if condition(*seen):
+            return seen
+    raise AssertionError(f"the page shows {seen}; {tab.problems}")
+
+
+def test_a_ball_is_where_it_is_moves_and_vanishes(tab, stage, show):
+    """Seen from the side: at first in the middle, as large as it is; then to the right; then not.
+
+    The page shows as a whole what is there when it is opened, at 0.75 of the distance at which a
+    ball of half the diagonal of its box, 0.87 m, fills the height: at 1.67 m. With 0.8 rad from
+    bottom to top a ball of 0.5 m, which is seen under asin(0.5 / 1.67), is 115 pixels in radius.
+    """
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 1)
+    x, y, area = of_color(tab, 0)
+    distance = 0.75 * np.sqrt(0.75) / np.sin(0.4)
+    radius = np.tan(np.arcsin(0.5 / distance)) / np.tan(0.4) * SIZE[1] / 2
+    # Its left part is behind the panel: the disc is cut at PANEL.
+    u = np.arange(PANEL, SIZE[0]) + 0.5 - SIZE[0] / 2
+    height = 2 * np.sqrt(np.maximum(radius**2 - u**2, 0.0))
+    height = np.minimum(height, SIZE[1])
+    assert area == pytest.approx(height.sum(), rel=0.03)
+    assert x == pytest.approx(SIZE[0] / 2 + (u * height).sum() / height.sum(), abs=2.0)
+    assert y == pytest.approx(SIZE[1] / 2, abs=2.0)
+    # The camera is at azimuth -0.9 rad: its right is (0.78, 0.62, 0).
+    shown.offer(lambda: stage.move("ball", (0.78, 0.62, 0.0)))
+    moved = wait_until_seen(tab, lambda x, y, area: area and x > SIZE[0] / 2 + 100)
+    assert moved[1] == pytest.approx(SIZE[1] / 2, abs=5.0)
+    shown.offer(lambda: stage.remove("ball"))
+    wait_until_seen(tab, lambda x, y, area: area == 0)
+
+
+def test_names_are_listed_and_hide_what_they_name(tab, stage, show):
+    """A click on a box hides the ball, and its frame's box says so; the filter finds names."""
+    stage.add("other", Sphere(0.1), (3.0, 0.0, 0.0), rgba=(0.0, 1.0, 0.0))
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 2)
+    names = "[...document.querySelectorAll('#tree .name')].map((each) => each.textContent)"
+    assert tab.value(names) == ["arm", "ball_frame", "ball", "other_frame", "other"]
+    tab.value("document.querySelector('.leaf input').click()")
+    wait_until_seen(tab, lambda x, y, area: area == 0)
+    assert of_color(tab, 1)[2] > 0
+    boxes = "[...document.querySelectorAll('#tree input')].map((b) => b.checked)"
+    assert tab.value(boxes) == [True, False, False, True, True]
+    tab.value(
+        "(() => { const field = document.querySelector('#filter'); field.value = 'OTHER';"
+        " field.dispatchEvent(new Event('input')); })()"
+    )
+    assert tab.value(names) == ["arm", "other_frame", "other"]
+
+
+def test_a_name_is_text_whatever_is_in_it(tab, stage, show):
+    """Markup in a name is shown, not followed."""
+    evil = "<img src=x onerror=\"document.body.dataset.evil='1'\">"
+    stage.add(evil, Sphere(0.1))
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 2)
+    assert tab.value("document.querySelectorAll('#tree img').length") == 0
+    assert tab.value("document.body.dataset.evil") is None
+    assert evil in tab.value("document.querySelector('#tree').textContent")
+
+
+def test_contacts_are_shown_when_they_are_ticked(tab, stage, show):
+    """Two balls that overlap: how many is told, and a mark is seen through them."""
+    stage.add("other", Sphere(0.5), (0.6, 0.0, 0.0), rgba=(0.0, 0.0, 1.0))
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 2)
+    count = "document.querySelector('#contact-count').textContent"
+    assert tab.wait_for(f"{count} === '-'")
+    blue = of_color(tab, 2)[2]
+    tab.value("document.querySelector('#contacts').click()")
+    tab.wait_for(f"{count} === '1'")
+    assert of_color(tab, 2)[2] < blue
+
+
+def test_a_drag_turns_the_view(tab, stage, show):
+    """What is beside the middle goes elsewhere; the page asks the node for nothing."""
+    stage.add("other", Sphere(0.1), (0.0, 1.0, 1.0), rgba=(0.0, 1.0, 0.0))
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 2)
+    before = of_color(tab, 1)
+    assert before[2] > 0
+    tab.press(500, 160, to=(560, 160))
+    for _ in range(200):
+        after = of_color(tab, 1)
+        if after[2] == 0 or abs(after[0] - before[0]) > 5:
+            break
+    else:
+        raise AssertionError(f"still at {after}")
+
+
+def test_the_page_comes_back_with_the_node(browser, stage, show):
+    """It says that it is not connected, keeps what it has, and shows another world afterwards."""
+    browser.open("about:blank")
+    shown = show()
+    browser.open(shown.view.link)
+    wait_for_items(browser, 1)
+    shown.view.end()
+    status = "document.querySelector('#status').textContent"
+    browser.wait_for(f"{status} !== 'connected'")
+    assert browser.value("document.body.dataset.items") == "1"
+    stage.add("other", Sphere(0.1))
+    again = show(int(shown.view.address.rstrip("/").rpartition(":")[2]))
+    browser.wait_for(f"{status} === 'connected'")
+    wait_for_items(browser, 2)
+    assert again.view.has_pages()
+    # Attempts that were refused meanwhile, and nothing else.
+    assert all("ERR_CONNECTION_REFUSED" in problem for problem in browser.problems)
