@@ -67,15 +67,6 @@ class Asked:
     pose_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
     configuration_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
 
-    @made_once
-    def worlds(self) -> list[QueryObject]:
-        """One query object per configuration asked about."""
-        query = self.snapshot.query
-        return [
-            QueryObject(query.snapshot.with_frame_poses(poses)) if poses else query
-            for poses in self.options.configurations
-        ]
-
     def each(self, question: Callable[[QueryObject], T]) -> list[T]:
         """Return what ``question`` returns for each configuration asked about, in order.
 
