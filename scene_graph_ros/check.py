@@ -20,11 +20,8 @@ from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError, UnsupportedPairError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.located import SceneFileError, suggestion
-from scene_graph_ros.node.effects.declarations import (
-    count_compliant,
-    count_deformable,
-    EFFECT_NAMES,
-)
+from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.effects.demand import count_compliant, count_deformable
 from scene_graph_ros.node.runtime.names import NODE_NAME
 from scene_graph_ros.node.runtime.parameters import PARAMETERS, validate
 from scene_graph_ros.node.topic_names import topic_problems

@@ -6,13 +6,17 @@ rclpy nor any effect.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Hashable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry import Role
-from scene_graph_ros.geometry.model.contact_properties import HYDROELASTIC_GROUP
-from scene_graph_ros.geometry.model.hydroelastic_properties import Compliance
+from scene_graph_ros.node.effects.demand import (
+    count_compliant,
+    count_deformable,
+    count_role,
+    Demand,
+)
 from scene_graph_ros.node.runtime.names import (
     CAMERAS,
     CONTACT_MARKERS,
@@ -33,47 +37,10 @@ __all__ = [
     "EFFECTS",
     "EFFECT_NAMES",
     "AnswerDeclaration",
-    "Demand",
     "EffectDeclaration",
     "camera_effect",
     "camera_topics",
-    "count_compliant",
-    "count_deformable",
 ]
-
-
-def _no_parameter(name: str) -> Any:
-    raise KeyError(name)
-
-
-class Demand:
-    """Where effects look for what asks for them: a scene, and the requests so far.
-
-    Nothing in here is about one effect: each asks its own question of the scene.
-    """
-
-    def __init__(
-        self,
-        inspector: Any,
-        requests: Mapping[str, int],
-        cameras: Container[str] = (),
-        parameter: Callable[[str], Any] = _no_parameter,
-    ) -> None:
-        """``inspector`` introspects the model, ``requests`` counts those of each query.
-
-        ``cameras`` are the names of the scene's cameras; ``parameter`` returns the value of one
-        of the node's.
-        """
-        self._inspector = inspector
-        self._counts: dict[Hashable, int] = {}
-        self.requests, self.cameras, self.parameter = requests, cameras, parameter
-
-    def count(self, count: Callable[..., int], *arguments: Hashable) -> int:
-        """Return how many there are of what ``count`` counts with an inspector, counted once."""
-        key = (count, arguments)
-        if key not in self._counts:
-            self._counts[key] = count(self._inspector, *arguments)
-        return self._counts[key]
 
 
 @dataclass(frozen=True)
@@ -119,31 +86,6 @@ class EffectDeclaration:
         """What it imports when it is asked for, as ``module:class``."""
         question = "" if self.answer is None else self.answer.question
         return tuple(name for name in (question, self.factory) if name)
-
-
-def count_role(inspector: Any, role: Role) -> int:
-    """Count the geometries with a role."""
-    return int(inspector.num_geometries_with_role(role))
-
-
-def count_compliant(inspector: Any) -> int:
-    """Count the rigid geometries that their proximity role makes compliant in contact."""
-    property_of_interest = (HYDROELASTIC_GROUP, "compliance_type", None)
-    given = [
-        (geometry_id, inspector.get_properties(geometry_id, Role.PROXIMITY))
-        for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY)
-    ]
-    return sum(
-        properties.get_property_or_default(*property_of_interest) == Compliance.COMPLIANT.value
-        for geometry_id, properties in given
-        if properties.has_group(HYDROELASTIC_GROUP) and not inspector.is_deformable(geometry_id)
-    )
-
-
-def count_deformable(inspector: Any) -> int:
-    """Count the deformable geometries with the proximity role."""
-    deformable = inspector.get_all_deformable_geometry_ids()
-    return len({*deformable} & {*inspector.get_all_geometry_ids(Role.PROXIMITY)})
 
 
 def _by_role(role: Role) -> Callable[[Demand], str]:

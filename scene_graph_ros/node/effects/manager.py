@@ -16,10 +16,10 @@ from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import (
     AnswerDeclaration,
     camera_effect,
-    Demand,
     EffectDeclaration,
     EFFECTS,
 )
+from scene_graph_ros.node.effects.demand import Demand
 from scene_graph_ros.node.effects.effect import Effect, Host
 from scene_graph_ros.node.effects.state import EffectReport, EffectState, load
 from scene_graph_ros.node.world.world import WorldSnapshot
@@ -93,32 +93,34 @@ class Effects:
             and self._reason(state.declaration, demand)
             and not self._lack(state.declaration.kernels)
         ]
-        answers = [state.declaration.answer for state in coming]
-        there = {answer.name: answer for answer in answers if answer is not None}
+        heard: list[tuple[EffectState, Effect]] = []
         for state in coming:
-            between_steps()
-            try:
-                self._prepare(state, snapshot, there)
-            except Exception:  # noqa: BLE001 - the update meets it again, and says so
-                self._host.node.get_logger().debug(
-                    f"effect {state.declaration.name} can't be prepared:\n{traceback.format_exc()}"
-                )
+            with self._tried(state):
+                for module in state.declaration.modules:
+                    load(module)
+                effect = state.effect if state.is_on else None
+                if effect is not None and effect.is_heard():
+                    heard.append((state, effect))
+        needs = {need for state, _ in heard for need in state.declaration.needs}
+        for state in coming:
+            answer = state.declaration.answer
+            if answer is not None and answer.name in needs:
+                with self._tried(state):
+                    load(answer.question)()(snapshot)
+        for state, effect in heard:
+            with self._tried(state):
+                effect.prepare(snapshot)
 
-    @staticmethod
-    def _prepare(
-        state: EffectState, snapshot: WorldSnapshot, there: dict[str, AnswerDeclaration]
-    ) -> None:
-        for module in state.declaration.modules:
-            load(module)
-        effect = state.effect if state.is_on else None
-        if effect is None or not effect.is_heard():
-            return
-        for need in state.declaration.needs:
-            if need in there:
-                between_steps()
-                load(there[need].question)()(snapshot)
+    @contextmanager
+    def _tried(self, state: EffectState) -> Iterator[None]:
+        """Go on where an effect can't be prepared: the update meets it again, and says so."""
         between_steps()
-        effect.prepare(snapshot)
+        try:
+            yield
+        except Exception:  # noqa: BLE001 - no edit fails by an effect
+            self._host.node.get_logger().debug(
+                f"effect {state.declaration.name} can't be prepared:\n{traceback.format_exc()}"
+            )
 
     def update(self, snapshot: WorldSnapshot) -> None:
         """Follow the scene, then let each effect publish that has somebody to publish to."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -14,10 +16,10 @@ from scene_graph_ros.node.effects.answers import Answer, Question
 from scene_graph_ros.node.effects.declarations import (
     AnswerDeclaration,
     camera_effect,
-    Demand,
     EffectDeclaration,
     EFFECTS,
 )
+from scene_graph_ros.node.effects.demand import Demand
 from scene_graph_ros.node.effects.effect import Effect
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.effects.state import load
@@ -213,12 +215,20 @@ def test_what_is_published_is_found_before_a_scene_counts(world):
     host.effects.update(world.snapshot)
     Finder.asked.clear()
     _, snapshot = world.edit(lambda edit: edit.add_source("t", token=1), host.effects.prepare)
-    # Each of the two that publish asks; that it is computed once is for snapshots to see to.
-    versions = [each.scene_version for each in (*Finder.asked, *host.prepared)]
-    assert versions == [snapshot.scene_version] * 4
+    assert [each.scene_version for each in Finder.asked] == [snapshot.scene_version]
+    assert [each.scene_version for each in host.prepared] == [snapshot.scene_version] * 2
     host.is_heard = False
     world.edit(lambda edit: edit.add_source("u", token=1), host.effects.prepare)
-    assert len(Finder.asked) + len(host.prepared) == 4
+    assert (len(Finder.asked), len(host.prepared)) == (1, 2)
+
+
+def test_what_can_not_be_found_beforehand_is_prepared_without(world, monkeypatch):
+    """The edit counts, and who publishes has its own part ready."""
+    host = Host()
+    host.effects.update(world.snapshot)
+    monkeypatch.setattr(Finder, "fails", True)
+    _, snapshot = world.edit(lambda edit: edit.add_source("t", token=1), host.effects.prepare)
+    assert [each.scene_version for each in host.prepared] == [snapshot.scene_version] * 2
 
 
 def test_an_answer_tells_what_it_costs_at_the_tier_of_accuracy(world):
@@ -274,6 +284,14 @@ def test_what_is_declared_is_what_an_effect_has_to_be(effect):
             found = getattr(load(name), method)
             assert inspect.isfunction(found), (name, method)
             assert [*inspect.signature(found).parameters][1:] == wanted, (name, method)
+
+
+@pytest.mark.parametrize("effect", declared(), ids=lambda effect: effect.name)
+def test_an_effect_asks_for_what_it_lists(effect):
+    """What is prepared for a scene is what the effect's file names in its updates."""
+    factory = effect.factory.partition(":")[0]
+    source = inspect.getsource(importlib.import_module(factory)) if factory else ""
+    assert set(re.findall(r"\.answer\(\s*\"([^\"]+)\"", source)) == set(effect.needs)
 
 
 def _methods(protocol):
