@@ -61,8 +61,8 @@ class QueryObject(RenderQueries, NotCopied):
     1e-6 or 1e-12 of the pair's larger shape. Which pairs penetrate does not depend on it. Points
     are exact at every tier. With ``certificate`` the records have ``gap`` (m): what the answer
     itself proves of its error, see ``SignedDistancePair``. ``engine="fcl"`` asks FCL instead, for
-    comparison: see ``fcl_engine``. What names no tier or engine raises QueryArgumentError, what
-    the engine lacks EngineError.
+    comparison: see ``distance.fcl_engine``. What names no tier or engine raises
+    QueryArgumentError, what the engine lacks EngineError.
     """
 
     _instead = "bake() freezes the present, which any thread may ask; results pickle as they are"

@@ -38,7 +38,7 @@ def solve(
 ) -> tuple[NDArray[Any], ...]:
     """Return the columns of ``solve_pairs``. Raises UnsupportedPairError for two half spaces."""
     if settings.engine is Engine.FCL:
-        from scene_graph_ros.geometry.query.fcl_engine import solve_pairs_with_fcl
+        from scene_graph_ros.geometry.query.distance.fcl_engine import solve_pairs_with_fcl
 
         *columns, failed = solve_pairs_with_fcl(
             snapshot, pairs, max_distance, keep, lambda row: describe(snapshot, row), query
