@@ -11,7 +11,7 @@ from picture import Camera, trace
 from PIL import Image, ImageDraw, ImageFont
 from visualization_msgs.msg import Marker
 
-from msg_adapters.contact_surface_markers import pressure_colors
+from scene_graph_ros.views.surfaces import pressure_colors
 
 PAD = "left_pad"
 HALF_WIDTH = 0.015

@@ -182,7 +182,7 @@ def _pressure(surfaces: Any) -> tuple[FloatArray, FloatArray]:
     if pressure.min() >= 0.0:
         pressed = surfaces.face_areas * surfaces.face_pressures
         return np.add.reduceat(pressed, surfaces.face_start[:-1]), largest
-    from msg_adapters.contact_surfaces import triangles_of
+    from scene_graph_ros.views.surfaces import triangles_of
 
     triangles, face = triangles_of(surfaces)
     corners = surfaces.vertices_W[triangles]

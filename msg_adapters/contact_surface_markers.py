@@ -1,8 +1,6 @@
-"""Contact surfaces to look at: triangles coloured by pressure, on a scale that does not change.
+"""Contact surfaces to look at: triangles coloured by pressure, see ``views.surfaces``.
 
-Colour goes from blue at zero over cyan, green and yellow to red at ``scale`` pascals and above, so
-that pictures of different moments can be compared. The namespace of the markers says the scale:
-viewers show it beside the markers.
+The namespace of the markers says the scale: viewers show it beside the markers.
 """
 
 from __future__ import annotations
@@ -10,37 +8,21 @@ from __future__ import annotations
 from typing import Any
 
 from geometry_msgs.msg import Point, Vector3
-import numpy as np
-from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.contact_surfaces import triangles_of
 from msg_adapters.poses import header_to_msg
 from msg_adapters.stamps import stamp_to_msg
+from scene_graph_ros.views.surfaces import colored_corners
 
 __all__ = [
-    "colored_corners",
     "contact_surface_markers_to_msg",
     "deletion_marker",
-    "pressure_colors",
     "pressure_namespace",
     "triangle_marker",
 ]
 
-_COLORS = np.array([[0, 0, 1], [0, 1, 1], [0, 1, 0], [1, 1, 0], [1, 0, 0]], dtype=np.float64)
-"""At equal steps of pressure from 0 to the scale; linear between."""
-
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""))
-
-
-def pressure_colors(pressure: NDArray[np.float64], scale: float) -> NDArray[np.float32]:
-    """Return colours ``(n, 4)`` of pressures ``(n,)`` in Pa; ``scale`` is that of red."""
-    steps = np.linspace(0.0, scale, len(_COLORS))
-    result = np.ones((len(pressure), 4), dtype=np.float32)
-    for channel in range(3):
-        result[:, channel] = np.interp(pressure, steps, _COLORS[:, channel])
-    return result
 
 
 def pressure_namespace(scale: float) -> str:
@@ -67,15 +49,6 @@ def deletion_marker(scale: float, frame_id: str, stamp_ns: int) -> Marker:
         ns=pressure_namespace(scale),
         action=Marker.DELETE,
     )
-
-
-def colored_corners(
-    surfaces: Any, scale: float
-) -> tuple[NDArray[np.float64], NDArray[np.float32]]:  # fmt: skip
-    """Return the corners of all triangles, ``(3 t, 3)`` in W in m, and colours ``(3 t, 4)``."""
-    triangles, _ = triangles_of(surfaces)
-    rows = triangles.ravel()
-    return surfaces.vertices_W[rows], pressure_colors(surfaces.pressure, scale)[rows]
 
 
 def contact_surface_markers_to_msg(

@@ -21,6 +21,7 @@ from msg_adapters.errors import MessageError
 from msg_adapters.names import legend, SceneNames
 from msg_adapters.poses import header_to_msg
 from scene_graph_msgs.msg import ContactSurfaceTable
+from scene_graph_ros.views.surfaces import corner_rows
 
 __all__ = [
     "CLOUD_FIELDS",
@@ -29,7 +30,6 @@ __all__ = [
     "face_points_from_msg",
     "face_points_to_msg",
     "surface_arrays_from_msg",
-    "triangles_of",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -71,35 +71,6 @@ class SurfaceArrays(NamedTuple):
     grad_pressure_A_W: FloatArray | None
     """(f, 3) Pa/m; None where the message has none, zero where A is rigid."""
     grad_pressure_B_W: FloatArray | None
-
-
-def corner_rows(surfaces: Any) -> tuple[IntArray, IntArray]:
-    """Return where the corners of each face of a table begin (f + 1,), and their vertices.
-
-    Rows of vertices count from 0 in the whole table.
-    """
-    corners = surfaces.corners
-    first = np.repeat(surfaces.vertex_start[:-1], np.asarray(surfaces.num_faces))
-    if corners.shape[1] == 3:
-        start = 3 * np.arange(len(corners) + 1, dtype=np.int64)
-        return start, (corners + first[:, np.newaxis]).ravel()
-    # Polygons have their vertices in the order of the faces, and share none.
-    count = len(surfaces.pressure)
-    return np.append(corners[:, 0] + first, count), np.arange(count, dtype=np.int64)
-
-
-def triangles_of(surfaces: Any) -> tuple[IntArray, IntArray]:
-    """Return triangles (t, 3) of all faces of a table, as fans, and the face (t,) of each.
-
-    Rows of vertices count from 0 in the whole table. Pressure is linear on a face, so that it is
-    on the triangles of a fan.
-    """
-    start, corners = corner_rows(surfaces)
-    counts = np.diff(start) - 2
-    face = np.repeat(np.arange(len(counts)), counts)
-    k = np.arange(len(face)) - np.repeat(np.cumsum(counts) - counts, counts)
-    first = start[face]
-    return corners[np.stack([first, first + k + 1, first + k + 2], axis=1)], face
 
 
 def contact_surfaces_to_msg(

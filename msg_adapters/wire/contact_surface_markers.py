@@ -6,9 +6,10 @@ from typing import Any
 
 from visualization_msgs.msg import MarkerArray
 
-from msg_adapters.contact_surface_markers import colored_corners, deletion_marker, triangle_marker
+from msg_adapters.contact_surface_markers import deletion_marker, triangle_marker
 from msg_adapters.wire.fields import Serializer
 from msg_adapters.wire.triangles import TriangleListWire
+from scene_graph_ros.views.surfaces import colored_corners
 
 __all__ = ["ContactSurfaceMarkerWire"]
 

@@ -14,7 +14,6 @@ from wire import assert_same_bytes
 from msg_adapters.contact_rows import NO_ROWS, surface_rows
 from msg_adapters.contact_surface_markers import (
     contact_surface_markers_to_msg,
-    pressure_colors,
     pressure_namespace,
 )
 from msg_adapters.contact_surfaces import (
@@ -23,7 +22,6 @@ from msg_adapters.contact_surfaces import (
     face_points_from_msg,
     face_points_to_msg,
     surface_arrays_from_msg,
-    triangles_of,
 )
 from msg_adapters.contacts import contacts_to_msg
 from msg_adapters.errors import MessageError
@@ -31,6 +29,7 @@ from msg_adapters.names import SceneNames
 from msg_adapters.wire.contact_surface_markers import ContactSurfaceMarkerWire
 from scene_graph_msgs.msg import GeometryNames
 from scene_graph_ros import geometry as core
+from scene_graph_ros.views.surfaces import pressure_colors, triangles_of
 
 OFFSETS = ((0.0, 0.0), (0.01, -0.02))
 """Metres: where the second ball is beside the pad's middle."""

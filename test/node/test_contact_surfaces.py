@@ -13,7 +13,7 @@ from scene_requests import pose, reference, transform, what_if
 from sensor_msgs.msg import MultiDOFJointState, PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.contact_surface_markers import pressure_colors, pressure_namespace
+from msg_adapters.contact_surface_markers import pressure_namespace
 from msg_adapters.contact_surfaces import face_points_from_msg, surface_arrays_from_msg
 from scene_graph_msgs.msg import (
     ContactArray,
@@ -27,6 +27,7 @@ from scene_graph_msgs.msg import (
 import scene_graph_msgs.srv as srv
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.scene_files import load_scene_text
+from scene_graph_ros.views.surfaces import pressure_colors
 
 MODULUS = 1e5
 """Pa, reached in the box 0.1 m below its faces."""

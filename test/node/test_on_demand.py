@@ -65,6 +65,7 @@ OF_SURFACES = (
     "msg_adapters.wire.contact_surface_markers",
     "msg_adapters.contact_surfaces",
     "scene_graph_ros.node.effects.contact_surfaces",
+    "scene_graph_ros.views.surfaces",
 )
 OF_DEFORMABLES = (
     "scene_graph_ros.geometry.deformable",
