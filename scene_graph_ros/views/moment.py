@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from typing import Any, Protocol, TypeVar
+from typing import Any, NamedTuple, Protocol
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
 
-__all__ = ["Moment"]
+__all__ = ["Contacts", "Moment"]
 
-T = TypeVar("T")
+
+class Contacts(NamedTuple):
+    """What touches, as tables of answers."""
+
+    points: Any
+    """Penetrations of the pairs without a surface."""
+    surfaces: Any = None
+    """Contact surfaces, None where nothing asks for them."""
+    pressure_scale: float = 0.0
+    """Pa. What they show in red."""
 
 
 class Moment(Protocol):
@@ -35,5 +43,9 @@ class Moment(Protocol):
     def stamp(self) -> int:
         """Of the newest pose, in nanoseconds of the clock that stamps poses."""
 
-    def ask(self, question: Callable[..., T], *arguments: Hashable) -> T:
-        """Return what a method of ``QueryObject`` answers; the same question is answered once."""
+    @property
+    def contact_sequence(self) -> int:
+        """Another number for each answer of ``contacts``, where that comes later than the rest."""
+
+    def contacts(self) -> Contacts:
+        """Return what touches."""

@@ -136,9 +136,61 @@ def test_diagnostics_say_where_it_is_and_what_it_did(effect, address):
     page.close()
 
 
+PRESSED = """
+version: 1
+sources: [{name: s}]
+frames: [{name: f, source: s, pose: {xyz: [0, 0, 0.05]}}]
+geometries:
+  - name: floor
+    source: s
+    shape: {type: half_space}
+    roles: {proximity: {hydroelastic: {compliance_type: rigid}}}
+  - name: ball
+    source: s
+    frame: f
+    shape: {type: sphere, radius: 0.1}
+    roles:
+      proximity:
+        hydroelastic:
+          {compliance_type: compliant, resolution_hint: 0.02, hydroelastic_modulus: 1e5}
+"""
+
+
+def test_surfaces_are_shown_where_something_presses(start_node, tmp_path):
+    """A soft ball of 0.1 m, 0.05 m deep in a rigid floor: a disc on the floor, and no point.
+
+    Its radius is that of the ball's section, sqrt(0.1^2 - 0.05^2) = 0.087 m. The tetrahedra, with
+    edges of 0.02 m, are inside the ball: it is smaller, by less than such an edge.
+    """
+    (tmp_path / "pressed.yaml").write_text(PRESSED)
+    node = start_node(
+        {
+            "scene": tmp_path / "pressed.yaml",
+            "browser": True,
+            "browser_port": 0,
+            "pressure_scale": 2e4,
+        },
+        remaps=["__node:=pressed"],
+    )
+    node.wait_for_output("browser view at ")
+    page = PageClient(re.search(r"browser view at (http\S+)", node.output())[1])
+    page.wish(["proximity"], contacts=True)
+    scale, corners, pressures = page.take_until(lambda: page.surfaces)
+    assert scale == 2e4
+    assert len(corners) == len(pressures) > 30
+    # At 0.05 m below the top of the field, which is 0 outside and 1e5 Pa in the middle.
+    assert pressures.min() >= 0.0
+    assert 2.5e4 < pressures.max() <= 5.0e4 * (1.0 + 1e-6)
+    assert abs(corners[:, 2]).max() < 1e-7
+    radius = (corners[:, 0] ** 2 + corners[:, 1] ** 2).max() ** 0.5
+    assert 0.067 < radius < 0.0867
+    assert len(page.contacts[0]) == 0
+    page.close()
+    assert node.stop() == 0
+
+
 def test_a_port_that_is_taken_costs_the_view_and_nothing_else(start_node, client):
     """The reason is in the log and in the diagnostics; the world goes on."""
-    listener = client.listen(DiagnosticArray, "/diagnostics")
 
     def failure(message):
         for status in message.status:
@@ -150,6 +202,7 @@ def test_a_port_that_is_taken_costs_the_view_and_nothing_else(start_node, client
         port = taken.getsockname()[1]
         node = start_node({"browser": True, "browser_port": port}, remaps=["__node:=second"])
         node.wait_for_output(f"browser_port {port} can't be listened to")
+        listener = client.listen(DiagnosticArray, "/diagnostics")
         found = listener.wait_for(failure, "the failure")
         assert f"browser_port {port} can't be listened to" in failure(found)
         answer = client.call_any(HasCollisions, "/second/has_collisions", HasCollisions.Request())

@@ -17,7 +17,7 @@ __all__ = ["PageClient", "read_blocks"]
 DEADLINE = 60.0
 """Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
-TIME, SCENE, MESH, POSES, VERTICES, CONTACTS = range(1, 7)
+TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES = range(1, 8)
 
 
 def read_blocks(message: bytes) -> list[tuple[int, Any]]:
@@ -63,6 +63,12 @@ def _contacts(data: bytes) -> Any:
     return _arrays(data, 8, ("<f8", n, 3), ("<f4", n, 3), ("<f4", n, 1))
 
 
+def _surfaces(data: bytes) -> Any:
+    n, _, scale, x, y, z = struct.unpack_from("<IIdddd", data)
+    offsets, pressures = _arrays(data, 40, ("<f4", n, 3), ("<f4", n, 1))
+    return scale, np.array((x, y, z)) + offsets, pressures
+
+
 _READERS: dict[int, Callable[[bytes], Any]] = {
     TIME: lambda data: struct.unpack("<ddd", data),
     SCENE: json.loads,
@@ -70,6 +76,7 @@ _READERS: dict[int, Callable[[bytes], Any]] = {
     POSES: _poses,
     VERTICES: _vertices,
     CONTACTS: _contacts,
+    SURFACES: _surfaces,
 }
 
 
@@ -95,6 +102,7 @@ class PageClient:
         self.meshes: dict[int, Any] = {}
         self.vertices: dict[int, Any] = {}
         self.contacts: Any = None
+        self.surfaces: Any = None
         self.scenes: list[dict[str, Any]] = []
         self.messages = 0
 
@@ -114,7 +122,7 @@ class PageClient:
         if any(kind == SCENE and content["begins"] for kind, content in blocks):
             self.items, self.poses, self.meshes, self.vertices = {}, {}, {}, {}
         self.messages += 1
-        self.contacts = None
+        self.contacts = self.surfaces = None
         for kind, content in blocks:
             if kind == TIME:
                 self.time = content
@@ -127,8 +135,10 @@ class PageClient:
                 self.poses.update(content)
             elif kind == VERTICES:
                 self.vertices[content[0]] = content[1]
-            else:
+            elif kind == CONTACTS:
                 self.contacts = content
+            else:
+                self.surfaces = content
 
     def _scene(self, content: dict[str, Any]) -> None:
         self.scenes.append(content)

@@ -6,14 +6,62 @@ Imported only where the parameter `browser` asks for it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
+from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.server import BrowserView
+from scene_graph_ros.views.moment import Contacts
 
 __all__ = ["Browser"]
+
+
+class _Moment(NamedTuple):
+    """A snapshot, and the newest contact surfaces: where these are late, of an earlier one."""
+
+    snapshot: WorldSnapshot
+    found: Found | None
+    pressure_scale: float
+
+    @property
+    def query(self) -> QueryObject:
+        """Answers about the snapshot."""
+        return self.snapshot.query
+
+    @property
+    def inspector(self) -> Any:
+        """Introspects its model."""
+        return self.snapshot.inspector
+
+    @property
+    def scene_version(self) -> int:
+        """That of the snapshot."""
+        return self.snapshot.scene_version
+
+    @property
+    def sequence(self) -> int:
+        """That of the snapshot."""
+        return self.snapshot.sequence
+
+    @property
+    def stamp(self) -> int:
+        """That of the snapshot."""
+        return self.snapshot.stamp
+
+    @property
+    def contact_sequence(self) -> int:
+        """That of the snapshot whose surfaces there are."""
+        return -1 if self.found is None else self.found.snapshot.sequence
+
+    def contacts(self) -> Contacts:
+        """Return what touches: surfaces and the points beside them are of the same snapshot."""
+        if self.found is None:
+            return Contacts(self.snapshot.ask(QueryObject.compute_point_pair_penetration))
+        surfaces, points = self.found.answer
+        return Contacts(points, surfaces, self.pressure_scale)
 
 
 class Browser:
@@ -21,7 +69,7 @@ class Browser:
 
     def __init__(self, host: Host) -> None:
         """Listen where parameters say; raises OSError where that can't be."""
-        self._logger = host.node.get_logger()
+        self._host, self._logger = host, host.node.get_logger()
         self._failure = ""
         self._unshown: set[int] = set()
         self._version = self._failed_version = -1
@@ -57,11 +105,15 @@ class Browser:
         return self._view.has_pages()
 
     def update(self, snapshot: WorldSnapshot) -> None:
-        """Hand the snapshot to the view's thread."""
+        """Hand the snapshot to the view's thread, with the newest surfaces if they are shown."""
         if snapshot.scene_version != self._failed_version:
             self._failure = ""
         self._version = snapshot.scene_version
-        self._view.offer(snapshot)
+        found = None
+        if self._view.wants_contacts():
+            self._host.answer("surfaces", snapshot)
+            found = self._host.newest_answer("surfaces")
+        self._view.offer(_Moment(snapshot, found, self._host.parameter("pressure_scale")))
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Do nothing: pages see that they are no longer connected."""

@@ -24,6 +24,7 @@ __all__ = [
     "mesh_block",
     "poses_block",
     "scene_block",
+    "surfaces_block",
     "time_block",
     "vertices_block",
 ]
@@ -46,6 +47,9 @@ class BlockKind(enum.IntEnum):
     """Integers: vertices v, 0; doubles: number, origin (3); floats (v, 3) from the origin."""
     CONTACTS = 6
     """Integers: count n, 0; doubles (n, 3) points; floats (n, 3) normals, (n,) depths in m."""
+    SURFACES = 7
+    """Integers: corners n, 0; doubles: pressure of red in Pa, origin (3); floats (n, 3) from the
+    origin, three for a triangle, (n,) pressures in Pa."""
 
 
 def _block(kind: BlockKind, *parts: bytes) -> bytes:
@@ -113,4 +117,20 @@ def contacts_block(
         _bytes(p_WCs, "<f8"),
         _bytes(nhat_BA_W, "<f4"),
         _bytes(depths, "<f4"),
+    )
+
+
+def surfaces_block(
+    corners_W: NDArray[np.float64], pressures: NDArray[np.float64], scale: float
+) -> bytes:
+    """Return the block of triangles, by corners ``(3 t, 3)`` in m and pressures ``(3 t,)`` in Pa.
+
+    ``scale`` is the pressure that is shown in red.
+    """
+    origin = corners_W[0] if len(corners_W) else np.zeros(3)
+    return _block(
+        BlockKind.SURFACES,
+        struct.pack("<IIdddd", len(corners_W), 0, scale, *origin.tolist()),
+        _bytes(corners_W - origin, "<f4"),
+        _bytes(pressures, "<f4"),
     )

@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
-from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import Shape
-from scene_graph_ros.views.browser.blocks import contacts_block, mesh_block
+from scene_graph_ros.views.browser.blocks import contacts_block, mesh_block, surfaces_block
 from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
 from scene_graph_ros.views.deformables import deformable_items, DeformableItem
 from scene_graph_ros.views.draw_list import DrawItem, DrawList
@@ -133,7 +132,7 @@ class Drawing:
         self._version = -1
         self._scenes: dict[tuple[Role, ...], Scene] = {}
         self._placed: tuple[int, dict[tuple[Role, ...], NDArray[np.float64]]] = (-1, {})
-        self._contacts: tuple[int, bytes] = (-1, b"")
+        self._contacts: tuple[tuple[int, int], bytes] = ((-1, -1), b"")
 
     def scene(self, moment: Moment, wish: Wish) -> Scene:
         """Return what a page with this wish draws; the same object while it is the same."""
@@ -211,10 +210,18 @@ class Drawing:
         return placed[roles]
 
     def contacts(self, moment: Moment) -> bytes:
-        """Return the block of all penetrations; each is at the middle of its two witnesses."""
-        if self._contacts[0] != moment.sequence:
-            table = moment.ask(QueryObject.compute_point_pair_penetration)
-            middle = 0.5 * (table.p_WCa + table.p_WCb)
-            block = contacts_block(middle, table.nhat_BA_W, table.depth)
-            self._contacts = (moment.sequence, block)
+        """Return the blocks of what touches: points half-way between both witnesses, surfaces."""
+        asked = (moment.sequence, moment.contact_sequence)
+        if self._contacts[0] != asked:
+            points, surfaces, scale = moment.contacts()
+            middle = 0.5 * (points.p_WCa + points.p_WCb)
+            blocks = contacts_block(middle, points.nhat_BA_W, points.depth)
+            if surfaces is not None:
+                # Only where something presses.
+                from scene_graph_ros.views.surfaces import triangles_of
+
+                rows = triangles_of(surfaces)[0].ravel()
+                corners, pressures = surfaces.vertices_W[rows], surfaces.pressure[rows]
+                blocks += surfaces_block(corners, pressures, scale)
+            self._contacts = (asked, blocks)
         return self._contacts[1]

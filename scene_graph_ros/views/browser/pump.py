@@ -28,8 +28,8 @@ class Page:
         self.wish = Wish()
         self.is_ready = True
         """Whether all that was delivered has gone out."""
-        self.seen: tuple[int, Wish] | None = None
-        """Of which moment, and by which wish, the last message was."""
+        self.seen: tuple[int, int, Wish] | None = None
+        """Of which moment and contacts, and by which wish, the last message was."""
 
 
 class Pump:
@@ -90,6 +90,11 @@ class Pump:
     def count(self) -> int:
         """Return how many pages there are."""
         return len(self._pages)
+
+    def wants_contacts(self) -> bool:
+        """Tell whether a page shows what touches."""
+        with self._changed:
+            return any(page.wish.contacts for page in self._pages)
 
     def add(self, page: Page) -> None:
         """Show moments to a page."""
@@ -156,10 +161,14 @@ class Pump:
                     continue
                 self._due = max(self._due, now - self._period) + self._period
                 for page in pages:
-                    page.is_ready, page.seen = False, (moment.sequence, page.wish)
+                    page.is_ready, page.seen = False, _sight(page, moment)
                 return moment, [(page, page.wish) for page in pages]
             return None
 
 
+def _sight(page: Page, moment: Moment) -> tuple[int, int, Wish]:
+    return moment.sequence, moment.contact_sequence, page.wish
+
+
 def _is_due(page: Page, moment: Moment) -> bool:
-    return page.is_ready and page.seen != (moment.sequence, page.wish)
+    return page.is_ready and page.seen != _sight(page, moment)

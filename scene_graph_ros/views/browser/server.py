@@ -116,6 +116,10 @@ class BrowserView:
         """Tell whether somebody looks."""
         return self._pump.count() > 0
 
+    def wants_contacts(self) -> bool:
+        """Tell whether somebody looks at what touches."""
+        return self._pump.wants_contacts()
+
     def offer(self, moment: Moment) -> None:
         """Show a moment to all pages, unless a newer one comes before; returns at once."""
         self._pump.offer(moment)
@@ -243,6 +247,7 @@ class BrowserView:
                 if isinstance(message, bytes):
                     raise WishError("a message that is no text")
                 self._pump.wish(page, parse_wish(message))
+                self._wanted()
         except WishError as error:
             self.cut_off += 1
             await connection.close(_CLOSE_RUBBISH, str(error)[:100])

@@ -17,6 +17,7 @@ from scene_graph_ros.geometry import (
     SceneGraph,
 )
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.views.moment import Contacts
 
 
 @dataclass(frozen=True)
@@ -27,15 +28,21 @@ class StageMoment:
     scene_version: int
     sequence: int
     stamp: int
+    pressed: tuple[Any, ...] = ()
 
     @property
     def inspector(self):
         """Introspect the model."""
         return self.query.inspector()
 
-    def ask(self, question, *arguments):
-        """Ask the query object."""
-        return question(self.query, *arguments)
+    @property
+    def contact_sequence(self):
+        """Contacts are never late here."""
+        return self.sequence
+
+    def contacts(self):
+        """Return the penetrations, and surfaces where the stage has some."""
+        return Contacts(self.query.compute_point_pair_penetration(), *self.pressed)
 
 
 class Stage:
@@ -49,6 +56,7 @@ class Stage:
         self._X_WF: dict[str, Any] = {}
         self._q_WG: dict[Any, Any] = {}
         self._version = self._sequence = 0
+        self.pressed: tuple[Any, ...] = ()
 
     def add(
         self,
@@ -108,7 +116,8 @@ class Stage:
         context.set_frame_poses(self.source, poses)
         context.set_configurations(self.source, self._q_WG)
         query = self.graph.query_object(context).bake()
-        return StageMoment(query, self._version, self._sequence, 10**9 * self._sequence)
+        stamp = 10**9 * self._sequence
+        return StageMoment(query, self._version, self._sequence, stamp, self.pressed)
 
 
 @pytest.fixture

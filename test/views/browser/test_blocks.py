@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 
-from browser_page import CONTACTS, MESH, POSES, read_blocks, SCENE, TIME, VERTICES
+from browser_page import CONTACTS, MESH, POSES, read_blocks, SCENE, SURFACES, TIME, VERTICES
 import numpy as np
 import pytest
 
@@ -13,6 +13,7 @@ from scene_graph_ros.views.browser.blocks import (
     mesh_block,
     poses_block,
     scene_block,
+    surfaces_block,
     time_block,
     vertices_block,
 )
@@ -54,6 +55,17 @@ def test_blocks_of_any_length_stand_behind_each_other():
     assert [each.tolist() for each in contacts] == [[[1, 1, 1]], [[0, 0, 1]], [0.25]]
     assert vertices[0] == 9
     assert vertices[1].tolist() == [[1e6, 0, 0], [1e6 + 0.5, 1, 2]]
+
+
+def test_surfaces_have_a_pressure_at_each_corner():
+    """Positions are told from the first corner."""
+    corners = np.array([(1e6, 0, 0), (1e6 + 1, 0, 0), (1e6, 1, 0)])
+    ((kind, content),) = read_blocks(surfaces_block(corners, np.array([0.0, 0.5, 3.0]), 2e4))
+    assert kind == SURFACES
+    scale, positions, pressures = content
+    assert scale == 2e4
+    assert positions.tolist() == corners.tolist()
+    assert pressures.tolist() == [0, 0.5, 3]
 
 
 def test_nothing_is_a_block_too():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 from browser_page import MESH, PageClient, POSES, read_blocks, SCENE, TIME, VERTICES
 import numpy as np
 import pytest
@@ -203,6 +205,26 @@ def test_contacts_are_told_to_those_who_ask(stage, page):
     stage.move("b", (3.0, 0, 0))
     page.see(stage.moment(), Wish(contacts=True))
     assert [len(each) for each in page.contacts] == [0, 0, 0]
+
+
+def test_surfaces_are_told_with_contacts(stage, page):
+    """Where a moment has some: a triangle, its pressures, and which of them is red."""
+    stage.add("ball", Sphere(1.0))
+    vertices = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0)])
+    table = SimpleNamespace(
+        vertices_W=vertices,
+        pressure=np.array([0.0, 500.0, 2000.0]),
+        corners=np.array([(0, 1, 2)]),
+        vertex_start=np.array([0, 3]),
+        num_faces=np.array([1]),
+    )
+    stage.pressed = (table, 1000.0)
+    page.see(stage.moment())
+    assert page.surfaces is None
+    page.see(stage.moment(), Wish(contacts=True))
+    scale, corners, pressures = page.surfaces
+    assert (scale, corners.tolist()) == (1000.0, vertices.tolist())
+    assert pressures.tolist() == [0, 500, 2000]
 
 
 def test_what_deforms_is_told_by_its_vertices(stage, page):

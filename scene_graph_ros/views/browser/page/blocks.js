@@ -1,6 +1,7 @@
 // Reads the messages that ../blocks.py writes: blocks, whose numbers are read where they are.
 
-const TIME = 1, SCENE = 2, MESH = 3, POSES = 4, VERTICES = 5, CONTACTS = 6;
+const TIME = 1, SCENE = 2, MESH = 3, POSES = 4, VERTICES = 5, CONTACTS = 6,
+  SURFACES = 7;
 const text = new TextDecoder();
 
 // Takes arrays one after another.
@@ -43,6 +44,12 @@ const READERS = {
     const [count] = reader.take(Uint32Array, 2);
     return { kind: "contacts", count, points: reader.take(Float64Array, 3 * count),
       normals: reader.take(Float32Array, 3 * count), depths: reader.take(Float32Array, count) };
+  },
+  [SURFACES](reader) {
+    const [count] = reader.take(Uint32Array, 2);
+    const [scale, ...origin] = reader.take(Float64Array, 4);
+    return { kind: "surfaces", count, scale, origin, corners: reader.take(Float32Array, 3 * count),
+      pressures: reader.take(Float32Array, count) };
   },
 };
 

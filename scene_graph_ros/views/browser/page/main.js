@@ -62,6 +62,9 @@ function take(blocks) {
     isFitted = true;
     fit();
   }
+  const { surfaces } = world;
+  $("#pressure").hidden = !surfaces?.count;
+  if (surfaces) $("#pressure-scale").textContent = `${Number((surfaces.scale / 1000).toPrecision(3))} kPa`;
   redraw();
 }
 

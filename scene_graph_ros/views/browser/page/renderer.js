@@ -1,7 +1,7 @@
 // Draws bodies, planes and contacts with WebGL 2.
 
 import { FORMS } from "./forms.js";
-import { BODY, PLANE } from "./shaders.js";
+import { BODY, PLANE, SURFACE } from "./shaders.js";
 import { dot, minus, plus, turn } from "./vectors.js";
 
 const FLOATS = 15;  // of a body: position 3, rotation 4, stretch 4, color 4
@@ -84,6 +84,8 @@ export class Renderer {
     const { gl } = this;
     this.body = program(gl, BODY);
     this.plane = program(gl, PLANE);
+    this.surface = program(gl, SURFACE);
+    this.triangles = { array: gl.createVertexArray(), corners: gl.createBuffer(), pressures: gl.createBuffer() };
     this.batches = new Map(Object.entries(FORMS).map(([name, form]) => [name, new Batch(gl, form)]));
     this.square = gl.createVertexArray();
     gl.bindVertexArray(this.square);
@@ -105,8 +107,9 @@ export class Renderer {
   }
 
   // Draws bodies {batch, position, rotation, stretch, color}, planes {position, rotation, color}
-  // and marks, bodies that are seen through others.
-  draw(camera, { bodies, planes, marks }, background) {
+  // and, seen through all of these, surfaces
+  // {origin, corners, pressures, scale} and marks, which are bodies.
+  draw(camera, { bodies, planes, marks, surfaces }, background) {
     const { gl, canvas } = this;
     const ratio = window.devicePixelRatio || 1;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.round(ratio * n));
@@ -123,9 +126,33 @@ export class Renderer {
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     planes.forEach((plane) => this.drawPlane(view, plane, camera.distance));
-    this.drawBodies(view, bodies.filter((body) => body.color[3] < 1 && body.color[3] > 0));
+    const veils = bodies.filter((body) => body.color[3] < 1 && body.color[3] > 0);
+    gl.enable(gl.CULL_FACE);
+    for (const hidden of [gl.FRONT, gl.BACK]) {
+      gl.cullFace(hidden);
+      this.drawBodies(view, veils);
+    }
+    gl.disable(gl.CULL_FACE);
     gl.disable(gl.DEPTH_TEST);
+    if (surfaces?.count) this.drawSurfaces(view, surfaces);
     this.drawBodies(view, marks);
+  }
+
+  drawSurfaces(view, { count, scale, origin, corners, pressures }) {
+    const { gl } = this, { array } = this.triangles;
+    gl.useProgram(this.surface.program);
+    gl.uniformMatrix4fv(this.surface.uniforms.u_matrix, false, view.matrix);
+    gl.uniform3fv(this.surface.uniforms.u_origin, minus(origin, view.eye));
+    gl.uniform1f(this.surface.uniforms.u_scale, scale);
+    gl.bindVertexArray(array);
+    [[this.triangles.corners, corners, 3], [this.triangles.pressures, pressures, 1]].forEach(
+      ([buffer, numbers, size], location) => {
+        gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
+        gl.bufferData(gl.ARRAY_BUFFER, numbers, gl.STREAM_DRAW);
+        gl.enableVertexAttribArray(location);
+        gl.vertexAttribPointer(location, size, gl.FLOAT, false, 0, 0);
+      });
+    gl.drawArrays(gl.TRIANGLES, 0, count);
   }
 
   drawBodies(view, bodies) {

@@ -74,3 +74,26 @@ export const PLANE = {
       color = vec4(u_color.rgb * (0.72 - 0.3 * line), u_color.a * fade);
     }`,
 };
+
+// Triangles with a pressure at each corner, seen through what covers them: blue for none, over cyan,
+// green and yellow to red at the pressure of the scale and above.
+export const SURFACE = {
+  vertex: `${HEAD}
+    uniform mat4 u_matrix;
+    uniform vec3 u_origin;
+    uniform float u_scale;
+    layout(location = 0) in vec3 a_corner;
+    layout(location = 1) in float a_pressure;
+    out float v_part;
+    void main() {
+      v_part = a_pressure / u_scale;
+      gl_Position = u_matrix * vec4(u_origin + a_corner, 1.0);
+    }`,
+  fragment: `${HEAD}
+    in float v_part;
+    out vec4 color;
+    void main() {
+      float step = 4.0 * clamp(v_part, 0.0, 1.0);
+      color = vec4(clamp(vec3(step - 2.0, min(step, 4.0 - step), 2.0 - step), 0.0, 1.0), 1.0);
+    }`,
+};

@@ -14,14 +14,14 @@ export class World {
     this.topologies = new Map();
     this.reach = new Map();  // of each mesh: its farthest vertex from its origin
     this.hidden = new Set();
-    this.contacts = null;
+    this.contacts = this.surfaces = null;
     this.time = null;
   }
 
   // Takes a message; tells whether there are other items than before.
   take(blocks) {
     let changed = false;
-    this.contacts = null;
+    this.contacts = this.surfaces = null;
     if (blocks.some((block) => block.begins)) this.begin();
     for (const block of blocks) {
       if (block.kind === "time") this.time = block;
@@ -30,6 +30,7 @@ export class World {
       else if (block.kind === "poses") this.takePoses(block);
       else if (block.kind === "vertices") this.takeVertices(block);
       else if (block.kind === "contacts") this.contacts = block;
+      else if (block.kind === "surfaces") this.surfaces = block;
     }
     return changed;
   }
@@ -91,7 +92,7 @@ export class World {
     const placed = [...this.items.values()].filter((i) => i.isShown && i.position && !i.reason);
     const planes = placed.filter((item) => item.form === "half_space");
     const bodies = placed.filter((item) => item.form !== "half_space");
-    return { bodies, planes, marks: this.marks(eye) };
+    return { bodies, planes, marks: this.marks(eye), surfaces: this.surfaces };
   }
 
   marks(eye) {
