@@ -111,6 +111,9 @@ class Browser:
         self._version = snapshot.scene_version
         found = None
         if self._view.wants_contacts():
+            # Surfaces are costly: not to be found more often than they are shown.
+            if not self._view.is_due():
+                return
             self._host.answer("surfaces", snapshot)
             found = self._host.newest_answer("surfaces")
         self._view.offer(_Moment(snapshot, found, self._host.parameter("pressure_scale")))

@@ -85,15 +85,18 @@ class Gate:
 
         ``target`` is the path with what is asked for, ``host`` and ``origin`` are the headers.
         """
-        parts = urlsplit(target)
+        nothing = _refusal(HTTPStatus.NOT_FOUND, "There is nothing here.")
         if not self._is_ours(host):
             return _refusal(
                 HTTPStatus.MISDIRECTED_REQUEST,
                 "Host is neither an address, localhost nor browser_host.",
             )
+        try:
+            parts = urlsplit(target)
+        except ValueError:
+            return nothing
         if parts.path != SOCKET_PATH:
-            missing = _refusal(HTTPStatus.NOT_FOUND, "There is nothing here.")
-            return self._files.get(parts.path, missing)
+            return self._files.get(parts.path, nothing)
         if origin is not None and not _is_same_origin(origin, host):
             return _refusal(HTTPStatus.FORBIDDEN, "Pages from elsewhere may not read this.")
         if not self._has_token(parts.query):

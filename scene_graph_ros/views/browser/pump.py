@@ -96,6 +96,12 @@ class Pump:
         with self._changed:
             return any(page.wish.contacts for page in self._pages)
 
+    def is_due(self) -> bool:
+        """Tell whether a page has taken its last message, and it is time for another."""
+        with self._changed:
+            is_time = time.monotonic() >= self._due
+            return is_time and any(page.is_ready for page in self._pages)
+
     def add(self, page: Page) -> None:
         """Show moments to a page."""
         with self._changed:

@@ -48,6 +48,9 @@ _SEND_BUFFER = 1 << 18
 _CLOSE_RUBBISH = 1008
 """RFC 6455, 7.4.1: a message that violates the policy."""
 
+_MAX_REASON_BYTES = 123
+"""RFC 6455, 5.5: what is left of a frame that closes."""
+
 
 class BrowserView:
     """Shows moments to whoever opens its page. Nothing is made while nobody does."""
@@ -119,6 +122,10 @@ class BrowserView:
     def wants_contacts(self) -> bool:
         """Tell whether somebody looks at what touches."""
         return self._pump.wants_contacts()
+
+    def is_due(self) -> bool:
+        """Tell whether a moment that is offered now goes out at once to some page."""
+        return self._pump.is_due()
 
     def offer(self, moment: Moment) -> None:
         """Show a moment to all pages, unless a newer one comes before; returns at once."""
@@ -250,7 +257,8 @@ class BrowserView:
                 self._wanted()
         except WishError as error:
             self.cut_off += 1
-            await connection.close(_CLOSE_RUBBISH, str(error)[:100])
+            reason = str(error).encode()[:_MAX_REASON_BYTES].decode(errors="ignore")
+            await connection.close(_CLOSE_RUBBISH, reason)
         except ConnectionClosed as closed:
             # By us, because of what it sent.
             self.cut_off += closed.sent is not None and not closed.rcvd_then_sent

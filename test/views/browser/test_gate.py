@@ -90,7 +90,15 @@ def test_only_the_files_of_the_page_are_served():
         assert answer.headers()["Content-Length"] == str(file.stat().st_size)
     assert gate.answer("/?token=1", HOST, None).type == "text/html; charset=utf-8"
     assert gate.answer("/main.js", HOST, None).type == "text/javascript; charset=utf-8"
-    for target in ("/gate.py", "/../gate.py", "/%2e%2e/gate.py", "//etc/passwd", "/scene/", "*"):
+    for target in (
+        "/gate.py",
+        "/../gate.py",
+        "/%2e%2e/gate.py",
+        "//etc/passwd",
+        "/scene/",
+        "*",
+        "//[",
+    ):
         assert status(gate, target) == HTTPStatus.NOT_FOUND
 
 

@@ -148,6 +148,19 @@ def test_a_page_is_told_of_the_newest_moment_when_it_is_ready(show, stage):
     page.close()
 
 
+def test_what_is_costly_is_asked_for_when_it_is_due(show):
+    """While no page is open, and before the time of the next message, nothing is."""
+    shown = show(rate=0.1)
+    assert not shown.view.is_due()
+    page = shown.page()
+    page.wish(contacts=True)
+    page.take_until(lambda: page.contacts is not None or page.named("ball"))
+    assert not shown.view.is_due()
+    until(shown.view.wants_contacts, "the wish")
+    page.close()
+    until(lambda: not shown.view.wants_contacts(), "the end of the page")
+
+
 def stuck_page(shown):
     """Return a connection that asks for the scene and reads nothing, with a small buffer."""
     host, port = urlsplit(shown.address).netloc.split(":")
@@ -192,10 +205,11 @@ def test_a_stuck_page_costs_others_nothing_and_is_cut_off(show, stage, monkeypat
         ("hello", 1008),
         ('{"roles": null, "contacts": "yes"}', 1008),
         (b"\x00\x01\x02", 1008),
+        ("é" * 400, 1008),  # quoted, it is longer than a reason may be
         ("x" * 5000, 1009),  # too long, RFC 6455
         ([json.dumps({"roles": None, "contacts": False})] * 500, 1008),
     ],
-    ids=["no JSON", "no wish", "bytes", "too long", "too many"],
+    ids=["no JSON", "no wish", "bytes", "long reason", "too long", "too many"],
 )
 def test_a_page_that_sends_rubbish_is_cut_off(show, stage, rubbish, code):
     """With the reason, and nobody else is."""

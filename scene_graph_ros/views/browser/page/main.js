@@ -64,7 +64,10 @@ function take(blocks) {
   }
   const { surfaces } = world;
   $("#pressure").hidden = !surfaces?.count;
-  if (surfaces) $("#pressure-scale").textContent = `${Number((surfaces.scale / 1000).toPrecision(3))} kPa`;
+  if (surfaces) {
+    const red = Number((surfaces.scale / 1000).toPrecision(3));
+    $("#pressure-scale").textContent = `${red} kPa`;
+  }
   redraw();
 }
 
@@ -91,7 +94,9 @@ window.addEventListener("resize", redraw);
 window.addEventListener("keydown", (event) => {
   if (event.key === "f" && event.target.tagName !== "INPUT") fit();
 });
-$("#view").addEventListener("webglcontextlost", () => { $("#status").textContent = "graphics lost: reload"; });
+$("#view").addEventListener("webglcontextlost", () => {
+  $("#status").textContent = "graphics lost: reload";
+});
 
 const updateRate = new Rate(), pictureRate = new Rate();
 setInterval(() => {

@@ -85,7 +85,8 @@ export class Renderer {
     this.body = program(gl, BODY);
     this.plane = program(gl, PLANE);
     this.surface = program(gl, SURFACE);
-    this.triangles = { array: gl.createVertexArray(), corners: gl.createBuffer(), pressures: gl.createBuffer() };
+    this.triangles = { array: gl.createVertexArray(), corners: gl.createBuffer(),
+      pressures: gl.createBuffer() };
     this.batches = new Map(Object.entries(FORMS).map(([name, form]) => [name, new Batch(gl, form)]));
     this.square = gl.createVertexArray();
     gl.bindVertexArray(this.square);
