@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import functools
 import threading
 import time
 import traceback
@@ -20,6 +18,7 @@ from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
+from scene_graph_ros.node.resolved_topics import ResolvedTopics
 from scene_graph_ros.node.runtime.declare import NodeParameters
 from scene_graph_ros.node.runtime.guarded import GuardedNode
 from scene_graph_ros.node.runtime.kernel_supply import KernelSupply
@@ -29,19 +28,14 @@ from scene_graph_ros.node.runtime.namesakes import Namesakes
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.runtime.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.services.services import Services
-from scene_graph_ros.node.topic_names import check_topics, expand_topic, TopicNameError
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
 from scene_graph_ros.node.world.edits import Tools
 from scene_graph_ros.node.world.inputs import message_type, PoseInputs
 from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.scenes import SceneLoader
-from scene_graph_ros.node.world.source_topics import topics_of
-from scene_graph_ros.node.world.world import Edit, World, WorldSnapshot
+from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 __all__ = ["Server"]
-
-_TOPICS_KEPT = 4096
-"""Names of topics of which the absolute ones are remembered."""
 
 
 class Server:
@@ -78,8 +72,7 @@ class Server:
             min_rate=lambda: self.parameter("min_update_rate"),
             precedence=self._precedence,
         )
-        # Each new topic is compared with all others.
-        self._resolve_topic = functools.lru_cache(_TOPICS_KEPT)(self._absolute_topic)
+        self._topics = ResolvedTopics(node)
         self._is_configured = False
         self._is_active = False
         self._timed_sequence = -1
@@ -105,11 +98,11 @@ class Server:
 
     def pose_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the absolute name of each source's pose topic, subscribed to yet or not."""
-        return self._absolute_topics(snapshot, "poses")
+        return self._topics.of(snapshot, "poses")
 
     def configuration_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the same of the configurations of sources with deformable geometry."""
-        return self._absolute_topics(snapshot, "configurations")
+        return self._topics.of(snapshot, "configurations")
 
     def publishers_changed(self) -> None:
         """Follow other publishers than before."""
@@ -149,7 +142,7 @@ class Server:
         world = World(
             self._given_scene_graph,
             world_frame=self.world_frame,
-            check=self._check_topics,
+            check=self._topics.check,
             precedence=self._precedence,
         )
         world.set_accuracy(self.parameter("accuracy"))
@@ -239,30 +232,6 @@ class Server:
     def _kernels_came(self) -> None:
         self._effects.come_on(self._world.snapshot)
         self.request_update()
-
-    # Topics of sources.
-
-    def _absolute_topics(self, snapshot: WorldSnapshot, noun: str) -> dict[str, str]:
-        names = {}
-        for topic in topics_of(snapshot.records.values(), snapshot.deforming):
-            if topic.noun == noun:
-                # None for a source that the program which embeds the node gave a bad name.
-                with contextlib.suppress(TopicNameError):
-                    names[topic.source] = self._resolve_topic(topic.topic)
-        return names
-
-    def _absolute_topic(self, topic: str) -> str:
-        """Return the absolute name of a topic after remapping; raises TopicNameError."""
-        expand_topic(topic, node=self.node.get_name(), namespace=self.node.get_namespace())
-        return expand_topic(self.node.resolve_topic_name(topic))
-
-    def _check_topics(self, edit: Edit, before: WorldSnapshot) -> None:
-        """Raise TopicNameError for a new topic of a source that can't be subscribed to."""
-        old = topics_of(before.records.values(), before.deforming)
-        now = topics_of(edit.records.values(), edit.deforming())
-        new = [topic for topic in now if topic not in old]
-        if new:
-            check_topics(new, [topic for topic in now if topic in old], self._resolve_topic)
 
     # What happens while it runs.
 

@@ -14,7 +14,7 @@ from scene_graph_ros.node.effects.declarations import EFFECTS
 from scene_graph_ros.node.runtime.names import DIAGNOSTICS, NODE_NAME
 from scene_graph_ros.node.world.source_topics import SourceTopic
 
-__all__ = ["TopicNameError", "check_topics", "expand_topic", "topic_problems"]
+__all__ = ["TopicNameError", "expand_topic", "topic_problems"]
 
 OWN_TOPICS = (
     *dict.fromkeys(topic for effect in EFFECTS for topic in effect.topics),
@@ -86,14 +86,6 @@ def topic_problems(
         if kind != topic.type:
             uses = f"{owner} uses it" + (f" for {kind}" if kind else "")
             yield topic, f"{who} can't send {topic.type} on {name!r}: {uses}"
-
-
-def check_topics(
-    new: Iterable[SourceTopic], old: Iterable[SourceTopic], resolve: Callable[[str], str]
-) -> None:
-    """Raise TopicNameError for the first of `topic_problems`."""
-    for _, problem in topic_problems(new, old, resolve):
-        raise TopicNameError(problem)
 
 
 def _check_default(topic: SourceTopic) -> None:
