@@ -56,10 +56,6 @@ class Answer:
         """Return an answer that may be about an earlier snapshot; only slow ones are kept."""
         return None
 
-    def prepare(self, snapshot: WorldSnapshot) -> None:
-        """Have the answer about a snapshot that is going to be ready; in another thread."""
-        self._question(snapshot)
-
     def seconds_beside(self) -> float:
         """Return how long it takes where nobody waits for all of that, else 0."""
         return 0.0

@@ -93,7 +93,7 @@ class EffectState:
         self._spent, self._did_work, self._failed = 0.0, False, False
 
     def spend(self, seconds: float) -> None:
-        """Book time of this update, which may be taken off again where another spent it."""
+        """Book time that it took in this update, with computing or with publishing."""
         self._spent += seconds
         self._did_work = True
 
