@@ -94,8 +94,8 @@ class Browser:
         self._logger.info(f"browser view at {self._view.link}")
 
     def is_heard(self) -> bool:
-        """Tell whether a page is open."""
-        return self._view.has_pages()
+        """Tell whether a page shows contacts: nothing else takes long that updates wait for."""
+        return self._view.wants_contacts()
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
         """Do nothing: what takes long is done in threads that nobody waits for."""

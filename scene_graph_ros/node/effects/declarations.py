@@ -190,6 +190,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "the parameter browser, if true at start,",
         (),
         f"{_PACKAGE}.browser:Browser",
+        needs=("surfaces",),
     ),
     EffectDeclaration(
         "signed_distance",

@@ -56,7 +56,7 @@ class Effect(Protocol):
     """Publishes one thing, in the thread that updates the world."""
 
     def is_heard(self) -> bool:
-        """Tell whether anybody listens at all."""
+        """Tell whether anybody listens, for whom it is worth while to prepare."""
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
         """Do what takes long the first time for a scene that is going to be.
