@@ -87,7 +87,7 @@ class LoadedScene:
     """By name, with the prefix that the scene was given."""
 
     def set_initial_poses(self, context: Context) -> None:
-        """Put every frame of the scene where the file says; robots need pinocchio for that."""
+        """Put every frame of the scene where the file says."""
         for source in self.sources.values():
             poses = dict(source.initial_poses)
             if source.robot is not None:

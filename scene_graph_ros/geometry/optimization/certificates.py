@@ -16,6 +16,9 @@ __all__ = ["Certificate", "Decision"]
 
 Weights = tuple[Fraction, ...]
 
+_ZERO = Fraction(0)
+"""Most entries of rows are 0: one for all."""
+
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
@@ -124,7 +127,7 @@ class Decision(NamedTuple):
 
 
 def _dot(a: Sequence[Any], b: Sequence[Any]) -> Fraction:
-    return sum((x * y for x, y in zip(a, b, strict=True)), Fraction(0))
+    return sum((x * y for x, y in zip(a, b, strict=True) if x and y), _ZERO)
 
 
 def _length_bound(row: Sequence[Fraction]) -> Fraction:
@@ -151,7 +154,7 @@ class _ExactRows:
     """Rows as fractions."""
 
     def __init__(self, rows: Any) -> None:
-        self.A = [[Fraction(v) for v in row] for row in rows.A.tolist()]
+        self.A = [[Fraction(v) if v else _ZERO for v in row] for row in rows.A.tolist()]
         self.b = [Fraction(v) for v in rows.b.tolist()]
         self.split, self.n = rows.num_equalities, rows.A.shape[1]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -226,6 +227,10 @@ class Obstacles:
         """
         each = self.sets[k]
         face = HPolyhedron(normal[None], [side])
+        if isinstance(each, VPolytope):
+            weights = _weights_of_corners(each.vertices, normal, side)
+            kind = "farkas" if weights[len(normal)] < -Fraction(side) else "undecided"
+            return Certificate(kind, weights, "intersects_with", (face, each))
         both = shared_point([face.lifted, each.lifted], len(normal))
         found = find_in_balls(both, _tangent_cuts(each, normal))
         return Certificate(
@@ -264,6 +269,20 @@ def _ellipsoid(each: ConvexSet) -> AffineBall | None:
         return AffineBall(each)
     except ConvexSetError:
         return None
+
+
+def _weights_of_corners(V: np.ndarray, normal: np.ndarray, side: float) -> tuple[Fraction, ...]:
+    """Return weights of ``x = V' w``, ``sum w = 1``, of the face and of ``w >= 0``.
+
+    With the least ``a . v`` of all corners, m, they add up to ``0 <= side - m``.
+    """
+    a = [Fraction(v) for v in normal.tolist()]
+    heights = [
+        sum((s * Fraction(v) for s, v in zip(a, corner, strict=True)), Fraction(0))
+        for corner in V.tolist()
+    ]
+    least = min(heights)
+    return (*(-s for s in a), -least, Fraction(1), *(height - least for height in heights))
 
 
 def _tangent_cuts(each: ConvexSet, normal: np.ndarray) -> list[Cut]:
