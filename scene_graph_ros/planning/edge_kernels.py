@@ -60,7 +60,7 @@ class Stretches(NamedTuple):
 
     ends: np.ndarray
     counts: np.ndarray
-    """Where the ring begins, and how many wait."""
+    """Where the ring begins, how many wait, and which pair last collided: it is asked first."""
     low: np.ndarray
     middle: np.ndarray
     high: np.ndarray
@@ -75,7 +75,7 @@ def new_stretches() -> Stretches:
     low, middle, high, free, halves = (np.empty(LANES) for _ in range(5))
     return Stretches(
         np.empty((MOST_STRETCHES, 2)),
-        np.empty(2, np.int64),
+        np.zeros(3, np.int64),
         low,
         middle,
         high,
@@ -230,14 +230,23 @@ def _place_middles(tree, bodies, stretches, count, is_first, q1, q2, q, X_WB, pl
     place_bodies(tree, bodies, q, 0, X_WB, places)
 
 
+@inlined_kernel
+def _longest(halves, count):
+    """Return how far around a middle anything is still to be shown."""
+    longest = 0.0
+    for k in range(count):
+        longest = max(longest, halves[k])
+    return longest
+
+
 @merged_kernel
 def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, work):
     """Find how far around the middles all pairs are free: ``free``, negative where one collides.
 
-    ``limits``: the tolerance, which part of a distance may be used up, and beyond where nothing
-    matters any more. Returns what all pairs keep there at least.
+    ``limits``: the rules, and beyond where nothing matters any more. Returns what all pairs keep
+    there at least. Unless it is to be measured, a collision ends it.
     """
-    tolerance, part, collision = limits
+    measures, part, tolerance, collision = limits
     least = math.inf
     low, middle, high = stretches.low, stretches.middle, stretches.high
     free, blockers, halves = stretches.free, stretches.blockers, stretches.halves
@@ -245,12 +254,11 @@ def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, 
         halves[k] = max(middle[k] - low[k], high[k] - middle[k])
         if low[k] > collision:
             halves[k] = -1.0
-    for p in range(len(pairs.bodies)):
+    first, count_of_pairs = stretches.counts[2], len(pairs.bodies)
+    for i in range(count_of_pairs):
+        p = first + i if first + i < count_of_pairs else first + i - count_of_pairs
         way, margin, padding = ways[p], margins[p], pairs.paddings[p]
-        longest = 0.0
-        for k in range(count):
-            longest = max(longest, halves[k])
-        enough = longest * way / part + margin + tolerance + padding
+        enough = _longest(halves, count) * way / part + margin + tolerance + padding
         sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, enough)
         for k in range(count):
             if halves[k] < 0.0:
@@ -261,6 +269,9 @@ def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, 
                 rest = _free_way(held, bodies, pairs, p, k, places, need, tolerance, work)
             if rest == -math.inf:
                 free[k], blockers[k], halves[k] = -1.0, p, -1.0
+                if not measures:
+                    stretches.counts[2] = p
+                    return least
             elif rest >= need:
                 least = min(least, rest - halves[k] * way)
             else:
@@ -310,8 +321,8 @@ def prove_edge(
         _place_middles(tree, bodies, stretches, count, looks == 0, q1, q2, q, X_WB, places)
         looks += count
         kept = _look(
-            held, bodies, pairs, ways, margins, stretches, count, (tolerance, part, collision),
-            places, work,
+            held, bodies, pairs, ways, margins, stretches, count,
+            (measures, part, tolerance, collision), places, work,
         )  # fmt: skip
         least = min(least, kept)
         stretches.counts[0] += count
@@ -359,6 +370,7 @@ def prove_edges(
     for e in range(len(edges)):
         q1, q2 = edges[e, 0], edges[e, 1]
         set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins, own)
+        stretches.counts[2] = 0  # What is known of an edge depends on no other one.
         statuses[e], found[e] = prove_edge(
             held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, rules, stop, stretches, q,
             places, work, numbers[e],
