@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 import math
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
-from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_proofs import new_stop, prove
 from scene_graph_ros.planning.path_ends import find_troubles
 from scene_graph_ros.planning.path_search import PathSearch
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure
@@ -84,8 +83,9 @@ def plan_path(
     an end go round whichever way is free, and may arrive full turns away from the goal's number.
 
     The path is the same for the same ``seed``, unless it ran out of time: ``timeout`` (s) ends the
-    search for shorter ones, too. Without one, a search goes on until there is a path, memory for
-    2^20 configurations in a tree is full, or KeyboardInterrupt; it notices both within 0.1 s.
+    search for shorter ones, too; kernels that are not compiled yet are, before time is counted.
+    Without one, a search goes on until there is a path, a tree has 2^20 configurations, or
+    KeyboardInterrupt. It notices both within 0.1 s.
 
     The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000) and
     then takes shortcuts (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*,
@@ -95,7 +95,6 @@ def plan_path(
     Raises PlanningError naming the argument, and as `SceneGraphCollisionChecker` does for
     configurations of another shape or with numbers that mean nothing.
     """
-    began = time.monotonic()
     if planner not in PLANNERS:
         raise PlanningError(f"planner must be one of {', '.join(PLANNERS)}, not {quoted(planner)}")
     root = as_float(seed)
@@ -108,8 +107,15 @@ def plan_path(
     moves = _moving(checker, first, goals, group)
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     problem = _Problem(checker, first, goals, space, int(seed), patience)
-    rest = None if patience is None else max(0.0, patience - (time.monotonic() - began))
-    return run_stoppable(lambda stops: _solve(problem, stops), rest)
+    _load_kernels(problem)
+    return run_stoppable(lambda stops: _solve(problem, stops), patience)
+
+
+def _load_kernels(problem: _Problem) -> None:
+    """Load what will be called, or compile it, before time is counted."""
+    plan = problem.checker.plan
+    prove(plan, np.empty((0, 2, len(problem.start))), problem.final_rules)
+    PathSearch(plan, problem.space, problem.search_rules, 0, new_stop()).load_kernel()
 
 
 def _ends(

@@ -91,6 +91,11 @@ class PathSearch:
         """How near (rad and m) the trees came to each other; at first infinite."""
         return float(self._trees.gap[0])
 
+    def load_kernel(self) -> None:
+        """Load the kernel of the search, or compile it: a time limit is for what it does."""
+        self._state[PHASE], self._state[COUNT] = SHORTEN, 0
+        self._search(self._space.table, self._rules)
+
     def find(
         self, start: NDArray[np.float64], goals: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], int] | None:
