@@ -1,0 +1,249 @@
+"""How long planning takes: a Panda in its cell, or the problems of MotionBenchMaker.
+
+``python -m benchmarks.plans`` plans between random configurations over the table and in the shelf
+of ``config/scenes/panda_cell.yaml``. MotionBenchMaker's 700 problems of a Panda (Chamzas and
+others, *MotionBenchMaker: A Tool to Generate and Benchmark Motion Planning Datasets*, 2022) are in
+the sources of the package ``vamp-planner``, which is not needed otherwise::
+
+    pip download --no-deps --no-binary vamp-planner vamp-planner==0.6.4
+    python -m benchmarks.plans --problems vamp_planner-0.6.4.tar.gz --count 3
+
+plans for the first 3 of each of its sets. Times are of the processor, for one call of `plan_path`
+each, shortcuts and proofs included.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+import os
+from pathlib import Path
+import tarfile
+import time
+from typing import Any, IO, NamedTuple
+
+import numpy as np
+import yaml
+
+from benchmarks.machine import machine
+from scene_graph_ros.geometry import (
+    Box,
+    Cylinder,
+    GeometryInstance,
+    ProximityProperties,
+    SceneGraph,
+    Shape,
+    Sphere,
+)
+from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
+from scene_graph_ros.planning import (
+    load_robot_diagram,
+    plan_path,
+    RobotDiagram,
+    SceneGraphCollisionChecker,
+)
+from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot
+
+__all__ = ["Problem", "main", "moveit_problems", "shelf_problems"]
+
+_CELL = "config/scenes/panda_cell.yaml"
+_PANDA = "package://example-robot-data/robots/panda_description"
+_ARCHIVE = "resources/panda/problems.tar.bz2"
+_REGIONS = (
+    ((-0.37, 0.66, 0.36), (0.27, 0.98, 0.76)),
+    ((-0.37, 0.66, 0.81), (0.27, 0.98, 1.23)),
+    ((0.3, -0.5, 0.46), (0.9, 0.5, 0.8)),
+)
+"""Corners (W, metres) of where the Panda's fingers are: two compartments, and over the table."""
+_FINGERS = 0.1
+"""Metres from the hand's origin."""
+_OPENING = 0.02
+"""Metres, of each finger."""
+_DRAWN = 20000
+
+
+class Problem(NamedTuple):
+    """A path to find."""
+
+    kind: str
+    checker: SceneGraphCollisionChecker
+    start: np.ndarray
+    goal: np.ndarray
+
+
+def shelf_problems(count: int, seed: int = 0) -> Iterator[Problem]:
+    """Yield problems from each region to the next, between random free configurations."""
+    robots = load_robot_diagram(_CELL)
+    checker, tree = SceneGraphCollisionChecker(robots), robots.tree
+    rng = np.random.default_rng(seed)
+    found: list[list[np.ndarray]] = [[] for _ in _REGIONS]
+    while min(map(len, found)) < count:
+        q = rng.uniform(tree.lower, tree.upper, (_DRAWN, tree.num_positions))
+        q[:, tree.position_index("panda_finger_joint1")] = _OPENING
+        X_WH = tree.link_poses(q, ["panda_hand"])[:, 0]
+        p_WF = X_WH[:, :3, 3] + _FINGERS * X_WH[:, :3, 2]
+        for ends, (lower, upper) in zip(found, _REGIONS, strict=True):
+            near = q[((p_WF > lower) & (p_WF < upper)).all(axis=1)]
+            ends.extend(near[checker.check_configs_collision_free(near)])
+    for k in range(count):
+        i = k % len(_REGIONS)
+        yield Problem("shelf", checker, found[i][k], found[(i + 1) % len(_REGIONS)][k])
+
+
+def moveit_problems(archive: Path, count: int) -> Iterator[Problem]:
+    """Yield the first ``count`` problems of each set in an archive.
+
+    That is ``problems.tar.bz2``, or sources with it in them: ``<set>/scene<number>.yaml`` and
+    ``<set>/request<number>.yaml``, as MoveIt writes planning scenes and requests.
+    """
+    with tarfile.open(archive) as outer:
+        inner = [name for name in outer.getnames() if name.endswith(_ARCHIVE)]
+        if inner:
+            with tarfile.open(fileobj=_opened(outer, inner[0])) as problems:
+                yield from _problems(problems, count)
+        else:
+            yield from _problems(outer, count)
+
+
+def _opened(archive: tarfile.TarFile, name: str) -> IO[bytes]:
+    file = archive.extractfile(name)
+    if file is None:
+        raise ValueError(f"{name} is no file")
+    return file
+
+
+def _problems(archive: tarfile.TarFile, count: int) -> Iterator[Problem]:
+    names = sorted(name for name in archive.getnames() if name.endswith(".yaml"))
+    kinds: dict[str, list[str]] = {}
+    for name in names:
+        folder, _, file = name.rpartition("/")
+        if file.startswith("scene"):
+            kinds.setdefault(folder, []).append(file.removeprefix("scene"))
+    for folder, numbers in kinds.items():
+        for number in numbers[:count]:
+            scene, request = (
+                yaml.load(_opened(archive, f"{folder}/{what}{number}"), yaml.CSafeLoader)
+                for what in ("scene", "request")
+            )
+            robots = _moveit_scene(scene)
+            start, goal = _ends(robots, request)
+            kind = folder.rpartition("/")[2].removesuffix("_panda")
+            yield Problem(kind, SceneGraphCollisionChecker(robots), start, goal)
+
+
+def _moveit_scene(scene: dict[str, Any]) -> RobotDiagram:
+    """Return a Panda among the collision objects of a planning scene."""
+    model = load_urdf(f"{_PANDA}/urdf/panda.urdf")
+    semantics = load_srdf(f"{_PANDA}/srdf/panda.srdf", model)
+    scene_graph = SceneGraph()
+    source = scene_graph.register_source("panda")
+    frames = register_robot(model, scene_graph, source, semantics=semantics, visual=False)
+    for thing in scene["world"]["collision_objects"]:
+        X_WT = _pose(thing["pose"]) if "pose" in thing else np.eye(4)
+        shapes = zip(thing["primitives"], thing["primitive_poses"], strict=True)
+        for k, (primitive, pose) in enumerate(shapes):
+            name = f"{thing['id']}_{k}"
+            instance = GeometryInstance(X_WT @ _pose(pose), _shape(primitive), name)
+            instance.set_proximity_properties(ProximityProperties())
+            scene_graph.register_anchored_geometry(source, instance)
+    # The data set has wider limits of joint 4 and of the fingers.
+    limits = {"panda_joint4": 0.0175, "panda_finger_joint1": 0.065, "panda_finger_joint2": 0.065}
+    tree = model.kinematic_tree(semantics)
+    joints = (replace(j, upper=limits.get(j.name, j.upper)) for j in tree.joints)
+    tree = replace(tree, joints=tuple(joints))
+    return RobotDiagram(scene_graph, scene_graph.create_default_context(), tree, frames)
+
+
+def _pose(pose: dict[str, Any]) -> np.ndarray:
+    """Return a pose whose quaternion is x, y, z, w, as in messages."""
+    return poses_from_quaternions(np.array([pose["position"]]), np.array([pose["orientation"]]))[0]
+
+
+def _shape(primitive: dict[str, Any]) -> Shape:
+    """Return a shape of ``shape_msgs/SolidPrimitive``: of a cylinder the height comes first."""
+    match primitive["type"], primitive["dimensions"]:
+        case "box", [x, y, z]:
+            return Box(x, y, z)
+        case "cylinder", [height, radius]:
+            return Cylinder(radius, height)
+        case "sphere", [radius]:
+            return Sphere(radius)
+    raise ValueError(f"unknown primitive: {primitive}")
+
+
+def _ends(robots: RobotDiagram, request: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Return start and goal; the fingers stay as they are at the start."""
+    tree, state = robots.tree, request["start_state"]["joint_state"]
+    start = np.zeros(tree.num_positions)
+    for name, position in zip(state["name"], state["position"], strict=True):
+        if name in tree.position_names:
+            start[tree.position_index(name)] = position
+    goal = start.copy()
+    for constraint in request["goal_constraints"][0]["joint_constraints"]:
+        goal[tree.position_index(constraint["joint_name"])] = constraint["position"]
+    return start, goal
+
+
+class _Run(NamedTuple):
+    kind: str
+    seconds: float
+    length: float
+    clearance: float
+    reason: str | None
+
+
+def _run(problem: Problem, timeout: float) -> _Run:
+    begin = time.process_time()
+    plan = plan_path(problem.checker, problem.start, problem.goal, group="arm", timeout=timeout)
+    seconds = time.process_time() - begin
+    return _Run(problem.kind, seconds, plan.length, plan.least_clearance, plan.reason)
+
+
+def _row(kind: str, runs: Sequence[_Run]) -> str:
+    solved = [run for run in runs if run.reason is None]
+    times = 1e3 * np.array([run.seconds for run in runs])
+    words = f"{kind:20} {len(solved):4}/{len(runs):<4}"
+    words += f" {np.median(times):9.2f} {np.percentile(times, 95):9.2f}"
+    if solved:
+        lengths, kept = zip(*((run.length, run.clearance) for run in solved), strict=True)
+        words += f" {np.median(lengths):9.2f} {1e3 * np.median(kept):9.3f} {1e3 * min(kept):9.3f}"
+    return words
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print a table: a row for each set, and why there are no paths where there are none."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--problems", type=Path, help="archive with MotionBenchMaker's problems")
+    parser.add_argument("--count", type=int, default=20, help="problems of each set")
+    parser.add_argument("--timeout", type=float, default=10.0, help="seconds for each")
+    options = parser.parse_args(arguments)
+    load = os.getloadavg()[0]
+    if options.problems is None:
+        problems = shelf_problems(options.count)
+    else:
+        problems = moveit_problems(options.problems, options.count)
+    kinds: dict[str, list[_Run]] = {}
+    is_first = True
+    for problem in problems:
+        if is_first:  # Kernels are loaded by a first call, which is not measured.
+            plan_path(problem.checker, problem.start, problem.start)
+            is_first = False
+        kinds.setdefault(problem.kind, []).append(_run(problem, options.timeout))
+    print(
+        f"{'':20} {'solved':>9} {'median ms':>9} {'95 % ms':>9} {'length':>9} {'kept mm':>9}"
+        f" {'least':>9}"
+    )
+    for kind, runs in kinds.items():
+        print(_row(kind, runs))
+    everything = [run for runs in kinds.values() for run in runs]
+    if len(kinds) > 1:
+        print(_row("all", everything))
+    for run in everything:
+        if run.reason is not None:
+            print(f"{run.kind}: {run.reason}")
+    print(machine(load), end="")
+
+
+if __name__ == "__main__":
+    main()
