@@ -102,17 +102,21 @@ def reduce_rows(polyhedron: Any, tol: float) -> Reduction:
     start = _inner_point(polyhedron.lifted.rows)
     if start.kind == "farkas":
         return _of_empty(start, len(b))
+    rows = polyhedron.lifted.rows
     stays = np.ones(len(b), dtype=bool)
 
     def ask(i: int) -> tuple[Proof, np.ndarray]:
         others = np.flatnonzero(stays & (np.arange(len(b)) != i))
-        bound = _moved_out(A[i], b[i], tol)
-        return prove_bound(Rows(A[others], b[others]), A[i], bound, start), others
+        return prove_bound(rows.some(others), A[i], _moved_out(A[i], b[i], tol), start), others
 
-    found = {}
+    nothing = np.zeros(0, dtype=np.int64)
+    found = {i: (proof, nothing) for i, proof in _met_first(rows, start, tol).items()}
+    # These are cut off by no other row, whichever of them stay.
+    sure = set(found)
     for i in range(len(b)):
-        found[i] = ask(i)
-        stays[i] = found[i][0].kind == "point"
+        if i not in sure:
+            found[i] = ask(i)
+            stays[i] = found[i][0].kind == "point"
     removed = {}
     for i in np.flatnonzero(~stays).tolist():
         proof, others = found[i]
@@ -127,9 +131,43 @@ def reduce_rows(polyhedron: Any, tol: float) -> Reduction:
         removed[i] = tuple(weights)
     came_back = any(stays[i] and found[i][0].kind != "point" for i in found)
     kept = {
-        i: (ask(i) if came_back else found[i])[0].vector for i in np.flatnonzero(stays).tolist()
+        i: (ask(i) if came_back and i not in sure else found[i])[0].vector
+        for i in np.flatnonzero(stays).tolist()
     }
     return Reduction(removed, kept)
+
+
+def _met_first(rows: Rows, start: Proof, tol: float) -> dict[int, Proof]:
+    """Return rows that a ray from a point of the set meets alone, each with a point beyond.
+
+    The point is before all other rows and beyond this one moved out: so no others imply it. Rays
+    go along each row's normal; what they don't meet first may still be needed.
+    """
+    x = np.array([float(v) for v in start.vector])
+    slack = rows.b - rows.A @ x
+    lengths = np.linalg.norm(rows.A, axis=1)
+    if len(x) == 0 or len(slack) < 2 or not (slack > 0.0).all():
+        return {}
+    ways = rows.A[lengths > 0.0] / lengths[lengths > 0.0, None]
+    with np.errstate(divide="ignore", over="ignore"):
+        reach = np.where((rate := ways @ rows.A.T) > 0.0, slack / rate, np.inf)
+    found: dict[int, Proof] = {}
+    for way, distances in zip(ways, reach, strict=True):
+        i = int(distances.argmin())
+        if i in found or not np.isfinite(distances[i]):
+            continue
+        behind = np.delete(distances, i).min()
+        beyond = x + 0.5 * (distances[i] + min(behind, 2.0 * distances[i])) * way
+        others = np.delete(np.arange(len(slack)), i)
+        if is_inside(Rows(rows.A[others], rows.b[others]), beyond):
+            point = fractions_of(beyond)
+            height = sum(
+                (Fraction(a) * v for a, v in zip(rows.A[i].tolist(), point, strict=True)),
+                Fraction(0),
+            )
+            if height > _moved_out(rows.A[i], float(rows.b[i]), tol):
+                found[i] = Proof("point", point)
+    return found
 
 
 def _of_empty(farkas: Proof, num_rows: int) -> Reduction:

@@ -57,6 +57,13 @@ class Rows:
         rows, columns = self.exponents
         return np.ldexp(self.A, rows[:, None] + columns), np.ldexp(self.b, rows)
 
+    def some(self, which: np.ndarray) -> Rows:
+        """Return the inequalities of these indices, scaled as they are among all."""
+        result = Rows(self.A[which], self.b[which])
+        rows, columns = self.exponents
+        result.__dict__["exponents"] = rows[which], columns
+        return result
+
 
 _SPREAD = 8.0
 """Binary orders of magnitude between columns, from which on they are scaled."""
