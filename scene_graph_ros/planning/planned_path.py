@@ -23,7 +23,7 @@ class PlanFailure(enum.Enum):
     TIMEOUT = 5
     """Nothing was found in time."""
     EXHAUSTED = 6
-    """The trees grew to their limit and did not meet."""
+    """The trees grew to their limit and did not meet, or where they met was not proven again."""
 
 
 @dataclass(frozen=True, eq=False)
