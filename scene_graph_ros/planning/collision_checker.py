@@ -262,7 +262,7 @@ class SceneGraphCollisionChecker:
 
     def _checked_edges(self, edges: ArrayLike) -> NDArray[np.float64]:
         try:
-            array = np.ascontiguousarray(edges, dtype=np.float64)
+            array = np.require(edges, np.float64, ["C", "W"])
         except (TypeError, ValueError, OverflowError) as error:
             raise CollisionCheckerError(f"edges must be numbers: {quoted(edges)}") from error
         nq = self._tree.num_positions

@@ -30,7 +30,6 @@ _PART, _KEPT = 0.9, 20.0
 """How much of a distance a search uses up, and times the checker's tolerance what is left where it
 measures. A tenth is kept in between: two tolerances, so that parts of edges can be proven, too."""
 
-
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
 
@@ -57,12 +56,12 @@ class _Problem(NamedTuple):
     @property
     def search_rules(self) -> EdgeRules:
         """What counts as proven while it is looked for a path."""
-        return EdgeRules(False, _PART, _KEPT * self.checker.tolerance)
+        return EdgeRules(False, part=_PART, tolerance=_KEPT * self.checker.tolerance)
 
     @property
     def final_rules(self) -> EdgeRules:
         """What counts as proven in the end."""
-        return EdgeRules(False, 0.5, self.checker.tolerance)
+        return EdgeRules(False, part=0.5, tolerance=self.checker.tolerance)
 
 
 def plan_path(

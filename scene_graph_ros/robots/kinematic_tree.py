@@ -278,7 +278,8 @@ class KinematicTree:
         Raises KinematicTreeError naming the entry, its value and its row.
         """
         try:
-            array = np.ascontiguousarray(q, dtype=np.float64)
+            # Kernels are compiled for arrays that may be written to.
+            array = np.require(q, np.float64, ["C", "W"])
         except (TypeError, ValueError, OverflowError) as error:
             raise KinematicTreeError(f"q must be numbers: {quoted(q)}") from error
         if array.ndim not in (1, 2) or array.shape[-1] != self.num_positions:

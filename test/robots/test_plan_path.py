@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from robot_scenes import BALL, diagram, DRONE, move, PLATE, ROD, SLIDE
 
+from scene_graph_ros.geometry.compiled.kernel import compilation_count
 from scene_graph_ros.planning import (
     CollisionCheckerError,
     EdgeStatus,
@@ -120,6 +121,21 @@ def test_a_panda_s_paths_are_free_by_the_scene_s_own_queries(checker, problems):
         assert 0.0 < plan.least_clearance <= min(d.min(initial=np.inf) for d in near)
         measures = checker.measure_edges(np.stack([path[:-1], path[1:]], axis=1))
         assert all(measure.status is EdgeStatus.FREE for measure in measures)
+
+
+def test_a_path_may_be_asked_about_again(checker, problems):
+    """It can't be written to, and yet no kernel is compiled for it."""
+    path = plan_path(checker, *problems[1]).configurations
+    assert not path.flags.writeable
+    before = compilation_count()
+    assert checker.check_configs_collision_free(path).all()
+    assert checker.check_edge_collision_free(path[0], path[1])
+    edges = np.lib.stride_tricks.sliding_window_view(path, 2, axis=0).swapaxes(1, 2)
+    assert all(measure.completely_free for measure in checker.measure_edges(edges))
+    X_WH = checker.plan.tree.link_poses(path, ["panda_hand"])
+    assert X_WH.shape == (len(path), 1, 4, 4)
+    assert plan_path(checker, path[-1], path[0], seed=1).is_success
+    assert compilation_count() == before
 
 
 def test_the_seed_decides(checker, problems, monkeypatch):
