@@ -27,7 +27,8 @@ ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(pa
   test/test_warmup.py
 
 # A file's tests share a process, and with it nodes; files begin in the order in which they stand.
-IN_FILES := --dist loadfile --no-loadscope-reorder --durations=25
+# Where a process crashes the run ends, and says at which test: with another in its place it hangs.
+IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations=25
 
 .PHONY: help setup all-kernels environment demo test lint format test-uncompiled test-ros \
   test-core search fuzz workspace peers bench accuracy lock clean
