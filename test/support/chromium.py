@@ -6,8 +6,10 @@ import base64
 from contextlib import ExitStack
 import itertools
 import json
+import os
 from pathlib import Path
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -66,15 +68,17 @@ class Tab:
         self.problems: list[str] = []
         """What the page complained about: errors, and what it could not load."""
         self._numbers = itertools.count(1)
-        folder = self._stack.enter_context(tempfile.TemporaryDirectory())
+        # Its helpers may write there for a moment after all have been killed.
+        folder = self._stack.enter_context(tempfile.TemporaryDirectory(ignore_cleanup_errors=True))
         size = f"--window-size={width},{height}"
         process = subprocess.Popen(
             [command, *_FLAGS, size, f"--user-data-dir={folder}", "about:blank"],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
+            start_new_session=True,
         )
         self._stack.callback(process.wait)
-        self._stack.callback(process.kill)
+        self._stack.callback(os.killpg, process.pid, signal.SIGKILL)
         port = self._wait_for_port(Path(folder) / "DevToolsActivePort")
         with urlopen(f"http://127.0.0.1:{port}/json") as answer:
             pages = [target for target in json.load(answer) if target["type"] == "page"]

@@ -165,7 +165,9 @@ class Pump:
                 if now < self._due:
                     self._changed.wait(self._due - now)
                     continue
-                self._due = max(self._due, now - self._period) + self._period
+                # Lateness of less than a period is made up for, so that the rate is kept.
+                is_late = now - self._due > self._period
+                self._due = (now if is_late else self._due) + self._period
                 for page in pages:
                     page.is_ready, page.seen = False, _sight(page, moment)
                 return moment, [(page, page.wish) for page in pages]
