@@ -47,6 +47,8 @@ GROUPS: dict[str, KernelGroup] = {
             ),
             (f"{_HERE}.main_job:ask_main_queries", f"{_HERE}.robots:place_links"),
         ),
+        # The slowest first: the others are compiled beside it.
+        KernelGroup("planning", "planning", (f"{_HERE}.robots:plan",)),
         KernelGroup("surfaces", "contact surfaces", (f"{_HERE}.surfaces:find_surfaces",)),
         KernelGroup(
             "deformable",
@@ -54,7 +56,6 @@ GROUPS: dict[str, KernelGroup] = {
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
         KernelGroup("cameras", "images of cameras", (f"{_HERE}.cameras:render_images",)),
-        KernelGroup("planning", "planning", (f"{_HERE}.robots:plan",)),
         KernelGroup("convex", "convex sets", (f"{_HERE}.convex_sets:ask_convex_sets",)),
     )
 }
