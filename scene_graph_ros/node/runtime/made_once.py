@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import threading
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, overload, TypeVar
 
 __all__ = ["made_once"]
 
@@ -26,8 +26,16 @@ class made_once(Generic[T]):  # noqa: N801 - stands where a decorator does
         """Take the name under which instances keep what is made."""
         self._name = name
 
-    def __get__(self, instance: Any, owner: type | None = None) -> T:
+    @overload
+    def __get__(self, instance: None, owner: type) -> made_once[T]: ...
+
+    @overload
+    def __get__(self, instance: Any, owner: type | None = None) -> T: ...
+
+    def __get__(self, instance: Any, owner: type | None = None) -> made_once[T] | T:
         """Make it; once it is there, instances have it themselves and this is not called."""
+        if instance is None:
+            return self
         made = instance.__dict__
         with made.setdefault(f"making {self._name}", threading.RLock()):
             if self._name not in made:

@@ -57,6 +57,12 @@ def test_things_do_not_wait_for_each_other():
     assert slow.made == fast.made == 1
 
 
+def test_a_class_shows_what_it_will_make():
+    """Whoever looks at the class, such as help(), makes nothing."""
+    assert isinstance(Thing.part, made_once)
+    assert Thing.part.__doc__ == "What is made."
+
+
 def test_the_node_keeps_to_it():
     """What threads share is not left to functools, which makes it once for each of them."""
     folder = Path(scene_graph_ros.node.__file__).parent
