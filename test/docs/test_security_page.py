@@ -41,8 +41,3 @@ def test_the_limits_of_the_browser_are_those_of_the_code():
     ) in text
     assert server._STUCK_SECONDS == 5.0
     assert "takes nothing for five to ten seconds" in text
-
-
-def test_the_page_can_be_found():
-    """README leads there."""
-    assert "docs/security.md" in (ROOT / "README.md").read_text()
