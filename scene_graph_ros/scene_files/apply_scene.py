@@ -59,7 +59,8 @@ def _add_cameras(to: Application) -> None:
     """Describe the cameras; what they are made of is imported only where there are some."""
     if not to.spec.cameras:
         return
-    from scene_graph_ros.scene_files.cameras import add_renderer, camera_from_spec
+    from scene_graph_ros.geometry.perception.default_renderer import add_default_renderer
+    from scene_graph_ros.scene_files.cameras import camera_from_spec
 
     for index, spec in enumerate(to.spec.cameras):
         located = partial(to.located, "cameras", index)
@@ -71,4 +72,4 @@ def _add_cameras(to: Application) -> None:
         camera = camera_from_spec(spec, X_PC, name, source.name, located)
         to.cameras[camera.name] = camera
     # After all that may fail: it stays where the rest is taken back.
-    add_renderer(to.scene_graph)
+    add_default_renderer(to.scene_graph)

@@ -8,7 +8,6 @@ from contextlib import AbstractContextManager
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.perception import (
     CameraDescription,
     CameraIntrinsics,
@@ -16,19 +15,12 @@ from scene_graph_ros.geometry.perception import (
     ClippingRange,
     DepthRange,
     DepthRenderCamera,
-    ExactRenderEngine,
     RenderCameraCore,
 )
-from scene_graph_ros.geometry.perception.camera_description import DEFAULT_RENDERER
+from scene_graph_ros.geometry.perception.default_renderer import DEFAULT_RENDERER
 from scene_graph_ros.scene_files.schema import CameraSpec
 
-__all__ = ["add_renderer", "camera_from_spec"]
-
-
-def add_renderer(scene_graph: SceneGraph) -> None:
-    """Have the renderer of scene files' cameras, unless there is one of its name."""
-    if not scene_graph.has_renderer(DEFAULT_RENDERER):
-        scene_graph.add_renderer(DEFAULT_RENDERER, ExactRenderEngine())
+__all__ = ["camera_from_spec"]
 
 
 def camera_from_spec(

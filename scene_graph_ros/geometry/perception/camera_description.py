@@ -16,10 +16,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.spatial.poses import as_pose
 
-__all__ = ["DEFAULT_RENDERER", "MAX_RATE", "CameraDescription", "CameraOutput"]
-
-DEFAULT_RENDERER = "exact"
-"""Name of the renderer that cameras of scene files and of requests use."""
+__all__ = ["MAX_RATE", "CameraDescription", "CameraOutput"]
 
 MAX_RATE = 1000.0
 """Hz, of a camera."""

@@ -15,7 +15,7 @@ from msg_adapters.poses import poses_to_msg
 from scene_graph_msgs.msg import CameraDescription
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.perception import DepthRenderCamera, ExactRenderEngine
-from scene_graph_ros.geometry.perception.camera_description import DEFAULT_RENDERER
+from scene_graph_ros.geometry.perception.default_renderer import DEFAULT_RENDERER
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
