@@ -217,7 +217,11 @@ def camera_effect(camera: CameraDescription) -> EffectDeclaration:
     where = "the world" if frame == "world" else f"frame {camera.source}/{frame}"
 
     def asked_by(demand: Demand) -> str:
-        return f"the scene has it on {where}" if name in demand.cameras else ""
+        if name not in demand.cameras:
+            return ""
+        sees = demand.count(count_role, Role.PERCEPTION)
+        nothing = "" if sees else ", though nothing has the perception role, which it sees"
+        return f"the scene has it on {where}{nothing}"
 
     return EffectDeclaration(
         f"camera {name}",
