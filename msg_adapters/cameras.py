@@ -1,4 +1,4 @@
-"""Cameras that requests describe."""
+"""Cameras that requests describe or register, and cameras of the scene back to messages."""
 
 from __future__ import annotations
 
@@ -6,21 +6,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msg_adapters.errors import MessageError
-from msg_adapters.poses import pose_from_msg
-from scene_graph_msgs.msg import CameraDescription
+from msg_adapters.poses import pose_from_msg, pose_to_msg
+import scene_graph_msgs.msg
+from scene_graph_msgs.msg import SceneCamera, SceneCameraInfo
+from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.perception import (
+    CameraDescription,
     CameraIntrinsics,
+    CameraOutput,
     ClippingRange,
     DepthRange,
     DepthRenderCamera,
     RenderCameraCore,
 )
+from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["camera_from_msg"]
+__all__ = ["camera_from_msg", "scene_camera_from_msg", "scene_camera_to_msg"]
 
 
 def camera_from_msg(
-    msg: CameraDescription, renderer: str
+    msg: scene_graph_msgs.msg.CameraDescription, renderer: str
 ) -> tuple[DepthRenderCamera, NDArray[np.float64]]:
     """Return the camera that a renderer is asked about, and its pose ``X_PC`` in ``msg.frame``.
 
@@ -44,3 +49,46 @@ def camera_from_msg(
         depth_range = DepthRange(msg.depth_min, msg.depth_max)
     core = RenderCameraCore(renderer, intrinsics, clipping)
     return DepthRenderCamera(core, depth_range), pose_from_msg(msg.pose, "description.pose")
+
+
+def scene_camera_from_msg(msg: SceneCamera, source: str, renderer: str) -> CameraDescription:
+    """Return the camera of ``source`` to register; whether it has the frame is not looked at.
+
+    Raises MessageError, naming the camera, for a lens, ranges and a pose that no camera has, and
+    what CameraDescription raises.
+    """
+    try:
+        camera, X_PC = camera_from_msg(msg.description, renderer)
+    except SceneGraphError as error:
+        raise MessageError(f"camera {quoted(msg.name)}: {error}") from error
+    frame = msg.description.frame or "world"
+    outputs: frozenset[CameraOutput] = frozenset(msg.images)  # checked by the description
+    return CameraDescription(msg.name, source, frame, X_PC, camera, outputs, msg.rate)
+
+
+def scene_camera_to_msg(camera: CameraDescription) -> SceneCameraInfo:
+    """Return what a camera of the scene is, so that registering it again makes the same."""
+    core, depth_range = camera.camera.core, camera.camera.depth_range
+    lens, clipping = core.intrinsics, core.clipping
+    return SceneCameraInfo(
+        source=camera.source,
+        camera=SceneCamera(
+            name=camera.name,
+            description=scene_graph_msgs.msg.CameraDescription(
+                frame=camera.frame,
+                pose=pose_to_msg(camera.X_PC),
+                width=lens.width,
+                height=lens.height,
+                fx=lens.fx,
+                fy=lens.fy,
+                cx=lens.cx,
+                cy=lens.cy,
+                clipping_near=clipping.near,
+                clipping_far=clipping.far,
+                depth_min=depth_range.min_depth,
+                depth_max=depth_range.max_depth,
+            ),
+            images=sorted(output.value for output in camera.outputs),
+            rate=camera.rate,
+        ),
+    )

@@ -62,9 +62,11 @@ def test_every_query_says_what_it_is_about(path: Path) -> None:
     [
         "AssignRole",
         "RegisterAnchoredGeometry",
+        "RegisterCamera",
         "RegisterDeformableGeometry",
         "RegisterFrame",
         "RegisterGeometry",
+        "RemoveCamera",
         "RemoveFrame",
         "RemoveGeometry",
         "RemoveRole",

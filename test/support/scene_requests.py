@@ -5,11 +5,13 @@ from __future__ import annotations
 from geometry_msgs.msg import Point, Pose, Quaternion, Transform, Vector3
 
 from scene_graph_msgs.msg import (
+    CameraDescription,
     FrameDescription,
     GeometryDescription,
     GeometryReference,
     QueryOptions,
     RoleProperties,
+    SceneCamera,
     Shape,
     Status,
     WhatIf,
@@ -31,6 +33,17 @@ def sphere(name, radius=RADIUS, at=None, roles=(RoleProperties.PROXIMITY,)):
         shape=Shape(kind=Shape.SPHERE, dimensions=[radius]),
         pose=at or pose(),
         roles=[RoleProperties(role=role) for role in roles],
+    )
+
+
+def camera(name, frame="", *, images=("depth",), rate=30.0, **fields):
+    """Return a camera of 4 x 3 pixels at a frame's origin; ``fields`` are of its description."""
+    description = {"pose": pose(), "width": 4, "height": 3, "fov_y": 1.0} | fields
+    return SceneCamera(
+        name=name,
+        description=CameraDescription(frame=frame, **description),
+        images=list(images),
+        rate=rate,
     )
 
 

@@ -259,6 +259,16 @@ def describe(request: Any, response: Any, asked: Asked) -> None:
         with_shapes=request.with_shapes,
         with_properties=request.with_properties,
     )
+    if snapshot.cameras:
+        # Imported with the first camera.
+        from msg_adapters.cameras import scene_camera_to_msg
+
+        owners = {record.name for record in chosen}
+        response.cameras = [
+            scene_camera_to_msg(camera)
+            for _, camera in sorted(snapshot.cameras.items())
+            if camera.source in owners
+        ]
 
 
 def filtered(request: Any, response: Any, asked: Asked) -> None:

@@ -246,6 +246,29 @@ def remove_filter(request: Any, response: Any, edit: Edit, tools: Tools) -> None
     del edit.filter_owners[request.filter_id]
 
 
+def register_camera(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
+    """Answer RegisterCamera; what cameras need is imported with the first of them."""
+    from msg_adapters.cameras import scene_camera_from_msg
+    from scene_graph_ros.geometry.perception.default_renderer import (
+        add_default_renderer,
+        DEFAULT_RENDERER,
+    )
+
+    record = _owner(request, edit)
+    names = edit.names()
+    for description in request.cameras:
+        camera = scene_camera_from_msg(description, record.name, DEFAULT_RENDERER)
+        if camera.frame != "world":
+            names.frame_id(camera.frame, record.name)
+        edit.add_cameras({camera.name: camera})
+    add_default_renderer(edit.scene_graph)
+
+
+def remove_camera(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
+    """Answer RemoveCamera."""
+    edit.remove_cameras(_owner(request, edit), request.cameras)
+
+
 def load_scene(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer LoadScene."""
     if bool(request.resource) == bool(request.text):
@@ -259,10 +282,12 @@ EDITS: dict[str, Handler] = {
     "AssignRole": assign_role,
     "LoadScene": load_scene,
     "RegisterAnchoredGeometry": register_anchored_geometry,
+    "RegisterCamera": register_camera,
     "RegisterDeformableGeometry": register_deformable_geometry,
     "RegisterFrame": register_frame,
     "RegisterGeometry": register_geometry,
     "RegisterSource": register_source,
+    "RemoveCamera": remove_camera,
     "RemoveCollisionFilter": remove_filter,
     "RemoveFrame": remove_frame,
     "RemoveGeometry": remove_geometry,

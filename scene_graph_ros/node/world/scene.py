@@ -91,6 +91,24 @@ class Edit:
                 raise NameConflictError(f"there is a camera named {name!r} already")
         self.cameras.update(cameras)
 
+    def remove_cameras(self, record: SourceRecord, names: Iterable[str]) -> None:
+        """Remove cameras of a source.
+
+        Raises UnknownIdError for one that is not there, OwnershipError for another source's.
+        """
+        wanted = dict.fromkeys(names)
+        for name in wanted:
+            camera = self.cameras.get(name)
+            if camera is None:
+                raise UnknownIdError(f"there is no camera {quoted(name)}")
+            if camera.source != record.name:
+                raise OwnershipError(
+                    f"camera {quoted(name)} is of source {quoted(camera.source)}, not of"
+                    f" {quoted(record.name)}"
+                )
+        for name in wanted:
+            del self.cameras[name]
+
     def remove_source(self, record: SourceRecord) -> None:
         """Remove a source with all that it registered, and its cameras."""
         self.scene_graph.remove_source(record.id)

@@ -1,0 +1,202 @@
+"""Cameras come and go by requests: who may, on which frames, all of them or none. No DDS."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+import re
+
+from geometry_msgs.msg import Quaternion
+import numpy as np
+import pytest
+from scene_requests import camera
+
+from msg_adapters.queries import Options
+from msg_adapters.status import status_from_exception
+from scene_graph_msgs.msg import SourceHandle, Status
+import scene_graph_msgs.srv
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.perception import ImageKind
+from scene_graph_ros.node.effects.camera_frame import CameraFrame
+from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.world.edits import EDITS, Tools
+from scene_graph_ros.node.world.inputs import message_type
+from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.world import World
+
+SCENE = """
+version: 1
+sources: [{name: arm}, {name: cell}]
+frames: [{name: hand, source: arm, pose: {xyz: [0.1, 0, 0]}}, {name: rail, source: cell}]
+geometries:
+  - {name: ball, source: cell, pose: {xyz: [0, 0, 2]}, shape: {type: sphere, radius: 0.5}}
+cameras:
+  - name: eye
+    source: arm
+    frame: hand
+    pose: {xyz: [0, 0.1, 0], rpy: [0.1, 0.2, 0.3]}
+    size: [16, 12]
+    fov_y: 1.1
+    depth_range: [0.5, 4]
+    images: [points, depth]
+    rate: 12.5
+  - {name: still, source: cell, size: [8, 6], intrinsics: {fx: 6, fy: 7, cx: 3, cy: 2}}
+"""
+
+
+class Clients:
+    """A world, and the sources of its scene with their tokens."""
+
+    def __init__(self):
+        self.world, loader = World(), SceneLoader("", message_type, EFFECT_NAMES)
+        self._tools = Tools(loader.resolve, message_type, loader.load_request)
+        self.sources = {s.name: s for s in self.edit("LoadScene", text=SCENE).sources}
+
+    def edit(self, name, **fields):
+        """Return the response of a service that changes the scene, or raise."""
+        service = getattr(scene_graph_msgs.srv, name)
+        request, response = service.Request(**fields), service.Response()
+        self.world.edit(lambda edit: EDITS[name](request, response, edit, self._tools))
+        return response
+
+    def register(self, source, *cameras):
+        """Register cameras of a source."""
+        self.edit("RegisterCamera", source=self.sources[source], cameras=list(cameras))
+
+    def remove(self, source, *names):
+        """Remove cameras of a source."""
+        self.edit("RemoveCamera", source=self.sources[source], cameras=list(names))
+
+    def described(self, **fields):
+        """Return what DescribeScene tells of cameras."""
+        service = scene_graph_msgs.srv.DescribeScene
+        response = service.Response()
+        asked = Asked(self.world.snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
+        QUERIES["DescribeScene"].handler(service.Request(**fields), response, asked)
+        return response.cameras
+
+    def refusal(self, action, *arguments):
+        """Return the status of what is refused; the scene is as it was."""
+        before = self.world.snapshot
+        with pytest.raises(SceneGraphError) as caught:
+            action(*arguments)
+        assert self.world.snapshot is before
+        return status_from_exception(caught.value)
+
+
+@pytest.fixture
+def clients():
+    """A world with two sources, and a camera of each."""
+    return Clients()
+
+
+def test_cameras_are_told_by_name_and_by_source(clients):
+    """Those of the scene file and those of requests, sorted; frames by bare name."""
+    clients.register("cell", camera("a", "rail"), camera("z"))
+    assert [c.camera.name for c in clients.described()] == ["a", "eye", "still", "z"]
+    told = {c.camera.name: c for c in clients.described(source="cell")}
+    assert {n: c.camera.description.frame for n, c in told.items()} == {
+        "a": "rail",
+        "still": "world",
+        "z": "world",
+    }
+    assert {c.source for c in told.values()} == {"cell"}
+
+
+def test_a_camera_of_a_scene_file_goes_through_messages(clients):
+    """Removed and registered as it was told, it is told the same, and sees the same.
+
+    Its rotation is a matrix between two quaternions, which costs an ulp or two.
+    """
+
+    def sees(name):
+        snapshot = clients.world.snapshot
+        frame = CameraFrame(snapshot.cameras[name], snapshot)
+        frame.render(frozenset(ImageKind))
+        return frame.images
+
+    def without_rotations(told):
+        told = deepcopy(told)
+        for each in told:
+            each.camera.description.pose.orientation = Quaternion()
+        return told
+
+    def rotations(told):
+        given = [each.camera.description.pose.orientation for each in told]
+        return [[q.x, q.y, q.z, q.w] for q in given]
+
+    before, seen = clients.described(), {name: sees(name) for name in ("eye", "still")}
+    assert (before[0].camera.rate, before[0].camera.images) == (12.5, ["depth", "points"])
+    for told in before:
+        clients.remove(told.source, told.camera.name)
+    assert clients.described() == []
+    for told in before:
+        clients.register(told.source, told.camera)
+    after = clients.described()
+    assert without_rotations(after) == without_rotations(before)
+    np.testing.assert_allclose(rotations(after), rotations(before), rtol=0.0, atol=1e-15)
+    for name, images in seen.items():
+        assert np.isfinite(images.depth).any()
+        np.testing.assert_allclose(sees(name).depth, images.depth, rtol=1e-6)
+        np.testing.assert_array_equal(sees(name).label, images.label)
+
+
+def test_the_first_camera_brings_the_renderer():
+    """Where no scene file had one."""
+    world = World()
+    handle = SourceHandle(token=1)
+
+    def register(edit):
+        handle.name = edit.add_source("late", token=1).name
+        service = scene_graph_msgs.srv.RegisterCamera
+        request = service.Request(source=handle, cameras=[camera("eye")])
+        EDITS["RegisterCamera"](request, service.Response(), edit, None)
+
+    assert world.snapshot.query.get_render_engine_by_name("exact") is None
+    world.edit(register)
+    snapshot = world.snapshot
+    frame = CameraFrame(snapshot.cameras["eye"], snapshot)
+    frame.render(frozenset({ImageKind.DEPTH}))
+    np.testing.assert_array_equal(frame.images.depth, np.full((3, 4), np.inf, np.float32))
+
+
+@pytest.mark.parametrize(
+    ("source", "wanted", "code", "words"),
+    [
+        ("arm", camera("eye"), Status.NAME_CONFLICT, "a camera named 'eye' already"),
+        ("cell", camera("eye"), Status.NAME_CONFLICT, "a camera named 'eye' already"),
+        ("arm", camera("b", "hnad"), Status.UNKNOWN_NAME, "'arm' has no frame 'hnad'"),
+        ("arm", camera("b", "rail"), Status.UNKNOWN_NAME, "'arm' has no frame 'rail'"),
+        ("arm", camera("b", "arm/hand"), Status.UNKNOWN_NAME, "no frame 'arm/hand'"),
+        ("arm", camera("b c"), Status.INVALID_ARGUMENT, "'b c'"),
+        ("arm", camera("b", width=0), Status.INVALID_ARGUMENT, "camera 'b': .* width"),
+        ("arm", camera("b", rate=0.0), Status.INVALID_ARGUMENT, "camera 'b': rate"),
+        ("arm", camera("b", images=()), Status.INVALID_ARGUMENT, "camera 'b': outputs"),
+    ],
+)
+def test_one_refused_camera_refuses_the_request(clients, source, wanted, code, words):
+    """With the rule of scene files and the name of what is wrong; the good one is not there."""
+    status = clients.refusal(clients.register, source, camera("good"), wanted)
+    assert status.code == code
+    assert re.search(words, status.message), status.message
+
+
+def test_two_of_one_name_in_a_request_are_refused(clients):
+    """As one after the other would be."""
+    status = clients.refusal(clients.register, "arm", camera("twin"), camera("twin"))
+    assert status.code == Status.NAME_CONFLICT
+
+
+def test_only_its_source_removes_a_camera(clients):
+    """The others get NOT_OWNER, and all of a request stay."""
+    clients.register("cell", camera("a"))
+    status = clients.refusal(clients.remove, "cell", "a", "eye")
+    assert (status.code, "'eye' is of source 'arm'" in status.message) == (Status.NOT_OWNER, True)
+    status = clients.refusal(clients.remove, "cell", "a", "nobody")
+    assert (status.code, "'nobody'" in status.message) == (Status.UNKNOWN_NAME, True)
+    clients.sources["cell"].token += 1
+    for action in (clients.register, clients.remove):
+        assert clients.refusal(action, "cell").code == Status.NOT_OWNER
+    clients.sources["cell"].token -= 1
+    clients.remove("cell", "a", "still", "a")
+    assert [c.camera.name for c in clients.described()] == ["eye"]
