@@ -12,7 +12,7 @@ from unittest.mock import Mock
 from fuzzing import BAD_NUMBERS, BAD_TEXTS, fuzz, Target
 import numpy as np
 import pytest
-from scene_requests import pose, sphere
+from scene_requests import camera, pose, sphere
 
 from scene_graph_msgs.msg import (
     CollisionFilterStatement,
@@ -49,9 +49,15 @@ geometries:
   - {name: ball, source: arm, frame: base, shape: {type: sphere, radius: 0.4}}
   - {name: box, source: arm, frame: hand, shape: {type: box, size: [0.5, 0.6, 0.7]}}
   - {name: floor, source: table, shape: {type: half_space}}
+cameras:
+  - {name: eye, source: arm, frame: hand, size: [4, 3], fov_y: 1, images: [depth]}
 """
 TOKEN = 7
-LIMITS = {"max_rows_per_response": 1000, "max_points_per_request": 1000}
+LIMITS = {
+    "max_rows_per_response": 1000,
+    "max_points_per_request": 1000,
+    "max_pixels_per_request": 1000,
+}
 OWNER = SourceHandle(name="arm", token=TOKEN)
 BALL, BOX = GeometryReference(name="ball"), GeometryReference(name="box")
 WHAT_IF = WhatIf(frames=["base"], poses=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
@@ -89,6 +95,7 @@ VALID: dict[str, dict[str, Any]] = {
         "source": OWNER,
         "geometries": [sphere("lamp", at=pose(x=1.0))],
     },
+    "RegisterCamera": {"source": OWNER, "cameras": [camera("nose", "hand")]},
     "RegisterDeformableGeometry": {
         "source": OWNER,
         "geometries": [
@@ -102,11 +109,13 @@ VALID: dict[str, dict[str, Any]] = {
         "geometries": [sphere("knob", at=pose(x=0.1))],
     },
     "RegisterSource": {"name": "third", "token": 3},
+    "RemoveCamera": {"source": OWNER, "cameras": ["eye"]},
     "RemoveCollisionFilter": {"source": OWNER, "filter_id": 1},
     "RemoveFrame": {"source": OWNER, "frames": ["hand"]},
     "RemoveGeometry": {"source": OWNER, "geometries": [BOX]},
     "RemoveRole": {"source": OWNER, "geometries": [BALL], "role": 1},
     "RemoveSource": {"source": OWNER},
+    "RenderImages": {"camera": "eye", "images": ["color", "depth", "label"]},
 }
 """A good request of each type, but those that are about surfaces: their kernels take minutes."""
 
@@ -175,13 +184,14 @@ def offer(world: World, host: Host) -> Services:
 def new_world() -> World:
     """Return a world whose source the requests own."""
     graph = SceneGraph()
-    load_scene_text(SCENE).apply(graph)
+    loaded = load_scene_text(SCENE).apply(graph)
     world = World(graph)
 
     def own(edit: Any) -> None:
         import dataclasses
 
         edit.records["arm"] = dataclasses.replace(edit.records["arm"], token=TOKEN)
+        edit.add_cameras(loaded.cameras)
 
     world.edit(own)
     return world
@@ -214,6 +224,7 @@ def anything(rng: random.Random, kind: str) -> Any:
         return [anything(rng, inner) for _ in range(int(count))]
     if kind == "string":
         known = ["base", "hand", "ball", "box", "floor", "table", "proximity", "mesh", "triangles"]
+        known += ["eye", "depth", "points"]
         return rng.choice([*BAD_TEXTS, *known])
     if kind in ("double", "float"):
         return rng.choice(BAD_NUMBERS)
@@ -282,10 +293,11 @@ def ask(services: Services, name: str, request: Any) -> Any:
 
 
 def state(world: World) -> tuple[Any, ...]:
-    """Return what an edit changes: the scene's version, who owns what, and the poses."""
+    """Return what an edit changes: the scene's version, who owns what, cameras, and the poses."""
     snapshot = world.snapshot
     poses = snapshot.query.snapshot.X_PF.tobytes()
-    return snapshot.scene_version, tuple(sorted(world.records)), poses
+    cameras = tuple(sorted(snapshot.cameras))
+    return snapshot.scene_version, tuple(sorted(world.records)), cameras, poses
 
 
 def assert_finite(message: Any) -> None:
