@@ -31,7 +31,7 @@ ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(pa
 IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations=25
 
 .PHONY: help setup all-kernels environment demo test lint format test-uncompiled test-ros \
-  test-core search fuzz workspace peers bench accuracy lock clean
+  test-core search fuzz workspace docs peers bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
@@ -105,6 +105,10 @@ workspace: environment  ## build both packages with colcon, and use what is inst
 	@$(BOOTSTRAP) --workspace
 	@$(RUN) -m tools.workspace
 
+docs: environment  ## write the pages and an API reference to build/docs, as files for a browser
+	@$(BOOTSTRAP) --docs
+	@$(RUN) -m tools.site
+
 peers: environment  ## add the engines to compare with (700 MB)
 	@$(BOOTSTRAP) --peers
 
@@ -125,6 +129,7 @@ lock:  ## write requirements/locked: every package to install, with hashes
 	$(LOCK)/build.txt requirements/build.txt
 	$(LOCK)/project.txt requirements/{core,extras,ros,dev}.txt
 	$(LOCK)/core.txt requirements/{core,test}.txt
+	$(LOCK)/docs.txt requirements/docs.txt
 	$(LOCK)/peers.txt requirements/peers.txt
 	$(LOCK)/workspace.txt requirements/workspace.txt
 	rm -r .venv-lock

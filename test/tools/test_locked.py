@@ -12,6 +12,7 @@ FOLDER = Path(__file__).parents[2] / "requirements"
 PARTS = {
     "build": ("build",),
     "core": ("core", "test"),
+    "docs": ("docs",),
     "peers": ("peers",),
     "project": ("core", "extras", "ros", "dev", "test"),
     "workspace": ("workspace",),
@@ -60,6 +61,6 @@ def test_a_list_holds_what_is_required(name):
 def test_lists_agree():
     """Lists that are installed into one environment have one version of each package."""
     together = {}
-    for name in ("build", "project", "peers", "workspace"):
+    for name in ("build", "project", "docs", "peers", "workspace"):
         for package, (version, _) in locked(name).items():
             assert together.setdefault(package, version) == version

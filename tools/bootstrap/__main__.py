@@ -124,10 +124,17 @@ def _set_up_workspace(venv: Path) -> None:
     _wheels(Setup(venv / "setup", count=2), venv, "workspace", "colcon_core")
 
 
+def _set_up_docs(venv: Path) -> None:
+    """Add to `.venv` what writes the pages and the API reference."""
+    environment.check_machine(with_compiler=False)
+    _wheels(Setup(venv / "setup", count=2), venv, "docs", "pdoc")
+
+
 def _main() -> int:
     parser = argparse.ArgumentParser(prog="python3 -m tools.bootstrap", description=__doc__)
     choice = parser.add_mutually_exclusive_group()
     choice.add_argument("--core", action="store_true", help="only .venv-core, without ROS")
+    choice.add_argument("--docs", action="store_true", help="only what writes pages, into .venv")
     choice.add_argument("--peers", action="store_true", help="only the peers, into .venv")
     choice.add_argument("--workspace", action="store_true", help="only colcon, into .venv")
     choice.add_argument("--without-kernels", action="store_true", help="do not compile kernels")
@@ -145,6 +152,8 @@ def _main() -> int:
     try:
         if arguments.core:
             _set_up_core(_ROOT / ".venv-core")
+        elif arguments.docs:
+            _set_up_docs(_ROOT / ".venv")
         elif arguments.peers:
             _set_up_peers(_ROOT / ".venv")
         elif arguments.workspace:
