@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.bodies import BodyTable, PairTable
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
-__all__ = ["CheckerPlan", "make_plan"]
+__all__ = ["CheckerPlan", "make_plan", "placed"]
 
 
 class CheckerPlan(NamedTuple):
@@ -36,6 +36,8 @@ class CheckerPlan(NamedTuple):
     """``(b,)``: the link (row of the tree), or -1 for what is around the robots."""
     body_of_row: NDArray[np.int64]
     """``(b,)``: the body of each row of the scene's proximity arrays."""
+    carried: tuple[tuple[Any, ...], ...]
+    """``(r,)``: the frames between each robot body's link and the body, from the link on."""
 
     def ids(self, pair: int) -> tuple[Any, Any]:
         """Return the geometry ids of a pair, in the order of the scene's own queries."""
@@ -56,44 +58,80 @@ class CheckerPlan(NamedTuple):
 def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int]) -> CheckerPlan:
     """Return the plan of a scene; ``links`` gives the tree's link of frames, by their ids' values.
 
-    Pairs are those that the scene's filters leave, if a robot is in them.
+    Frames below one of these are carried by its link. Pairs are those that the scene's filters
+    leave, if a robot is in them.
     """
     proximity, inspector = snapshot.proximity, snapshot.inspector
     table, ids = proximity.table, proximity.geometry_ids
-    link_of_row = np.array(
-        [links.get(int(inspector.get_frame_id(each)), -1) for each in ids], dtype=np.int64
-    )
+    carriers = [_carrier(inspector, inspector.get_frame_id(each), links) for each in ids]
+    link_of_row = np.array([link for link, _ in carriers], dtype=np.int64)
     robots, others = np.flatnonzero(link_of_row >= 0), np.flatnonzero(link_of_row < 0)
     rows = np.concatenate([robots, others])
     owners = link_of_row[rows]
     places = np.array([tree.joint_of_link[link] for link in owners[: len(robots)]], np.int64)
-    X_JL = tree.X_JL[owners[: len(robots)]]
     centers, radii, lower, upper = _bounds(snapshot, rows)
-    X_JG = X_JL @ proximity.X_FG[robots]
     bodies = BodyTable(
         rows,
         places,
-        np.ascontiguousarray(X_JG[:, :3]).reshape(-1, 3, 4),
-        np.ascontiguousarray(snapshot.X_WG[others][:, :3]).reshape(-1, 3, 4),
+        np.empty((len(robots), 3, 4)),
+        np.empty((len(others), 3, 4)),
         centers,
         radii,
         lower,
         upper,
     )
-    out = np.einsum("nij,nj->ni", X_JG[:, :3, :3], centers[: len(robots)]) + X_JG[:, :3, 3]
-    reaches = np.linalg.norm(out, axis=1) + radii[: len(robots)]
-    pairs = _pairs(snapshot, rows, len(robots), tree, places)
-    return CheckerPlan(
+    plan = CheckerPlan(
         tree,
         hold(table),
         bodies,
-        pairs,
-        reaches,
-        proximity.X_FG[robots],
+        _pairs(snapshot, rows, len(robots), tree, places),
+        np.empty(len(robots)),
+        np.empty((len(robots), 4, 4)),
         tuple(ids[row] for row in rows),
         owners,
         _inverse(rows),
+        tuple(carriers[row][1] for row in robots),
     )
+    return placed(plan, snapshot)
+
+
+def placed(plan: CheckerPlan, snapshot: Snapshot) -> CheckerPlan:
+    """Return the plan with all that no joint moves where another moment of its model has it."""
+    count = len(plan.carried)
+    rows, tree, bodies = plan.bodies.rows, plan.tree, plan.bodies
+    X_LG = snapshot.proximity.X_FG[rows[:count]]
+    for body, frames in enumerate(plan.carried):
+        X_LF = np.eye(4)
+        for frame in frames:
+            X_LF = X_LF @ snapshot.pose_in_parent(frame)
+        if frames:
+            X_LG[body] = X_LF @ X_LG[body]
+    X_JG = tree.X_JL[plan.owners[:count]] @ X_LG
+    out = np.einsum("nij,nj->ni", X_JG[:, :3, :3], bodies.centers[:count]) + X_JG[:, :3, 3]
+    return plan._replace(
+        bodies=bodies._replace(
+            X_JG=np.ascontiguousarray(X_JG[:, :3]).reshape(-1, 3, 4),
+            X_WG=np.ascontiguousarray(snapshot.X_WG[rows[count:]][:, :3]).reshape(-1, 3, 4),
+        ),
+        reaches=np.linalg.norm(out, axis=1) + bodies.radii[:count],
+        X_LG=X_LG,
+    )
+
+
+def _carrier(inspector: Any, frame: Any, links: Mapping[int, int]) -> tuple[int, tuple[Any, ...]]:
+    """Return the link (row of the tree, -1: none) that carries a frame, and what is in between.
+
+    That is the frames from the link's own, excluded, down to this one.
+    """
+    between: list[Any] = []
+    world = inspector.world_frame_id()
+    while frame != world:
+        link = links.get(int(frame))
+        if link is not None:
+            return link, tuple(reversed(between))
+        between.append(frame)
+        frame = inspector.get_parent_frame(frame)
+    return -1, ()
 
 
 def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.float64], ...]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+import copy
+from functools import cached_property
 import math
 from typing import Any, NamedTuple
 
@@ -10,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
@@ -20,7 +23,7 @@ from scene_graph_ros.planning.check_kernels import (
     check_configurations,
     NO_PAIR,
 )
-from scene_graph_ros.planning.checker_plan import CheckerPlan, make_plan
+from scene_graph_ros.planning.checker_plan import CheckerPlan, make_plan, placed
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_measure import EdgeMeasure, measure_of
 from scene_graph_ros.planning.edge_proofs import prove
@@ -29,6 +32,7 @@ from scene_graph_ros.planning.robot_diagram import RobotDiagram
 
 __all__ = [
     "CollisionCheckerError",
+    "ConfigurationCollisions",
     "RobotClearance",
     "SceneGraphCollisionChecker",
 ]
@@ -49,6 +53,17 @@ class RobotClearance(NamedTuple):
     """``(k, nq)``: derivative of the distance, m per unit of each position."""
 
 
+class ConfigurationCollisions(NamedTuple):
+    """A pair of each configuration that is not free."""
+
+    rows: NDArray[np.intp]
+    """``(k,)``: which configurations."""
+    pairs: tuple[tuple[Any, Any], ...]
+    """Geometry ids; the first in the scene's order."""
+    depths: NDArray[np.float64]
+    """``(k,)`` metres: how much nearer than its padding the pair is."""
+
+
 class SceneGraphCollisionChecker:
     """Checks configurations and edges of robots against each other and all else in their scene.
 
@@ -61,11 +76,12 @@ class SceneGraphCollisionChecker:
         self,
         model: RobotDiagram,
         *,
+        snapshot: Snapshot | None = None,
         env_collision_padding: float = 0.0,
         self_collision_padding: float = 0.0,
         tolerance: float = 1e-6,
     ) -> None:
-        """Prepare for the robots of ``model``.
+        """Prepare for the robots of ``model`` at its context's present moment, or at ``snapshot``.
 
         ``env_collision_padding`` is kept between robots and what is around them,
         ``self_collision_padding`` between robots' own bodies; a negative one allows that they
@@ -74,11 +90,9 @@ class SceneGraphCollisionChecker:
         """
         self._model, self._tree = model, model.tree
         links = {int(frame): self._tree.link_index(name) for name, frame in model.frames.items()}
-        self._plan: CheckerPlan = make_plan(model.context.snapshot, self._tree, links)
-        environment = _number("env_collision_padding", env_collision_padding)
-        own = _number("self_collision_padding", self_collision_padding)
-        is_of_robot = self._plan.owners[self._plan.pairs.bodies[:, 1]] >= 0
-        self._plan.pairs.paddings[:] = np.where(is_of_robot, own, environment)
+        self._snapshot = model.context.snapshot if snapshot is None else snapshot
+        plan = make_plan(self._snapshot, self._tree, links)
+        self._plan = _padded(plan, env_collision_padding, self_collision_padding)
         self._tolerance = _number("tolerance", tolerance)
         if self._tolerance <= 0.0:
             raise CollisionCheckerError(f"tolerance must be positive, not {quoted(tolerance)}")
@@ -87,6 +101,35 @@ class SceneGraphCollisionChecker:
     def model(self) -> RobotDiagram:
         """The robots and their scene."""
         return self._model
+
+    def at(
+        self,
+        snapshot: Snapshot,
+        *,
+        env_collision_padding: float = 0.0,
+        self_collision_padding: float = 0.0,
+    ) -> SceneGraphCollisionChecker:
+        """Return a checker for the same robots at another moment of the scene, with own paddings.
+
+        What is around the robots, and what is carried by them, is where ``snapshot`` has it. That
+        is much faster than to make a checker. Raises CollisionCheckerError for another model than
+        this one's, and for a number that is not finite.
+        """
+        if snapshot.model_version != self._snapshot.model_version:
+            raise CollisionCheckerError(
+                f"the snapshot is of model version {snapshot.model_version}, the checker was made"
+                f" for version {self._snapshot.model_version}"
+            )
+        result = copy.copy(self)
+        result._snapshot = snapshot
+        plan = placed(self._plan, snapshot)
+        result._plan = _padded(plan, env_collision_padding, self_collision_padding)
+        return result
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The moment of the scene that it is about."""
+        return self._snapshot
 
     @property
     def plan(self) -> CheckerPlan:
@@ -146,6 +189,46 @@ class SceneGraphCollisionChecker:
         in_threads(check, len(q), threads)
         return result
 
+    def find_collisions(
+        self, configurations: ArrayLike, *, threads: int = 1
+    ) -> ConfigurationCollisions:
+        """Return a pair of each configuration ``(n, nq)`` that is not free: the first found.
+
+        The same for any number of threads.
+        """
+        q = self.checked_configurations(configurations)
+        first = self._first_pairs(q, threads)
+        rows = np.flatnonzero(first != NO_PAIR)
+        pairs = tuple(self._plan.ids(int(pair)) for pair in first[rows])
+        depths = [self._depth(q[row], int(first[row])) for row in rows]
+        return ConfigurationCollisions(rows, pairs, np.array(depths, dtype=np.float64))
+
+    def calc_pair_depth(self, q: ArrayLike, pair: tuple[Any, Any]) -> float:
+        """Return how much nearer than its padding a pair that is checked is at q ``(nq,)``, in m.
+
+        ``pair`` are two geometry ids. Negative where the pair is further apart. Raises
+        CollisionCheckerError for a pair that is not checked.
+        """
+        (configuration,) = self.checked_configurations(_row("q", q))
+        wanted = frozenset(int(each) for each in pair)
+        row = self._row_of_pair.get(wanted)
+        if row is None:
+            raise CollisionCheckerError(f"geometries {sorted(wanted)} are no pair that is checked")
+        return self._depth(configuration, row)
+
+    @cached_property
+    def _row_of_pair(self) -> dict[frozenset[int], int]:
+        ids = (self._plan.ids(row) for row in range(self.num_pairs))
+        return {frozenset((int(a), int(b))): row for row, (a, b) in enumerate(ids)}
+
+    def _depth(self, q: NDArray[np.float64], pair: int) -> float:
+        """Return how much nearer than its padding a pair (row of the plan) is at q ``(nq,)``."""
+        plan = self._plan
+        a, b = plan.pairs.bodies[pair, ::-1] if plan.pairs.swaps[pair] else plan.pairs.bodies[pair]
+        rows = plan.bodies.rows[[[a, b]]]
+        _, distance, *_ = solve_pairs(plan.held, self._poses_of_rows(q), rows, math.inf, WITHIN)
+        return float(plan.pairs.paddings[pair] - distance[0])
+
     def checked_configurations(self, configurations: ArrayLike) -> NDArray[np.float64]:
         """Return configurations ``(n, nq)`` after checking that poses may have such positions.
 
@@ -201,7 +284,7 @@ class SceneGraphCollisionChecker:
         """Return the poses ``(n, 4, 4)`` of all rows of the scene's proximity arrays at q."""
         plan = self._plan
         robots = len(plan.X_LG)
-        X_WG = self._model.context.snapshot.X_WG.copy()
+        X_WG = self._snapshot.X_WG.copy()
         X_WL = self._tree.link_poses(q)
         X_WG[plan.bodies.rows[:robots]] = X_WL[plan.owners[:robots]] @ plan.X_LG
         return X_WG
@@ -243,9 +326,12 @@ class SceneGraphCollisionChecker:
         An edge that comes nearer to a collision than the checker's tolerance counts as not free.
         Raises KinematicTreeError for another shape and what is not finite.
         """
+        return self.edge_statuses(edges, threads=threads) == FREE
+
+    def edge_statuses(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.int64]:
+        """Return the value of the `EdgeStatus` of each of many edges ``(n, 2, nq)``."""
         rules = EdgeRules(measures=False, part=1.0, tolerance=self._tolerance)
-        proofs = prove(self._plan, self._checked_edges(edges), rules, threads=threads)
-        return proofs.statuses == FREE
+        return prove(self._plan, self._checked_edges(edges), rules, threads=threads).statuses
 
     def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
         """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
@@ -270,6 +356,15 @@ class SceneGraphCollisionChecker:
             raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {array.shape}")
         self.checked_configurations(array.reshape(-1, nq) if nq else array[:, 0])
         return array
+
+
+def _padded(plan: CheckerPlan, environment: float, own: float) -> CheckerPlan:
+    """Return the plan with paddings (m) to what is around the robots, and between their bodies."""
+    around = _number("env_collision_padding", environment)
+    among = _number("self_collision_padding", own)
+    is_of_robot = plan.owners[plan.pairs.bodies[:, 1]] >= 0
+    paddings = np.where(is_of_robot, among, around)
+    return plan._replace(pairs=plan.pairs._replace(paddings=paddings))
 
 
 def _number(name: str, value: object) -> float:

@@ -36,8 +36,8 @@ class EdgeMeasure:
     all configurations from q1 to ``q1 + alpha (q2 - q1)`` are proven free: 1 where all are,
     negative where q1 collides.
     ``least_clearance`` (m) is what all pairs certainly stay apart beyond their padding, 0 unless
-    the edge is free. Where it collides or is undecided, ``configuration`` shows it, and ``pair``
-    names the two geometries.
+    the edge is free. Where it collides or is undecided, ``configuration``, which is ``at`` from 0
+    to 1 on the edge, shows it, and ``pair`` names the two geometries.
     """
 
     distance: float
@@ -46,6 +46,7 @@ class EdgeMeasure:
     least_clearance: float
     configuration: NDArray[np.float64] | None
     pair: tuple[Any, Any] | None
+    at: float | None
 
     @property
     def completely_free(self) -> bool:
@@ -67,4 +68,5 @@ def measure_of(
         least_clearance=max(least, 0.0) if is_free else 0.0,
         configuration=None if is_free else plan.tree.interpolate(edge[0], edge[1], t),
         pair=None if pair == NO_PAIR else plan.ids(pair),
+        at=None if is_free else t,
     )

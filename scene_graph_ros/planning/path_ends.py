@@ -11,12 +11,9 @@ from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecke
 from scene_graph_ros.planning.edge_kernels import COLLIDES, EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.planned_path import PlanFailure
-from scene_graph_ros.robots.kinematic_tree import KinematicTree
+from scene_graph_ros.planning.position_limits import describe_excess
 
 __all__ = ["EndTrouble", "find_troubles"]
-
-_LIMIT_ROUNDING = 1e-9
-"""rad or m: positions that are beyond a limit by less are at it."""
 
 
 class EndTrouble(NamedTuple):
@@ -42,7 +39,7 @@ def find_troubles(
     proofs = prove(checker.plan, points, rules, stop=stop)
     result: list[EndTrouble | None] = []
     for row, q in enumerate(configurations):
-        outside = _beyond_limits(checker.plan.tree, q)
+        outside = describe_excess(checker.plan.tree, q)
         status, pair = int(proofs.statuses[row]), int(proofs.pairs[row])
         if outside is not None:
             kinds = PlanFailure.START_BEYOND_LIMITS, PlanFailure.GOAL_BEYOND_LIMITS
@@ -64,18 +61,6 @@ def find_troubles(
     return result
 
 
-def _beyond_limits(tree: KinematicTree, q: NDArray[np.float64]) -> str | None:
-    """Return which position of a configuration ``(nq,)`` is beyond its limits, in words."""
-    outside = np.flatnonzero(
-        (q < tree.lower - _LIMIT_ROUNDING) | (q > tree.upper + _LIMIT_ROUNDING)
-    )
-    if not len(outside):
-        return None
-    i = outside[0]
-    limits = f"[{tree.lower[i]:.10g}, {tree.upper[i]:.10g}]"
-    return f"is beyond the limits {limits} of {tree.position_names[i]!r}: {q[i]:.10g}"
-
-
 def _collision(checker: SceneGraphCollisionChecker, q: NDArray[np.float64]) -> str:
     """Return which pair is deepest in each other, or in its padding, in words."""
     clearance = checker.calc_robot_clearance(q, 0.0)
@@ -91,7 +76,7 @@ def _collision(checker: SceneGraphCollisionChecker, q: NDArray[np.float64]) -> s
 
 def _names(checker: SceneGraphCollisionChecker, pair: tuple[Any, Any]) -> str:
     """Return two geometries' names, as scene files call them: source, frame, name."""
-    inspector = checker.model.context.snapshot.inspector
+    inspector = checker.snapshot.inspector
     names = (
         f"{inspector.get_owning_source_name(each)}/"
         f"{inspector.get_name(inspector.get_frame_id(each))}/{inspector.get_name(each)}"

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry import Context
     from scene_graph_ros.geometry.model.ids import FrameId
     from scene_graph_ros.scene_files import LoadedScene
+    from scene_graph_ros.scene_files.loaded_scene import LoadedRobot
 
 __all__ = ["RobotDiagram", "load_robot_diagram"]
 
@@ -51,12 +52,30 @@ class RobotDiagram:
             (robot,) = robots.values()
             tree = robot.model.kinematic_tree(robot.semantics).at(robot.X_WB)
             return cls(scene_graph, context, tree, MappingProxyType(dict(robot.link_frames)))
-        tree = KinematicTree(scene.name, (), ("world",), (0,), np.eye(4)[np.newaxis])
+        return cls.of_robots(robots, scene_graph, context, name=scene.name)
+
+    @classmethod
+    def of_robots(
+        cls,
+        robots: Mapping[str, LoadedRobot],
+        scene_graph: SceneGraph,
+        context: Context,
+        *,
+        name: str = "scene",
+    ) -> RobotDiagram:
+        """Return robots by name, as one; also where there is one, its names begin with its own.
+
+        Links whose frames are not in the context any more have none.
+        """
+        there = set(context.inspector().get_all_frame_ids())
+        tree = KinematicTree(name, (), ("world",), (0,), np.eye(4)[np.newaxis])
         frames: dict[str, FrameId] = {}
-        for name, robot in robots.items():
+        for prefix, robot in robots.items():
             own = robot.model.kinematic_tree(robot.semantics)
-            tree = tree.attached(own, "world", robot.X_WB, prefix=f"{name}/")
-            frames.update({f"{name}/{link}": f for link, f in robot.link_frames.items()})
+            tree = tree.attached(own, "world", robot.X_WB, prefix=f"{prefix}/")
+            frames.update(
+                {f"{prefix}/{link}": f for link, f in robot.link_frames.items() if f in there}
+            )
         return cls(scene_graph, context, tree, MappingProxyType(frames))
 
 

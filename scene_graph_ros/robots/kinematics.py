@@ -67,6 +67,8 @@ class Kinematics:
                 raise KeyError(f"robot {robot.name!r} has no link {name!r}{hint}")
         # A joint that mimics another may be measured itself, so each has a position of its own.
         tree = tree_of_model(robot, follows=False)
+        self.position_names: tuple[str, ...] = tree.position_names
+        """Names of the entries of ``configuration``: joints that mimic others have their own."""
         self._table = tree.table
         self._q = tree.zero_configuration()[np.newaxis]
         self._link_rows = np.array([tree.link_index(name) for name in self.link_names], np.int64)
@@ -99,6 +101,11 @@ class Kinematics:
     def positions(self) -> dict[str, float]:
         """The position of each joint now, in rad or m, mimicking joints included."""
         return dict(zip(self.joint_names, self._positions, strict=True))
+
+    @property
+    def configuration(self) -> NDArray[np.float64]:
+        """All positions now, a new array ``(n,)``: also those of floating and planar joints."""
+        return self._q[0].copy()
 
     def update(self, joint_names: Sequence[str], positions: ArrayLike) -> None:
         """Move the named joints; the others stay, except those that mimic a named one.
