@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import atexit
+import dataclasses
+from functools import cache
 import math
 import os
 from pathlib import Path
 import random
+import shutil
+import tempfile
 from typing import Any
 from unittest.mock import Mock
 
 from fuzzing import BAD_NUMBERS, BAD_TEXTS, fuzz, Target
 import numpy as np
 import pytest
+from robot_scenes import SLIDE
 from scene_requests import camera, pose, sphere
 
 from scene_graph_msgs.msg import (
@@ -22,6 +28,7 @@ from scene_graph_msgs.msg import (
     GeometrySet,
     Property,
     QueryOptions,
+    RobotConfigurations,
     RoleProperties,
     SourceHandle,
     Status,
@@ -40,6 +47,11 @@ from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
+ROBOT = """
+version: 1
+name: r
+robots: [{name: slide, urdf: %s}]
+"""
 SCENE = """
 version: 1
 name: s
@@ -80,6 +92,16 @@ VALID: dict[str, dict[str, Any]] = {
         ),
         "assign": 1,
     },
+    "CheckConfigurations": {
+        "configurations": RobotConfigurations(names=["rail"], positions=[0.0, 1.0]),
+        "environment_padding": 0.01,
+        "with_collisions": True,
+    },
+    "CheckEdges": {
+        "ends": RobotConfigurations(names=["slide/rail"], positions=[0.0, 1.0]),
+        "options": QueryOptions(what_if=WHAT_IF),
+        "with_measures": True,
+    },
     "ComputePointPairPenetration": {"options": QueryOptions(what_if=WHAT_IF)},
     "ComputeSignedDistancePair": {"geometries_a": ["ball"], "geometries_b": ["box"]},
     "ComputeSignedDistancePairwise": {"max_distance": [1.0]},
@@ -118,6 +140,8 @@ VALID: dict[str, dict[str, Any]] = {
     "RenderImages": {"camera": "eye", "images": ["color", "depth", "label"]},
 }
 """A good request of each type, but those that are about surfaces: their kernels take minutes."""
+
+LEFT_OUT = {"ComputeContactSurfaces", "ComputeDeformableContact"}
 
 INTEGERS = (0, 1, 2, 3, 7, 8, 100, 255, -1, -(2**31), 2**31 - 1, 2**32 - 1, -(2**63), 2**63 - 1)
 RANGES = {
@@ -181,16 +205,26 @@ def offer(world: World, host: Host) -> Services:
     return services
 
 
+@cache
+def robot_file() -> Path:
+    """Return the URDF of a ball on a rail, which stays until the process ends."""
+    folder = Path(tempfile.mkdtemp())
+    atexit.register(shutil.rmtree, folder)
+    (folder / "slide.urdf").write_text(SLIDE)
+    return folder / "slide.urdf"
+
+
 def new_world() -> World:
     """Return a world whose source the requests own."""
     graph = SceneGraph()
     loaded = load_scene_text(SCENE).apply(graph)
+    robot = load_scene_text(ROBOT % robot_file()).apply(graph).sources["slide"].robot
     world = World(graph)
 
     def own(edit: Any) -> None:
-        import dataclasses
-
-        edit.records["arm"] = dataclasses.replace(edit.records["arm"], token=TOKEN)
+        records = edit.records
+        records["arm"] = dataclasses.replace(records["arm"], token=TOKEN)
+        records["slide"] = dataclasses.replace(records["slide"], robot=robot)
         edit.add_cameras(loaded.cameras)
 
     world.edit(own)
@@ -314,6 +348,11 @@ def assert_finite(message: Any) -> None:
             assert math.isfinite(value), (name, value)
         elif kind.startswith(("double[", "sequence<double")):
             assert np.isfinite(np.asarray(value, dtype=np.float64)).all(), (name, value)
+
+
+def test_every_service_is_tried() -> None:
+    """But those about surfaces, and the list of effects, which asks nothing."""
+    assert {*VALID} == {*QUERIES, *EDITS} - LEFT_OUT
 
 
 @pytest.mark.parametrize("name", VALID)

@@ -97,6 +97,12 @@ OF_BROWSER = (
     "scene_graph_ros.views.browser",
     "websockets",
 )
+OF_PLANNING = (
+    "scene_graph_ros.planning",
+    "msg_adapters.robot_configurations",
+    "scene_graph_ros.node.services.plan",
+    "scene_graph_ros.node.world.planning_robots",
+)
 CAMERA = """
 cameras:
   - {name: eye, source: s, size: [4, 3], fov_y: 1, images: [depth]}
@@ -133,6 +139,7 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
     unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS + OF_BROWSER
+    unwanted += OF_PLANNING
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
     words = ("surface", "configurations", "camera")
     assert not [t for t in report["topics"] if any(word in t for word in words)]

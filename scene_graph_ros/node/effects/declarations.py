@@ -202,6 +202,11 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         _by_request("point_distance"),
         "a request to compute_signed_distance_to_point",
     ),
+    EffectDeclaration(
+        "planning",
+        _by_request("planning"),
+        "a request to check_configurations or check_edges",
+    ),
 )
 
 CAMERAS_SWITCH = "cameras"

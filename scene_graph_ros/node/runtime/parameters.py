@@ -217,6 +217,22 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=1_000_000,
     ),
     Parameter(
+        "max_robot_configurations_per_request",
+        100_000,
+        "Configurations of robots, times what-if ones, that one request may have checked; more is "
+        "TOO_LARGE.",
+        minimum=1,
+        maximum=10_000_000,
+    ),
+    Parameter(
+        "max_edges_per_request",
+        10_000,
+        "Edges between configurations of robots, times what-if ones, that one request may have "
+        "checked; more is TOO_LARGE.",
+        minimum=1,
+        maximum=1_000_000,
+    ),
+    Parameter(
         "max_waiting_requests",
         1000,
         "Requests that may wait for a thread, and again as many for poses; more are TOO_LARGE.",

@@ -305,7 +305,13 @@ class Query:
     kernels: str = ""
 
 
+def _of_planning(name: str) -> Query:
+    return Query(_on_demand(name, "planning_queries"), "planning", "planning")
+
+
 QUERIES: dict[str, Query] = {
+    "CheckConfigurations": _of_planning("check_configurations"),
+    "CheckEdges": _of_planning("check_edges"),
     "ComputeContactSurfaces": Query(_on_demand("contact_surfaces"), kernels="surfaces"),
     "ComputeDeformableContact": Query(_on_demand("deformable_contact"), kernels="deformable"),
     "ComputePointPairPenetration": Query(penetration),

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.world.deformables import deformables_by_source, SourceDeformables
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
+from scene_graph_ros.node.world.scene_robots import SceneRobots
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry.perception import CameraDescription
@@ -157,6 +158,8 @@ class Scene:
             self._owners.update(dict.fromkeys(frames.names, name))
         ids = {name: record.id for name, record in self.records.items()}
         self.deformables = deformables_by_source(inspector, ids)
+        robots = {n: record.robot for n, record in self.records.items() if record.robot}
+        self.robots = SceneRobots(robots, self.scene_graph, self.context)
 
     def begin_edit(self) -> Edit:
         """Return a change that has changed nothing yet."""

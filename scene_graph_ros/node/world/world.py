@@ -24,8 +24,12 @@ from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit, Scene, SourceRecord
+from scene_graph_ros.node.world.scene_robots import SceneRobots
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from scene_graph_ros.geometry.perception import CameraDescription
 
 __all__ = ["World", "WorldSnapshot", "new_token"]
@@ -47,6 +51,8 @@ class WorldSnapshot:
     ``stamp`` is the newest stamp among its poses, ``source_stamps`` that of each source;
     nanoseconds of the node's clock. ``arrival`` is when the oldest message that this update
     applied arrived, nanoseconds of the steady clock; None where no message led to it.
+    ``robots`` are those of its scene, ``positions`` of each the joints' positions, by name of the
+    source, in the order of its ``kinematics.position_names``.
     """
 
     query: QueryObject
@@ -57,6 +63,8 @@ class WorldSnapshot:
     sequence: int
     stamp: int
     source_stamps: Mapping[str, int]
+    robots: SceneRobots
+    positions: Mapping[str, NDArray[np.float64]]
     arrival: int | None = None
     cameras: Mapping[str, CameraDescription] = field(default_factory=dict)
     _turns: dict[Hashable, threading.Lock] = field(default_factory=dict, repr=False)
@@ -226,6 +234,8 @@ class World:
             sequence=self._sequence,
             stamp=max([0, *stamps.values()]),
             source_stamps=stamps,
+            robots=scene.robots,
+            positions=scene.robots.positions(),
             arrival=arrival,
             cameras=scene.cameras,
         )

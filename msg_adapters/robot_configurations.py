@@ -1,0 +1,140 @@
+"""Configurations of robots, by names of positions, to arrays and back."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from msg_adapters.arrays import float64s_to_msg, int64s_to_msg, uint64s_to_msg
+from msg_adapters.errors import MessageError
+from msg_adapters.names import legend, SceneNames
+from scene_graph_msgs.msg import CollisionTable, RobotConfigurations
+from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.located import suggestion
+
+__all__ = [
+    "RobotNames",
+    "collision_table_to_msg",
+    "configurations_from_msg",
+    "configurations_to_msg",
+    "count_rows",
+    "padding_from_msg",
+]
+
+
+class RobotNames:
+    """What robots have, by ``<robot>/<name>``; ``<name>`` where only one of them has it."""
+
+    def __init__(self, noun: str, names: Sequence[str], robots: Iterable[str]) -> None:
+        """``names`` begin with one of the robots' and a slash; ``noun`` is what they name."""
+        self.names = tuple(names)
+        self._noun = noun
+        self._rows = {name: row for row, name in enumerate(self.names)}
+        self._bare: dict[str, list[int]] = defaultdict(list)
+        # Names may have slashes in them: the longest robot's name is the robot.
+        prefixes = sorted((f"{robot}/" for robot in robots), key=len, reverse=True)
+        for row, name in enumerate(self.names):
+            prefix = next(p for p in prefixes if name.startswith(p))
+            self._bare[name[len(prefix) :]].append(row)
+
+    def row(self, name: str, field: str) -> int:
+        """Return which one a name of a message's field means.
+
+        Raises UnknownIdError for a name that no robot has, NameConflictError for one of several.
+        """
+        if name in self._rows:
+            return self._rows[name]
+        found = self._bare.get(name, [])
+        if not found:
+            known = [*self._rows, *self._bare]
+            raise UnknownIdError(
+                f"{field}: no robot has a {self._noun} {quoted(name)}{suggestion(name, known)}"
+            )
+        if len(found) > 1:
+            several = ", ".join(self.names[row] for row in found[:5])
+            raise NameConflictError(f"{field}: {quoted(name)} is ambiguous: {several}")
+        return found[0]
+
+
+def count_rows(msg: RobotConfigurations) -> int:
+    """Return how many configurations a message has, if it is well-formed."""
+    return len(msg.positions) // len(msg.names) if len(msg.names) else 1
+
+
+def configurations_from_msg(
+    msg: RobotConfigurations, names: RobotNames, present: NDArray[np.float64], field: str
+) -> NDArray[np.float64]:
+    """Return configurations ``(n, nq)``; positions without a name are those of ``present``.
+
+    Without names it is the present one, ``(1, nq)``. Raises UnknownIdError or NameConflictError
+    for a name, MessageError for lengths that don't fit and what is not finite, or beyond all
+    scenes, naming ``field``.
+    """
+    if not len(msg.names):
+        if len(msg.positions):
+            raise MessageError(f"{field} has {len(msg.positions)} positions, but no names")
+        return present[np.newaxis].copy()
+    columns = [names.row(name, f"{field}.names") for name in msg.names]
+    if len(set(columns)) < len(columns):
+        twice = next(n for n, c in zip(msg.names, columns, strict=True) if columns.count(c) > 1)
+        raise MessageError(f"{field}.names has {quoted(twice)} more than once")
+    values = np.array(msg.positions, dtype=np.float64)
+    if len(values) % len(columns):
+        raise MessageError(
+            f"{field}.positions has {len(values)} numbers, which is no multiple of the"
+            f" {len(columns)} of names"
+        )
+    values = values.reshape(-1, len(columns))
+    bad = np.argwhere(~(np.abs(values) <= MAX_COORDINATE))
+    if len(bad):
+        row, column = bad[0]
+        raise MessageError(
+            f"{field}.positions: {names.names[columns[column]]!r} in row {row} must be a number up"
+            f" to {MAX_COORDINATE:g}, not {values[row, column]}"
+        )
+    result = np.repeat(present[np.newaxis], len(values), axis=0)
+    result[:, columns] = values
+    return result
+
+
+def configurations_to_msg(
+    names: RobotNames, configurations: NDArray[np.float64], columns: ArrayLike | None = None
+) -> RobotConfigurations:
+    """Return some columns, or all, of configurations ``(n, nq)``."""
+    chosen = np.arange(len(names.names)) if columns is None else np.asarray(columns, np.intp)
+    return RobotConfigurations(
+        names=[names.names[column] for column in chosen],
+        positions=float64s_to_msg(configurations[:, chosen]),
+    )
+
+
+def padding_from_msg(value: float, field: str) -> float:
+    """Return a padding in metres; raises MessageError for what is no length of a scene."""
+    if not abs(value) <= MAX_COORDINATE:
+        raise MessageError(f"{field} must be a number up to {MAX_COORDINATE:g}, not {value}")
+    return float(value)
+
+
+def collision_table_to_msg(
+    rows: ArrayLike,
+    pairs: Sequence[tuple[Any, Any]],
+    depths: ArrayLike,
+    at: ArrayLike,
+    names: SceneNames | None,
+) -> CollisionTable:
+    """Return pairs of geometry ids that stop rows; without ``names`` the legend stays empty."""
+    ids = np.array([sorted((int(a), int(b))) for a, b in pairs], dtype=np.int64).reshape(-1, 2)
+    return CollisionTable(
+        row=uint64s_to_msg(rows),
+        id_a=int64s_to_msg(ids[:, 0]),
+        id_b=int64s_to_msg(ids[:, 1]),
+        depth=float64s_to_msg(depths),
+        at=float64s_to_msg(at),
+        geometries=legend(names, ids),
+    )

@@ -1,0 +1,76 @@
+"""Robots of the world as planning asks about them; imported when that is first done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from msg_adapters.robot_configurations import RobotNames
+from scene_graph_ros.geometry.errors import UnknownIdError
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
+
+if TYPE_CHECKING:
+    from scene_graph_ros.geometry import SceneGraph
+    from scene_graph_ros.geometry.model.context import Context
+
+__all__ = ["PlanningRobots"]
+
+
+class PlanningRobots:
+    """All robots of one model, whose positions make one configuration ``(nq,)``.
+
+    ``positions`` and ``groups`` are what the names of messages stand for.
+    """
+
+    def __init__(
+        self,
+        robots: Mapping[str, Any],
+        scene_graph: SceneGraph,
+        context: Context,
+        snapshot: Snapshot,
+    ) -> None:
+        """Prepare for loaded robots by name; raises UnknownIdError where there is none."""
+        if not robots:
+            raise UnknownIdError("the scene has no robot to plan for")
+        diagram = RobotDiagram.of_robots(robots, scene_graph, context)
+        self._checker = SceneGraphCollisionChecker(diagram, snapshot=snapshot)
+        self.model_version = snapshot.model_version
+        self.tree = diagram.tree
+        self.positions = RobotNames("position", self.tree.position_names, robots)
+        self.groups = RobotNames("group", tuple(self.tree.groups), robots)
+        self.link_frames = frozenset(diagram.frames.values())
+        self._sources = {
+            name: _rows(name, robot.kinematics.position_names, self.tree.position_names)
+            for name, robot in robots.items()
+        }
+
+    def present(self, positions: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Return where the robots are, as one configuration, of a world snapshot's positions."""
+        q = self.tree.zero_configuration()
+        for name, (own, rows) in self._sources.items():
+            q[rows] = positions[name][own]
+        return q
+
+    def checker(
+        self, snapshot: Snapshot, *, environment_padding: float, self_padding: float
+    ) -> SceneGraphCollisionChecker:
+        """Return a checker for a moment of the model, with paddings in metres."""
+        return self._checker.at(
+            snapshot,
+            env_collision_padding=environment_padding,
+            self_collision_padding=self_padding,
+        )
+
+
+def _rows(
+    robot: str, own: tuple[str, ...], names: tuple[str, ...]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return which of a robot's own positions go where; followers have none of their own."""
+    known = {name: row for row, name in enumerate(names)}
+    pairs = [(i, known[f"{robot}/{n}"]) for i, n in enumerate(own) if f"{robot}/{n}" in known]
+    first, second = np.array(pairs, dtype=np.intp).reshape(-1, 2).T
+    return first, second

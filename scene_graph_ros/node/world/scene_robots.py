@@ -1,0 +1,47 @@
+"""The robots of a version of the scene: where their joints are, and what planning asks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+import threading
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from scene_graph_ros.geometry import SceneGraph
+    from scene_graph_ros.geometry.model.context import Context
+    from scene_graph_ros.geometry.model.snapshot import Snapshot
+    from scene_graph_ros.node.world.planning_robots import PlanningRobots
+
+__all__ = ["SceneRobots"]
+
+
+class SceneRobots:
+    """All robots, each a source by whose name it goes."""
+
+    def __init__(
+        self, robots: Mapping[str, Any], scene_graph: SceneGraph, context: Context
+    ) -> None:
+        self.robots, self.scene_graph, self.context = robots, scene_graph, context
+        self._lock = threading.Lock()
+        self._planning: PlanningRobots | None = None
+
+    def positions(self) -> Mapping[str, NDArray[np.float64]]:
+        """Return the positions of each robot's joints now; hold the world's lock."""
+        return {name: robot.kinematics.configuration for name, robot in self.robots.items()}
+
+    def planning(self, snapshot: Snapshot) -> PlanningRobots:
+        """Return what planning asks about the robots, made once for the model of ``snapshot``.
+
+        Imports planning. Raises UnknownIdError where there is no robot.
+        """
+        from scene_graph_ros.node.world.planning_robots import PlanningRobots
+
+        with self._lock:
+            known = self._planning
+            if known is None or known.model_version != snapshot.model_version:
+                about = self.robots, self.scene_graph, self.context
+                known = self._planning = PlanningRobots(*about, snapshot)
+            return known
