@@ -17,120 +17,20 @@ import mpmath as mp
 import numpy as np
 import pytest
 
+from benchmarks.cameras.truths import true_depth
 from scene_graph_ros.geometry import (
     Box,
     Capsule,
-    Convex,
     Cylinder,
     Ellipsoid,
     HalfSpace,
     Sphere,
 )
-from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface
 from scene_graph_ros.geometry.perception import CameraIntrinsics, ClippingRange, RenderLabel
 
 PRECISION = 1e-12
 PIXELS = 12
 """Of each image are computed in 50 digits."""
-
-
-def _of_quadratic(a, b, c):
-    """Return the roots of a t^2 + 2 b t + c, none if they are not real."""
-    if a == 0 or b * b < a * c:
-        return []
-    root = mp.sqrt(b * b - a * c)
-    return [(-b - root) / a, (-b + root) / a]
-
-
-def _ball(o, d, radius):
-    dot = lambda x, y: sum(i * j for i, j in zip(x, y, strict=True))  # noqa: E731
-    return _of_quadratic(dot(d, d), dot(o, d), dot(o, o) - radius**2)
-
-
-def _tube(o, d, radius, half):
-    roots = _of_quadratic(
-        d[0] ** 2 + d[1] ** 2, o[0] * d[0] + o[1] * d[1], o[0] ** 2 + o[1] ** 2 - radius**2
-    )
-    return [t for t in roots if abs(o[2] + t * d[2]) <= half]
-
-
-def _crossings(shape, o, d):
-    """Return all depths at which the ray o + t d, in G, crosses a shape's surface, in mpmath."""
-    match shape:
-        case Sphere():
-            return _ball(o, d, mp.mpf(shape.radius))
-        case Ellipsoid():
-            sizes = [mp.mpf(s) for s in (shape.a, shape.b, shape.c)]
-            return _ball(*([x / s for x, s in zip(v, sizes, strict=True)] for v in (o, d)), 1)
-        case HalfSpace():
-            return [-o[2] / d[2]] if d[2] else []
-        case Box():
-            found = []
-            for axis in range(3):
-                for side in (-1, 1):
-                    t = (side * mp.mpf(shape.size[axis]) / 2 - o[axis]) / d[axis]
-                    rest = [i for i in range(3) if i != axis]
-                    if all(abs(o[i] + t * d[i]) <= mp.mpf(shape.size[i]) / 2 for i in rest):
-                        found.append(t)
-            return found
-        case Capsule() | Cylinder():
-            radius, half = mp.mpf(shape.radius), mp.mpf(shape.length) / 2
-            found = _tube(o, d, radius, half)
-            for side in (-half, half):
-                if isinstance(shape, Capsule):
-                    center = [o[0], o[1], o[2] - side]
-                    ends = _ball(center, d, radius)
-                    found += [t for t in ends if (center[2] + t * d[2]) * side >= 0]
-                else:
-                    t = (side - o[2]) / d[2]
-                    if (o[0] + t * d[0]) ** 2 + (o[1] + t * d[1]) ** 2 <= radius**2:
-                        found.append(t)
-            return found
-    return _of_triangles(shape, o, d)
-
-
-def _may_be_met(triangles, o, d):
-    """Tell which triangles a ray meets, or misses by less than a millionth of their size."""
-    o, d = (np.array([float(x) for x in v]) for v in (o, d))
-    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
-    sides = np.stack([b - a, c - a, np.broadcast_to(-d, a.shape)], axis=-1)
-    is_flat = np.abs(np.linalg.det(sides)) < 1e-15
-    sides[is_flat] = np.eye(3)
-    x = np.linalg.solve(sides, (o - a)[..., None])[..., 0]
-    return is_flat | ((x[:, :2] > -1e-6).all(axis=1) & (x[:, 0] + x[:, 1] < 1.0 + 1e-6))
-
-
-def _of_triangles(shape, o, d):
-    if isinstance(shape, Convex):
-        hull = hull_of(shape)
-        fans = [(f[0], f[k], f[k + 1]) for f in hull.faces for k in range(1, len(f) - 1)]
-        triangles = hull.vertices[np.array(fans)]
-    else:
-        vertices, faces = load_surface(shape)
-        triangles = vertices[faces]
-    found = []
-    for triangle in triangles[_may_be_met(triangles, o, d)]:
-        a, b, c = ([mp.mpf(x) for x in corner] for corner in triangle)
-        sides = mp.matrix([[b[i] - a[i], c[i] - a[i], -d[i]] for i in range(3)])
-        if mp.det(sides) == 0:
-            continue
-        x = mp.lu_solve(sides, mp.matrix([o[i] - a[i] for i in range(3)]))
-        if x[0] >= 0 and x[1] >= 0 and x[0] + x[1] <= 1:
-            found.append(x[2])
-    return found
-
-
-def _truth(shape, X_WG, X_WC, lens, u, v, clipping):
-    """Return the depth at which the ray of pixel (u, v) meets a shape, or None for a miss."""
-    with mp.workdps(50):
-        R = mp.matrix(X_WG[:3, :3].tolist())
-        x = (u - mp.mpf(lens.cx)) / mp.mpf(lens.fx)
-        y = (v - mp.mpf(lens.cy)) / mp.mpf(lens.fy)
-        d_W = mp.matrix(X_WC[:3, :3].tolist()) * mp.matrix([x, y, 1])
-        offset = mp.matrix([mp.mpf(X_WC[i, 3]) - mp.mpf(X_WG[i, 3]) for i in range(3)])
-        d, o = mp.lu_solve(R, d_W), mp.lu_solve(R, offset)
-        depths = [t for t in _crossings(shape, list(o), list(d)) if t >= mp.mpf(clipping.near)]
-        return min(depths) if depths else None
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -150,7 +50,7 @@ def test_depths_in_50_digits(name, inside):
         assert isinstance(shape, HalfSpace) or len(hits) >= PIXELS
         chosen = rng.permutation(len(hits))[:PIXELS]
         for v, u in hits[chosen].tolist():
-            truth = _truth(shape, X_WG, X_WC, LENS, u, v, CLIPPING)
+            truth = true_depth(shape, X_WG, X_WC, LENS, (u, v), CLIPPING)
             assert truth is not None
             error = abs(float(mp.mpf(depth[v, u]) - truth))
             assert error <= PRECISION * max(0.2, float(truth)), (u, v, seed)
@@ -264,7 +164,7 @@ def test_every_ray_that_meets_a_shape_sees_it(name):
     depth, _ = seen(scene_of([instance(shape, X_WG, "body")]), X_WC, lens)
     for v in range(0, 18, 2):
         for u in range(24):
-            truth = _truth(shape, X_WG, X_WC, lens, u, v, CLIPPING)
+            truth = true_depth(shape, X_WG, X_WC, lens, (u, v), CLIPPING)
             is_hit = truth is not None and truth <= CLIPPING.far
             assert np.isfinite(depth[v, u]) == is_hit, (u, v)
 
