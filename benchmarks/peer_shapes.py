@@ -73,16 +73,27 @@ def coal_shape(shape: Any) -> Any:
     return getattr(coal, type(shape).__name__)(*_numbers(shape))
 
 
+def _normals(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return a unit normal (n, 3) at each vertex: of its triangles, weighted by their areas."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    normals = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(normals, faces[:, k], np.cross(b - a, c - a))
+    return normals / np.maximum(np.linalg.norm(normals, axis=1), np.finfo(float).tiny)[:, None]
+
+
 def drake_shape(shape: Any) -> Any:
-    """Return Drake's shape; a mesh goes in as the text of an OBJ file."""
+    """Return Drake's shape; a mesh goes in as an OBJ file, with normals for its renderers."""
     drake = importlib.import_module("pydrake.geometry")
     if isinstance(shape, HalfSpace):
         return drake.HalfSpace()
     if isinstance(shape, Convex):
         return drake.Convex(points=hull_triangles(shape)[0].T, label="convex")
     if isinstance(shape, Mesh):
-        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in np.asarray(shape.vertices).tolist()]
-        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in np.asarray(shape.faces).tolist()]
+        vertices, faces = np.asarray(shape.vertices), np.asarray(shape.faces)
+        lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+        lines += [f"vn {x!r} {y!r} {z!r}" for x, y, z in _normals(vertices, faces).tolist()]
+        lines += [f"f {a}//{a} {b}//{b} {c}//{c}" for a, b, c in (faces + 1).tolist()]
         common = importlib.import_module("pydrake.common")
         text = common.MemoryFile("\n".join(lines).encode(), ".obj", "mesh")
         return drake.Mesh(mesh_data=drake.InMemoryMesh(mesh_file=text))
