@@ -81,10 +81,12 @@ def main() -> None:
         return
     options.out.mkdir(parents=True, exist_ok=True)
     report.write(rows, options.out)
-    from benchmarks.accuracy import plots
+    from benchmarks.accuracy import heat_map, plots
 
     plots.write(rows, options.out)
-    print(f"wrote {options.out}/accuracy.csv, accuracy.md, {', '.join(plots.NAMES)}")
+    heat_map.write(rows, options.out)
+    names = ", ".join([*plots.NAMES, heat_map.NAME])
+    print(f"wrote {options.out}/accuracy.csv, accuracy.md, {names}")
 
 
 if __name__ == "__main__":

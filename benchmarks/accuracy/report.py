@@ -10,17 +10,16 @@ import numpy as np
 
 from benchmarks.accuracy.measure import APART, DEEP, OUR_TIERS, Row
 from benchmarks.accuracy.words import (
+    EACH_PAIR,
     INTRODUCTION,
     METHOD,
-    ONE_BY_ONE,
     SCENE_DISTANCE,
     SCENE_PENETRATION,
     SUMMARY,
-    WITH_FCL,
 )
 from scene_graph_ros.geometry.accuracy import Accuracy
 
-__all__ = ["COUNT", "SEED", "page", "precision_table", "read", "time_table", "write"]
+__all__ = ["COUNT", "SEED", "page", "precision_table", "read", "write"]
 
 COUNT = 36
 """Configurations of each task in the published table."""
@@ -28,12 +27,6 @@ COUNT = 36
 SEED = 1
 
 _SCENES = (SCENE_PENETRATION, SCENE_DISTANCE)
-
-_TITLES = {
-    "distance": "Signed distance",
-    "penetration": "Penetration",
-    "point": "Signed distance of a point",
-}
 
 
 def read(path: Path) -> list[Row]:
@@ -53,18 +46,8 @@ def write(rows: Sequence[Row], folder: Path) -> None:
 
 def page(rows: Sequence[Row]) -> str:
     """Return the text of accuracy.md."""
-    pages = [INTRODUCTION, _tiers(rows), SUMMARY, _summary(rows)]
-    pages += [METHOD.format(count=COUNT, seed=SEED)]
-    shown = [row for row in rows if row.engine not in (ONE_BY_ONE, WITH_FCL)]
-    for query, title in _TITLES.items():
-        pages.append(f"## {title}: worst error in m\n")
-        for d in (2e-3, 1e-6, 0.1, -2e-3, -2e-2):
-            if any(row.query == query and row.distance_m == d for row in rows):
-                pages += [f"### {_words(d)}\n", precision_table(shown, query, d)]
-    for query, d in (("distance", 2e-3), ("distance", -2e-3), ("point", 2e-3)):
-        pages += [f"## Time of a query in microseconds: {_TITLES[query].lower()}, {_words(d)}\n"]
-        pages += [time_table(rows, query, d)]
-    return "\n".join(pages)
+    method = METHOD.format(count=COUNT, seed=SEED)
+    return "\n".join([INTRODUCTION, _tiers(rows), SUMMARY, _summary(rows), EACH_PAIR, method])
 
 
 def _words(distance: float) -> str:
@@ -94,33 +77,19 @@ def _markdown(header: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in (header, rule, *lines)) + "\n"
 
 
-def _table(rows: Sequence[Row], query: str, distance: float, show: str) -> str:
+def precision_table(rows: Sequence[Row], query: str, distance: float) -> str:
+    """Return a Markdown table of worst errors: a line for each pair, a column for each engine."""
     chosen = [row for row in rows if (row.query, row.distance_m) == (query, distance)]
     engines = _engines(chosen)
-    cells = {
-        (r.shape_1, r.shape_2, r.engine): _time(r.time_us) if show == "time" else _stated(r)
-        for r in chosen
-    }
+    cells = {(r.shape_1, r.shape_2, r.engine): _stated(r) for r in chosen}
     pairs = dict.fromkeys((r.shape_1, r.shape_2) for r in chosen)
-    lines = [
-        [a if b == "Point" else f"{a}, {b}", *(cells[a, b, e] for e in engines)] for a, b in pairs
-    ]
+    lines = [[f"{a}, {b}", *(cells[a, b, e] for e in engines)] for a, b in pairs]
     return _markdown(["", *engines], lines)
 
 
 def _stated(row: Row) -> str:
     """Return what the table states: a bound for our tiers, what was measured for the others."""
     return _error(row.worst_error_m if np.isnan(row.stated_m) else row.stated_m)
-
-
-def precision_table(rows: Sequence[Row], query: str, distance: float) -> str:
-    """Return a Markdown table of worst errors: a line for each pair, a column for each engine."""
-    return _table(rows, query, distance, "error")
-
-
-def time_table(rows: Sequence[Row], query: str, distance: float) -> str:
-    """Return a Markdown table of times: a line for each pair, a column for each engine."""
-    return _table(rows, query, distance, "time")
 
 
 def _finite_worst(rows: Sequence[Row]) -> float:

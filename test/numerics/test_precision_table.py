@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.accuracy import report
+from benchmarks.accuracy import heat_map, report
 from benchmarks.accuracy.bodies import KINDS, size
 from benchmarks.accuracy.constructions import KnownPair
 from benchmarks.accuracy.engines.ours import copied, Ours, Scene
@@ -161,3 +161,15 @@ def test_peers_were_measured() -> None:
         mine = [r for r in rows if (r.engine, r.query, r.distance_m) == (engine, "distance", 2e-3)]
         assert len(mine) == len(PAIRS)
         assert sum(math.isfinite(row.worst_error_m) for row in mine) > 0.7 * len(PAIRS)
+
+
+def test_the_map_shows_the_worst_of_all_distances() -> None:
+    """On either side of contact by itself; what is refused at one distance has no colour."""
+    errors = {1e-6: 3e-9, 0.1: 2e-7, -2e-3: 5e-4, -2e-2: math.nan}
+    rows = [
+        Row("distance", "Box", "Mesh", distance, "Drake", 36, error, 0.0, math.nan, 1.0)
+        for distance, error in errors.items()
+    ]
+    assert heat_map.worst_errors(rows, is_deep=False) == {("Box", "Mesh"): {"Drake": 2e-7}}
+    refused = heat_map.worst_errors(rows, is_deep=True)["Box", "Mesh"]["Drake"]
+    assert math.isnan(refused)
