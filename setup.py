@@ -53,6 +53,7 @@ setup(
     ],
     extras_require={
         "fcl": ["python-fcl"],
+        "graphs": ["clarabel"],
         "test": ["hypothesis", "pytest"],
         "tetrahedra": ["pytetwild"],
     },

@@ -1,0 +1,202 @@
+"""Sparse programs over cones, and the wall behind which they are solved.
+
+The solver is Clarabel (Goulart and Chen, "Clarabel: An interior-point solver for conic programs
+with quadratic objectives", 2024), an interior-point method without a licence; it is imported when
+the first program is solved. Its word is no answer: points are checked by who asks, and bounds are
+computed from its multipliers alone, whatever they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import enum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import SolverError
+
+__all__ = ["Cone", "ConeProgram", "ConeSolution", "Rows"]
+
+_TOLERANCES = (1e-10, 1e-8, 1e-6)
+"""What the solver is asked for in turn, relative and absolute: programs come scaled to a size of
+1. It may lose its way where more is asked than rounding allows."""
+
+_ACCEPTED = 1e-5
+"""Largest residual of a solution that is passed on."""
+
+_MOST_ITERATIONS = 200
+
+
+class Cone(enum.IntEnum):
+    """What rows of a program are to be in."""
+
+    ZERO = 0
+    NONNEGATIVE = 1
+    SECOND_ORDER = 2
+    """The first row is no shorter than all the others together."""
+
+
+class Rows(NamedTuple):
+    """Some rows of a program: which of their cone's."""
+
+    cone: Cone
+    first: int
+    size: int
+
+
+@dataclass(frozen=True)
+class ConeSolution:
+    """An optimum, or a proof in floats that there is none.
+
+    ``is_feasible`` is False for the latter: the multipliers then are such that no x has
+    ``-sum of multipliers times rows`` at most 0. ``x (n,)``. ``residual`` is the largest of
+    what equations, cones, stationarity and the gap are off by.
+    """
+
+    is_feasible: bool
+    x: np.ndarray
+    duals: tuple[np.ndarray, ...]
+    residual: float
+
+    def dual(self, rows: Rows) -> np.ndarray:
+        """Return multipliers z ``(size,)``: the cost less ``z . rows`` has its least value at x.
+
+        They are in the dual of the rows' cone to rounding of the solver.
+        """
+        return self.duals[rows.cone][rows.first : rows.first + rows.size]
+
+
+class ConeProgram:
+    """Minimize ``cost . x`` where blocks of affine rows are in cones."""
+
+    def __init__(self) -> None:
+        self._size = 0
+        self._costs: list[tuple[np.ndarray, np.ndarray]] = []
+        # Row indices, columns, values and constants of each cone's rows.
+        self._entries: dict[Cone, list[tuple[np.ndarray, np.ndarray, np.ndarray]]] = {
+            cone: [] for cone in Cone
+        }
+        self._constants: dict[Cone, list[np.ndarray]] = {cone: [] for cone in Cone}
+        self._counts = dict.fromkeys(Cone, 0)
+        self._sizes: list[int] = []
+
+    def variables(self, count: int) -> np.ndarray:
+        """Return the indices ``(count,)`` of new variables."""
+        self._size += count
+        return np.arange(self._size - count, self._size)
+
+    def add_cost(self, columns: np.ndarray, values: np.ndarray) -> None:
+        """Add ``values . x[columns]`` to the cost."""
+        self._costs.append((columns, values))
+
+    def add_rows(
+        self,
+        cone: Cone,
+        blocks: Sequence[tuple[np.ndarray, np.ndarray]],
+        constant: np.ndarray,
+    ) -> Rows:
+        """Ask that ``sum of matrix @ x[columns] + constant`` is in a cone.
+
+        ``blocks`` are columns ``(k,)`` and matrices ``(m, k)``; ``constant (m,)``.
+        """
+        first, count = self._counts[cone], len(constant)
+        for columns, matrix in blocks:
+            i, j = np.nonzero(matrix)
+            self._entries[cone].append((i + first, columns[j], matrix[i, j]))
+        self._constants[cone].append(constant)
+        self._counts[cone] += count
+        if cone is Cone.SECOND_ORDER:
+            self._sizes.append(count)
+        return Rows(cone, first, count)
+
+    def cost_of(self, x: np.ndarray) -> float:
+        """Return the cost at a point ``(n,)``."""
+        return sum(float(values @ x[columns]) for columns, values in self._costs)
+
+    def solve(self, what: str) -> ConeSolution:
+        """Return the optimum, or that there is none.
+
+        Raises SolverError, which names ``what`` was asked for, where neither was found.
+        """
+        from scipy import sparse
+
+        offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
+        entries = [
+            (i + offset, j, v)
+            for cone, offset in zip(Cone, offsets[:-1], strict=True)
+            for i, j, v in self._entries[cone]
+        ]
+        shape = (int(offsets[-1]), self._size)
+        i, j, v = (np.concatenate([e[k] for e in entries]) for k in range(3))
+        # Entries of one place add up, as columns may come several times.
+        A = sparse.csc_matrix((-v, (i, j)), shape=shape)
+        b = np.concatenate([np.zeros(0), *(c for cone in Cone for c in self._constants[cone])])
+        q = np.zeros(self._size)
+        for columns, values in self._costs:
+            np.add.at(q, columns, values)
+        for tolerance in _TOLERANCES:
+            found = _ask_clarabel(A, b, q, (self._counts, self._sizes), tolerance, what)
+            x, z, s = (np.asarray(each) for each in (found.x, found.z, found.s))
+            is_ray = "PrimalInfeasible" in str(found.status)
+            residual = _residual(A, b, q, (x, z, s), is_ray)
+            if residual <= _ACCEPTED and (is_ray or str(found.status) == "Solved"):
+                break
+        else:
+            raise SolverError(
+                f"{what}: the program of {shape[1]} variables and {shape[0]} rows was not solved"
+                f" ({found.status}, largest residual {residual:.1e}, accepted {_ACCEPTED:g})"
+            )
+        duals = tuple(np.split(z, offsets[1:-1]))
+        return ConeSolution(not is_ray, x, duals, residual)
+
+
+def _residual(A: Any, b: np.ndarray, q: np.ndarray, found: Any, is_ray: bool) -> float:
+    """Return the largest of what a solution's equations, stationarity and gap are off by."""
+    x, z, s = found
+    if not all(np.isfinite(each).all() for each in ((z,) if is_ray else found)):
+        return np.inf
+    if is_ray:
+        size = abs(float(b @ z))
+        return float(np.abs(A.T @ z).max(initial=0.0)) / size if size else np.inf
+    size = 1.0 + float(np.abs(b).max(initial=0.0))
+    equations = float(np.abs(A @ x + s - b).max(initial=0.0)) / size
+    stationarity = float(np.abs(A.T @ z + q).max(initial=0.0)) / (1.0 + np.abs(q).max(initial=0.0))
+    gap = abs(float(q @ x + b @ z)) / (1.0 + abs(float(q @ x)))
+    return max(equations, stationarity, gap)
+
+
+def _ask_clarabel(
+    A: Any, b: np.ndarray, q: np.ndarray, cones: Any, tolerance: float, what: str
+) -> Any:
+    """Solve ``min q x`` with ``b - A x`` in the cones. Raises SolverError where that fails."""
+    from scipy import sparse
+
+    try:
+        import clarabel
+    except ImportError:
+        raise SolverError(
+            f"{what}: graphs of convex sets are solved by the package clarabel, which is not"
+            " installed; pip install clarabel"
+        ) from None
+    counts, sizes = cones
+    asked = [clarabel.ZeroConeT(counts[Cone.ZERO])] if counts[Cone.ZERO] else []
+    if counts[Cone.NONNEGATIVE]:
+        asked.append(clarabel.NonnegativeConeT(counts[Cone.NONNEGATIVE]))
+    asked += [clarabel.SecondOrderConeT(size) for size in sizes]
+    settings = clarabel.DefaultSettings()
+    settings.verbose = False
+    settings.max_iter = _MOST_ITERATIONS
+    settings.max_threads = 1
+    settings.presolve_enable = False
+    for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
+        setattr(settings, name, tolerance)
+    try:
+        P = sparse.csc_matrix((len(q), len(q)))
+        return clarabel.DefaultSolver(P, q, A, b, asked, settings).solve()
+    except BaseException as error:
+        # A panic of the solver's own language is no Exception; it must not end the process.
+        if isinstance(error, (KeyboardInterrupt, SystemExit, GeneratorExit, MemoryError)):
+            raise
+        raise SolverError(f"{what}: the solver failed: {error}") from error
