@@ -7,6 +7,20 @@ certificate shows the answer, checked in rational arithmetic by its ``verify()``
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.expressions import (
+    norm,
+    norm1,
+    norm_inf,
+    quad_form,
+    sum_squares,
+)
+from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.graphs.options import (
+    GcsGraphvizOptions,
+    GraphOfConvexSetsOptions,
+)
+from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult, PathBound
 from scene_graph_ros.geometry.optimization.iris.iris import iris, IrisRegion, Separation
 from scene_graph_ros.geometry.optimization.iris.obstacles import make_iris_obstacles
 from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
@@ -39,6 +53,11 @@ __all__ = [
     "ConvexSet",
     "ConvexSetError",
     "Decision",
+    "Edge",
+    "GcsGraphvizOptions",
+    "GraphOfConvexSets",
+    "GraphOfConvexSetsOptions",
+    "GraphOfConvexSetsResult",
     "HPolyhedron",
     "Hyperellipsoid",
     "Hyperrectangle",
@@ -46,6 +65,7 @@ __all__ = [
     "IrisOptions",
     "IrisRegion",
     "MinkowskiSum",
+    "PathBound",
     "Point",
     "Projection",
     "Reduction",
@@ -54,8 +74,14 @@ __all__ = [
     "SolverError",
     "Support",
     "VPolytope",
+    "Vertex",
     "iris",
     "load_iris_regions_yaml_file",
     "make_iris_obstacles",
+    "norm",
+    "norm1",
+    "norm_inf",
+    "quad_form",
     "save_iris_regions_yaml_file",
+    "sum_squares",
 ]

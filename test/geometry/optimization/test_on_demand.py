@@ -8,7 +8,8 @@ import sys
 import scene_graph_ros.geometry
 print([name for name in sys.modules if name.startswith("scene_graph_ros.geometry.optimization")])
 import scene_graph_ros.geometry.optimization
-print([name for name in sys.modules if name.startswith(("scipy.spatial", "scipy.optimize"))])
+late = ("scipy.spatial", "scipy.optimize", "scipy.sparse", "clarabel")
+print([name for name in sys.modules if name.startswith(late)])
 """
 
 

@@ -1,0 +1,1 @@
+"""Graphs of convex sets: shortest paths through them, with bounds that are proven."""

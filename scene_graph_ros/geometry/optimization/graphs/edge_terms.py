@@ -1,0 +1,310 @@
+"""What an edge costs and asks, of points about the centres of its two sets."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.expressions import (
+    Affine,
+    Constraint,
+    Cost,
+    value_of,
+)
+from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
+from scene_graph_ros.geometry.optimization.solve.cone_program import (
+    Cone,
+    ConeProgram,
+    ConeSolution,
+    Rows,
+)
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = ["EdgeTerms", "Minorant", "Multipliers", "Part", "terms_of"]
+
+_NEGATIVE = 1e-12
+"""Relative to the terms of a cost: how far below 0 rounding may take its least value."""
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """``Mu @ (xu - center) + Mv @ (xv - center) + m``, ``(k,)``, and what rounding makes of m."""
+
+    Mu: np.ndarray
+    Mv: np.ndarray
+    m: np.ndarray
+    size: np.ndarray
+
+    def at(self, xu: np.ndarray, xv: np.ndarray) -> np.ndarray:
+        """Return the value ``(k,)`` at points less their centres."""
+        return self.Mu @ xu + self.Mv @ xv + self.m
+
+
+class Multipliers(NamedTuple):
+    """What a solver says of an edge: a vector for each atom, weights of both kinds of rows."""
+
+    atoms: tuple[np.ndarray, ...]
+    equations: np.ndarray
+    inequalities: np.ndarray
+
+
+class Minorant(NamedTuple):
+    """``a + alpha . (xu - center) + beta . (xv - center)``, below the cost for all allowed points.
+
+    ``rounding`` is what floats may be off by: of the constant, and of the slopes ``(n,)``.
+    """
+
+    a: float
+    alpha: np.ndarray
+    beta: np.ndarray
+    rounding: float
+    rounding_alpha: np.ndarray
+    rounding_beta: np.ndarray
+
+
+class _Lowered(NamedTuple):
+    """Rows of a program for the atoms, for equations and for inequalities."""
+
+    atoms: tuple[Rows, ...]
+    equations: Rows
+    inequalities: Rows
+
+
+@dataclass(frozen=True, eq=False)
+class EdgeTerms:
+    """An edge's cost - atoms and a linear rest - and its constraints, zero or at most zero."""
+
+    u: PlacedSet
+    v: PlacedSet
+    kinds: tuple[str, ...]
+    atoms: tuple[Part, ...]
+    rest: Part
+    equations: Part
+    inequalities: Part
+
+    def cost(self, xu: np.ndarray, xv: np.ndarray) -> float:
+        """Return the cost at points less their centres."""
+        total = float(self.rest.at(xu, xv)[0])
+        for kind, part in zip(self.kinds, self.atoms, strict=True):
+            total += value_of(kind, part.at(xu, xv))
+        return total
+
+    def violation(self, xu: np.ndarray, xv: np.ndarray) -> float:
+        """Return by how much constraints are broken, beside the size of their terms."""
+        broken = np.concatenate(
+            [np.abs(self.equations.at(xu, xv)), np.maximum(self.inequalities.at(xu, xv), 0.0)]
+        )
+        return float(np.max(broken / np.maximum(self._row_sizes, 1e-300), initial=0.0))
+
+    @property
+    def _row_sizes(self) -> np.ndarray:
+        both = (self.equations, self.inequalities)
+        sizes = [
+            np.abs(p.Mu) @ self.u.half + np.abs(p.Mv) @ self.v.half + np.abs(p.m) for p in both
+        ]
+        return np.concatenate(sizes)
+
+    @property
+    def is_constrained(self) -> bool:
+        """Whether there are constraints."""
+        return bool(len(self.equations.m) or len(self.inequalities.m))
+
+    def lower(
+        self,
+        program: ConeProgram,
+        yu: np.ndarray,
+        yv: np.ndarray,
+        scale: np.ndarray | None,
+        unit: float,
+    ) -> _Lowered:
+        """Add cost and constraints to a program, ``scale`` times as large; costs are in units.
+
+        With ``scale``, the index of a variable in an array, these are the perspectives.
+        """
+        atoms = tuple(
+            self._lower_atom(program, kind, part, (yu, yv, scale), unit)
+            for kind, part in zip(self.kinds, self.atoms, strict=True)
+        )
+        for columns, values in self._blocks(self.rest, yu, yv, scale, 1.0 / unit)[0]:
+            program.add_cost(columns, values[0])
+        rows = []
+        sizes = np.split(np.maximum(self._row_sizes, 1e-300), [len(self.equations.m)])
+        for cone, part, sign, size in (
+            (Cone.ZERO, self.equations, 1.0, sizes[0]),
+            (Cone.NONNEGATIVE, self.inequalities, -1.0, sizes[1]),
+        ):
+            factor = sign / size
+            blocks, constant = self._blocks(part, yu, yv, scale, factor[:, None])
+            rows.append(program.add_rows(cone, blocks, constant))
+        return _Lowered(atoms, rows[0], rows[1])
+
+    def _blocks(
+        self,
+        part: Part,
+        yu: np.ndarray,
+        yv: np.ndarray,
+        scale: np.ndarray | None,
+        factor: Any,
+    ) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray]:
+        blocks = [(yu, factor * (part.Mu @ self.u.S)), (yv, factor * (part.Mv @ self.v.S))]
+        constant = factor * part.m[:, None]
+        if scale is None:
+            return blocks, constant[:, 0]
+        return [*blocks, (scale, constant)], np.zeros(len(part.m))
+
+    def _lower_atom(
+        self, program: ConeProgram, kind: str, part: Part, variables: Any, unit: float
+    ) -> Rows:
+        yu, yv, scale = variables
+        t = program.variables(1)
+        program.add_cost(t, np.ones(1))
+        k = len(part.m)
+        if kind == "norm_inf":
+            blocks, constant = self._blocks(part, yu, yv, scale, 1.0 / unit)
+            both = [(columns, np.concatenate([-m, m])) for columns, m in blocks]
+            both.append((t, np.ones((2 * k, 1))))
+            return program.add_rows(Cone.NONNEGATIVE, both, np.append(-constant, constant))
+        head = 1 if kind == "norm" else 2
+        factor = 1.0 / unit if kind == "norm" else 2.0 / np.sqrt(unit)
+        blocks, constant = self._blocks(part, yu, yv, scale, factor)
+        rows = [
+            (columns, np.concatenate([np.zeros((head, m.shape[1])), m])) for columns, m in blocks
+        ]
+        constant = np.append(np.zeros(head), constant)
+        rows.append((t, np.eye(k + head)[:, :head].sum(axis=1, keepdims=True)))
+        if kind == "squares":
+            # t scale >= |w|^2 as |(t - scale, 2 w)| <= t + scale.
+            signs = np.zeros((k + 2, 1))
+            signs[0], signs[1] = 1.0, -1.0
+            if scale is None:
+                constant = constant + signs[:, 0]
+            else:
+                rows.append((scale, signs))
+        return program.add_rows(Cone.SECOND_ORDER, rows, constant)
+
+    def multipliers(self, solution: ConeSolution, lowered: _Lowered, unit: float) -> Multipliers:
+        """Return what a solution says of this edge, in the edge's own units."""
+        atoms = []
+        for kind, rows in zip(self.kinds, lowered.atoms, strict=True):
+            z = solution.dual(rows)
+            if kind == "norm_inf":
+                k = len(z) // 2
+                atoms.append(z[:k] - z[k:])
+            elif kind == "norm":
+                atoms.append(-z[1:])
+            else:
+                atoms.append(-2.0 * np.sqrt(unit) * z[2:])
+        sizes = np.split(np.maximum(self._row_sizes, 1e-300), [len(self.equations.m)])
+        return Multipliers(
+            tuple(atoms),
+            -unit * solution.dual(lowered.equations) / sizes[0],
+            unit * solution.dual(lowered.inequalities) / sizes[1],
+        )
+
+    def minorant(self, multipliers: Multipliers, with_cost: bool = True) -> Minorant:
+        """Return an affine function that is below the cost wherever the constraints hold.
+
+        Whatever the multipliers: vectors of atoms are made short enough and weights of
+        inequalities taken as 0 where they are negative. Without cost, one that is at most 0 there.
+        """
+        weighted = [
+            (self.equations, multipliers.equations),
+            (self.inequalities, np.maximum(multipliers.inequalities, 0.0)),
+        ]
+        a = 0.0
+        if with_cost:
+            weighted.append((self.rest, np.ones(1)))
+            for kind, part, raw in zip(self.kinds, self.atoms, multipliers.atoms, strict=True):
+                y, conjugate = _subgradient(kind, raw)
+                a -= conjugate
+                weighted.append((part, y))
+        terms = sum(len(part.m) for part, _ in weighted) + len(self.u.half) + 8
+        alpha, beta = np.zeros(len(self.u.half)), np.zeros(len(self.v.half))
+        size, size_alpha, size_beta = abs(a), np.zeros(len(alpha)), np.zeros(len(beta))
+        for part, y in weighted:
+            a += float(y @ part.m)
+            alpha += part.Mu.T @ y
+            beta += part.Mv.T @ y
+            magnitudes = np.abs(y)
+            size += float(magnitudes @ part.size)
+            size_alpha += np.abs(part.Mu).T @ magnitudes
+            size_beta += np.abs(part.Mv).T @ magnitudes
+        unit = 2.0 * terms * EPSILON
+        return Minorant(a, alpha, beta, unit * size, unit * size_alpha, unit * size_beta)
+
+
+def _subgradient(kind: str, y: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return (y, c) with ``y . w - c`` at most the atom of w for every w, y near the given one."""
+    if kind == "squares":
+        # |w|^2 - y . w is least at y / 2; rounded up.
+        return y, 0.25 * float(y @ y) * (1.0 + (len(y) + 4) * EPSILON)
+    length = float(np.abs(y).sum() if kind == "norm_inf" else np.linalg.norm(y))
+    most = 1.0 - 4.0 * (len(y) + 2) * EPSILON
+    return (y * (most / length) if length > most else y), 0.0
+
+
+def terms_of(
+    costs: Sequence[Cost],
+    constraints: Sequence[Constraint],
+    ends: tuple[tuple[int, PlacedSet], tuple[int, PlacedSet]],
+    label: str,
+) -> EdgeTerms:
+    """Return costs and constraints of an edge between numbered sets, ``(number, set)``.
+
+    Raises ConvexSetError, which names the edge, where a linear cost may be negative.
+    """
+    (_, u), (_, v) = ends
+    atoms = [atom for cost in costs for atom in cost.atoms]
+    rests = [_part(cost.rest, ends) for cost in costs]
+    rest = _joined(rests, ends)
+    total = (
+        Part(*(np.sum(each, axis=0, keepdims=True) for each in rest))
+        if rests
+        else Part(
+            np.zeros((1, len(u.center))), np.zeros((1, len(v.center))), np.zeros(1), np.zeros(1)
+        )
+    )
+    low = float(total.m[0] - u.reach(-total.Mu)[0][0] - v.reach(-total.Mv)[0][0])
+    size = float(total.size[0] + (np.abs(total.Mu) @ u.half + np.abs(total.Mv) @ v.half)[0])
+    if low < -_NEGATIVE * size:
+        raise ConvexSetError(
+            f"{label}: the linear part of the cost is {low:.6g} at some points of the sets; costs"
+            " must be at least 0 on all of both sets"
+        )
+    equations = [_part(c.rows, ends) for c in constraints if c.is_equation]
+    inequalities = [_part(c.rows, ends) for c in constraints if not c.is_equation]
+    return EdgeTerms(
+        u,
+        v,
+        tuple(atom.kind for atom in atoms),
+        tuple(_part(atom.of, ends) for atom in atoms),
+        total,
+        Part(*_joined(equations, ends)),
+        Part(*_joined(inequalities, ends)),
+    )
+
+
+def _part(of: Affine, ends: tuple[tuple[int, PlacedSet], tuple[int, PlacedSet]]) -> Part:
+    (key_u, u), (key_v, v) = ends
+    k = len(of)
+    Mu = of.terms.get(key_u, np.zeros((k, len(u.center))))
+    Mv = of.terms.get(key_v, np.zeros((k, len(v.center))))
+    m = of.constant + Mu @ u.center + Mv @ v.center
+    size = np.abs(of.constant) + np.abs(Mu) @ np.abs(u.center) + np.abs(Mv) @ np.abs(v.center)
+    return Part(np.asarray(Mu), np.asarray(Mv), m, size)
+
+
+def _joined(
+    parts: Sequence[Part], ends: tuple[tuple[int, PlacedSet], tuple[int, PlacedSet]]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    (_, u), (_, v) = ends
+    return (
+        np.concatenate([np.zeros((0, len(u.center))), *(p.Mu for p in parts)]),
+        np.concatenate([np.zeros((0, len(v.center))), *(p.Mv for p in parts)]),
+        np.concatenate([np.zeros(0), *(p.m for p in parts)]),
+        np.concatenate([np.zeros(0), *(p.size for p in parts)]),
+    )

@@ -1,0 +1,249 @@
+"""Graphs whose vertices are convex sets, and shortest paths through them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import itertools
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.graphviz import graphviz_string
+from scene_graph_ros.geometry.optimization.graphs.options import (
+    GcsGraphvizOptions,
+    GraphOfConvexSetsOptions,
+)
+from scene_graph_ros.geometry.optimization.graphs.placed_set import is_always_bounded
+from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
+from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
+from scene_graph_ros.geometry.optimization.graphs.shortest_path import (
+    network_of,
+    solve_path,
+    solve_restriction,
+)
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["GraphOfConvexSets"]
+
+
+class GraphOfConvexSets:
+    """Vertices are bounded convex sets, edges have costs and constraints of a point in each.
+
+    A path visits no vertex twice. It costs what its edges and vertices cost at its points, one of
+    each set on it (Marcucci, Umenberger, Parrilo and Tedrake, "Shortest Paths in Graphs of Convex
+    Sets", SIAM Journal on Optimization 34(1), 2024).
+    """
+
+    def __init__(self) -> None:
+        self._vertices: dict[int, Vertex] = {}
+        self._edges: dict[int, Edge] = {}
+        self._numbers = itertools.count()
+
+    @property
+    def vertices(self) -> list[Vertex]:
+        """All vertices, in the order in which they were added."""
+        return list(self._vertices.values())
+
+    @property
+    def edges(self) -> list[Edge]:
+        """All edges, in the order in which they were added."""
+        return list(self._edges.values())
+
+    @property
+    def num_vertices(self) -> int:
+        """The number of vertices."""
+        return len(self._vertices)
+
+    @property
+    def num_edges(self) -> int:
+        """The number of edges."""
+        return len(self._edges)
+
+    def add_vertex(self, set: ConvexSet, name: str = "") -> Vertex:  # noqa: A002  the spec's name
+        """Add a set. Raises ConvexSetError unless it is bounded and has a point."""
+        label = (
+            f"GraphOfConvexSets.add_vertex: set of {name!r}"
+            if name
+            else ("GraphOfConvexSets.add_vertex: set")
+        )
+        if not isinstance(set, ConvexSet):
+            raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(set)}")
+        if set.is_empty():
+            raise ConvexSetError(f"{label}, {quoted(set)}, is empty; leave the vertex out")
+        if not (is_always_bounded(set) or set.is_bounded()):
+            raise ConvexSetError(f"{label}, {quoted(set)}, is unbounded; intersect it with a box")
+        number = next(self._numbers)
+        vertex = Vertex(number, set, name or f"v{number}")
+        self._vertices[number] = vertex
+        return vertex
+
+    def add_edge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
+        """Add an edge from one vertex to another; there may be several between the same two."""
+        self._check_vertex(u, "add_edge: u")
+        self._check_vertex(v, "add_edge: v")
+        if u is v:
+            raise ConvexSetError(
+                f"GraphOfConvexSets.add_edge: u and v are both {u.name!r}; an edge leads elsewhere"
+            )
+        number = next(self._numbers)
+        edge = Edge(number, u, v, name or f"e{number}")
+        self._edges[number] = edge
+        u._outgoing.append(edge)
+        v._incoming.append(edge)
+        return edge
+
+    def remove_vertex(self, vertex: Vertex) -> None:
+        """Remove a vertex and all its edges. Raises ConvexSetError unless it is of this graph."""
+        self._check_vertex(vertex, "remove_vertex: vertex")
+        for edge in vertex.incoming_edges + vertex.outgoing_edges:
+            self.remove_edge(edge)
+        del self._vertices[vertex.id]
+
+    def remove_edge(self, edge: Edge) -> None:
+        """Remove an edge. Raises ConvexSetError unless it is of this graph."""
+        self._check_edge(edge, "remove_edge: edge")
+        del self._edges[edge.id]
+        edge.u._outgoing.remove(edge)
+        edge.v._incoming.remove(edge)
+
+    def is_valid(self, of: Vertex | Edge) -> bool:
+        """Tell whether a vertex or an edge is of this graph."""
+        own = self._edges if isinstance(of, Edge) else self._vertices
+        return own.get(getattr(of, "id", -1)) is of
+
+    def clear_all_phi_constraints(self) -> None:
+        """Allow every edge to be on the path or not."""
+        for edge in self._edges.values():
+            edge.clear_phi_constraints()
+
+    def solve_shortest_path(
+        self,
+        source: Vertex,
+        target: Vertex,
+        options: GraphOfConvexSetsOptions | None = None,
+    ) -> GraphOfConvexSetsResult:
+        """Return the shortest path from some point of one set to some point of another.
+
+        By default it is searched until its cost is within ``options.gap_tolerance`` of a lower
+        bound of all paths; with ``options.convex_relaxation`` the best of some paths that the
+        relaxation suggests, with the relaxation's bound. Both bounds are computed by weak duality
+        from multipliers, with rounding counted against them. Where no path leads to the target,
+        or none keeps the constraints, ``is_success`` is False and ``reason`` says so.
+
+        Raises ConvexSetError for a vertex of another graph and for costs that may be negative,
+        SolverError with its residuals where the solver failed.
+        """
+        self._check_vertex(source, "solve_shortest_path: source")
+        self._check_vertex(target, "solve_shortest_path: target")
+        return solve_path(
+            self.vertices, self.edges, source, target, options or GraphOfConvexSetsOptions()
+        )
+
+    def solve_convex_restriction(self, active_edges: Sequence[Edge]) -> GraphOfConvexSetsResult:
+        """Return the best points of one path, given by its edges in order.
+
+        Where the path can't keep its constraints ``is_success`` is False. Raises ConvexSetError
+        for edges that are no path, SolverError where the solver failed.
+        """
+        label = "solve_convex_restriction: active_edges"
+        for edge in active_edges:
+            self._check_edge(edge, label)
+        return solve_restriction(self.vertices, list(active_edges))
+
+    def sample_paths(
+        self,
+        source: Vertex,
+        target: Vertex,
+        flows: Mapping[Edge, float] | GraphOfConvexSetsResult,
+        options: GraphOfConvexSetsOptions | None = None,
+    ) -> list[list[Edge]]:
+        """Return different paths, drawn with the probabilities of flows, or of a result's.
+
+        At most ``options.max_rounded_paths`` of ``options.max_rounding_trials``, from
+        ``options.rounding_seed``. Edges without a flow don't count.
+        """
+        self._check_vertex(source, "sample_paths: source")
+        self._check_vertex(target, "sample_paths: target")
+        chosen = options or GraphOfConvexSetsOptions()
+        if isinstance(flows, GraphOfConvexSetsResult):
+            shares = [flows.flows.get(edge.id, 0.0) for edge in self.edges]
+        else:
+            shares = [float(flows.get(edge, 0.0)) for edge in self.edges]
+        most = 5 if chosen.max_rounded_paths is None else chosen.max_rounded_paths
+        if most < 1:
+            raise ConvexSetError(
+                "GraphOfConvexSets.sample_paths: options.max_rounded_paths must be at least 1, not"
+                f" {most}"
+            )
+        edges = self.edges
+        found = draw_paths(
+            network_of(self.vertices, edges, source, target),
+            np.array(shares),
+            most,
+            chosen.max_rounding_trials,
+            chosen.flow_tolerance,
+            np.random.default_rng(chosen.rounding_seed),
+        )
+        return [[edges[e] for e in path] for path in found]
+
+    def get_solution_path(
+        self,
+        source: Vertex,
+        target: Vertex,
+        result: GraphOfConvexSetsResult,
+        tolerance: float = 1e-3,
+    ) -> list[Edge]:
+        """Return the edges of a result's path.
+
+        Of a relaxation without a path, those along which all but ``tolerance`` of the flow goes.
+        Raises ConvexSetError where there is no such path.
+        """
+        if (
+            result.is_success
+            and result.vertices[:1] == (source.id,)
+            and (result.vertices[-1:] == (target.id,))
+        ):
+            return [self._edges[e] for e in result.path]
+        path: list[Edge] = []
+        at, seen = source, {source.id}
+        while at is not target:
+            ahead = [e for e in at.outgoing_edges if e.v.id not in seen]
+            best = max(ahead, key=lambda e: result.flows.get(e.id, 0.0), default=None)
+            if best is None or result.flows.get(best.id, 0.0) < 1.0 - tolerance:
+                raise ConvexSetError(
+                    f"GraphOfConvexSets.get_solution_path: the result has no path from"
+                    f" {source.name!r} to {target.name!r} to a tolerance of {tolerance!r}"
+                )
+            path.append(best)
+            at = best.v
+            seen.add(at.id)
+        return path
+
+    def get_graphviz_string(
+        self,
+        result: GraphOfConvexSetsResult | None = None,
+        options: GcsGraphvizOptions | None = None,
+        active_path: Sequence[Edge] = (),
+    ) -> str:
+        """Return the graph in the DOT language, with a result's numbers where one is given.
+
+        ``active_path`` is drawn a second time, dashed and red.
+        """
+        return graphviz_string(
+            self.vertices, self.edges, result, options or GcsGraphvizOptions(), active_path
+        )
+
+    def _check_vertex(self, vertex: Any, label: str) -> None:
+        if not isinstance(vertex, Vertex) or not self.is_valid(vertex):
+            raise ConvexSetError(
+                f"GraphOfConvexSets.{label} must be a vertex of this graph, not {quoted(vertex)}"
+            )
+
+    def _check_edge(self, edge: Any, label: str) -> None:
+        if not isinstance(edge, Edge) or not self.is_valid(edge):
+            raise ConvexSetError(
+                f"GraphOfConvexSets.{label} must be edges of this graph, not {quoted(edge)}"
+            )

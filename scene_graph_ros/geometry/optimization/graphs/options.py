@@ -1,0 +1,80 @@
+"""How shortest paths are found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["GcsGraphvizOptions", "GraphOfConvexSetsOptions"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class GraphOfConvexSetsOptions:
+    """What is solved, and how far. Raises ConvexSetError, which names the option and its value."""
+
+    convex_relaxation: bool | None = None
+    """Whether to solve the relaxation and round it; otherwise paths are searched until the best
+    is proven to be, which is the default."""
+    preprocessing: bool | None = None
+    """Whether edges that can't be on a simple path are left out first, as by default."""
+    max_rounded_paths: int | None = None
+    """How many different paths are drawn from the relaxation and compared, 5 by default; with 0
+    and ``convex_relaxation`` the relaxation alone is solved."""
+    max_rounding_trials: int = 100
+    """How many are drawn to find that many different ones."""
+    flow_tolerance: float = 1e-5
+    """Edges with no more flow are not drawn."""
+    rounding_seed: int = 0
+    """Of what is drawn."""
+    gap_tolerance: float = 1e-6
+    """Relative to the cost: how near the bound has to be where paths are searched."""
+    max_search_programs: int = 10_000
+    """How many convex programs the search solves at most; what is then left is the gap."""
+
+    def __post_init__(self) -> None:
+        """Check all values."""
+        for name in ("convex_relaxation", "preprocessing"):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, bool):
+                raise ConvexSetError(
+                    f"GraphOfConvexSetsOptions: {name} must be True, False or None, not"
+                    f" {quoted(value)}"
+                )
+        for name in (
+            "max_rounded_paths",
+            "max_rounding_trials",
+            "rounding_seed",
+            "max_search_programs",
+        ):
+            number: Any = getattr(self, name)
+            if number is None and name == "max_rounded_paths":
+                continue
+            if isinstance(number, bool) or not isinstance(number, int) or number < 0:
+                raise ConvexSetError(
+                    f"GraphOfConvexSetsOptions: {name} must be a whole number, at least 0, not"
+                    f" {quoted(number)}"
+                )
+        for name in ("flow_tolerance", "gap_tolerance"):
+            as_nonnegative(getattr(self, name), f"GraphOfConvexSetsOptions: {name}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GcsGraphvizOptions:
+    """What a drawing of a graph shows of a result."""
+
+    show_slacks: bool = True
+    """The flow times the points, at each edge."""
+    show_vars: bool = True
+    """The point of each vertex."""
+    show_flows: bool = True
+    """The flow of each edge, as a number and as the strength of its line."""
+    show_costs: bool = True
+    """The cost of each edge on the path."""
+    scientific: bool = False
+    """Numbers with an exponent."""
+    precision: int = 3
+    """Digits after the point."""

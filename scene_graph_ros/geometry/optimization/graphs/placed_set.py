@@ -1,0 +1,215 @@
+"""A bounded set about its own centre, in variables of size 1, and how far it reaches."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import functools
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.lift import Ball
+from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = ["PlacedSet", "is_always_bounded"]
+
+_NO_EXTENT = 64.0 * EPSILON
+"""Relative to the coordinates: a box this narrow is a point to rounding."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedSet:
+    """All ``center + S y`` with ``E y = f``, ``A y <= b`` and some of y in balls.
+
+    ``S`` is ``(n, k)``; y is of size 1, whatever the set's. Every point is within ``half (n,)`` of
+    the centre along each axis.
+    """
+
+    of: ConvexSet
+    center: np.ndarray
+    half: np.ndarray
+    S: np.ndarray
+    E: np.ndarray
+    f: np.ndarray
+    A: np.ndarray
+    b: np.ndarray
+    balls: tuple[Ball, ...] = ()
+
+    @classmethod
+    def place(cls, of: ConvexSet) -> PlacedSet:
+        """Return a set, bounded and not empty, about the centre of its box."""
+        if isinstance(of, Hyperellipsoid):
+            return cls.place(AffineBall(of))
+        low, high = _box(of)
+        center, half = 0.5 * low + 0.5 * high, 0.5 * (high - low)
+        # Wide enough for the rounding of the centre.
+        half = half * (1.0 + 4.0 * EPSILON) + 2.0 * EPSILON * np.abs(center)
+        extent = float(half.max(initial=0.0))
+        if isinstance(of, Point) or extent <= _NO_EXTENT * np.abs(center).max(initial=0.0):
+            return _placed(of, center, half, np.zeros((of.ambient_dimension, 0)))
+        if isinstance(of, Hyperrectangle):
+            wide = np.flatnonzero(half > _NO_EXTENT * extent)
+            S = np.diag(half)[:, wide]
+            A = np.concatenate([np.eye(len(wide)), -np.eye(len(wide))])
+            return _placed(of, center, half, S, A=A, b=np.ones(2 * len(wide)))
+        if isinstance(of, VPolytope):
+            m = len(of.vertices)
+            sums = (np.ones((1, m)), np.ones(1))
+            S = (of.vertices - center).T
+            return _placed(of, center, half, S, *sums, -np.eye(m), np.zeros(m))
+        if isinstance(of, AffineBall):
+            balls = (Ball(np.arange(of.B.shape[1])),)
+            return _placed(of, center, half, of.B, balls=balls)
+        return _from_lift(of, center, half, extent)
+
+    @functools.cached_property
+    def corners(self) -> np.ndarray | None:
+        """The points ``(m, n)`` less the centre whose hull it is, where these are given."""
+        vertices = self.of.vertices if isinstance(self.of, VPolytope) else None
+        return None if vertices is None else vertices - self.center
+
+    def reach(self, D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return upper bounds ``(m,)`` of ``d . (x - center)`` for directions ``D (m, n)``.
+
+        And of what they are rounded by ``(m,)``, which isn't in them.
+        """
+        sizes = np.abs(D) @ self.half
+        rounding = 2.0 * (self.S.shape[0] + 4) * EPSILON
+        if not self.S.shape[1] or isinstance(self.of, Hyperrectangle):
+            return sizes, rounding * sizes
+        if self.corners is not None:
+            return (D @ self.corners.T).max(axis=1), rounding * (
+                sizes + np.abs(D) @ np.abs(self.center)
+            )
+        found = [self.of.support(d) for d in D]
+        values = np.array([each.value + each.gap for each in found])
+        offset = np.abs(D) @ np.abs(self.center) + np.abs(values)
+        # A bound by the box is one, too, and the better one where the support is found badly.
+        return np.minimum(values - D @ self.center, sizes), rounding * (offset + sizes)
+
+    def add_membership(
+        self, program: ConeProgram, y: np.ndarray, scale: np.ndarray | None
+    ) -> None:
+        """Ask that y is of the set, ``scale`` times as large if that is a variable's index."""
+        for cone, matrix, side, sign in (
+            (Cone.ZERO, self.E, self.f, -1.0),
+            (Cone.NONNEGATIVE, -self.A, self.b, 1.0),
+        ):
+            if not len(side):
+                continue
+            if scale is None:
+                program.add_rows(cone, [(y, matrix)], sign * side)
+            else:
+                blocks = [(y, matrix), (scale, sign * side[:, None])]
+                program.add_rows(cone, blocks, np.zeros(len(side)))
+        for ball in self.balls:
+            k = len(ball.columns)
+            blocks = [(y[ball.columns], np.eye(k + 1)[:, 1:])]
+            first = np.eye(k + 1)[:, :1]
+            constant = np.zeros(k + 1)
+            if ball.scale >= 0:
+                blocks.append((y[[ball.scale]], first))
+            elif scale is None:
+                constant[0] = 1.0
+            else:
+                blocks.append((scale, first))
+            program.add_rows(Cone.SECOND_ORDER, blocks, constant)
+
+
+def is_always_bounded(of: ConvexSet) -> bool:
+    """Tell whether every set of this kind is bounded."""
+    return isinstance(of, Point | Hyperrectangle | VPolytope | AffineBall)
+
+
+def _box(of: ConvexSet) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least and greatest coordinates ``(n,)`` of a bounded set."""
+    if isinstance(of, Point):
+        return of.x, of.x
+    if isinstance(of, Hyperrectangle):
+        return of.lb, of.ub
+    if isinstance(of, VPolytope):
+        return of.vertices.min(axis=0), of.vertices.max(axis=0)
+    if isinstance(of, AffineBall):
+        reach = np.linalg.norm(of.B, axis=1)
+        return of.center - reach, of.center + reach
+    reached = [of.support(d) for e in np.eye(of.ambient_dimension) for d in (-e, e)]
+    bounds = np.array([each.value + each.gap for each in reached])
+    return -bounds[::2], bounds[1::2]
+
+
+def _placed(
+    of: ConvexSet,
+    center: np.ndarray,
+    half: np.ndarray,
+    S: np.ndarray,
+    E: np.ndarray | None = None,
+    f: np.ndarray | None = None,
+    A: np.ndarray | None = None,
+    b: np.ndarray | None = None,
+    balls: tuple[Ball, ...] = (),
+) -> PlacedSet:
+    """Return a set with some of the rows."""
+    none, no_sides = np.zeros((0, S.shape[1])), np.zeros(0)
+    return PlacedSet(
+        of,
+        center,
+        half,
+        S,
+        none if E is None else E,
+        no_sides if f is None else f,
+        none if A is None else A,
+        no_sides if b is None else b,
+        balls,
+    )
+
+
+def _from_lift(of: ConvexSet, center: np.ndarray, half: np.ndarray, extent: float) -> PlacedSet:
+    """Return a set of any kind by its lift: further variables about those of one of its points."""
+    lift, n = of.lifted, of.ambient_dimension
+    at = np.array([float(v) for v in of.found.vector])
+    at[:n] = center
+    in_balls = [k for ball in lift.balls for k in (*ball.columns, ball.scale) if k >= 0]
+    # Balls are about the origin, and of one size with their scale.
+    at[in_balls] = 0.0
+    sizes = np.full(lift.num_variables, np.nan)
+    sizes[:n], sizes[in_balls] = extent, 1.0
+    both = np.abs(np.concatenate([lift.E, lift.A]))
+    _spread(both, np.abs(np.append(lift.f - lift.E @ at, lift.b - lift.A @ at)), sizes)
+    E, f = _normalized(lift.E * sizes, lift.f - lift.E @ at)
+    A, b = _normalized(lift.A * sizes, lift.b - lift.A @ at)
+    S = np.diag(sizes)[:n]
+    return PlacedSet(of, center, half, S, E, f, A, b, lift.balls)
+
+
+def _spread(rows: np.ndarray, sides: np.ndarray, sizes: np.ndarray) -> None:
+    """Fill the sizes ``(k,)`` that are NaN, from those that are known: each by rows with some.
+
+    In a row a variable is about as large as the known ones, or else as the right side.
+    """
+    while np.isnan(sizes).any():
+        known = np.where(np.isnan(sizes), 0.0, sizes)
+        terms = (rows * known).max(axis=1, initial=0.0)
+        found = {}
+        for scale in (terms, sides):
+            for k in np.flatnonzero(np.isnan(sizes)):
+                here = (rows[:, k] > 0.0) & (scale > 0.0)
+                if here.any():
+                    found[k] = float((scale[here] / rows[here, k]).min())
+            if found:
+                break
+        for k in np.flatnonzero(np.isnan(sizes)):
+            if k in found or not found:
+                sizes[k] = found.get(k, 1.0)
+
+
+def _normalized(rows: np.ndarray, sides: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return rows of length 1, without those that are zero."""
+    lengths = np.linalg.norm(rows, axis=1)
+    kept = lengths > 0.0
+    return rows[kept] / lengths[kept, None], sides[kept] / lengths[kept]

@@ -1,0 +1,122 @@
+"""The convex program that is left when a path is chosen: its points."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_points
+from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
+from scene_graph_ros.geometry.optimization.solve.cone_program import ConeProgram
+
+__all__ = ["Restricted", "bound_of_prefix", "restrict"]
+
+_VIOLATION = 1e-7
+"""Relative to the size of a row's terms, or of a set: the most that a path may break."""
+
+
+@dataclass(frozen=True, eq=False)
+class Restricted:
+    """The best points of a path, ``(n,)`` for each vertex; none where constraints can't be kept.
+
+    ``lower_bound`` is proven; ``violation`` is what sets and constraints are broken by, relative
+    to the sizes of their terms.
+    """
+
+    cost: float
+    lower_bound: float
+    points: tuple[np.ndarray, ...]
+    violation: float
+
+
+def _solve(
+    problem: Problem, path: Sequence[int], end: tuple[float, np.ndarray] | None, what: str
+) -> tuple[list[np.ndarray], float, bool]:
+    """Return points less their centres, the proven bound, and whether there are any."""
+    network = problem.network
+    program, unit = ConeProgram(), problem.unit
+    vertices = [network.source, *(int(network.heads[e]) for e in path)]
+    sets = [problem.sets[v] for v in vertices]
+    ys = [program.variables(placed.S.shape[1]) for placed in sets]
+    for placed, y in zip(sets, ys, strict=True):
+        placed.add_membership(program, y, None)
+    lowered = [
+        problem.terms[e].lower(program, ys[k], ys[k + 1], None, unit) for k, e in enumerate(path)
+    ]
+    if end is not None:
+        program.add_cost(ys[-1], sets[-1].S.T @ end[1] / unit)
+    solution = program.solve(what)
+    multipliers = [
+        problem.terms[e].multipliers(solution, rows, unit)
+        for e, rows in zip(path, lowered, strict=True)
+    ]
+    if not solution.is_feasible:
+        return [], bound_of_points(problem, path, multipliers, None, with_cost=False), False
+    bound = bound_of_points(problem, path, multipliers, end)
+    points = [placed.S @ solution.x[y] for placed, y in zip(sets, ys, strict=True)]
+    return points, bound, True
+
+
+def bound_of_prefix(problem: Problem, path: Sequence[int], end: tuple[float, np.ndarray]) -> float:
+    """Return a proven bound of the first edges' cost and the potential at the last vertex.
+
+    Infinite where the constraints can't be kept, -infinite where nothing was found.
+    """
+    try:
+        _, bound, is_feasible = _solve(problem, path, end, "GraphOfConvexSets: a path's start")
+    except SolverError:
+        return -np.inf
+    if is_feasible:
+        return bound
+    return np.inf if bound > 0.0 else -np.inf
+
+
+def restrict(problem: Problem, path: Sequence[int]) -> Restricted:
+    """Return the best points of a path.
+
+    Each is put into its set where no constraint ties it to others. Raises SolverError where
+    points break a set or a constraint, or where it was not proven that there are none.
+    """
+    what = "GraphOfConvexSets.solve_convex_restriction"
+    network = problem.network
+    vertices = [network.source, *(int(network.heads[e]) for e in path)]
+    if not path:
+        placed = problem.sets[network.source]
+        return Restricted(0.0, 0.0, (placed.center,), 0.0)
+    found, bound, is_feasible = _solve(problem, path, None, what)
+    if not is_feasible:
+        if bound > 0.0:
+            return Restricted(np.inf, np.inf, (), 0.0)
+        raise SolverError(
+            f"{what}: the solver found no points of a path of {len(path)} edges, but its proof"
+            f" does not hold ({bound:.3g} must be above 0)"
+        )
+    terms = [problem.terms[e] for e in path]
+    is_tied = any(each.is_constrained for each in terms)
+    points, worst = [], 0.0
+    for v, way in zip(vertices, found, strict=True):
+        placed = problem.sets[v]
+        x = placed.center + way
+        nearest = placed.of.projection(x[None])
+        assert nearest is not None, "sets of a graph are not empty"
+        outside = float(nearest.distances[0])
+        size = float(placed.half.max(initial=0.0) + np.abs(placed.center).max(initial=0.0))
+        if is_tied:
+            worst = max(worst, outside / size if size else 0.0)
+        else:
+            x = nearest.points[0]
+        points.append(x)
+    ways = [x - problem.sets[v].center for x, v in zip(points, vertices, strict=True)]
+    cost = 0.0
+    for k, each in enumerate(terms):
+        cost += each.cost(ways[k], ways[k + 1])
+        worst = max(worst, each.violation(ways[k], ways[k + 1]))
+    if worst > _VIOLATION:
+        raise SolverError(
+            f"{what}: the points of a path of {len(path)} edges break a set or a constraint by"
+            f" {worst:.1e} of its size, accepted is {_VIOLATION:g}"
+        )
+    return Restricted(cost, bound, tuple(points), worst)

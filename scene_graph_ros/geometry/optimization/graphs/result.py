@@ -1,0 +1,60 @@
+"""What a shortest path problem is answered with."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_paths, Potentials
+from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
+
+__all__ = ["GraphOfConvexSetsResult", "PathBound"]
+
+
+@dataclass(frozen=True, eq=False)
+class PathBound:
+    """What shows a lower bound: a potential for each vertex, multipliers for each edge."""
+
+    value: float
+    problem: Problem
+    potentials: Potentials
+
+    def verify(self) -> bool:
+        """Compute the bound again by weak duality, with all rounding counted against it."""
+        return bound_of_paths(self.problem, self.potentials).value >= self.value
+
+
+@dataclass(frozen=True, eq=False)
+class GraphOfConvexSetsResult:
+    """A path with its points, and what no path is below.
+
+    ``path`` are the numbers of its edges and ``vertices`` of its vertices; ``points`` ``(n,)`` for
+    each of them. ``cost`` is that of the points, infinite without a path; ``reason`` says why
+    there is none, or why the search ended. ``flows``, ``phi_xu`` and ``phi_xv`` are the
+    relaxation's, by the numbers of edges.
+    """
+
+    is_success: bool
+    cost: float
+    lower_bound: float
+    reason: str
+    path: tuple[int, ...] = ()
+    vertices: tuple[int, ...] = ()
+    points: tuple[np.ndarray, ...] = ()
+    edge_costs: Mapping[int, float] = field(default_factory=dict)
+    flows: Mapping[int, float] = field(default_factory=dict)
+    phi_xu: Mapping[int, np.ndarray] = field(default_factory=dict)
+    phi_xv: Mapping[int, np.ndarray] = field(default_factory=dict)
+    relaxation_cost: float = np.nan
+    relaxation_bound: PathBound | None = None
+    violation: float = 0.0
+    num_edges_solved: int = 0
+    num_rounded_paths: int = 0
+    num_search_programs: int = 0
+
+    @property
+    def gap(self) -> float:
+        """How much less than the cost a path might cost, in the cost's own units."""
+        return max(0.0, self.cost - self.lower_bound) if self.is_success else np.inf

@@ -1,0 +1,394 @@
+"""Shortest paths through sets: constructed truths between the bound and the cost."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry.optimization import (
+    AffineBall,
+    CartesianProduct,
+    ConvexHull,
+    ConvexSet,
+    Edge,
+    GraphOfConvexSets,
+    GraphOfConvexSetsOptions,
+    GraphOfConvexSetsResult,
+    HPolyhedron,
+    Hyperellipsoid,
+    Hyperrectangle,
+    Intersection,
+    MinkowskiSum,
+    norm,
+    norm1,
+    norm_inf,
+    Point,
+    quad_form,
+    sum_squares,
+    Vertex,
+    VPolytope,
+)
+
+RELAXED = GraphOfConvexSetsOptions(convex_relaxation=True)
+GAP = 1e-7
+"""Relative: what the bound of a tight problem may be below the cost."""
+
+
+def joined(graph: GraphOfConvexSets, u: Vertex, v: Vertex) -> Edge:
+    """Add an edge that costs the length of its step."""
+    edge = graph.add_edge(u, v)
+    edge.add_cost(norm(edge.xv - edge.xu))
+    return edge
+
+
+def check(result: GraphOfConvexSetsResult, truth: float, gap: float = GAP) -> None:
+    """The truth is between bound and cost, and these are near each other."""
+    assert result.is_success, result.reason
+    rounding = 1e-13 * truth
+    assert result.lower_bound <= truth + rounding
+    assert truth - rounding <= result.cost
+    assert result.cost - result.lower_bound <= gap * truth
+    assert result.gap == max(0.0, result.cost - result.lower_bound)
+
+
+def around(kind: int, center: np.ndarray, size: float) -> ConvexSet:
+    """Return a set that has a point and what is within a tenth of a size of it."""
+    n = len(center)
+    low, high = center - size, center + 0.4 * size
+    corners = Hyperrectangle(low, high)
+    kinds = (
+        lambda: corners,
+        lambda: HPolyhedron.make_box(low, high),
+        lambda: VPolytope.make_box(low, high),
+        lambda: Hyperellipsoid.make_hypersphere(size, center),
+        lambda: AffineBall.make_axis_aligned(np.linspace(0.3, 1.0, n) * size, center),
+        lambda: MinkowskiSum(corners, Hyperellipsoid.make_hypersphere(size, np.zeros(n))),
+        lambda: ConvexHull([corners, Point(center + size)]),
+        lambda: Intersection(corners, Hyperellipsoid.make_hypersphere(size, center)),
+        lambda: CartesianProduct([Hyperrectangle([a], [b]) for a, b in zip(low, high)]),  # noqa: B905
+    )
+    return kinds[kind % len(kinds)]()
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_sets_on_a_line_are_crossed_straight(n, scale):
+    """Between two points with sets around points of the line, the path is the line."""
+    way = np.arange(1.0, n + 1.0) * scale
+    shift = -3.0 * way
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point(shift)), graph.add_vertex(Point(shift + way))
+    sets = [around(n + k, shift + s * way, 0.07 * scale) for k, s in enumerate((0.2, 0.5, 0.8))]
+    chain = [start, *(graph.add_vertex(each) for each in sets), end]
+    for u, v in itertools.pairwise(chain):
+        joined(graph, u, v)
+    # Beside them a way around, which is longer, and one that leads nowhere.
+    aside = graph.add_vertex(Point(shift + way + scale))
+    joined(graph, chain[1], aside)
+    joined(graph, aside, chain[2])
+    joined(graph, aside, graph.add_vertex(Point(shift)))
+    result = graph.solve_shortest_path(start, end)
+    check(result, float(np.linalg.norm(way)))
+    assert list(result.vertices) == [v.id for v in chain]
+    for vertex, x in zip(chain, result.points, strict=True):
+        assert vertex.set.point_in_set(x, 1e-9 * scale)
+        assert (vertex.get_solution(result) == x).all()
+    assert aside.get_solution(result) is None
+
+
+@pytest.mark.parametrize("kind", range(9))
+def test_every_kind_of_set_is_crossed(kind):
+    """A path from a point to another over a set that holds a point of the straight line."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([3.0, 4.0]))
+    middle = graph.add_vertex(around(kind, np.array([1.5, 2.0]), 0.2))
+    joined(graph, start, middle)
+    joined(graph, middle, end)
+    check(graph.solve_shortest_path(start, end), 5.0)
+
+
+def test_a_path_around_a_corner_has_a_rational_length():
+    """From (0, 0) over the segment x = 4, y >= 3 to (8, 0): two sides 5 of 3-4-5 triangles."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([8.0, 0.0]))
+    door = graph.add_vertex(VPolytope([[4.0, 3.0], [4.0, 9.0]]))
+    longer = graph.add_vertex(Hyperrectangle([3.0, -9.0], [5.0, -4.0]))
+    for through in (door, longer):
+        joined(graph, start, through)
+        joined(graph, through, end)
+    for options in (None, RELAXED):
+        result = graph.solve_shortest_path(start, end, options)
+        check(result, 10.0)
+        np.testing.assert_allclose(result.points[1], [4.0, 3.0], atol=1e-8)
+    given = graph.solve_convex_restriction([longer.incoming_edges[0], longer.outgoing_edges[0]])
+    # Over (4, -4): twice the square root of 32.
+    check(given, 2.0 * math.sqrt(32.0))
+
+
+@pytest.mark.parametrize(
+    ("cost", "truth"),
+    [
+        # Over x = 4, y >= 3, from (0, 0) to (8, 0), per step (4, 3) and (4, -3).
+        (sum_squares, 50.0),
+        (norm1, 14.0),
+        (norm_inf, 8.0),
+        (lambda d: 2.0 * norm(d) + 1.5, 23.0),
+        (lambda d: quad_form(d, [[2.0, 0.0], [0.0, 1.0]]), 2.0 * (2.0 * 16.0 + 9.0)),
+        (lambda d: d[0] + 0.25, 8.5),
+        (lambda d: 3, 6.0),
+    ],
+)
+def test_costs_of_each_kind(cost, truth):
+    """Each kind of cost has its least value at the nearest end of the door, or all along it."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([8.0, 0.0]))
+    door = graph.add_vertex(VPolytope([[4.0, 3.0], [4.0, 9.0]]))
+    for u, v in ((start, door), (door, end)):
+        edge = graph.add_edge(u, v)
+        edge.add_cost(cost(edge.xv - edge.xu))
+    result = graph.solve_shortest_path(start, end)
+    check(result, truth)
+    total = sum(edge.get_solution_cost(result) for edge in graph.edges)
+    assert total == pytest.approx(result.cost, rel=1e-12)
+
+
+def test_squared_steps_are_of_equal_length():
+    """Ten squared steps along 1 cost ten times (1/10)^2, in sets wide enough for them."""
+    graph = GraphOfConvexSets()
+    chain = [graph.add_vertex(Point([0.0]))]
+    chain += [graph.add_vertex(Hyperrectangle([0.0], [1.0])) for _ in range(9)]
+    chain.append(graph.add_vertex(Point([1.0])))
+    for u, v in itertools.pairwise(chain):
+        edge = graph.add_edge(u, v)
+        edge.add_cost(sum_squares(edge.xv - edge.xu))
+    result = graph.solve_shortest_path(chain[0], chain[-1])
+    check(result, 0.1)
+    np.testing.assert_allclose(np.concatenate(result.points), np.linspace(0.0, 1.0, 11), atol=1e-5)
+
+
+def test_touching_sets_are_left_where_they_touch():
+    """Boxes that share the corner (3, 4) alone are passed there, by sides 5 and 5."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([6.0, 8.0]))
+    first = graph.add_vertex(HPolyhedron.make_box([0.0, 0.0], [3.0, 4.0]))
+    second = graph.add_vertex(HPolyhedron.make_box([3.0, 4.0], [6.0, 8.0]))
+    joined(graph, start, first)
+    joined(graph, second, end)
+    through = graph.add_edge(first, second)
+    through.add_constraint(through.xu == through.xv)
+    result = graph.solve_shortest_path(start, end)
+    assert result.is_success
+    assert result.lower_bound <= 10.0
+    # Points that are tied keep sets and constraints to rounding of the solver.
+    assert result.cost == pytest.approx(10.0, abs=1e-7)
+    assert result.violation <= 1e-7
+    np.testing.assert_allclose(result.points[1:3], [[3.0, 4.0], [3.0, 4.0]], atol=1e-5)
+
+
+def test_inequalities_of_edges_move_the_points():
+    """A step that has to rise by 3 along y on the way to (8, 0) makes the path 5 + 5."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([8.0, 0.0]))
+    middle = graph.add_vertex(Hyperrectangle([4.0, -9.0], [4.0, 9.0]))
+    rise = joined(graph, start, middle)
+    rise.add_constraint(rise.xv[1] >= rise.xu[1] + 3.0)
+    joined(graph, middle, end)
+    result = graph.solve_shortest_path(start, end)
+    assert result.lower_bound <= 10.0
+    assert result.cost == pytest.approx(10.0, abs=1e-7)
+    rise.add_constraint(rise.xv[1] <= 2.0)
+    refused = graph.solve_shortest_path(start, end)
+    assert not refused.is_success
+    assert "proven" in refused.reason
+
+
+def least_over_points(n: int, lengths: dict[tuple[int, int], int]) -> float:
+    """Return the least sum over all simple paths from 0 to n - 1, by trying every one."""
+    best = math.inf
+    for size in range(n - 1):
+        for inner in itertools.permutations(range(1, n - 1), size):
+            steps = list(itertools.pairwise((0, *inner, n - 1)))
+            if all(step in lengths for step in steps):
+                best = min(best, sum(lengths[step] for step in steps))
+    return best
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_graph_of_points_is_an_ordinary_graph(seed):
+    """Sets of one point with whole numbers: the least sum of all paths, exactly known."""
+    rng = np.random.default_rng(seed)
+    n = 7
+    places = rng.integers(-20, 20, (n, 3))
+    graph = GraphOfConvexSets()
+    vertices = [graph.add_vertex(Point(p)) for p in places]
+    lengths: dict[tuple[int, int], int] = {}
+    for u, v in itertools.permutations(range(n), 2):
+        if rng.random() < 0.35 and (u, v) != (0, n - 1):
+            lengths[u, v] = int(np.abs(places[u] - places[v]).sum()) + int(rng.integers(5))
+            edge = graph.add_edge(vertices[u], vertices[v])
+            extra = lengths[u, v] - int(np.abs(places[u] - places[v]).sum())
+            edge.add_cost(norm1(edge.xv - edge.xu) + extra)
+    truth = least_over_points(n, lengths)
+    result = graph.solve_shortest_path(vertices[0], vertices[-1])
+    if truth == math.inf:
+        assert not result.is_success
+        assert result.reason == "no edges lead from 'v0' to 'v6'"
+    else:
+        check(result, truth)
+
+
+def loose_graph() -> tuple[GraphOfConvexSets, Vertex, Vertex]:
+    """Return a graph whose relaxation mixes two ways in one set.
+
+    From (0, 0) over (1, 1) or (1, -1), then anywhere on x = 2, to (3, 0). Half a flow over each
+    is at (2, 1) and at (2, -1) of the segment, on average at (2, 0), for 1 + 1 behind either.
+    A path has to go straight to (3, 0) from where it is.
+    """
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([3.0, 0.0]))
+    wall = graph.add_vertex(VPolytope([[2.0, 1.0], [2.0, -1.0]]))
+    for y in (1.0, -1.0):
+        over = graph.add_vertex(Point([1.0, y]))
+        joined(graph, start, over)
+        joined(graph, over, wall)
+    joined(graph, wall, end)
+    return graph, start, end
+
+
+def test_search_closes_the_gap_of_a_loose_relaxation():
+    """The bound of the relaxation is 2 + sqrt(2); paths are sqrt(2) + sqrt(5), which is proven."""
+    graph, start, end = loose_graph()
+    truth = math.sqrt(2.0) + math.sqrt(5.0)
+    rounded = graph.solve_shortest_path(start, end, RELAXED)
+    assert rounded.lower_bound == pytest.approx(2.0 + math.sqrt(2.0), abs=1e-7)
+    assert rounded.lower_bound <= 2.0 + math.sqrt(2.0)
+    assert rounded.cost == pytest.approx(truth, abs=1e-8)
+    assert rounded.relaxation_bound is not None
+    assert rounded.relaxation_bound.verify()
+    exact = graph.solve_shortest_path(start, end)
+    check(exact, truth)
+    assert exact.num_search_programs > 0
+
+
+def test_a_search_that_is_cut_short_says_what_is_left():
+    """Without programs to solve, the gap is that of the relaxation."""
+    graph, start, end = loose_graph()
+    options = GraphOfConvexSetsOptions(max_search_programs=0)
+    result = graph.solve_shortest_path(start, end, options)
+    assert result.is_success
+    assert result.reason == "max_search_programs was reached"
+    assert result.gap == pytest.approx(math.sqrt(5.0) - 2.0, abs=1e-7)
+
+
+def test_no_vertex_is_visited_twice():
+    """A circle that would shorten what is constrained is no part of a path.
+
+    Only from the point (0, 5) may the target be entered; it is beyond a box, which would have to
+    be crossed twice to return.
+    """
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([4.0, 0.0]))
+    box = graph.add_vertex(Hyperrectangle([1.0, 0.0], [2.0, 5.0]))
+    there = graph.add_vertex(Point([0.0, 5.0]))
+    joined(graph, start, box)
+    joined(graph, box, there)
+    joined(graph, there, box)
+    last = joined(graph, box, end)
+    check(graph.solve_shortest_path(start, end), 4.0)
+    last.add_constraint(last.xu[1] >= 4.0)
+    # Up to (x, 4) and down to (4, 0): mirrored at y = 4, straight from (0, 0) to (4, 8).
+    result = graph.solve_shortest_path(start, end)
+    assert result.lower_bound <= math.sqrt(80.0)
+    assert result.cost == pytest.approx(math.sqrt(80.0), abs=1e-6)
+
+
+def test_of_parallel_edges_the_cheaper_is_taken():
+    """Two edges between the same vertices differ by a constant."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0])), graph.add_vertex(Point([1.0]))
+    dear, cheap = joined(graph, start, end), joined(graph, start, end)
+    dear.add_cost(0.5)
+    result = graph.solve_shortest_path(start, end)
+    check(result, 1.0)
+    assert graph.get_solution_path(start, end, result) == [cheap]
+    dear.add_phi_constraint(True)
+    check(graph.solve_shortest_path(start, end), 1.5)
+    dear.clear_phi_constraints()
+    cheap.add_phi_constraint(False)
+    check(graph.solve_shortest_path(start, end), 1.5)
+    cheap.add_phi_constraint(True)
+    refused = graph.solve_shortest_path(start, end)
+    assert not refused.is_success
+    assert "has to be on the path" in refused.reason
+    graph.clear_all_phi_constraints()
+    check(graph.solve_shortest_path(start, end), 1.0)
+
+
+def test_costs_and_constraints_of_vertices_count_once_on_a_path():
+    """Each visited vertex pays, also the source, the target, and one that is both."""
+    graph = GraphOfConvexSets()
+    boxes = [graph.add_vertex(Hyperrectangle([k, 0.0], [k + 0.5, 1.0])) for k in range(3)]
+    for u, v in itertools.pairwise(boxes):
+        joined(graph, u, v)
+    for k, box in enumerate(boxes):
+        box.add_cost(box.x[1] + k)
+        box.add_constraint(box.x[1] >= 0.25)
+    # Twice half a unit along x at y = 1/4; levels 0.25 + 1.25 + 2.25. The middle is crossed.
+    result = graph.solve_shortest_path(boxes[0], boxes[2])
+    assert result.lower_bound <= 5.25
+    assert result.cost == pytest.approx(5.25, abs=1e-7)
+    stay = graph.solve_shortest_path(boxes[1], boxes[1])
+    assert stay.cost == pytest.approx(1.25, abs=1e-7)
+    assert stay.path == ()
+    assert stay.vertices == (boxes[1].id,)
+
+
+def test_what_is_not_reached_is_said():
+    """Neither a vertex without edges, nor one whose edges lead the other way, is reached."""
+    graph = GraphOfConvexSets()
+    start = graph.add_vertex(Point([0.0]), "start")
+    end = graph.add_vertex(Point([1.0]), "end")
+    joined(graph, end, start)
+    for preprocessing in (True, False):
+        options = GraphOfConvexSetsOptions(preprocessing=preprocessing)
+        result = graph.solve_shortest_path(start, end, options)
+        assert not result.is_success
+        assert result.reason == "no edges lead from 'start' to 'end'"
+        assert result.cost == result.lower_bound == math.inf
+        assert result.gap == math.inf
+
+
+def test_a_path_without_cost_costs_nothing():
+    """Where nothing costs, cost and bound are 0."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0])), graph.add_vertex(Point([1.0]))
+    graph.add_edge(start, end)
+    result = graph.solve_shortest_path(start, end)
+    assert result.is_success
+    assert result.cost == 0.0
+    assert -1e-9 <= result.lower_bound <= 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_bounds_and_costs_of_all_paths_of_random_graphs(seed):
+    """Against the restriction of each simple path: none is below the bound, the best is found."""
+    rng = np.random.default_rng(100 + seed)
+    scale = (1e-6, 1.0, 1e6, 1.0)[seed]
+    graph = GraphOfConvexSets()
+    centers = rng.uniform(-1.0, 1.0, (6, 2)) * scale
+    vertices = [graph.add_vertex(around(k + seed, c, 0.2 * scale)) for k, c in enumerate(centers)]
+    always = [(0, 1), (1, 5)]
+    others = [s for s in itertools.permutations(range(6), 2) if rng.random() < 0.4]
+    steps = [*always, *(s for s in others if s not in ((0, 5), *always))]
+    edges = {s: joined(graph, vertices[s[0]], vertices[s[1]]) for s in steps}
+    costs = []
+    for size in range(5):
+        for inner in itertools.permutations(range(1, 5), size):
+            path = list(itertools.pairwise((0, *inner, 5)))
+            if all(step in edges for step in path):
+                costs.append(graph.solve_convex_restriction([edges[s] for s in path]).cost)
+    result = graph.solve_shortest_path(vertices[0], vertices[5])
+    check(result, min(costs), 2e-6)
