@@ -1,7 +1,8 @@
 """Processes forked from one that has done the long imports of the node already.
 
-An interpreter that starts imports numba and rclpy for two seconds before it runs anything of ours.
-The standard library's fork server does so once for all processes that tests start through it.
+An interpreter that starts imports numba and rclpy for two seconds before it runs anything of ours,
+and what numba reads before the first kernel, whichever that is, takes most of another second. The
+standard library's fork server does so once for all processes that tests start through it.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 import contextlib
 import ctypes
+import functools
 import multiprocessing
+from multiprocessing import forkserver
 import os
 from pathlib import Path
 import signal
@@ -18,13 +21,13 @@ import sys
 
 __all__ = ["ForkedProcess"]
 
-PRELOADED = "scene_graph_ros.node.process"
+PRELOADED = ["scene_graph_ros.node.process", "first_kernel"]
 """What a node that starts imports first; its effects are imported when they are asked for."""
 
 _PR_SET_PDEATHSIG = 1
 
 _server = multiprocessing.get_context("forkserver")
-_server.set_forkserver_preload([PRELOADED])
+_server.set_forkserver_preload(PRELOADED)
 
 
 class ForkedProcess:
@@ -34,6 +37,7 @@ class ForkedProcess:
         self, program: str, arguments: Sequence[str], environment: Mapping[str, str], log: Path
     ) -> None:
         """Start it; what it prints goes to the file ``log``."""
+        _ensure_server_runs()
         inputs = (program, ["-c", *arguments], dict(environment), str(log))
         self._process = _server.Process(target=_run, args=inputs, daemon=True)
         self._process.start()
@@ -53,7 +57,7 @@ class ForkedProcess:
         """Wait for the end and return the exit code."""
         self._process.join(timeout)
         if self.returncode is None:
-            raise subprocess.TimeoutExpired(PRELOADED, timeout or 0.0)
+            raise subprocess.TimeoutExpired(PRELOADED[0], timeout or 0.0)
         return self.returncode
 
     def send_signal(self, number: int) -> None:
@@ -65,6 +69,20 @@ class ForkedProcess:
     def kill(self) -> None:
         """End it at once."""
         self._process.kill()
+
+
+@functools.cache
+def _ensure_server_runs() -> None:
+    """Start the server with this folder among those that it imports from; our path is not its."""
+    before = os.environ.get("PYTHONPATH")
+    folders = [str(Path(__file__).parent), *([before] if before else [])]
+    os.environ["PYTHONPATH"] = os.pathsep.join(folders)
+    try:
+        forkserver.ensure_running()
+    finally:
+        del os.environ["PYTHONPATH"]
+        if before is not None:
+            os.environ["PYTHONPATH"] = before
 
 
 def _run(program: str, arguments: list[str], environment: dict[str, str], log: str) -> None:
