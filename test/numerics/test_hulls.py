@@ -33,11 +33,11 @@ def crowded_box(noise, seed=3):
     return Convex(vertices=rng.permutation(np.vstack([points, moved])))
 
 
-def box_cases(distance):
+def box_cases(distance, seed=1):
     """Return constructed contacts of the box, to be answered by hulls that are that box."""
     box = {"box": (BOX, False)}
-    cases = constructed(distance, bodies=box, others=OTHERS)
-    return cases + constructed(distance, bodies=OTHERS, others=box)
+    cases = constructed(distance, bodies=box, others=OTHERS, seed=seed)
+    return cases + constructed(distance, bodies=OTHERS, others=box, seed=seed)
 
 
 @pytest.mark.parametrize("distance", [2e-3, 0.0, -2e-3])
@@ -58,7 +58,16 @@ def test_redundant_points_change_nothing(distance):
     assert complaints(plain, answers) == []
 
 
-NEARLY: list[KnownFault] = []
+NEARLY = [
+    KnownFault(
+        (1e-11,),
+        r"box edge of face / cylinder rim / roll 0\.[07]",
+        "distance",
+        3.6e-11,
+        "of corners that are all but on a line the one that a rim sees first is not found in 2 of "
+        "5 poses; the certificate's gap says so",
+    )
+]
 
 
 @functools.cache
@@ -66,10 +75,11 @@ def _noisy(noise):
     """Return Complaints of distances that changed by more than the noise."""
     crowded = crowded_box(noise)
     found = []
-    for distance in (2e-3, -2e-3):
+    # What rounding decides depends on the poses.
+    for distance, seed in [(-2e-3, 1), *((2e-3, seed) for seed in range(1, 17))]:
         cases = [
             case._replace(**{side: crowded for side in "AB" if getattr(case, side) is BOX})
-            for case in box_cases(distance)
+            for case in box_cases(distance, seed)
         ]
         error = np.abs(solve(cases).distance - distance) - np.sqrt(3.0) * noise
         found += [

@@ -3,11 +3,10 @@
 import itertools
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from hard_corpus.batches import Case, relative
 from hard_corpus.bodies import closed_mesh, dented_mesh, rescaled, scattered_hull
-from hard_corpus.sites import is_shallowest, place, pose, sites_of
+from hard_corpus.sites import are_shallowest, place, pose, sites_of, unit
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
 
 __all__ = ["BODIES", "DIRECTIONS", "SIZE", "constructed", "grown", "pair_of", "random_pose"]
@@ -34,7 +33,15 @@ DIRECTIONS /= np.linalg.norm(DIRECTIONS, axis=1)[:, None]
 
 def random_pose(rng, reach=1.0):
     """Return a pose with a uniform rotation, up to ``reach`` metres from the origin per axis."""
-    return pose(Rotation.random(rng=rng).as_matrix(), rng.uniform(-reach, reach, 3))
+    w, x, y, z = unit(rng.normal(size=4))
+    R = np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
+            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
+            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+    return pose(R, rng.uniform(-reach, reach, 3))
 
 
 def pair_of(case):
@@ -48,22 +55,32 @@ def grown(bodies, factor):
     return {name: (rescaled(shape, factor), exact) for name, (shape, exact) in bodies.items()}
 
 
-def _is_promised(case, site_A, site_B, depth, margin):
-    """Tell whether the depth of this overlap is known, and promised.
+def _may_be_promised(case, sites):
+    """Tell whether the depth of this overlap can be promised.
 
     With triangles that enclose a dent it is promised where they are entered through one face.
     """
-    faces = [site.feature == "face" for site in (site_A, site_B)]
-    if any(case.triangles):
-        (through,) = [face for face, exact in zip(faces, case.triangles, strict=True) if exact][:1]
-        if (
-            all(case.triangles)
-            or not through
-            or any(faces[k] for k in (0, 1) if not case.triangles[k])
-        ):
-            return False
-    X_AB = relative(case.X_WA, case.X_WB)
-    return is_shallowest(case.A, case.B, site_A, site_B, X_AB, depth, DIRECTIONS, margin)
+    if not any(case.triangles):
+        return True
+    if all(case.triangles):
+        return False
+    # Of one body the triangles count, of the other the hull.
+    return all(
+        (site.feature == "face") == exact
+        for site, exact in zip(sites, case.triangles, strict=True)
+    )
+
+
+def _promised(cases, sites, margin):
+    """Return the overlaps of one pair of shapes whose depth is known, and promised."""
+    kept = [k for k, case in enumerate(cases) if _may_be_promised(case, sites[k])]
+    cases, sites = [cases[k] for k in kept], [sites[k] for k in kept]
+    if not cases:
+        return []
+    first = cases[0]
+    X_AB = np.array([relative(case.X_WA, case.X_WB) for case in cases])
+    known = are_shallowest(first.A, first.B, sites, X_AB, -first.truth, DIRECTIONS, margin)
+    return [case for case, is_known in zip(cases, known, strict=True) if is_known]
 
 
 def constructed(
@@ -100,6 +117,7 @@ def _contacts(distance, bodies, others, rolls, seed, reach, margin):
     for (name_A, (A, exact_A)), (name_B, (B, exact_B)) in itertools.product(bodies, others):
         if isinstance(A, HalfSpace) and isinstance(B, HalfSpace):
             continue
+        cases, sites = [], []
         for site_A, site_B, roll in itertools.product(
             sites_of(A, 0, reach), sites_of(B, 1, reach), rolls
         ):
@@ -108,7 +126,7 @@ def _contacts(distance, bodies, others, rolls, seed, reach, margin):
             X_WB = X_WA @ place(site_A, site_B, distance, roll)
             nhat = -X_WA[:3, :3] @ site_A.normal
             exact = (exact_A, exact_B)
-            case = Case(label, A, B, X_WA, X_WB, distance, exact, nhat, site_A.point)
-            if distance >= 0.0 or _is_promised(case, site_A, site_B, -distance, margin):
-                found.append(case)
+            cases.append(Case(label, A, B, X_WA, X_WB, distance, exact, nhat, site_A.point))
+            sites.append((site_A, site_B))
+        found += cases if distance >= 0.0 else _promised(cases, sites, margin)
     return found

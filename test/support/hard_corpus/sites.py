@@ -13,15 +13,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hard_corpus.bodies import corners, faces_of, support
-from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
+from hard_corpus.bodies import corners, extent, faces_of, support
+from scene_graph_ros.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Mesh,
+    Sphere,
+)
 
 __all__ = [
     "STIFF",
     "Site",
+    "are_shallowest",
     "best_gap",
     "gaps",
-    "is_shallowest",
     "place",
     "pose",
     "sites_of",
@@ -29,6 +38,9 @@ __all__ = [
 ]
 
 STIFF = 1e6
+MOST_PRODUCTS = 5_000_000
+"""Of directions with corners, at once."""
+
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -44,7 +56,15 @@ class Site(NamedTuple):
 
 def unit(v):
     """Return v / |v|."""
-    return np.asarray(v, float) / np.linalg.norm(v)
+    v = np.asarray(v, float)
+    return v / np.sqrt(v @ v)
+
+
+def _cross(a, b):
+    """Return a x b of two vectors; numpy's is made for arrays of them, and takes longer."""
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
 
 
 def pose(R, p):
@@ -107,7 +127,7 @@ def _capsule_sites(shape, radial, rng):
 
 def _cylinder_sites(shape, radial, rng):
     r, half = shape.radius, 0.5 * shape.length
-    around = np.cross(_Z, radial)
+    around = _cross(_Z, radial)
     n = unit(radial + rng.uniform(0.3, 2.0) * _Z)
     turn = np.outer(around, around)
     rim = half * _Z + r * radial
@@ -166,103 +186,158 @@ def _kept_triangles(shape, points, triangles):
 
 def frame(site):
     """Return the orthonormal columns (tangent, normal x tangent, normal)."""
-    t = site.tangent
-    s = unit(np.cross(site.normal, t))
-    return np.column_stack([np.cross(s, site.normal), s, site.normal])
+    s = unit(_cross(site.normal, site.tangent))
+    return np.array([_cross(s, site.normal), s, site.normal]).T
 
 
 def place(site_A, site_B, distance, roll):
     """Return X_AB with the sites facing each other; for roll 0 their tangents are parallel."""
     c, s = np.cos(roll), np.sin(roll)
-    about_normal = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    R = frame(site_A) @ about_normal @ np.diag([1.0, -1.0, -1.0]) @ frame(site_B).T
+    # About the normal, then half a turn about the tangent.
+    turn = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+    R = frame(site_A) @ turn @ frame(site_B).T
     return pose(R, site_A.point + distance * site_A.normal - R @ site_B.point)
 
 
 def gaps(shape_A, shape_B, X_AB, n):
     """Return the gaps between A and B along unit vectors n (..., 3), in A, that point out of B.
 
-    A half space is taken to be straight across n, wherever n points.
+    Of several poses X_AB (m, 4, 4), each with its own n (m, k, 3), the gaps (m, k). A half space
+    is taken to be straight across n, wherever n points.
     """
-    R, p = X_AB[:3, :3], X_AB[:3, 3]
+    R, p = X_AB[..., :3, :3], X_AB[..., :3, 3]
     if isinstance(shape_A, HalfSpace):
-        return n @ (np.array([p[0], p[1], 0.0]) - p) - support(shape_B, n @ R)
+        return _along(n, p * [1.0, 1.0, 0.0] - p) - support(shape_B, n @ R)
     if isinstance(shape_B, HalfSpace):
-        foot = R.T @ -p
-        foot[2] = 0.0
-        return -support(shape_A, -n) - n @ (R @ foot + p)
-    return -(n @ p) - support(shape_A, -n) - support(shape_B, n @ R)
+        foot = -_along(R.swapaxes(-1, -2), p) * [1.0, 1.0, 0.0]
+        return -support(shape_A, -n) - _along(n, _along(R, foot) + p)
+    return -_along(n, p) - support(shape_A, -n) - support(shape_B, n @ R)
 
 
-def is_shallowest(shape_A, shape_B, site_A, site_B, X_AB, depth, directions, margin=1.5):
-    """Tell whether overlap by ``depth`` at the sites is the least of all directions.
+def _along(n, p):
+    """Return n @ p for rows n (..., 3); of (m, 3) points each with its own rows (m, k, 3)."""
+    return (n @ p[..., None])[..., 0]
+
+
+def are_shallowest(shape_A, shape_B, sites, X_AB, depth, directions, margin=1.5):
+    """Tell of which overlaps by ``depth`` at the sites that is the least of all directions.
 
     Locally by the bends, which have to exceed the depth ``margin`` times; elsewhere by a search
     from ``directions``, the normals of all faces and the axes.
+
+    Args:
+        shape_A: in contact at the first site of each pair.
+        shape_B: at the second.
+        sites: (m,) pairs.
+        X_AB: (m, 4, 4).
+        depth: metres.
+        directions: (k, 3).
+        margin: see above.
+
     """
-    n = -site_A.normal
-    R = X_AB[:3, :3]
-    basis = frame(site_A)[:, :2]
-    bend = basis.T @ (site_A.bend + R @ site_B.bend @ R.T) @ basis
-    if np.linalg.eigvalsh(bend)[0] <= margin * depth:
-        return False
+    R = X_AB[:, :3, :3]
+    basis = np.array([frame(site_A)[:, :2] for site_A, _ in sites])
+    bend_A, bend_B = (np.array([pair[k].bend for pair in sites]) for k in (0, 1))
+    bend = basis.swapaxes(1, 2) @ (bend_A + R @ bend_B @ R.swapaxes(1, 2)) @ basis
+    found = np.linalg.eigvalsh(bend)[:, 0] > margin * depth
     if isinstance(shape_A, HalfSpace) or isinstance(shape_B, HalfSpace):
-        return True
-    trial = np.vstack([directions, _normals(shape_B) @ R.T, -_normals(shape_A)])
-    if best_gap(shape_A, shape_B, X_AB, trial)[0] > -depth * (1.0 - 1e-9):
-        return False
-    return _best_tilt(shape_A, shape_B, X_AB, n, basis) <= -depth * (1.0 - 1e-9)
+        return found
+    rounding = 16.0 * np.finfo(float).eps * (extent(shape_A) + extent(shape_B))
+    bound = rounding - depth * (1.0 - 1e-9)
+    of_both = np.vstack([directions, -_normals(shape_A)])
+    of_B = _normals(shape_B)
+    # Of hulls with thousands of corners one case fills the memory that a hundred others take.
+    products = (len(of_both) + len(of_B)) * max(_corner_count(shape_A), _corner_count(shape_B))
+    together = max(1, MOST_PRODUCTS // products)
+    candidates = np.flatnonzero(found)
+    for rows in np.split(candidates, range(together, len(candidates), together)):
+        trial = np.concatenate(
+            [
+                np.broadcast_to(of_both, (len(rows), *of_both.shape)),
+                of_B @ R[rows].swapaxes(1, 2),
+            ],
+            axis=1,
+        )
+        found[rows] = best_gap(shape_A, shape_B, X_AB[rows], trial)[0] <= bound
+    for rows in np.split(np.flatnonzero(found), range(together, found.sum(), together)):
+        n = np.array([-sites[row][0].normal for row in rows]).reshape(-1, 3)
+        found[rows] = _best_tilt(shape_A, shape_B, X_AB[rows], n, basis[rows]) <= bound
+    return found
 
 
 def _best_tilt(shape_A, shape_B, X_AB, n, basis):
-    """Return the largest gap along turned normals: a star of turns of all sizes, then climbing."""
+    """Return the largest gap along turned normals: a star of turns of all sizes, then climbing.
+
+    Of poses (m, 4, 4), with the normals n (m, 3) and two columns (m, 3, 2) across them.
+    """
     angle, reach = np.meshgrid(
         np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False), 10.0 ** np.arange(-5.0, 0.5, 0.28)
     )
     tilts = np.stack([reach * np.cos(angle), reach * np.sin(angle)], axis=-1).reshape(-1, 2)
-    step = reach.ravel()
+    step = np.broadcast_to(reach.ravel(), (len(n), reach.size))
+    tilts = np.broadcast_to(tilts, (len(n), *tilts.shape))
 
     def values(t):
         r = np.linalg.norm(t, axis=-1)[..., None]
-        return gaps(shape_A, shape_B, X_AB, np.cos(r) * n + np.sinc(r / np.pi) * (t @ basis.T))
+        across = t @ basis.swapaxes(1, 2)
+        return gaps(shape_A, shape_B, X_AB, np.cos(r) * n[:, None] + np.sinc(r / np.pi) * across)
 
     best = values(tilts)
-    start = np.argsort(best)[-4:]
-    tilts, best, step = tilts[start], best[start], 0.3 * step[start]
+    start = np.argsort(best)[:, -4:]
+    tilts, best, step = _taken(tilts, start), _taken(best, start), 0.3 * _taken(step, start)
     compass = np.array([[1, 0], [0, 1], [-1, 0], [0, -1], [1, 1], [-1, 1], [-1, -1], [1, -1]])
-    rows = np.arange(len(tilts))
     for _ in range(24):
-        around = tilts[:, None] + step[:, None, None] * compass
-        found = values(around)
-        k = found.argmax(axis=1)
-        better = found[rows, k] > best
-        tilts = np.where(better[:, None], around[rows, k], tilts)
-        best = np.where(better, found[rows, k], best)
-        step = np.where(better, step, 0.5 * step)
-    return best.max()
+        around = tilts[:, :, None] + step[:, :, None, None] * compass
+        count = tilts.shape[1] * len(compass)
+        found = values(around.reshape(-1, count, 2)).reshape(around.shape[:-1])
+        is_better, tilts, best = _climbed(tilts, best, around, found)
+        step = np.where(is_better, step, 0.5 * step)
+    return best.max(axis=1)
 
 
 def best_gap(shape_A, shape_B, X_AB, directions, rounds=16):
     """Return the largest gap found from ``directions`` on by climbing at random, and its normal.
 
-    Every gap is a lower bound of the signed distance, so a depth with a larger one is wrong.
+    Every gap is a lower bound of the signed distance, so a depth with a larger one is wrong. Of
+    several poses (m, 4, 4), each with its own directions (m, k, 3), each one's.
     """
     rng = np.random.default_rng(3)
     values = gaps(shape_A, shape_B, X_AB, directions)
-    order = np.argsort(values)[-6:]
-    n, best = directions[order], values[order]
+    order = np.argsort(values)[..., -6:]
+    n, best = _taken(directions, order), _taken(values, order)
     radius = 0.2
     for _ in range(rounds):
-        trial = n[:, None] + radius * rng.normal(size=(len(n), 8, 3))
-        trial /= np.linalg.norm(trial, axis=2)[:, :, None]
-        values = gaps(shape_A, shape_B, X_AB, trial)
-        k = values.argmax(axis=1)
-        rows = np.arange(len(n))
-        better = values[rows, k] > best
-        n = np.where(better[:, None], trial[rows, k], n)
-        best = np.where(better, values[rows, k], best)
+        trial = n[..., None, :] + radius * rng.normal(size=(n.shape[-2], 8, 3))
+        trial /= np.linalg.norm(trial, axis=-1)[..., None]
+        flat = trial.reshape(*n.shape[:-2], -1, 3)
+        values = gaps(shape_A, shape_B, X_AB, flat).reshape(trial.shape[:-1])
+        _, n, best = _climbed(n, best, trial, values)
         radius *= 0.6
-    return float(best.max()), n[best.argmax()]
+    return best.max(axis=-1), _taken(n, best.argmax(axis=-1)[..., None])[..., 0, :]
+
+
+def _taken(rows, chosen):
+    """Return the chosen rows (..., c) of (..., k), or of vectors (..., k, d)."""
+    if rows.ndim == chosen.ndim:
+        return np.take_along_axis(rows, chosen, axis=-1)
+    return np.take_along_axis(rows, chosen[..., None], axis=-2)
+
+
+def _climbed(places, best, trial, values):
+    """Return which places (..., d) have a better one among trials (..., 8, d), and the best."""
+    k = values.argmax(axis=-1)[..., None]
+    found = _taken(values, k)[..., 0]
+    is_better = found > best
+    there = _taken(trial, k)[..., 0, :]
+    return (
+        is_better,
+        np.where(is_better[..., None], there, places),
+        np.where(is_better, found, best),
+    )
+
+
+def _corner_count(shape):
+    return len(corners(shape)) if isinstance(shape, Box | Convex | Mesh) else 1
 
 
 def _normals(shape):
