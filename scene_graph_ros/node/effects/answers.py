@@ -29,7 +29,7 @@ class Question(Protocol):
 class Answer:
     """The answer about the snapshot that was last asked about.
 
-    Who asks about another has it computed, and waits; where that fails it is not tried again.
+    A question about another snapshot computes it, and waits; what fails is not tried again.
     """
 
     def __init__(self, question: Question) -> None:
@@ -91,7 +91,7 @@ class Answer:
 class SlowAnswer(Answer):
     """An answer that takes long where a scene is fine: it is computed in a thread of its own.
 
-    Who asks waits for a while; where that is not long enough there is none about this snapshot.
+    Whoever asks waits for a while; after that there is no answer about this snapshot.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Contact surfaces: found for who publishes contacts, shown as triangles, and as a cloud of faces.
+"""Contact surfaces: an answer for `~/contacts`, shown as triangles, and as a cloud of faces.
 
 Imported, and its bodies built, only while the scene has compliant geometry.
 """

@@ -1,4 +1,4 @@
-"""Contacts of deformable geometry with what is rigid, for who publishes the contacts."""
+"""Contacts of deformable geometry: an answer for whoever publishes the contacts."""
 
 from __future__ import annotations
 

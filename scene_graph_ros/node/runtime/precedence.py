@@ -23,7 +23,7 @@ _STEP = 0.001
 
 
 class Precedence:
-    """Who updates says so, and others stand back between their steps."""
+    """Held by an update, while others stand back between their steps."""
 
     def __init__(self, longest: float = _LONGEST, step: float = _STEP) -> None:
         """Others stand back for ``longest`` seconds at most, and go on for ``step`` at least."""

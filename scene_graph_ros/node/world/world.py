@@ -101,7 +101,7 @@ class World:
     ) -> None:
         """``check`` raises for what an edit must not do to the world as it was in the snapshot.
 
-        Who has ``precedence`` updates the world: edits stand back between their steps.
+        While ``precedence`` is held, the world is updated: edits stand back between their steps.
         Raises UnsupportedPairError for two half spaces of ``scene_graph`` that would be checked.
         """
         self.world_frame = world_frame

@@ -31,7 +31,7 @@ _MAX_CONNECTIONS = 4 * MAX_PAGES
 
 _MAX_WISH_BYTES = 1024
 _MAX_WISHES_PER_SECOND = 20.0
-"""A page has little to say. Who says more is cut off."""
+"""A page has little to say. One that says more is cut off."""
 
 _STUCK_SECONDS = 5.0
 """A page that takes nothing for so long is cut off."""
