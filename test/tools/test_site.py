@@ -1,12 +1,15 @@
 """What `make docs` promises of pages: links lead where things are on the site, or it fails."""
 
+from importlib.util import find_spec
 from pathlib import Path
+import re
 
 import pytest
 
 from tools.site.dead_links import dead_links
 from tools.site.pages import as_page, read_code, read_page
 from tools.site.places import order, place, ROOT, way
+from tools.site.public import PUBLIC
 
 
 def test_links_without_a_target_are_found(tmp_path):
@@ -60,6 +63,15 @@ def test_no_link_of_the_pages_is_dead(tmp_path):
     for path, page in pages.items():
         (tmp_path / place(path)).write_text(page.body)
     assert dead_links(tmp_path) == []
+
+
+def test_the_reference_has_what_pages_import():
+    """Each module of the list is there, and each that an example imports from is in the list."""
+    assert all(find_spec(name) for name in PUBLIC)
+    text = "".join(path.read_text() for path in order())
+    imported = set(re.findall(r"^from (scene_graph_ros[\w.]*) import", text, re.M))
+    assert len(imported) > 3
+    assert imported <= set(PUBLIC)
 
 
 def test_sections_can_be_searched():

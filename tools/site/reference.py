@@ -15,9 +15,9 @@ import pdoc.render
 
 import msg_adapters
 from tools.site.places import place, ROOT, Target, way
+from tools.site.public import PUBLIC
 
 __all__ = [
-    "PUBLIC",
     "Entry",
     "entries",
     "keep_annotations",
@@ -27,27 +27,6 @@ __all__ = [
     "render",
     "summary",
 ]
-
-PUBLIC = (
-    "scene_graph_ros.geometry",
-    "scene_graph_ros.geometry.accuracy",
-    "scene_graph_ros.geometry.errors",
-    "scene_graph_ros.geometry.tolerances",
-    "scene_graph_ros.geometry.query.results",
-    "scene_graph_ros.geometry.hydroelastic.contact_surface",
-    "scene_graph_ros.geometry.deformable.results",
-    "scene_graph_ros.geometry.meshes.volume_mesh",
-    "scene_graph_ros.geometry.meshes.volume_io",
-    "scene_graph_ros.geometry.model.collision_filter",
-    "scene_graph_ros.geometry.model.render_label",
-    "scene_graph_ros.geometry.perception",
-    "scene_graph_ros.geometry.optimization",
-    "scene_graph_ros.robots",
-    "scene_graph_ros.scene_files",
-    "scene_graph_ros.planning",
-    "scene_graph_ros.node.node",
-)
-"""What users import; adapters of messages come in addition."""
 
 _OURS = ("scene_graph_ros.", "msg_adapters.")
 """How names of our modules begin."""
