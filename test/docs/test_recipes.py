@@ -1,7 +1,10 @@
 """The recipes name every file that a new shape or core takes, as it knows kinds by their names."""
 
 from pathlib import Path
+import re
 import tokenize
+
+from scene_graph_ros.geometry.compiled import kernel
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "recipes.md").read_text()
@@ -53,3 +56,9 @@ def test_every_file_that_a_core_takes_is_named():
     files = files_with(KINDS_OF_CORES, NARROWPHASE)
     assert len(files) >= 10
     are_named(files, section("A core"))
+
+
+def test_every_decorator_of_kernels_has_its_case():
+    """All of them, and no other."""
+    listed = set(re.findall(r"^\| `(\w+)` \|", section("A kernel"), re.M))
+    assert listed == {name for name in kernel.__all__ if name.endswith("kernel")}
