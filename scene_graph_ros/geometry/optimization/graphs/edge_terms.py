@@ -93,6 +93,14 @@ class EdgeTerms:
             total += value_of(kind, part.at(xu, xv))
         return total
 
+    def most(self) -> float:
+        """Return a bound of the cost from above, over the boxes around both sets."""
+        parts = zip((*self.kinds, "norm_inf"), (*self.atoms, self.rest), strict=True)
+        return sum(value_of(kind, self._most_of(part)) for kind, part in parts)
+
+    def _most_of(self, part: Part) -> np.ndarray:
+        return np.abs(part.Mu) @ self.u.half + np.abs(part.Mv) @ self.v.half + np.abs(part.m)
+
     def violation(self, xu: np.ndarray, xv: np.ndarray) -> float:
         """Return by how much constraints are broken, beside the size of their terms."""
         broken = np.concatenate(
@@ -102,11 +110,7 @@ class EdgeTerms:
 
     @property
     def _row_sizes(self) -> np.ndarray:
-        both = (self.equations, self.inequalities)
-        sizes = [
-            np.abs(p.Mu) @ self.u.half + np.abs(p.Mv) @ self.v.half + np.abs(p.m) for p in both
-        ]
-        return np.concatenate(sizes)
+        return np.concatenate([self._most_of(self.equations), self._most_of(self.inequalities)])
 
     @property
     def is_constrained(self) -> bool:

@@ -30,7 +30,7 @@ __all__ = ["Incumbent", "Searched", "search_paths"]
 
 
 _NOTHING = 1e-9
-"""Relative to the cost of a path through the sets' centres: a gap that is none."""
+"""Relative to what a path may cost, wherever its points are: a gap that is none."""
 
 
 @dataclass(frozen=True, eq=False)

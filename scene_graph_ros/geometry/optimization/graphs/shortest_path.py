@@ -67,15 +67,13 @@ def _terms(edge: Edge, source: Vertex) -> EdgeTerms:
 def _problem_of(
     vertices: Sequence[Vertex], edges: Sequence[Edge], source: Vertex, target: Vertex
 ) -> Problem:
-    """Return a problem of these edges alone, with costs in units of a path through the centres."""
+    """Return a problem of these edges alone, with costs in units of what a path may cost."""
     network = network_of(vertices, edges, source, target)
     terms = [_terms(edge, source) for edge in edges]
-    centers = np.array(
-        [max(0.0, t.cost(np.zeros(len(t.u.half)), np.zeros(len(t.v.half)))) for t in terms]
-    )
-    unit = network.distances(centers)[network.target]
+    most = np.array([each.most() for each in terms])
+    unit = network.distances(most)[network.target]
     if not 0.0 < unit < np.inf:
-        unit = float(centers.max(initial=0.0)) or 1.0
+        unit = float(most.max(initial=0.0)) or 1.0
     forced = tuple(k for k, edge in enumerate(edges) if True in edge.phi_constraints)
     return Problem(network, [v.placed for v in vertices], terms, forced, float(unit))
 
@@ -85,11 +83,9 @@ def _standing(vertex: Vertex) -> Problem:
     ends = ((vertex.id, vertex.placed), (-1, PlacedSet.place(Point())))
     label = f"GraphOfConvexSets: vertex {vertex.name!r}"
     terms = terms_of(vertex.get_costs(), vertex.get_constraints(), ends, label)
-    at_center = terms.cost(np.zeros(len(vertex.placed.half)), np.zeros(0))
+    most = terms.most()
     network = Network(2, np.array([0]), np.array([1]), 0, 1)
-    return Problem(
-        network, [e[1] for e in ends], [terms], (), at_center if at_center > 0.0 else 1.0
-    )
+    return Problem(network, [e[1] for e in ends], [terms], (), most or 1.0)
 
 
 def _no_path(reason: str) -> GraphOfConvexSetsResult:

@@ -346,6 +346,29 @@ def test_costs_and_constraints_of_vertices_count_once_on_a_path():
     assert stay.vertices == (boxes[1].id,)
 
 
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_steps_within_regions_are_costs_of_vertices(scale):
+    """Sets of a step's two ends, which are one point at the set's centre, with ends that are tied.
+
+    Through the square [0, 3] x [0, 4] and one that touches it in (3, 4): twice a side of 5.
+    """
+    graph = GraphOfConvexSets()
+    start, end = (graph.add_vertex(Point(scale * np.tile(p, 2))) for p in ([0, 0], [6.0, 8.0]))
+    chain = [start]
+    for low in (np.zeros(2), np.array([3.0, 4.0])):
+        square = HPolyhedron.make_box(scale * low, scale * (low + np.array([3.0, 4.0])))
+        step = graph.add_vertex(square.cartesian_power(2))
+        step.add_cost(norm(step.x[2:] - step.x[:2]))
+        chain.append(step)
+    for u, v in itertools.pairwise([*chain, end]):
+        edge = graph.add_edge(u, v)
+        edge.add_constraint(edge.xu[2:] == edge.xv[:2])
+    result = graph.solve_shortest_path(start, end)
+    assert result.lower_bound <= 10.0 * scale
+    assert result.cost == pytest.approx(10.0 * scale, rel=1e-7)
+    np.testing.assert_allclose(result.points[1][2:], scale * np.array([3.0, 4.0]), rtol=1e-6)
+
+
 def test_what_is_not_reached_is_said():
     """Neither a vertex without edges, nor one whose edges lead the other way, is reached."""
     graph = GraphOfConvexSets()
