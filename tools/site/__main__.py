@@ -100,8 +100,8 @@ def _main() -> int:
             _write_page(place(path), read_code(path), menu)
         else:
             shutil.copy(path, _SITE / place(path))
-    for module in modules.values():
-        _write(reference.place_of(module.fullname), reference.render(module, modules, names))
+    for here, text in reference.render(modules, names).items():
+        _write(here, text)
     _write_page(_MODULES, _page_of_modules(modules.values()), menu)
     index = list(_index(pages, entries))
     _write(Path("index.js"), f"const INDEX = {json.dumps(index)};\n")

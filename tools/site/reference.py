@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 import importlib
+import os
 from pathlib import Path
 import pkgutil
 import re
+import sys
+from types import ModuleType
 from typing import Any
 
 import pdoc.doc
@@ -49,32 +52,41 @@ def modules() -> dict[str, pdoc.doc.Module]:
     explains what is inherited.
     """
     adapters = [f"msg_adapters.{m.name}" for m in pkgutil.iter_modules(msg_adapters.__path__)]
-    found: dict[str, pdoc.doc.Module] = {}
+    found: dict[str, ModuleType] = {}
     pending = [*PUBLIC, *(name for name in adapters if name != "msg_adapters.wire")]
     while pending:
         name = pending.pop(0)
         if name not in found:
-            found[name] = _module(name)
-            pending += _modules_of_bases(found[name])
-    return found
+            found[name] = importlib.import_module(name)
+            for base in _bases_of_public_classes(found[name]):
+                pending.append(base.__module__)
+                _show(base)
+    return {name: pdoc.doc.Module(module) for name, module in found.items()}
 
 
-def _module(name: str) -> pdoc.doc.Module:
-    module = importlib.import_module(name)
-    # What is imported when it is first used is there from now on.
-    for public in getattr(module, "__all__", ()):
-        setattr(module, public, getattr(module, public))
-    return pdoc.doc.Module(module)
+def _bases_of_public_classes(module: ModuleType) -> Iterator[type]:
+    """Yield the classes of ours that a module's public classes inherit from."""
+    for name in getattr(module, "__all__", ()):
+        public = getattr(module, name)
+        # What is imported when it is first used is there from now on.
+        setattr(module, name, public)
+        if isinstance(public, type):
+            yield from _bases(public)
 
 
-def _modules_of_bases(module: pdoc.doc.Module) -> Iterator[str]:
-    """Name the modules of ours with classes that a module's public classes inherit from."""
-    for member in _public(module):
-        if isinstance(member, pdoc.doc.Class):
-            for base in member.obj.__mro__[1:]:
-                has_public = any(not name.startswith("_") for name in vars(base))
-                if has_public and base.__module__.startswith(_OURS):
-                    yield base.__module__
+def _show(cls: type) -> None:
+    """Let pdoc take a class for public, also where it is not: it explains what is inherited."""
+    names = vars(sys.modules[cls.__module__])
+    if cls.__name__ not in names["__all__"]:
+        names["__all__"] = [*names["__all__"], cls.__name__]
+
+
+def _bases(cls: type) -> Iterator[type]:
+    """Yield the classes of ours that a class inherits public members from."""
+    for base in cls.__mro__[1:]:
+        has_public = any(not name.startswith("_") for name in vars(base))
+        if has_public and base.__module__.startswith(_OURS):
+            yield base
 
 
 def _public(namespace: pdoc.doc.Namespace[Any]) -> Iterator[pdoc.doc.Doc[Any]]:
@@ -107,11 +119,18 @@ def keep_annotations() -> None:
     pdoc.doc.resolve_annotations = _all_as_written
 
 
-def render(
-    module: pdoc.doc.Module, modules: Mapping[str, pdoc.doc.Module], names: Mapping[str, Target]
-) -> str:
-    """Return the page of a module; public names in signatures and docstrings are links."""
-    here = place_of(module.fullname)
+def render(modules: Mapping[str, pdoc.doc.Module], names: Mapping[str, Target]) -> dict[Path, str]:
+    """Return the page of each module by its place; public names in it are links."""
+    pages = {}
+    for name, module in modules.items():
+        here = place_of(name)
+        pages[here] = _with_links(pdoc.render.html_module(module, modules), here, names)
+    anchors = {here: set(re.findall(r' id="([^"]+)"', text)) for here, text in pages.items()}
+    return {here: _without_dead_links(text, here, anchors) for here, text in pages.items()}
+
+
+def _with_links(text: str, here: Path, names: Mapping[str, Target]) -> str:
+    """Turn public names in signatures and docstrings, and names of pages, into links."""
 
     def link(match: re.Match[str]) -> str:
         name = match["name"]
@@ -124,7 +143,6 @@ def render(
     def link_page(match: re.Match[str]) -> str:
         return f'<a href="{way(here, place(ROOT / match["page"]))}">{match[0]}</a>'
 
-    text = pdoc.render.html_module(module, modules)
     text = re.sub(r'<span class="n">(?P<name>\w+)</span>', link, text)
     text = re.sub(r"<code>(?P<name>\w+)(\(\))?</code>", link, text)
     text = re.sub(r"<code>(?P<page>docs/\w+\.md)</code>", link_page, text)
@@ -133,19 +151,17 @@ def render(
         lambda types: re.sub(r"\b(?P<name>[A-Za-z]\w*)", link, types[0]),
         text,
     )
-    text = re.sub(rf"\b(?:{'|'.join(_OURS)})(?:\w+\.)*(?=[A-Z])", "", text)
-    return _without_links_to_what_is_not_shown(text)
+    return re.sub(rf"\b(?:{'|'.join(_OURS)})(?:\w+\.)*(?=[A-Z_])", "", text)
 
 
-def _without_links_to_what_is_not_shown(text: str) -> str:
-    """Take away links within a page to names that pdoc knows but leaves out."""
-    anchors = set(re.findall(r'id="([^"]+)"', text))
-    return re.sub(
-        r'<a [^>]*href="#([^"]+)">(.*?)</a>',
-        lambda match: match[0] if match[1] in anchors else match[2],
-        text,
-        flags=re.DOTALL,
-    )
+def _without_dead_links(text: str, here: Path, anchors: Mapping[Path, set[str]]) -> str:
+    """Take away the links to names that pdoc knows but does not show."""
+
+    def keep(match: re.Match[str]) -> str:
+        there = Path(os.path.normpath(here.parent / match[1])) if match[1] else here
+        return match[0] if match[2] in anchors.get(there, {match[2]}) else match[3]
+
+    return re.sub(r'<a [^>]*href="([^"#]*)#([^"]+)"[^>]*>(.*?)</a>', keep, text, flags=re.DOTALL)
 
 
 def place_of(module: str) -> Path:
