@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
     from scene_graph_ros.planning.path_planner import plan_path, PlanningError
-    from scene_graph_ros.planning.planned_path import Plan, PlanFailure
+    from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
 
 __all__ = [
@@ -23,6 +23,8 @@ __all__ = [
     "EdgeStatus",
     "Plan",
     "PlanFailure",
+    "PlanProgress",
+    "PlanStage",
     "PlanningError",
     "RobotClearance",
     "RobotDiagram",
@@ -39,7 +41,7 @@ _MODULES = {
     ),
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
     "path_planner": ("PlanningError", "plan_path"),
-    "planned_path": ("Plan", "PlanFailure"),
+    "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

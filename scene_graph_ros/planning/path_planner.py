@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import math
+import time
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,7 @@ from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import new_stop, prove
 from scene_graph_ros.planning.path_ends import find_troubles
 from scene_graph_ros.planning.path_search import PathSearch
-from scene_graph_ros.planning.planned_path import Plan, PlanFailure
+from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
 from scene_graph_ros.planning.position_space import normalized, PositionSpace
 from scene_graph_ros.planning.stoppable import run_stoppable, Stops
 
@@ -41,6 +42,21 @@ class PlanningError(SceneGraphError, ValueError):
     """Arguments of a planner that make no sense."""
 
 
+class _Progress:
+    """How far a plan has come, for the thread that waits for it."""
+
+    def __init__(self) -> None:
+        self._begin = time.monotonic()
+        self.stage = PlanStage.CHECKING
+        self.search: PathSearch | None = None
+
+    def now(self) -> PlanProgress:
+        seconds, search = time.monotonic() - self._begin, self.search
+        if search is None:
+            return PlanProgress(self.stage, seconds, (0, 0), 0)
+        return PlanProgress(self.stage, seconds, search.tree_sizes, search.edges)
+
+
 class _Problem(NamedTuple):
     """What was asked for, checked."""
 
@@ -52,6 +68,7 @@ class _Problem(NamedTuple):
     space: PositionSpace
     seed: int
     timeout: float | None
+    progress: _Progress
 
     @property
     def search_rules(self) -> EdgeRules:
@@ -73,6 +90,7 @@ def plan_path(
     seed: int = 0,
     timeout: float | None = None,
     group: str | None = None,
+    watch: Callable[[PlanProgress], None] | None = None,
 ) -> Plan:
     """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
 
@@ -84,7 +102,8 @@ def plan_path(
     The path is the same for the same ``seed``, unless it ran out of time: ``timeout`` (s) ends the
     search for shorter ones, too; kernels that are not compiled yet are, before time is counted.
     Without one, a search goes on until there is a path, a tree has 2^20 configurations, or
-    KeyboardInterrupt. It notices both within 0.1 s.
+    KeyboardInterrupt. It notices both within 0.1 s. ``watch`` is told how far it has come, about
+    every 0.05 s and in the thread that called; what it raises ends the search and is raised.
 
     The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000) and
     then takes shortcuts (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*,
@@ -105,9 +124,14 @@ def plan_path(
     first, goals = _ends(checker, start, goal)
     moves = _moving(checker, first, goals, group)
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
-    problem = _Problem(checker, first, goals, space, int(seed), patience)
+    problem = _Problem(checker, first, goals, space, int(seed), patience, _Progress())
     _load_kernels(problem)
-    return run_stoppable(lambda stops: _solve(problem, stops), patience)
+    problem = problem._replace(progress=_Progress())
+    return run_stoppable(
+        lambda stops: _solve(problem, stops),
+        patience,
+        lambda: None if watch is None else watch(problem.progress.now()),
+    )
 
 
 def _load_kernels(problem: _Problem) -> None:
@@ -172,6 +196,7 @@ def _search(problem: _Problem, usable: Sequence[int], stops: Stops) -> Plan:
     start, goals, space = problem.start, problem.goals[list(usable)], problem.space
     plan = problem.checker.plan
     search = PathSearch(plan, space, problem.search_rules, problem.seed, stops.looking)
+    problem.progress.search, problem.progress.stage = search, PlanStage.SEARCHING
     for row, goal in zip(usable, goals, strict=True):
         if space.length(np.stack([start, goal + space.turns(start, goal)])) < _SAME:
             return _proven(problem, [start[np.newaxis]], row, search, stops)
@@ -179,6 +204,7 @@ def _search(problem: _Problem, usable: Sequence[int], stops: Stops) -> Plan:
     if found is None:
         return _not_found(problem, search, stops)
     path, root = found
+    problem.progress.stage = PlanStage.SHORTENING
     return _proven(problem, [search.shortened(path), path], usable[root], search, stops)
 
 
@@ -190,6 +216,7 @@ def _proven(
     stops: Stops,
 ) -> Plan:
     """Return the first of some paths to a goal that is proven once more, edge by edge."""
+    problem.progress.stage = PlanStage.PROVING
     for path in paths:
         ends = path if len(path) > 1 else np.repeat(path, 2, axis=0)
         edges = np.stack([ends[:-1], ends[1:]], axis=1)

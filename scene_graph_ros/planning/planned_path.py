@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 import enum
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Plan", "PlanFailure"]
+__all__ = ["Plan", "PlanFailure", "PlanProgress", "PlanStage"]
 
 
 class PlanFailure(enum.Enum):
@@ -24,6 +25,31 @@ class PlanFailure(enum.Enum):
     """Nothing was found in time."""
     EXHAUSTED = 6
     """The trees grew to their limit and did not meet, or where they met was not proven again."""
+
+
+class PlanStage(enum.Enum):
+    """What is being done for a plan."""
+
+    CHECKING = 1
+    """Start and goals are looked at."""
+    SEARCHING = 2
+    """Trees grow towards each other."""
+    SHORTENING = 3
+    """They have met, and shortcuts are tried."""
+    PROVING = 4
+    """Each edge is proven once more."""
+
+
+class PlanProgress(NamedTuple):
+    """How far a plan has come."""
+
+    stage: PlanStage
+    seconds: float
+    """Since it began."""
+    tree_sizes: tuple[int, int]
+    """How many configurations the trees from start and goals have."""
+    edges: int
+    """How many edges were looked at."""
 
 
 @dataclass(frozen=True, eq=False)

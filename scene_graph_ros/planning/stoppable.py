@@ -34,18 +34,22 @@ class Stops(NamedTuple):
     """``(1,)``: do nothing any more."""
 
 
-def run_stoppable(job: Callable[[Stops], _Answer], timeout: float | None) -> _Answer:
+def run_stoppable(
+    job: Callable[[Stops], _Answer],
+    timeout: float | None,
+    watch: Callable[[], None] = lambda: None,
+) -> _Answer:
     """Return what the job returns, which must look at its stops.
 
     It is told to stop after ``timeout`` (s), or where waiting ends in an exception, such as
-    KeyboardInterrupt.
+    KeyboardInterrupt. ``watch`` is called now and then while it is waited for, and may raise one.
     """
     stops = Stops(new_stop(), new_stop())
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(job, stops)
         try:
             for stop, patience in ((stops.looking, timeout), (stops.proving, _GRACE)):
-                if _is_done(future, patience):
+                if _is_done(future, patience, watch):
                     break
                 stop[0] = 1
             return future.result()
@@ -54,10 +58,11 @@ def run_stoppable(job: Callable[[Stops], _Answer], timeout: float | None) -> _An
                 stop[0] = 1
 
 
-def _is_done(future: Future[_Answer], patience: float | None) -> bool:
+def _is_done(future: Future[_Answer], patience: float | None, watch: Callable[[], None]) -> bool:
     """Wait for an answer, for so many seconds at most; tell whether there is one."""
     end = math.inf if patience is None else time.monotonic() + patience
     while True:
+        watch()
         # In short turns: another thread may be the one that a signal wakes.
         rest = min(_TURN, end - time.monotonic())
         if wait([future], max(rest, 0.0)).done:
