@@ -60,6 +60,7 @@ def test_every_topic_that_is_published_is_listed():
         ("images", qos.image_qos()),
         ("latched", qos.latched_qos()),
         ("diagnostics", qos.diagnostics_qos()),
+        ("feedback", qos.feedback_qos()),
         ("services", qos.service_qos()),
     ],
 )

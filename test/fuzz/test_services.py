@@ -14,12 +14,14 @@ import tempfile
 from typing import Any
 from unittest.mock import Mock
 
+from builtin_interfaces.msg import Time
 from fuzzing import BAD_NUMBERS, BAD_TEXTS, fuzz, Target
 import numpy as np
 import pytest
 from robot_scenes import SLIDE
 from scene_requests import camera, pose, sphere
 
+from scene_graph_msgs.action import PlanPath
 from scene_graph_msgs.msg import (
     CollisionFilterStatement,
     DeformableGeometryDescription,
@@ -37,7 +39,9 @@ from scene_graph_msgs.msg import (
 import scene_graph_msgs.srv
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.runtime.goals import Goal
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
+from scene_graph_ros.node.services.plan_action import PlanAction
 from scene_graph_ros.node.services.queries import QUERIES
 from scene_graph_ros.node.services.request_counts import RequestCounts
 from scene_graph_ros.node.services.services import Services
@@ -69,6 +73,7 @@ LIMITS = {
     "max_rows_per_response": 1000,
     "max_points_per_request": 1000,
     "max_pixels_per_request": 1000,
+    "max_planning_time": 0.05,
 }
 OWNER = SourceHandle(name="arm", token=TOKEN)
 BALL, BOX = GeometryReference(name="ball"), GeometryReference(name="box")
@@ -113,6 +118,7 @@ VALID: dict[str, dict[str, Any]] = {
     "HasCollisions": {},
     "IsCollisionFiltered": {"a": [BALL], "b": [BOX]},
     "LoadScene": {"text": SCENE.replace("arm", "leg").replace("table", "desk"), "prefix": "p_"},
+    "PlanPath": {"goals": RobotConfigurations(names=["rail"], positions=[3.0])},
     "RegisterAnchoredGeometry": {
         "source": OWNER,
         "geometries": [sphere("lamp", at=pose(x=1.0))],
@@ -285,7 +291,8 @@ def request_of(name: str, changes: list[Any]) -> Any:
     """Return a good request with some fields changed."""
     from copy import deepcopy
 
-    request = getattr(scene_graph_msgs.srv, name).Request(**deepcopy(VALID[name]))
+    kind = PlanPath.Goal if name == "PlanPath" else getattr(scene_graph_msgs.srv, name).Request
+    request = kind(**deepcopy(VALID[name]))
     for place, value in sorted(changes, key=lambda change: -len(change[0])):
         *way, last = place
         target = request
@@ -317,7 +324,13 @@ def run(steps: list[Any]) -> None:
 
 
 def ask(services: Services, name: str, request: Any) -> Any:
-    """Return the response to a request."""
+    """Return the response to a request, or the result of a goal."""
+    if name == "PlanPath":
+        action = object.__new__(PlanAction)
+        action._host, action._world = services._host, services._world
+        action._refuse, action._answered = services._refuse, services._plan_answered
+        goal = Goal(bytes(16), request, Time(), lambda goal, feedback: assert_finite(feedback))
+        return action._plan(goal).result
     if name in QUERIES:
         answers: list[Any] = []
         services._query_callback(name)(request, answers.append)
@@ -351,8 +364,8 @@ def assert_finite(message: Any) -> None:
 
 
 def test_every_service_is_tried() -> None:
-    """But those about surfaces, and the list of effects, which asks nothing."""
-    assert {*VALID} == {*QUERIES, *EDITS} - LEFT_OUT
+    """And the action; but those about surfaces, and the list of effects, which asks nothing."""
+    assert {*VALID} == ({*QUERIES, *EDITS} - LEFT_OUT) | {"PlanPath"}
 
 
 @pytest.mark.parametrize("name", VALID)

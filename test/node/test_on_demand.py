@@ -100,7 +100,8 @@ OF_BROWSER = (
 OF_PLANNING = (
     "scene_graph_ros.planning",
     "msg_adapters.robot_configurations",
-    "scene_graph_ros.node.services.plan",
+    "scene_graph_ros.node.services.path_plans",
+    "scene_graph_ros.node.services.planning_queries",
     "scene_graph_ros.node.world.planning_robots",
 )
 CAMERA = """

@@ -5,13 +5,20 @@ The post is a ball of 0.2 m at 1 m, so the two overlap where the rail is beyond 
 
 from __future__ import annotations
 
+import re
+
+from action_msgs.msg import GoalStatus
+from builtin_interfaces.msg import Duration
 import pytest
+from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState
 from sliding_robots import rail_scene
 from spinning import wait_until
 
+from scene_graph_msgs.action import PlanPath
 from scene_graph_msgs.msg import RobotConfigurations, Status
 from scene_graph_msgs.srv import CheckConfigurations, CheckEdges
+from scene_graph_ros.planning import PlanFailure, PlanStage
 
 FREE, COLLIDES = CheckConfigurations.Response.FREE, CheckConfigurations.Response.COLLIDES
 
@@ -19,7 +26,8 @@ FREE, COLLIDES = CheckConfigurations.Response.FREE, CheckConfigurations.Response
 @pytest.fixture(scope="module")
 def node(start_node, tmp_path_factory):
     """A node with the ball and the post; the rail is at -1."""
-    return start_node({"scene": rail_scene(tmp_path_factory.mktemp("rails"))})
+    scene = rail_scene(tmp_path_factory.mktemp("rails"))
+    return start_node({"scene": scene, "max_waiting_plans": 1})
 
 
 def at(*rails):
@@ -85,3 +93,181 @@ def test_what_means_nothing_is_refused_with_a_status(client, node):
         assert answer.status.code == code, answer.status
         assert answer.status.message
     assert list(client.call("CheckConfigurations").outcomes) == [FREE]
+
+
+# The action.
+
+
+@pytest.fixture(scope="module")
+def action(client, node):
+    """A client of the action."""
+    action = ActionClient(client.node, PlanPath, "/scene_graph/plan_path")
+    wait_until(action.server_is_ready, "the action")
+    yield action
+    action.destroy()
+
+
+class Sent:
+    """A goal that was sent, and what came back."""
+
+    def __init__(self, action, **fields):
+        self.feedback = []
+        goal = PlanPath.Goal(**fields)
+        future = action.send_goal_async(goal, lambda m: self.feedback.append(m.feedback))
+        wait_until(future.done, "the goal's acceptance")
+        self.handle = future.result()
+        assert self.handle.accepted
+        self._result = self.handle.get_result_async()
+
+    def wait_for(self, state, ahead=0):
+        """Wait for feedback."""
+        wait_until(
+            lambda: any((f.state, f.ahead) == (state, ahead) for f in list(self.feedback)),
+            f"feedback {state}",
+        )
+
+    def cancel(self):
+        """Ask for its end; return the response."""
+        future = self.handle.cancel_goal_async()
+        wait_until(future.done, "the answer to cancelling")
+        return future.result()
+
+    def end(self):
+        """Wait for the result; return it and the status."""
+        wait_until(self._result.done, "the result")
+        return self._result.result().result, self._result.result().status
+
+
+WITHOUT_END = {"goals": at(3.0)}
+"""The post is in between, and there is no way around it."""
+
+
+def test_a_path_is_found_and_proven(action, joints):
+    """From where the robot is to before the post, which it keeps away from."""
+    sent = Sent(action, goals=at(0.5), seed=3)
+    result, status = sent.end()
+    assert (result.status.code, result.failure) == (Status.OK, 0), (result.status, result.reason)
+    assert status == GoalStatus.STATUS_SUCCEEDED
+    assert result.path.names == ["slide/rail"]
+    assert list(result.path.positions) == [-1.0, 0.5]
+    assert result.length == pytest.approx(1.5, abs=1e-12)
+    assert 0.0 < result.least_clearance <= 0.2
+    assert result.seconds > 0.0
+    assert sent.feedback
+
+
+def test_a_goal_of_several_and_a_start_elsewhere(action, joints):
+    """Of three goals the last alone can be reached from behind the post."""
+    sent = Sent(action, start=at(2.0), goals=at(1.0, 99.0, 2.5), environment_padding=0.05)
+    result, status = sent.end()
+    assert status == GoalStatus.STATUS_SUCCEEDED, result
+    assert result.goal == 2
+    assert list(result.path.positions) == [2.0, 2.5]
+
+
+F = PlanPath.Result
+
+
+@pytest.mark.parametrize(
+    ("fields", "failure", "words"),
+    [
+        ({"start": at(1.0), "goals": at(0.0)}, F.START_COLLIDES, "start collides: .* by 300 mm"),
+        ({"start": at(9.5), "goals": at(0.0)}, F.START_BEYOND_LIMITS, "slide/rail.*9.5"),
+        ({"goals": at(0.8)}, F.GOAL_COLLIDES, "goal collides: .*post.* overlap by 100 mm"),
+        ({"goals": at(-9.5)}, F.GOAL_BEYOND_LIMITS, "'slide/rail': -9.5"),
+        (
+            {**WITHOUT_END, "timeout": Duration(nanosec=200_000_000)},
+            F.TIMEOUT,
+            "no path was found within 0.2 s: the trees",
+        ),
+    ],
+)
+def test_a_failure_says_why(action, joints, fields, failure, words):
+    """Which pair and how deep, which limit, how far the search came."""
+    result, status = Sent(action, **fields).end()
+    assert (result.status.code, result.failure) == (Status.OK, failure), result
+    assert re.search(words, result.reason), result.reason
+    assert not len(result.path.positions)
+    assert status == GoalStatus.STATUS_ABORTED
+
+
+@pytest.mark.parametrize(
+    ("fields", "code", "words"),
+    [
+        ({}, Status.INVALID_ARGUMENT, "goals.names is empty"),
+        ({"goals": at()}, Status.INVALID_ARGUMENT, "goals.positions is empty"),
+        ({"goals": at(float("nan"))}, Status.INVALID_ARGUMENT, "in row 0 must be a number"),
+        ({"goals": at(0.0), "start": at(0.0, 1.0)}, Status.INVALID_ARGUMENT, "start has 2 rows"),
+        ({"goals": at(0.0), "group": "leg"}, Status.UNKNOWN_NAME, "no robot has a group 'leg'"),
+        (
+            {"goals": RobotConfigurations(names=["rial"], positions=[1.0])},
+            Status.UNKNOWN_NAME,
+            "'rial'; did you mean 'rail'",
+        ),
+        (
+            {"goals": at(0.0), "environment_padding": float("inf")},
+            Status.INVALID_ARGUMENT,
+            "environment_padding must be",
+        ),
+        (
+            {"goals": at(0.0), "timeout": Duration(sec=-1)},
+            Status.INVALID_ARGUMENT,
+            "timeout is negative: -1 s",
+        ),
+        ({"goals": at(*range(100_001))}, Status.TOO_LARGE, "configurations: 100002 are more than"),
+    ],
+)
+def test_a_goal_that_means_nothing_is_aborted_with_a_status(action, joints, fields, code, words):
+    """By field and value; the node goes on."""
+    result, status = Sent(action, **fields).end()
+    assert result.status.code == code, result.status
+    assert words in result.status.message
+    assert status == GoalStatus.STATUS_ABORTED
+
+
+def test_a_search_is_cancelled_while_the_world_goes_on(action, client, joints):
+    """Services answer and joint states count meanwhile; a goal waits, and then has its turn.
+
+    A goal more than may wait is aborted, with the limit.
+    """
+    sent = Sent(action, **WITHOUT_END)
+    sent.wait_for(PlanPath.Feedback.SEARCHING)
+    waiting = Sent(action, start=at(0.0), goals=at(0.5))
+    waiting.wait_for(PlanPath.Feedback.WAITING, ahead=1)
+    result, _ = Sent(action, goals=at(0.5)).end()
+    assert result.status.code == Status.TOO_LARGE
+    assert "1 goals wait for their turn already, and max_waiting_plans is 1" in (
+        result.status.message
+    )
+    joints(1.0)
+    wait_until(
+        lambda: list(client.call("CheckConfigurations").outcomes) == [COLLIDES],
+        "the robot in the post",
+    )
+    assert sent.feedback[-1].state == PlanPath.Feedback.SEARCHING
+    assert len(sent.cancel().goals_canceling) == 1
+    result, status = sent.end()
+    assert status == GoalStatus.STATUS_CANCELED
+    assert result.failure == PlanPath.Result.CANCELED
+    assert re.match(r"cancelled after .* s: the trees from start and goal had", result.reason)
+    result, status = waiting.end()
+    assert status == GoalStatus.STATUS_SUCCEEDED, result
+    joints(-1.0)
+    wait_until(
+        lambda: list(client.call("CheckConfigurations").outcomes) == [FREE],
+        "the robot out of the post",
+    )
+
+
+def test_failures_have_the_numbers_of_planning():
+    """And so have the states of feedback."""
+    for failure in PlanFailure:
+        assert getattr(PlanPath.Result, failure.name) == failure.value
+    for stage in PlanStage:
+        assert getattr(PlanPath.Feedback, stage.name) == stage.value
+
+
+def test_the_node_ends_while_it_plans(action, node, joints):
+    """In order, as it is asked to; the last test of this node."""
+    Sent(action, **WITHOUT_END).wait_for(PlanPath.Feedback.SEARCHING)
+    assert node.stop() == 0

@@ -6,7 +6,7 @@ import re
 import pytest
 
 PACKAGE = Path(__file__).parents[2] / "scene_graph_msgs"
-DEFINITIONS = sorted([*PACKAGE.glob("msg/*.msg"), *PACKAGE.glob("srv/*.srv")])
+DEFINITIONS = sorted([p for kind in ("msg", "srv", "action") for p in PACKAGE.glob(f"{kind}/*")])
 SERVICES = sorted(PACKAGE.glob("srv/*.srv"))
 FIELD = re.compile(r"^[A-Za-z_/0-9]+(\[[^\]]*\])?\s+[a-z][a-z0-9_]*(\s+[^=#]+)?(\s+#.*)?$")
 
@@ -47,6 +47,15 @@ def test_every_response_begins_with_a_status(path: Path) -> None:
     """Whatever is asked, the outcome is the first field of the answer."""
     _, response = path.read_text().split("\n---\n")
     assert fields(response)[0] == "Status status"
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.glob("action/*.action")), ids=lambda p: p.name)
+def test_every_result_begins_with_a_status(path: Path) -> None:
+    """And says which scene it is about, as responses do."""
+    _, result, _ = path.read_text().split("\n---\n")
+    first, *others = fields(result)
+    assert first == "Status status"
+    assert {"uint64 scene_version", "builtin_interfaces/Time stamp"} <= set(others)
 
 
 @pytest.mark.parametrize("path", SERVICES, ids=lambda path: path.name)

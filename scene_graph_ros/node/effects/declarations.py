@@ -205,7 +205,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
     EffectDeclaration(
         "planning",
         _by_request("planning"),
-        "a request to check_configurations or check_edges",
+        "a request to check_configurations or check_edges, or a goal of plan_path",
     ),
 )
 

@@ -14,6 +14,7 @@ __all__ = [
     "MARKERS_PERCEPTION",
     "MARKERS_PROXIMITY",
     "NODE_NAME",
+    "PLAN_PATH",
     "POSE_TOPICS",
     "TRANSFORMS",
     "default_configuration_topic",
@@ -31,6 +32,7 @@ CONTACT_MARKERS = "~/contact_markers"
 CONTACT_SURFACE_MARKERS = "~/contact_surface_markers"
 CONTACT_SURFACE_POINTS = "~/contact_surface_points"
 CAMERAS = "~/cameras"
+PLAN_PATH = "~/plan_path"
 DIAGNOSTICS = "/diagnostics"
 TRANSFORMS = "/tf"
 

@@ -233,6 +233,20 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=1_000_000,
     ),
     Parameter(
+        "max_planning_time",
+        60.0,
+        "Seconds. How long one path is looked for at most.",
+        minimum=0.01,
+        maximum=86400.0,
+    ),
+    Parameter(
+        "max_waiting_plans",
+        8,
+        "Goals of plan_path that may wait, beside the one that is worked on; more are TOO_LARGE.",
+        minimum=0,
+        maximum=1000,
+    ),
+    Parameter(
         "max_waiting_requests",
         1000,
         "Requests that may wait for a thread, and again as many for poses; more are TOO_LARGE.",

@@ -17,6 +17,7 @@ from rclpy.qos_overriding_options import QoSOverridingOptions
 __all__ = [
     "contact_qos",
     "diagnostics_qos",
+    "feedback_qos",
     "image_qos",
     "latched_qos",
     "marker_qos",
@@ -74,6 +75,11 @@ def contact_qos() -> QoSProfile:
 
 def diagnostics_qos() -> QoSProfile:
     """Return the profile that diagnostic aggregators expect."""
+    return QoSProfile(depth=10)
+
+
+def feedback_qos() -> QoSProfile:
+    """Return the profile that clients of actions expect of feedback."""
     return QoSProfile(depth=10)
 
 

@@ -30,6 +30,7 @@ from scene_graph_ros.node.runtime.collecting import at_rest
 from scene_graph_ros.node.runtime.names import service_name
 from scene_graph_ros.node.runtime.requests import Answer, RequestLoop, Respond
 from scene_graph_ros.node.services.bodies import prepare
+from scene_graph_ros.node.services.plan_action import PlanAction
 from scene_graph_ros.node.services.queries import Asked, QUERIES
 from scene_graph_ros.node.services.request_counts import RequestCounts
 from scene_graph_ros.node.services.waiting import Awaited, Later, Waiting
@@ -93,6 +94,9 @@ class Services:
         for name in EDITS:
             self._offer(name, self._at_once(name, self._edit_callback(name)), is_exclusive=True)
         self._offer("ListEffects", self._at_once("ListEffects", self._list_effects))
+        self._plans = PlanAction(
+            host, world, self._loop, refuse=self._refuse, answered=self._plan_answered
+        )
         self._loop.start()
 
     def world_changed(self) -> None:
@@ -105,7 +109,9 @@ class Services:
 
     def close(self) -> None:
         """Stop offering the services."""
+        self._plans.close()
         self._loop.close()
+        self._plans.destroy()
 
     def _offer(self, name: str, answer: Answer, *, is_exclusive: bool = False) -> None:
         kind = getattr(scene_graph_msgs.srv, name)
@@ -210,6 +216,10 @@ class Services:
             return response
 
         return answer
+
+    def _plan_answered(self, seconds: float) -> None:
+        self.counts.answered()
+        self._effects.record("planning", seconds)
 
     def _list_effects(self, request: Any, response: Any) -> ListEffects.Response:
         self.counts.answered()

@@ -1,0 +1,124 @@
+"""Paths of robots in the world, as goals ask for them; imported when the first one does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import time
+from typing import Any
+
+import numpy as np
+
+from msg_adapters.errors import MessageError
+from msg_adapters.robot_configurations import (
+    configurations_from_msg,
+    configurations_to_msg,
+    count_rows,
+    padding_from_msg,
+)
+from msg_adapters.stamps import duration_from_msg, stamp_to_msg
+from msg_adapters.status import ok_status
+from scene_graph_msgs.action import PlanPath
+from scene_graph_ros.node.runtime.goals import Goal
+from scene_graph_ros.node.services.tally import require
+from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.planning import Plan, plan_path, PlanProgress
+
+__all__ = ["plan"]
+
+
+class _CancelledError(Exception):
+    """The goal was cancelled, when the search had come so far."""
+
+    def __init__(self, progress: PlanProgress) -> None:
+        sizes = progress.tree_sizes
+        super().__init__(
+            f"cancelled after {progress.seconds:.3g} s: the trees from start and goal had"
+            f" {sizes[0]} and {sizes[1]} configurations, after {progress.edges} edges"
+        )
+
+
+def plan(goal: Goal, snapshot: WorldSnapshot, limit: Callable[[str], Any]) -> Any:
+    """Return the result of a goal of PlanPath; feedback goes out meanwhile.
+
+    Raises UnknownIdError, NameConflictError, MessageError, TooLargeError and PlanningError for
+    what can't be worked on, naming the field and its value.
+    """
+    request, begin = goal.request, time.monotonic()
+    robots = snapshot.robots.planning(snapshot.query.snapshot)
+    rows = "max_robot_configurations_per_request"
+    require(limit, rows, count_rows(request.start) + count_rows(request.goals), "configurations")
+    present = robots.present(snapshot.positions)
+    starts = configurations_from_msg(request.start, robots.positions, present, "start")
+    if len(starts) != 1:
+        raise MessageError(f"start has {len(starts)} rows, and must have one")
+    if not len(request.goals.names):
+        raise MessageError("goals.names is empty: a goal names at least one position")
+    goals = configurations_from_msg(request.goals, robots.positions, starts[0], "goals")
+    if not len(goals):
+        raise MessageError("goals.positions is empty: there must be one row at least")
+    group, moving = None, np.arange(robots.tree.num_positions)
+    if request.group:
+        group = robots.groups.names[robots.groups.row(request.group, "group")]
+        moving = robots.tree.group_positions(group)
+    paddings = {
+        name: padding_from_msg(getattr(request, name), name)
+        for name in ("environment_padding", "self_padding")
+    }
+    result = PlanPath.Result(
+        status=ok_status(),
+        scene_version=snapshot.scene_version,
+        stamp=stamp_to_msg(snapshot.stamp),
+    )
+
+    def watch(progress: PlanProgress) -> None:
+        if goal.is_cancelled:
+            raise _CancelledError(progress)
+        goal.tell(_feedback(progress))
+
+    try:
+        found = plan_path(
+            robots.checker(snapshot.query.snapshot, **paddings),
+            starts[0],
+            goals,
+            seed=request.seed,
+            timeout=_patience(request.timeout, limit),
+            group=group,
+            watch=watch,
+        )
+    except _CancelledError as cancelled:
+        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
+    else:
+        _tell(found, result)
+        if found.is_success:
+            path = configurations_to_msg(robots.positions, found.configurations, moving)
+            result.path = path
+    result.seconds = time.monotonic() - begin
+    return result
+
+
+def _patience(timeout: Any, limit: Callable[[str], Any]) -> float:
+    """Return seconds to look for a path; raises MessageError for less than none."""
+    seconds = duration_from_msg(timeout) * 1e-9
+    if seconds < 0.0:
+        raise MessageError(f"timeout is negative: {seconds:g} s")
+    most = float(limit("max_planning_time"))
+    return min(seconds, most) if seconds > 0.0 else most
+
+
+def _feedback(progress: PlanProgress) -> Any:
+    return PlanPath.Feedback(
+        state=progress.stage.value,
+        seconds=progress.seconds,
+        tree_sizes=np.array(progress.tree_sizes, dtype=np.uint64),
+        edges=progress.edges,
+    )
+
+
+def _tell(found: Plan, result: Any) -> None:
+    """Fill a result with what a plan says, but for the path."""
+    result.edges = found.edges
+    if found.failure is not None:
+        result.failure, result.reason = found.failure.value, found.reason or ""
+        return
+    result.failure, result.goal = PlanPath.Result.NONE, found.goal or 0
+    result.least_clearance, result.length = found.least_clearance, found.length

@@ -1,0 +1,130 @@
+"""The action that plans paths: its services and topics, and who works on its goals.
+
+Planning is imported when the first goal's turn comes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+import importlib
+import time
+from typing import Any
+
+from action_msgs.msg import GoalStatus, GoalStatusArray
+from action_msgs.srv import CancelGoal
+
+from msg_adapters.errors import TooLargeError, UnavailableError
+from scene_graph_msgs.action import PlanPath
+from scene_graph_ros.node.runtime.goals import Goal, GoalEnd, Goals, Work
+from scene_graph_ros.node.runtime.loop import OwnThreadGroup
+from scene_graph_ros.node.runtime.names import PLAN_PATH
+from scene_graph_ros.node.runtime.qos import feedback_qos, latched_qos
+from scene_graph_ros.node.runtime.requests import RequestLoop
+from scene_graph_ros.node.world.world import World
+
+__all__ = ["PlanAction"]
+
+_KERNELS = "planning"
+
+
+class PlanAction:
+    """Offers ``~/plan_path``; plans one path at a time, beside everything else."""
+
+    def __init__(
+        self,
+        host: Any,
+        world: World,
+        loop: RequestLoop,
+        *,
+        refuse: Callable[[str, Any, Exception], Any],
+        answered: Callable[[float], None],
+    ) -> None:
+        """Offer it by ``loop``, before its start.
+
+        ``refuse`` fills a result with an error, and tells of it; ``answered`` is told how many
+        seconds a goal took.
+        """
+        self._host, self._world, self._refuse, self._answered = host, world, refuse, answered
+        node, parts = host.node, PlanPath.Impl
+        publish = partial(node.create_publisher, callback_group=OwnThreadGroup())
+        self._publishers = (
+            publish(parts.FeedbackMessage, f"{PLAN_PATH}/_action/feedback", feedback_qos()),
+            publish(GoalStatusArray, f"{PLAN_PATH}/_action/status", latched_qos()),
+        )
+        feedback, status = self._publishers
+        self.goals = Goals(
+            PlanPath,
+            Work(
+                self._plan,
+                self._crowded,
+                lambda: _cancelled("its turn had not come yet"),
+                _waits,
+                lambda: int(host.parameter("max_waiting_plans")),
+            ),
+            publish_feedback=feedback.publish,
+            publish_status=status.publish,
+            now=lambda: node.get_clock().now().to_msg(),
+        )
+        offered = (
+            (parts.SendGoalService, "send_goal", self.goals.send),
+            (parts.GetResultService, "get_result", self.goals.get_result),
+            (CancelGoal, "cancel_goal", self.goals.cancel),
+        )
+        for kind, name, answer in offered:
+            loop.offer(
+                kind, f"{PLAN_PATH}/_action/{name}", answer, refuse=partial(self._overload, kind)
+            )
+
+    def close(self) -> None:
+        """End all goals; the loop still answers."""
+        self.goals.close()
+
+    def destroy(self) -> None:
+        """Stop being advertised."""
+        for publisher in self._publishers:
+            self._host.node.destroy_publisher(publisher)
+
+    def _plan(self, goal: Goal) -> GoalEnd:
+        begin = time.monotonic()
+        try:
+            lack = self._host.lack_of_kernels(_KERNELS)
+            if lack:
+                raise UnavailableError(f"not yet: {lack}")
+            plans = importlib.import_module("scene_graph_ros.node.services.path_plans")
+            result = plans.plan(goal, self._world.snapshot, self._host.parameter)
+        except Exception as error:  # noqa: BLE001 - every goal has an end
+            result = self._refuse("PlanPath", PlanPath.Result(), error)
+            return GoalEnd(GoalStatus.STATUS_ABORTED, result)
+        self._answered(time.monotonic() - begin)
+        return GoalEnd(_STATUSES.get(result.failure, GoalStatus.STATUS_ABORTED), result)
+
+    def _crowded(self, waiting: int) -> Any:
+        error = TooLargeError(
+            f"{waiting} goals wait for their turn already, and max_waiting_plans is"
+            f" {self._host.parameter('max_waiting_plans')}"
+        )
+        return self._refuse("PlanPath", PlanPath.Result(), error)
+
+    def _overload(self, kind: Any, error: Exception) -> Any:
+        """Return the response to a request that the node has no room for."""
+        response = kind.Response()
+        if kind is CancelGoal:
+            response.return_code = CancelGoal.Response.ERROR_REJECTED
+        elif kind is PlanPath.Impl.GetResultService:
+            self._refuse("PlanPath", response.result, error)
+        return response
+
+
+_STATUSES = {
+    PlanPath.Result.NONE: GoalStatus.STATUS_SUCCEEDED,
+    PlanPath.Result.CANCELED: GoalStatus.STATUS_CANCELED,
+}
+
+
+def _cancelled(reason: str) -> Any:
+    return PlanPath.Result(failure=PlanPath.Result.CANCELED, reason=f"cancelled: {reason}")
+
+
+def _waits(goal: Goal, ahead: int) -> None:
+    goal.tell(PlanPath.Feedback(state=PlanPath.Feedback.WAITING, ahead=ahead))
