@@ -15,6 +15,7 @@ from msg_adapters.markers import SceneMarkers
 from msg_adapters.scene import marker_items, SceneNames
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
+from scene_graph_ros.planning.path_points import points_on
 
 CAMERA = Camera(
     eye=(-1.25, -1.1, 1.75), target=(0.02, 0.5, 0.77), field_of_view=38.0, width=900, height=700
@@ -29,19 +30,6 @@ GHOST = 0.3
 DOTS = 600
 DOT = 3.0
 """How many make the line, and their radius in pixels."""
-
-
-def points_on(
-    checker: SceneGraphCollisionChecker, path: np.ndarray, count: int
-) -> list[np.ndarray]:
-    """Return configurations that are evenly spread over a path, its ends included."""
-    lengths = np.concatenate([[0.0], np.linalg.norm(np.diff(path, axis=0), axis=1).cumsum()])
-    points = []
-    for along in np.linspace(0.0, lengths[-1], count):
-        i = min(int(np.searchsorted(lengths, along, side="right")) - 1, len(path) - 2)
-        t = (along - lengths[i]) / (lengths[i + 1] - lengths[i])
-        points.append(checker.model.tree.interpolate(path[i], path[i + 1], min(t, 1.0)))
-    return points
 
 
 def _place(robots: RobotDiagram, q: np.ndarray) -> None:
@@ -73,7 +61,7 @@ def _things(robots: RobotDiagram, *, is_robot: bool) -> list[Marker]:
 def _draw_way(image: Image.Image, checker: SceneGraphCollisionChecker, path: np.ndarray) -> None:
     """Draw where the hand goes, coloured by what the robot is away from all else; hide nothing."""
     draw = ImageDraw.Draw(image)
-    for q in points_on(checker, path, DOTS):
+    for q in points_on(checker.model.tree, path, DOTS):
         distances = checker.calc_robot_clearance(q, FAR).distances
         part = float(np.clip(distances.min(initial=FAR) / FAR, 0.0, 1.0))
         X_WH = checker.model.tree.link_poses(q, [HAND])[0]
@@ -86,7 +74,7 @@ def draw_plan(output: Path, checker: SceneGraphCollisionChecker, path: np.ndarra
     """Write the picture of a path ``(n, nq)`` to ``output`` (PNG)."""
     robots = checker.model
     markers = _things(robots, is_robot=False)
-    shown = points_on(checker, path, GHOSTS + 2)
+    shown = points_on(checker.model.tree, path, GHOSTS + 2)
     _place(robots, shown[0])
     seen = _things(robots, is_robot=True)
     markers.extend(seen)

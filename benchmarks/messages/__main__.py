@@ -1,7 +1,8 @@
 """The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
 
     python -m benchmarks.messages [--quick]
-        [jobs | rates | latency | panda | services | edits | start | holes | images]
+        [jobs | rates | latency | panda | services | edits | start | holes | images
+         | planning]
     python -m benchmarks.messages rates --write       # docs/messages.md and its plot; 6 minutes
     python -m benchmarks.messages panda --write       # its table of the demo; 4 minutes
     python -m benchmarks.messages services --write    # its table of answers; 2 minutes
@@ -26,6 +27,7 @@ from benchmarks.messages.demo_cell import panda
 from benchmarks.messages.edits import edits
 from benchmarks.messages.holes import holes
 from benchmarks.messages.images import images
+from benchmarks.messages.planning import planning
 from benchmarks.messages.report import (
     Row,
     write,
@@ -112,6 +114,7 @@ PARTS: dict[str, Callable[[bool], object]] = {
     "start": start,
     "holes": holes,
     "images": images,
+    "planning": planning,
 }
 
 LONG = ("holes",)

@@ -32,6 +32,7 @@ from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
 from scene_graph_ros.node.world.edits import Tools
 from scene_graph_ros.node.world.inputs import message_type, PoseInputs
 from scene_graph_ros.node.world.intake import TimeLimits
+from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
@@ -76,6 +77,7 @@ class Server:
         self._is_configured = False
         self._is_active = False
         self._timed_sequence = -1
+        self._planned: PlannedPath | None = None
         node.add_post_set_parameters_callback(self._follow_parameters)
 
     @property
@@ -131,6 +133,18 @@ class Server:
         """Return the newest answer that came, of an effect whose answers may be late."""
         return self._effects.newest_answer(name)
 
+    def newest_plan(self) -> PlannedPath | None:
+        """Return the path that was found last, None before the first."""
+        return self._planned
+
+    def plan_found(self, path: PlannedPath) -> None:
+        """Show a path, and look whether it holds, in place of the one before."""
+        self._planned = path
+        self._effects.record("plan", 0.0)
+        if self._effects.running("plan") is None:
+            self._effects.come_on(self._world.snapshot)
+        self.request_update()
+
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Take the time from the arrival of poses to their contacts."""
         if snapshot.arrival is not None and snapshot.sequence != self._timed_sequence:
@@ -152,6 +166,7 @@ class Server:
             world.edit(lambda edit: loader.load(edit, scene))
         self._world = world
         self._timed_sequence = -1
+        self._planned = None
         changed = self._loop.topics_changed
         self._inputs = PoseInputs(self.node, world, self.group, changed)
         self._configurations = ConfigurationInputs(self.node, world, self.group, changed)

@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.bodies import BodyTable, PairTable
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
-__all__ = ["CheckerPlan", "make_plan", "placed"]
+__all__ = ["CheckerPlan", "carrier", "make_plan", "placed"]
 
 
 class CheckerPlan(NamedTuple):
@@ -63,7 +63,7 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
     """
     proximity, inspector = snapshot.proximity, snapshot.inspector
     table, ids = proximity.table, proximity.geometry_ids
-    carriers = [_carrier(inspector, inspector.get_frame_id(each), links) for each in ids]
+    carriers = [carrier(inspector, inspector.get_frame_id(each), links) for each in ids]
     link_of_row = np.array([link for link, _ in carriers], dtype=np.int64)
     robots, others = np.flatnonzero(link_of_row >= 0), np.flatnonzero(link_of_row < 0)
     rows = np.concatenate([robots, others])
@@ -118,7 +118,7 @@ def placed(plan: CheckerPlan, snapshot: Snapshot) -> CheckerPlan:
     )
 
 
-def _carrier(inspector: Any, frame: Any, links: Mapping[int, int]) -> tuple[int, tuple[Any, ...]]:
+def carrier(inspector: Any, frame: Any, links: Mapping[int, int]) -> tuple[int, tuple[Any, ...]]:
     """Return the link (row of the tree, -1: none) that carries a frame, and what is in between.
 
     That is the frames from the link's own, excluded, down to this one.

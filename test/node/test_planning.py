@@ -9,17 +9,20 @@ import re
 
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
+from geometry_msgs.msg import Quaternion, Transform, Vector3
 import pytest
 from rclpy.action import ActionClient
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import JointState, MultiDOFJointState
 from sliding_robots import rail_scene
 from spinning import wait_until
+from visualization_msgs.msg import Marker, MarkerArray
 
 from scene_graph_msgs.action import PlanPath
-from scene_graph_msgs.msg import RobotConfigurations, Status
+from scene_graph_msgs.msg import PlanHolds, RobotConfigurations, Status
 from scene_graph_msgs.srv import CheckConfigurations, CheckEdges
 from scene_graph_ros.planning import PlanFailure, PlanStage
 
+PLAN_TOPICS = ("/scene_graph/plan_holds", "/scene_graph/markers/plan")
 FREE, COLLIDES = CheckConfigurations.Response.FREE, CheckConfigurations.Response.COLLIDES
 
 
@@ -56,6 +59,8 @@ def joints(client, node):
 def test_planning_is_off_until_somebody_asks(client, node):
     """And on from the first request on."""
     assert not effect(client, "planning").is_on
+    assert not effect(client, "plan").is_on
+    assert not [t for t, _ in client.node.get_topic_names_and_types() if t in PLAN_TOPICS]
     answer = client.call("CheckConfigurations", configurations=at(0.0, 1.0), with_collisions=True)
     assert answer.status.code == Status.OK, answer.status.message
     assert list(answer.outcomes) == [FREE, COLLIDES]
@@ -257,6 +262,89 @@ def test_a_search_is_cancelled_while_the_world_goes_on(action, client, joints):
         lambda: list(client.call("CheckConfigurations").outcomes) == [FREE],
         "the robot out of the post",
     )
+
+
+@pytest.fixture(scope="module")
+def post(client, node):
+    """Put the post somewhere on the rail."""
+    publisher = client.publisher(MultiDOFJointState, "/around/poses")
+
+    def put(x):
+        pose = Transform(translation=Vector3(x=float(x)), rotation=Quaternion(w=1.0))
+        message = MultiDOFJointState(joint_names=["post"], transforms=[pose])
+        message.header.stamp = client.now()
+        publisher.publish(message)
+
+    return put
+
+
+def test_a_path_is_proven_again_when_things_move(action, client, joints, post):
+    """It holds, and does not when the post is put on it, and does again; another is its own."""
+    result, _ = Sent(action, goals=at(0.5)).end()
+    assert result.failure == 0, result.reason
+    holds = client.listen(PlanHolds, "plan_holds")
+    first = holds.wait_for_newest(lambda m: m.holds, "a path that holds")
+    assert 0.0 < first.least_clearance <= 0.2
+    post(0.4)
+    stopped = holds.wait_for_newest(lambda m: not m.holds, "a path that does not hold")
+    assert {stopped.geometry_a.name, stopped.geometry_b.name} == {"post", "ball_collision_0"}
+    assert stopped.goal_id == first.goal_id
+    assert (stopped.edge, stopped.least_clearance) == (0, 0.0)
+    # Where the two are in each other: 0.3 m minus their distance, as deep as it says.
+    (rail,) = stopped.configuration.positions
+    assert rail == pytest.approx(-1.0 + 1.5 * stopped.at, abs=1e-12)
+    assert stopped.depth == pytest.approx(0.3 - abs(rail - 0.4), abs=1e-9)
+    assert re.search("ball_collision_0 and around/post/post overlap by", stopped.reason)
+    post(1.0)
+    holds.wait_for_newest(lambda m: m.holds, "a path that holds again")
+    # The robot itself may be anywhere: it is the path that is proven.
+    result, _ = Sent(action, start=at(2.0), goals=at(2.5)).end()
+    assert result.failure == 0, result.reason
+    holds.wait_for_newest(lambda m: m.holds and m.goal_id != first.goal_id, "the other path")
+    client.forget(holds)
+
+
+def test_a_path_is_shown(action, client, joints, post):
+    """Four ghosts of the ball, evenly on its way, and the way; a fifth in red where it stops."""
+    result, _ = Sent(action, goals=at(0.5)).end()
+    assert result.failure == 0, result.reason
+    listener = client.listen(MarkerArray, "markers/plan")
+
+    def shows(count):
+        return lambda m: sum("ball" in each.ns and each.action == 0 for each in m.markers) == count
+
+    shown = listener.wait_for_newest(shows(4), "ghosts of a path")
+    ghosts = [marker for marker in shown.markers if "ball" in marker.ns]
+    xs = [marker.pose.position.x for marker in ghosts]
+    assert xs == pytest.approx([-1.0, -0.5, 0.0, 0.5], abs=1e-9)
+    (way,) = [marker for marker in shown.markers if marker.ns == "plan/way"]
+    assert (way.points[0].x, way.points[-1].x) == pytest.approx((-1.0, 0.5), abs=1e-9)
+    # Far from all at its beginning it is green.
+    assert way.colors[0].g > way.colors[0].r
+    post(0.0)
+    listener.wait_for_newest(shows(5), "the ghost where it stops")
+    post(1.0)
+    whole = listener.wait_for_newest(shows(4), "the path as it was")
+    assert [m.ns for m in whole.markers if m.action == Marker.DELETE]
+    client.forget(listener)
+
+
+def test_a_path_of_robots_that_are_gone_does_not_hold(action, client, node, joints, tmp_path):
+    """Another robot comes to the scene: it is not the one that was planned for."""
+    result, _ = Sent(action, goals=at(0.5)).end()
+    assert result.failure == 0, result.reason
+    holds = client.listen(PlanHolds, "plan_holds")
+    holds.wait_for_newest(lambda m: m.holds, "a path that holds")
+    text = rail_scene(tmp_path, two=True).read_text().replace("name: slide", "name: more")
+    answer = client.call("LoadScene", text=text.replace("around", "elsewhere"))
+    assert answer.status.code == Status.OK, answer.status
+    stopped = holds.wait_for_newest(lambda m: not m.holds, "a path that does not hold")
+    assert "the scene has other robots than those" in stopped.reason
+    assert not len(stopped.configuration.positions)
+    for source in answer.sources:
+        assert client.call("RemoveSource", source=source).status.code == Status.OK
+    holds.wait_for_newest(lambda m: m.holds, "a path that holds again")
+    client.forget(holds)
 
 
 def test_failures_have_the_numbers_of_planning():

@@ -25,7 +25,9 @@ from scene_graph_ros.node.runtime.names import (
     CONTACTS,
     MARKERS_ILLUSTRATION,
     MARKERS_PERCEPTION,
+    MARKERS_PLAN,
     MARKERS_PROXIMITY,
+    PLAN_HOLDS,
 )
 
 if TYPE_CHECKING:
@@ -117,6 +119,11 @@ def _by_request(query: str) -> Callable[[Demand], str]:
     return asked_by
 
 
+def _by_plan(demand: Demand) -> str:
+    count = demand.requests.get("plan", 0)
+    return f"{count} path{'' if count == 1 else 's'} found so far" if count else ""
+
+
 def _by_browser(demand: Demand) -> str:
     return "the parameter browser is true" if demand.parameter("browser") else ""
 
@@ -201,6 +208,14 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "point_distance",
         _by_request("point_distance"),
         "a request to compute_signed_distance_to_point",
+    ),
+    EffectDeclaration(
+        "plan",
+        _by_plan,
+        "a path that plan_path found",
+        (MARKERS_PLAN, PLAN_HOLDS),
+        f"{_PACKAGE}.plan:PlanEffect",
+        "planning",
     ),
     EffectDeclaration(
         "planning",

@@ -17,6 +17,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.runtime.qos import overridable
+from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["Effect", "Host", "Outlet", "WorksAlone"]
@@ -47,6 +48,9 @@ class Host(Protocol):
 
     def newest_answer(self, name: str) -> Found | None:
         """Return the newest answer that came, of an effect whose answers may be late."""
+
+    def newest_plan(self) -> PlannedPath | None:
+        """Return the path that was found last, None before the first."""
 
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Tell that the contacts of ``snapshot`` are on their way."""

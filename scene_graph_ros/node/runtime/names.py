@@ -12,8 +12,10 @@ __all__ = [
     "DIAGNOSTICS",
     "MARKERS_ILLUSTRATION",
     "MARKERS_PERCEPTION",
+    "MARKERS_PLAN",
     "MARKERS_PROXIMITY",
     "NODE_NAME",
+    "PLAN_HOLDS",
     "PLAN_PATH",
     "POSE_TOPICS",
     "TRANSFORMS",
@@ -27,11 +29,13 @@ NODE_NAME = "scene_graph"
 MARKERS_ILLUSTRATION = "~/markers/illustration"
 MARKERS_PROXIMITY = "~/markers/proximity"
 MARKERS_PERCEPTION = "~/markers/perception"
+MARKERS_PLAN = "~/markers/plan"
 CONTACTS = "~/contacts"
 CONTACT_MARKERS = "~/contact_markers"
 CONTACT_SURFACE_MARKERS = "~/contact_surface_markers"
 CONTACT_SURFACE_POINTS = "~/contact_surface_points"
 CAMERAS = "~/cameras"
+PLAN_HOLDS = "~/plan_holds"
 PLAN_PATH = "~/plan_path"
 DIAGNOSTICS = "/diagnostics"
 TRANSFORMS = "/tf"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import time
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from msg_adapters.errors import MessageError
 from msg_adapters.robot_configurations import (
@@ -20,6 +21,8 @@ from msg_adapters.status import ok_status
 from scene_graph_msgs.action import PlanPath
 from scene_graph_ros.node.runtime.goals import Goal
 from scene_graph_ros.node.services.tally import require
+from scene_graph_ros.node.world.planned_path import PlannedPath
+from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.planning import Plan, plan_path, PlanProgress
 
@@ -37,17 +40,73 @@ class _CancelledError(Exception):
         )
 
 
-def plan(goal: Goal, snapshot: WorldSnapshot, limit: Callable[[str], Any]) -> Any:
-    """Return the result of a goal of PlanPath; feedback goes out meanwhile.
+class _Asked(NamedTuple):
+    """What a goal says, checked."""
+
+    start: NDArray[np.float64]
+    """``(nq,)``."""
+    goals: NDArray[np.float64]
+    """``(m, nq)``."""
+    group: str | None
+    moving: NDArray[np.intp]
+    """``(k,)``: the positions that may change."""
+    paddings: dict[str, float]
+
+
+def plan(
+    goal: Goal, snapshot: WorldSnapshot, limit: Callable[[str], Any]
+) -> tuple[Any, PlannedPath | None]:
+    """Return the result of a goal of PlanPath, and the path; feedback goes out meanwhile.
 
     Raises UnknownIdError, NameConflictError, MessageError, TooLargeError and PlanningError for
     what can't be worked on, naming the field and its value.
     """
-    request, begin = goal.request, time.monotonic()
-    robots = snapshot.robots.planning(snapshot.query.snapshot)
-    rows = "max_robot_configurations_per_request"
-    require(limit, rows, count_rows(request.start) + count_rows(request.goals), "configurations")
-    present = robots.present(snapshot.positions)
+    begin, core = time.monotonic(), snapshot.query.snapshot
+    robots = snapshot.robots.planning(core)
+    asked = _asked(goal.request, robots, robots.present(snapshot.positions), limit)
+    result = PlanPath.Result(
+        status=ok_status(),
+        scene_version=snapshot.scene_version,
+        stamp=stamp_to_msg(snapshot.stamp),
+    )
+
+    def watch(progress: PlanProgress) -> None:
+        if goal.is_cancelled:
+            raise _CancelledError(progress)
+        goal.tell(_feedback(progress))
+
+    path = None
+    try:
+        found = plan_path(
+            robots.checker(core, **asked.paddings),
+            asked.start,
+            asked.goals,
+            seed=goal.request.seed,
+            timeout=_patience(goal.request.timeout, limit),
+            group=asked.group,
+            watch=watch,
+        )
+    except _CancelledError as cancelled:
+        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
+    else:
+        _tell(found, result)
+        if found.is_success:
+            q, names = found.configurations, robots.positions
+            result.path = configurations_to_msg(names, q, asked.moving)
+            path = PlannedPath(goal.id, q, names.names, asked.moving, **asked.paddings)
+    result.seconds = time.monotonic() - begin
+    return result, path
+
+
+def _asked(
+    request: Any,
+    robots: PlanningRobots,
+    present: NDArray[np.float64],
+    limit: Callable[[str], Any],
+) -> _Asked:
+    """Return what a goal says, checked, of robots that are at ``present`` ``(nq,)``."""
+    count = count_rows(request.start) + count_rows(request.goals)
+    require(limit, "max_robot_configurations_per_request", count, "configurations")
     starts = configurations_from_msg(request.start, robots.positions, present, "start")
     if len(starts) != 1:
         raise MessageError(f"start has {len(starts)} rows, and must have one")
@@ -64,36 +123,7 @@ def plan(goal: Goal, snapshot: WorldSnapshot, limit: Callable[[str], Any]) -> An
         name: padding_from_msg(getattr(request, name), name)
         for name in ("environment_padding", "self_padding")
     }
-    result = PlanPath.Result(
-        status=ok_status(),
-        scene_version=snapshot.scene_version,
-        stamp=stamp_to_msg(snapshot.stamp),
-    )
-
-    def watch(progress: PlanProgress) -> None:
-        if goal.is_cancelled:
-            raise _CancelledError(progress)
-        goal.tell(_feedback(progress))
-
-    try:
-        found = plan_path(
-            robots.checker(snapshot.query.snapshot, **paddings),
-            starts[0],
-            goals,
-            seed=request.seed,
-            timeout=_patience(request.timeout, limit),
-            group=group,
-            watch=watch,
-        )
-    except _CancelledError as cancelled:
-        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
-    else:
-        _tell(found, result)
-        if found.is_success:
-            path = configurations_to_msg(robots.positions, found.configurations, moving)
-            result.path = path
-    result.seconds = time.monotonic() - begin
-    return result
+    return _Asked(starts[0], goals, group, moving, paddings)
 
 
 def _patience(timeout: Any, limit: Callable[[str], Any]) -> float:

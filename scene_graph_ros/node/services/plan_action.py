@@ -92,7 +92,9 @@ class PlanAction:
             if lack:
                 raise UnavailableError(f"not yet: {lack}")
             plans = importlib.import_module("scene_graph_ros.node.services.path_plans")
-            result = plans.plan(goal, self._world.snapshot, self._host.parameter)
+            result, path = plans.plan(goal, self._world.snapshot, self._host.parameter)
+            if path is not None:
+                self._host.plan_found(path)
         except Exception as error:  # noqa: BLE001 - every goal has an end
             result = self._refuse("PlanPath", PlanPath.Result(), error)
             return GoalEnd(GoalStatus.STATUS_ABORTED, result)

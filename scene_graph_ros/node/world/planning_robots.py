@@ -12,6 +12,7 @@ from msg_adapters.robot_configurations import RobotNames
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker_plan import carrier
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
@@ -43,6 +44,7 @@ class PlanningRobots:
         self.positions = RobotNames("position", self.tree.position_names, robots)
         self.groups = RobotNames("group", tuple(self.tree.groups), robots)
         self.link_frames = frozenset(diagram.frames.values())
+        self._links = {int(f): self.tree.link_index(n) for n, f in diagram.frames.items()}
         self._sources = {
             name: _rows(name, robot.kinematics.position_names, self.tree.position_names)
             for name, robot in robots.items()
@@ -54,6 +56,19 @@ class PlanningRobots:
         for name, (own, rows) in self._sources.items():
             q[rows] = positions[name][own]
         return q
+
+    def carried(self, snapshot: Snapshot) -> dict[Any, tuple[int, NDArray[np.float64]]]:
+        """Return the frames that links carry: by which (row of the tree), and where, X_LF."""
+        result = {}
+        inspector = snapshot.inspector
+        for frame in inspector.get_all_frame_ids():
+            link, between = carrier(inspector, frame, self._links)
+            if link >= 0:
+                X_LF = np.eye(4)
+                for each in between:
+                    X_LF = X_LF @ snapshot.pose_in_parent(each)
+                result[frame] = (link, X_LF)
+        return result
 
     def checker(
         self, snapshot: Snapshot, *, environment_padding: float, self_padding: float

@@ -1,0 +1,124 @@
+"""How long answers about a Panda's configurations and edges take in the demo's cell.
+
+    python -m benchmarks.messages planning
+
+Joint states and poses of objects come at 200 Hz meanwhile, and contacts and markers are listened
+to. The client is a process of its own: this module, run with ``--ask``.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+import json
+import subprocess
+import sys
+import time
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from benchmarks.messages.demo_cell import demo_cell
+
+__all__ = ["planning"]
+
+_RATE = 200.0
+_CONFIGURATIONS, _EDGES = 1000, 100
+_LENGTH = 1.25
+"""rad: edges are no longer."""
+
+_JOINTS = [f"panda_joint{i}" for i in range(1, 8)]
+_LIMITS = (2.8, 1.7, 2.8, 3.0, 2.8, 3.7, 2.8)
+"""rad: within these, and their negatives, positions are random; joints 4 and 6 have one sign."""
+
+_SEED = 5
+
+
+def planning(is_quick: bool) -> None:
+    """Print the times from a request to its answer, at the client."""
+    count = 20 if is_quick else 300
+    head = f"{'milliseconds from request to answer':36} {'median':>7} {'99 %':>7} {'worst':>7}"
+    print(f"{head}  updates/s")
+    with demo_cell(rate=_RATE) as (isolation, _, listener):
+        child = isolation.start(
+            *("benchmarks.messages.planning", "--ask", str(count)),
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+        for _ in tqdm(range(3), desc="planning", leave=False):
+            before, begin = len(listener.arrivals), time.monotonic()
+            answer = isolation.answer(child)
+            rate = (len(listener.arrivals) - before) / (time.monotonic() - begin)
+            values = np.array(answer["times"])
+            median, high = np.percentile(values, (50, 99))
+            figures = f"{median:7.2f} {high:7.2f} {values.max():7.2f} {rate:10.0f}"
+            print(f"{answer['what']:36} {figures}  {answer['free']:.0%} free", flush=True)
+
+
+def _ask(count: int) -> None:
+    """Ask each service so often, and write what it took."""
+    import rclpy
+
+    from scene_graph_msgs.msg import RobotConfigurations
+    from scene_graph_msgs.srv import CheckConfigurations, CheckEdges
+
+    rclpy.init()
+    node = rclpy.create_node("planner")
+    rng = np.random.default_rng(_SEED)
+
+    def random_rows(rows: int) -> np.ndarray:
+        q = rng.uniform(-1.0, 1.0, (rows, 7)) * _LIMITS
+        q[:, 3], q[:, 5] = -np.abs(q[:, 3]), np.abs(q[:, 5])
+        return q
+
+    def configurations(with_collisions: bool) -> Any:
+        rows = RobotConfigurations(names=_JOINTS)
+        rows.positions = random_rows(_CONFIGURATIONS).ravel().tolist()
+        return CheckConfigurations.Request(configurations=rows, with_collisions=with_collisions)
+
+    def edges() -> Any:
+        q = random_rows(2 * _EDGES).reshape(-1, 2, 7)
+        ways = q[:, 1] - q[:, 0]
+        lengths = np.linalg.norm(ways, axis=1)[:, np.newaxis]
+        q[:, 1] = q[:, 0] + ways * np.minimum(1.0, _LENGTH / lengths)
+        rows = RobotConfigurations(names=_JOINTS, positions=q.ravel().tolist())
+        return CheckEdges.Request(ends=rows)
+
+    jobs: list[tuple[str, Any, str, Callable[[], Any]]] = [
+        (f"{_CONFIGURATIONS} configurations", CheckConfigurations, "check_configurations",
+         lambda: configurations(with_collisions=False)),
+        ("the same, with pairs and depths", CheckConfigurations, "check_configurations",
+         lambda: configurations(with_collisions=True)),
+        (f"{_EDGES} edges, proven", CheckEdges, "check_edges", edges),
+    ]  # fmt: skip
+    for what, kind, name, make in jobs:
+        client = node.create_client(kind, f"/scene_graph/{name}")
+        client.wait_for_service()
+        times, free = [], []
+        while len(times) < count:
+            request = make()
+            begin = time.perf_counter()
+            future = client.call_async(request)
+            rclpy.spin_until_future_complete(node, future)
+            elapsed = time.perf_counter() - begin
+            response = future.result()
+            if response.status.code == response.status.UNAVAILABLE:
+                time.sleep(1.0)  # the kernels of planning are being compiled
+                continue
+            if response.status.code:
+                raise RuntimeError(f"{name}: {response.status.message}")
+            outcomes = np.array(response.outcomes)
+            free.append(float((outcomes == kind.Response.FREE).mean()))
+            times.append(elapsed * 1e3)
+        answer = {"what": what, "times": times[1:], "free": float(np.mean(free))}
+        sys.stdout.write(json.dumps(answer) + "\n")
+        sys.stdout.flush()
+    node.destroy_node()
+    rclpy.shutdown()
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--ask", type=int, required=True, help="how often")
+    _ask(parser.parse_args().ask)

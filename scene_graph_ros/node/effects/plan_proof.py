@@ -1,0 +1,107 @@
+"""Whether a path that was planned still holds in the world as it is; imported after a plan."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.errors import UnknownIdError
+from scene_graph_ros.node.world.planned_path import PlannedPath
+from scene_graph_ros.node.world.planning_robots import PlanningRobots
+from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.planning import EdgeMeasure, EdgeStatus, SceneGraphCollisionChecker
+
+__all__ = ["PathInWorld", "PathProof", "Stop"]
+
+
+class Stop(NamedTuple):
+    """What stops a path: where that is, which pair of geometries, and how deep."""
+
+    edge: int
+    at: float
+    """On the edge, from 0 to 1."""
+    configuration: NDArray[np.float64]
+    """``(nq,)``."""
+    pair: tuple[Any, Any]
+    """Geometry ids, the smaller first."""
+    depth: float
+    """Metres by which they are nearer than their padding."""
+
+
+class PathProof(NamedTuple):
+    """Whether a path is free, and why not."""
+
+    holds: bool
+    reason: str
+    least_clearance: float
+    stop: Stop | None
+
+
+class PathInWorld:
+    """A path among all else as one snapshot has it.
+
+    The positions that were to move are the path's, all others the robots' in the snapshot. Raises
+    UnknownIdError where the scene has not the robots any more that it was planned for.
+    """
+
+    def __init__(self, path: PlannedPath, snapshot: WorldSnapshot) -> None:
+        core = snapshot.query.snapshot
+        self.path, self.snapshot = path, snapshot
+        self.robots: PlanningRobots = snapshot.robots.planning(core)
+        if self.robots.tree.position_names != path.position_names:
+            raise UnknownIdError("the scene has other robots than those that it was planned for")
+        self.checker: SceneGraphCollisionChecker = self.robots.checker(
+            core, environment_padding=path.environment_padding, self_padding=path.self_padding
+        )
+        present = self.robots.present(snapshot.positions)
+        self.configurations = np.repeat(present[np.newaxis], len(path.configurations), axis=0)
+        self.configurations[:, path.moving] = path.configurations[:, path.moving]
+
+    def is_as(self, other: PathInWorld) -> bool:
+        """Tell whether a proof for one is one for the other: nothing that matters is elsewhere."""
+        bodies, others = self.checker.plan.bodies, other.checker.plan.bodies
+        return (
+            self.path is other.path
+            and self.robots is other.robots
+            and np.array_equal(self.configurations, other.configurations)
+            and np.array_equal(bodies.X_WG, others.X_WG)
+            and np.array_equal(bodies.X_JG, others.X_JG)
+        )
+
+    @cached_property
+    def carried(self) -> Any:
+        """The frames that links carry; see `PlanningRobots.carried`."""
+        return self.robots.carried(self.snapshot.query.snapshot)
+
+    def prove(self) -> PathProof:
+        """Prove each edge, or find the first that is not free."""
+        q = self.configurations
+        ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
+        measures = self.checker.measure_edges(np.stack([ends[:-1], ends[1:]], axis=1))
+        for edge, measure in enumerate(measures):
+            if not measure.completely_free:
+                return self._stopped(edge, measure)
+        return PathProof(True, "", min(each.least_clearance for each in measures), None)
+
+    def _stopped(self, edge: int, measure: EdgeMeasure) -> PathProof:
+        assert measure.configuration is not None
+        assert measure.pair is not None
+        assert measure.at is not None
+        first, second = sorted(measure.pair)
+        depth = self.checker.calc_pair_depth(measure.configuration, measure.pair)
+        stop = Stop(edge, measure.at, measure.configuration, (first, second), depth)
+        names = self.snapshot.names
+        who = f"{names.geometry_path(first)} and {names.geometry_path(second)}"
+        what = "are too near for a proof"
+        if measure.status is EdgeStatus.COLLIDES:
+            padded = bool(self.path.environment_padding or self.path.self_padding)
+            millimetres = f"{1e3 * depth:.4g} mm"
+            what = (
+                f"are {millimetres} nearer than their padding"
+                if padded
+                else (f"overlap by {millimetres}")
+            )
+        return PathProof(False, f"{who} {what} at {measure.at:.3g} of edge {edge}", 0.0, stop)

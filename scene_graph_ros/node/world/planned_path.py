@@ -1,0 +1,28 @@
+"""A path that was planned, for those who show it and look whether it still holds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+__all__ = ["PlannedPath"]
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedPath:
+    """A path of the robots of a scene, as an action found it.
+
+    ``configurations`` ``(n, nq)`` are of the positions ``position_names``, of which ``moving``
+    ``(k,)`` were to move. Paddings in metres.
+    """
+
+    goal_id: bytes
+    configurations: NDArray[np.float64]
+    position_names: tuple[str, ...]
+    moving: NDArray[np.intp]
+    environment_padding: float
+    self_padding: float
