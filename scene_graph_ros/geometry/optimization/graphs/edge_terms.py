@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -106,11 +107,13 @@ class EdgeTerms:
         broken = np.concatenate(
             [np.abs(self.equations.at(xu, xv)), np.maximum(self.inequalities.at(xu, xv), 0.0)]
         )
-        return float(np.max(broken / np.maximum(self._row_sizes, 1e-300), initial=0.0))
+        return float(np.max(broken / self._row_sizes, initial=0.0))
 
-    @property
+    @functools.cached_property
     def _row_sizes(self) -> np.ndarray:
-        return np.concatenate([self._most_of(self.equations), self._most_of(self.inequalities)])
+        """What rows of constraints are divided by; their terms are as large."""
+        sizes = [self._most_of(self.equations), self._most_of(self.inequalities)]
+        return np.maximum(np.concatenate(sizes), 1e-300)
 
     @property
     def is_constrained(self) -> bool:
@@ -134,13 +137,17 @@ class EdgeTerms:
             for kind, part in zip(self.kinds, self.atoms, strict=True)
         )
         for columns, values in self._blocks(self.rest, yu, yv, scale, 1.0 / unit)[0]:
-            program.add_cost(columns, values[0])
+            if values.any():
+                program.add_cost(columns, values[0])
         rows = []
-        sizes = np.split(np.maximum(self._row_sizes, 1e-300), [len(self.equations.m)])
+        sizes = np.split(self._row_sizes, [len(self.equations.m)])
         for cone, part, sign, size in (
             (Cone.ZERO, self.equations, 1.0, sizes[0]),
             (Cone.NONNEGATIVE, self.inequalities, -1.0, sizes[1]),
         ):
+            if not len(size):
+                rows.append(Rows(cone, 0, 0))
+                continue
             factor = sign / size
             blocks, constant = self._blocks(part, yu, yv, scale, factor[:, None])
             rows.append(program.add_rows(cone, blocks, constant))
@@ -154,11 +161,18 @@ class EdgeTerms:
         scale: np.ndarray | None,
         factor: Any,
     ) -> tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray]:
-        blocks = [(yu, factor * (part.Mu @ self.u.S)), (yv, factor * (part.Mv @ self.v.S))]
+        over_u, over_v = self._maps[id(part)]
+        blocks = [(yu, factor * over_u), (yv, factor * over_v)]
         constant = factor * part.m[:, None]
         if scale is None:
             return blocks, constant[:, 0]
         return [*blocks, (scale, constant)], np.zeros(len(part.m))
+
+    @functools.cached_property
+    def _maps(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+        """Each part's matrices in the variables of the sets."""
+        parts = (*self.atoms, self.rest, self.equations, self.inequalities)
+        return {id(part): (part.Mu @ self.u.S, part.Mv @ self.v.S) for part in parts}
 
     def _lower_atom(
         self, program: ConeProgram, kind: str, part: Part, variables: Any, unit: float
@@ -202,7 +216,7 @@ class EdgeTerms:
                 atoms.append(-z[1:])
             else:
                 atoms.append(-2.0 * np.sqrt(unit) * z[2:])
-        sizes = np.split(np.maximum(self._row_sizes, 1e-300), [len(self.equations.m)])
+        sizes = np.split(self._row_sizes, [len(self.equations.m)])
         return Multipliers(
             tuple(atoms),
             -unit * solution.dual(lowered.equations) / sizes[0],
@@ -272,7 +286,9 @@ def terms_of(
             np.zeros((1, len(u.center))), np.zeros((1, len(v.center))), np.zeros(1), np.zeros(1)
         )
     )
-    low = float(total.m[0] - u.reach(-total.Mu)[0][0] - v.reach(-total.Mv)[0][0])
+    low = float(total.m[0])
+    for placed, matrix in ((u, total.Mu), (v, total.Mv)):
+        low -= float(placed.reach(-matrix)[0][0]) if matrix.any() else 0.0
     size = float(total.size[0] + (np.abs(total.Mu) @ u.half + np.abs(total.Mv) @ v.half)[0])
     if low < -_NEGATIVE * size:
         raise ConvexSetError(

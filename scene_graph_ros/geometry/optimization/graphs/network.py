@@ -112,12 +112,21 @@ class Network:
 
     def strong_components(self) -> np.ndarray:
         """Return a number for each vertex: the same for those that reach each other."""
-        from scipy import sparse
-        from scipy.sparse.csgraph import connected_components
-
-        ones = np.ones(len(self.tails))
-        graph = sparse.csr_matrix((ones, (self.tails, self.heads)), shape=(self.size,) * 2)
-        return connected_components(graph, directed=True, connection="strong")[1]
+        # Kosaraju and Sharir: backwards from each vertex, in the reverse order of leaving them.
+        heads, tails = self.heads.tolist(), self.tails.tolist()
+        order: list[int] = []
+        seen: set[int] = set()
+        for root in range(self.size):
+            if root not in seen:
+                order += _postorder(root, self.leaving, heads, seen)
+        found = np.full(self.size, -1)
+        for root in reversed(order):
+            stack = [root] if found[root] < 0 else []
+            while stack:
+                v = stack.pop()
+                found[v] = root
+                stack += [tails[e] for e in self.entering[v] if found[tails[e]] < 0]
+        return found
 
 
 class _Dominators:
@@ -131,7 +140,7 @@ class _Dominators:
         entering: Sequence[Iterable[int]],
         tails: Sequence[int],
     ) -> None:
-        order = _postorder(root, leaving, heads)
+        order = _postorder(root, leaving, heads, set())
         rank = {v: k for k, v in enumerate(order)}
         above = {root: root}
         changed = True
@@ -165,8 +174,12 @@ def _meet(a: int, b: int, above: dict[int, int], rank: dict[int, int]) -> int:
     return a
 
 
-def _postorder(root: int, leaving: Sequence[Iterable[int]], heads: Sequence[int]) -> list[int]:
-    order, seen = [], {root}
+def _postorder(
+    root: int, leaving: Sequence[Iterable[int]], heads: Sequence[int], seen: set[int]
+) -> list[int]:
+    """Return what is reached and was not seen, in the order in which a walk leaves it for good."""
+    order = []
+    seen.add(root)
     stack = [(root, iter(leaving[root]))]
     while stack:
         v, edges = stack[-1]

@@ -19,6 +19,8 @@ from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["PlacedSet", "is_always_bounded"]
 
+_FIRST, _ONE = np.zeros(1, dtype=np.int64), np.ones(1)
+
 _NO_EXTENT = 64.0 * EPSILON
 """Relative to the coordinates: a box this narrow is a point to rounding."""
 
@@ -97,29 +99,44 @@ class PlacedSet:
         self, program: ConeProgram, y: np.ndarray, scale: np.ndarray | None
     ) -> None:
         """Ask that y is of the set, ``scale`` times as large if that is a variable's index."""
-        for cone, matrix, side, sign in (
-            (Cone.ZERO, self.E, self.f, -1.0),
-            (Cone.NONNEGATIVE, -self.A, self.b, 1.0),
-        ):
-            if not len(side):
-                continue
-            if scale is None:
-                program.add_rows(cone, [(y, matrix)], sign * side)
+        for cone, i, j, values, side, ball in self._membership:
+            entries = [(i, y[j], values)]
+            constant = np.zeros(len(side))
+            if ball >= 0:
+                entries.append((_FIRST, y[[ball]], _ONE))
+            elif scale is None:
+                constant = side
             else:
-                blocks = [(y, matrix), (scale, sign * side[:, None])]
-                program.add_rows(cone, blocks, np.zeros(len(side)))
+                at = np.flatnonzero(side)
+                entries.append((at, np.broadcast_to(scale, at.shape), side[at]))
+            program.add_entries(cone, entries, constant)
+
+    @functools.cached_property
+    def _membership(
+        self,
+    ) -> list[tuple[Cone, np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]]:
+        """Entries of rows, what is added to them, and the variable of a ball's scale or -1."""
+        found = []
+        for cone, matrix, side in (
+            (Cone.ZERO, self.E, -self.f),
+            (Cone.NONNEGATIVE, -self.A, self.b),
+        ):
+            i, j = np.nonzero(matrix)
+            found.append((cone, i, j, matrix[i, j], side, -1))
         for ball in self.balls:
             k = len(ball.columns)
-            blocks = [(y[ball.columns], np.eye(k + 1)[:, 1:])]
-            first = np.eye(k + 1)[:, :1]
-            constant = np.zeros(k + 1)
-            if ball.scale >= 0:
-                blocks.append((y[[ball.scale]], first))
-            elif scale is None:
-                constant[0] = 1.0
-            else:
-                blocks.append((scale, first))
-            program.add_rows(Cone.SECOND_ORDER, blocks, constant)
+            side = np.eye(k + 1)[0]
+            found.append(
+                (
+                    Cone.SECOND_ORDER,
+                    np.arange(1, k + 1),
+                    ball.columns,
+                    np.ones(k),
+                    side,
+                    ball.scale,
+                )
+            )
+        return found
 
 
 def is_always_bounded(of: ConvexSet) -> bool:

@@ -101,10 +101,24 @@ class ConeProgram:
 
         ``blocks`` are columns ``(k,)`` and matrices ``(m, k)``; ``constant (m,)``.
         """
-        first, count = self._counts[cone], len(constant)
+        entries = []
         for columns, matrix in blocks:
             i, j = np.nonzero(matrix)
-            self._entries[cone].append((i + first, columns[j], matrix[i, j]))
+            entries.append((i, columns[j], matrix[i, j]))
+        return self.add_entries(cone, entries, constant)
+
+    def add_entries(
+        self,
+        cone: Cone,
+        entries: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
+        constant: np.ndarray,
+    ) -> Rows:
+        """Ask for the same of rows given by entries: their rows, columns and values, ``(k,)``."""
+        first, count = self._counts[cone], len(constant)
+        if not count:
+            return Rows(cone, first, 0)
+        for i, columns, values in entries:
+            self._entries[cone].append((i + first, columns, values))
         self._constants[cone].append(constant)
         self._counts[cone] += count
         if cone is Cone.SECOND_ORDER:
@@ -123,7 +137,9 @@ class ConeProgram:
         from scipy import sparse
 
         offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
-        entries = [
+        none = np.zeros(0, dtype=np.int64)
+        entries = [(none, none, np.zeros(0))]  # a program may have no rows
+        entries += [
             (i + offset, j, v)
             for cone, offset in zip(Cone, offsets[:-1], strict=True)
             for i, j, v in self._entries[cone]
