@@ -43,13 +43,12 @@ class Potentials:
 class ProvenBound:
     """``value`` bounds every simple path from below; ``weights (m,)`` and ``left (n,)`` say more.
 
-    A path costs at least ``start + sum of weights - sum of visits of the vertices left``;
-    ``left`` is the least sum of weights from a vertex to the target. ``start`` has the potentials
-    of source and target, and what is paid for forced edges.
+    A path costs at least the potentials' drop from source to target and the sum of its weights,
+    less the visits of the vertices that it leaves and all prizes; ``left`` is the least sum of
+    weights from a vertex to the target.
     """
 
     value: float
-    start: float
     weights: np.ndarray
     left: np.ndarray
     visits: np.ndarray
@@ -67,7 +66,9 @@ def bound_of_paths(problem: Problem, given: Potentials, with_cost: bool = True) 
     visits[network.target] = 0.0
     weights = weights + visits[network.tails]
     weights[list(problem.forced)] += given.prizes
-    weights -= 4.0 * EPSILON * np.abs(weights)
+    # A sum of as many weights as there are vertices is rounded by no more than this.
+    rounding = (network.size + 4) * EPSILON
+    weights -= rounding * np.abs(weights)
     left = network.signed_distances(weights)
     if left is None:
         # A circle that costs less than nothing is no part of a simple path: pay at its vertices.
@@ -75,23 +76,18 @@ def bound_of_paths(problem: Problem, given: Potentials, with_cost: bool = True) 
         np.maximum.at(short, network.tails, -weights)
         visits = visits + short
         weights = weights + short[network.tails]
-        weights = np.maximum(weights - 4.0 * EPSILON * np.abs(weights), 0.0)
+        weights = np.maximum(weights - rounding * np.abs(weights), 0.0)
         left = np.array(network.distances(weights, to_target=True))
     s, t = network.source, network.target
     ends = [given.levels[s], -given.levels[t], -given.prizes.sum()]
-    reach, rounding = zip(
-        problem.sets[s].reach(-given.slopes[s][None]),
-        problem.sets[t].reach(given.slopes[t][None]),
-        strict=True,
-    )
-    ends += [-float(sum(r[0] for r in reach)), -float(sum(r[0] for r in rounding))]
+    for v, sign in ((s, -1.0), (t, 1.0)):
+        ends += [-float(each[0]) for each in problem.sets[v].reach(sign * given.slopes[v][None])]
     parts = np.append(ends, [-visits.sum(), left[s]])
-    start = float(np.sum(ends))
     if not np.isfinite(left[s]):
-        return ProvenBound(np.inf, start, weights, left, visits, given)
+        return ProvenBound(np.inf, weights, left, visits, given)
     size = float(np.abs(parts).sum()) + float(np.abs(given.prizes).sum())
     value = float(parts.sum()) - 2.0 * (network.size + 8) * EPSILON * size
-    return ProvenBound(value, start, weights, left, visits, given)
+    return ProvenBound(value, weights, left, visits, given)
 
 
 def _weights(problem: Problem, given: Potentials, with_cost: bool) -> np.ndarray:

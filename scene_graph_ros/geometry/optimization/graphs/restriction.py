@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_points
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.solve.cone_program import ConeProgram
+from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Restricted", "bound_of_prefix", "restrict"]
 
@@ -83,9 +84,6 @@ def restrict(problem: Problem, path: Sequence[int]) -> Restricted:
     what = "GraphOfConvexSets.solve_convex_restriction"
     network = problem.network
     vertices = [network.source, *(int(network.heads[e]) for e in path)]
-    if not path:
-        placed = problem.sets[network.source]
-        return Restricted(0.0, 0.0, (placed.center,), 0.0)
     found, bound, is_feasible = _solve(problem, path, None, what)
     if not is_feasible:
         if bound > 0.0:
@@ -103,11 +101,11 @@ def restrict(problem: Problem, path: Sequence[int]) -> Restricted:
         nearest = placed.of.projection(x[None])
         assert nearest is not None, "sets of a graph are not empty"
         outside = float(nearest.distances[0])
-        size = float(placed.half.max(initial=0.0) + np.abs(placed.center).max(initial=0.0))
-        if is_tied:
-            worst = max(worst, outside / size if size else 0.0)
-        else:
+        rounding = 8.0 * EPSILON * float(np.abs(placed.center).max(initial=0.0))
+        if not is_tied:
             x = nearest.points[0]
+        elif outside > rounding:
+            worst = max(worst, outside / float(placed.half.max()))
         points.append(x)
     ways = [x - problem.sets[v].center for x, v in zip(points, vertices, strict=True)]
     cost = 0.0
