@@ -1,9 +1,9 @@
-"""What sets with flat faces cost, beside Drake, one thread: ``python -m benchmarks.convex_sets``.
+"""What convex sets and graphs of them cost, beside Drake: ``python -m benchmarks.convex_sets``.
 
-Each row asks the same random polytopes, made anew for each question, as a set remembers what was
-found of it. Answers are compared before times are taken; where they
-differ, the row says so. Without pydrake only ours is measured, and that is said; ``make peers``
-installs it.
+One thread. Each row asks the same random polytopes, made anew for each question, as a set
+remembers what was found of it, or the same maze. Answers are compared before times are taken;
+where they differ, the row says so. Without pydrake only ours is measured, and that is said;
+``make peers`` installs it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 
 from benchmarks.machine import machine  # noqa: E402
+from benchmarks.mazes import doors_of, drakes_graph, our_graph  # noqa: E402
 from scene_graph_ros.geometry.optimization import (  # noqa: E402
+    GraphOfConvexSetsOptions,
     HPolyhedron,
     Hyperellipsoid,
     iris,
@@ -36,6 +38,9 @@ SIZES = ((2, 24), (3, 36), (7, 64), (14, 128))
 
 OBSTACLES = (10, 100, 1000)
 """How many of them a region is grown among, in two and three dimensions."""
+
+MAZES = (10, 20)
+"""Cells along a side of mazes that paths are sought in, in two dimensions."""
 
 _POINTS = 100
 _SAME = 1e-6
@@ -197,13 +202,45 @@ def _regions(
         yield f"iris, {count} {kind}", lambda o=mine: ours(o), lambda o=other: theirs(o)  # type: ignore[misc]
 
 
+def _paths(
+    rng: np.random.Generator, size: int, drake: Any
+) -> Iterator[tuple[str, Callable[[], Any], Callable[[], Any]]]:
+    """Name each question about a maze; both return a cost, or a bound of it.
+
+    Drake adds constraints for two edges between the same sets, so that its bound may be higher.
+    What we prove is best is compared with its rounded path: to prove more it needs a licence.
+    """
+    doors = doors_of(rng, size)
+    graph, start, goal = our_graph(doors, size)
+    asked = drakes_graph(doors, size, drake) if drake is not None else None
+
+    def ours(most: int) -> float:
+        options = GraphOfConvexSetsOptions(convex_relaxation=True, max_rounded_paths=most)
+        result = graph.solve_shortest_path(start, goal, options)
+        return result.cost if most else result.lower_bound
+
+    def theirs(most: int) -> float:
+        options = drake.GraphOfConvexSetsOptions()
+        options.convex_relaxation, options.max_rounded_paths = True, most
+        other, u, v = asked  # type: ignore[misc]
+        return float(other.SolveShortestPath(u, v, options).get_optimal_cost())
+
+    def best() -> float:
+        return graph.solve_shortest_path(start, goal).cost
+
+    yield f"relaxation, {size}x{size} maze", lambda: ours(0), lambda: theirs(0)
+    yield f"rounded path, {size}x{size} maze", lambda: ours(5), lambda: theirs(5)
+    yield f"path, ours proven, {size}x{size} maze", best, lambda: theirs(5)
+
+
 def measure(
     sizes: Sequence[tuple[int, int]] = SIZES,
     seconds: float = 0.5,
     seed: int = 1,
     obstacles: Sequence[int] = OBSTACLES,
+    mazes: Sequence[int] = MAZES,
 ) -> Iterator[Row]:
-    """Ask everything of a polytope of each size, and of regions among so many obstacles.
+    """Ask everything of a polytope of each size, of regions among so many obstacles, of mazes.
 
     Ours and Drake's in turn.
     """
@@ -213,6 +250,8 @@ def measure(
         asked = _questions(rng, n, m, drake)
         if n <= 3:
             asked = itertools.chain(asked, *(_regions(rng, n, k, drake) for k in obstacles))
+        if n == 2:
+            asked = itertools.chain(asked, *(_paths(rng, k, drake) for k in mazes))
         for what, ours, theirs in asked:
             answer = ours()
             agree, theirs_us = "alone", np.nan
@@ -231,6 +270,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--most", type=int, default=14, help="dimensions")
     parser.add_argument("--most-obstacles", type=int, default=1000)
+    parser.add_argument("--most-cells", type=int, default=20, help="along a side of mazes")
     options = parser.parse_args(arguments)
     load = os.getloadavg()[0]
     if _drake() is None:
@@ -238,7 +278,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(f"{'what':38} {'n/rows':>7} {'ours (us)':>11} {'Drake (us)':>11} {'ratio':>6} same")
     sizes = [size for size in SIZES if size[0] <= options.most]
     obstacles = [count for count in OBSTACLES if count <= options.most_obstacles]
-    for row in measure(sizes, options.seconds, options.seed, obstacles):
+    mazes = [size for size in MAZES if size <= options.most_cells]
+    for row in measure(sizes, options.seconds, options.seed, obstacles, mazes):
         size = f"{row.dimension}/{row.rows}"
         print(
             f"{row.what:38} {size:>7} {row.ours:11.1f} {row.theirs:11.1f}"
