@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import sys
 from types import SimpleNamespace
 
 import numpy as np
@@ -144,4 +145,12 @@ def test_a_solver_that_breaks_is_an_error(monkeypatch):
     edge = graph.add_edge(start, end)
     edge.add_cost(norm(edge.xv - edge.xu))
     with pytest.raises(SolverError, match="the solver failed: index out of bounds"):
+        graph.solve_shortest_path(start, end)
+
+
+def test_without_a_solver_the_error_says_what_to_install(monkeypatch):
+    """Nothing else of the core needs it."""
+    monkeypatch.setitem(sys.modules, "clarabel", None)
+    graph, start, end = grid()
+    with pytest.raises(SolverError, match="pip install clarabel"):
         graph.solve_shortest_path(start, end)

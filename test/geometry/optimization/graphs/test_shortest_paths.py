@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from searching import times
 
 from scene_graph_ros.geometry.optimization import (
     AffineBall,
@@ -395,14 +396,21 @@ def test_a_path_without_cost_costs_nothing():
     assert -1e-9 <= result.lower_bound <= 0.0
 
 
+@pytest.mark.search
 @pytest.mark.parametrize("seed", range(4))
 def test_bounds_and_costs_of_all_paths_of_random_graphs(seed):
     """Against the restriction of each simple path: none is below the bound, the best is found."""
-    rng = np.random.default_rng(100 + seed)
-    scale = (1e-6, 1.0, 1e6, 1.0)[seed]
+    for case in range(times(1)):
+        scale = (1e-6, 1.0, 1e6, 1.0)[seed]
+        check_random_graph(np.random.default_rng([seed, case]), scale, seed)
+
+
+def check_random_graph(rng: np.random.Generator, scale: float, first_kind: int) -> None:
+    """Try all simple paths of a graph of six sets of one size."""
     graph = GraphOfConvexSets()
     centers = rng.uniform(-1.0, 1.0, (6, 2)) * scale
-    vertices = [graph.add_vertex(around(k + seed, c, 0.2 * scale)) for k, c in enumerate(centers)]
+    sets = [around(first_kind + k, c, 0.2 * scale) for k, c in enumerate(centers)]
+    vertices = [graph.add_vertex(each) for each in sets]
     always = [(0, 1), (1, 5)]
     others = [s for s in itertools.permutations(range(6), 2) if rng.random() < 0.4]
     steps = [*always, *(s for s in others if s not in ((0, 5), *always))]
@@ -414,4 +422,9 @@ def test_bounds_and_costs_of_all_paths_of_random_graphs(seed):
             if all(step in edges for step in path):
                 costs.append(graph.solve_convex_restriction([edges[s] for s in path]).cost)
     result = graph.solve_shortest_path(vertices[0], vertices[5])
-    check(result, min(costs), 2e-6)
+    assert result.is_success, result.reason
+    # Sets may overlap, so that the way from one to the other is all rounding.
+    rounding = 1e-9 * scale
+    assert result.lower_bound <= min(costs) + 1e-13 * scale
+    assert result.cost <= min(costs) * (1.0 + 2e-6) + rounding
+    assert result.gap <= 2e-6 * result.cost + 20.0 * rounding
