@@ -149,22 +149,34 @@ INTERNAL = {"Context", "provide_queries", "share", "changing", "change_filters",
 """Not called by users: contexts come from create_default_context."""
 
 
-def callables(scene: SimpleNamespace) -> dict[str, Any]:
-    """Return all public functions, methods and classes by their names."""
+def functions() -> dict[str, Any]:
+    """Return all public functions and classes by their names."""
     found: dict[str, Any] = {"ask_what_if": ask_what_if, "read_obj": read_obj_to_surface_mesh}
     for name in core.__all__:
         thing = getattr(core, name)
         is_class = inspect.isclass(thing) and not issubclass(thing, enum.Enum)
         if inspect.isfunction(thing) or (is_class and name not in INTERNAL):
             found[name] = thing
-    for holder in ("graph", "context", "query", "inspector", "manager", "properties", "instance"):
-        thing = getattr(scene, holder)
-        for name, _ in inspect.getmembers(type(thing), callable):
-            if not name.startswith("_") and name not in LATE | INTERNAL:
-                found[f"{holder}.{name}"] = getattr(thing, name)
-    for name in ("exclude_within", "allow_between"):
-        found[f"declaration.{name}"] = getattr(scene.declaration, name)
     return found
+
+
+FUNCTIONS = functions()
+
+
+def methods(scene: SimpleNamespace) -> list[str]:
+    """Return the names of all public methods, each behind that of what has it."""
+    found = []
+    for holder in ("graph", "context", "query", "inspector", "manager", "properties", "instance"):
+        for name, _ in inspect.getmembers(type(getattr(scene, holder)), callable):
+            if not name.startswith("_") and name not in LATE | INTERNAL:
+                found.append(f"{holder}.{name}")
+    return [*found, "declaration.exclude_within", "declaration.allow_between"]
+
+
+def named(scene: SimpleNamespace, name: str) -> Any:
+    """Return the function, class or method of this name."""
+    holder, _, method = name.rpartition(".")
+    return getattr(getattr(scene, holder), method) if holder else FUNCTIONS[name]
 
 
 def parameters(function: Any) -> dict[str, inspect.Parameter]:
@@ -180,7 +192,13 @@ def parameters(function: Any) -> dict[str, inspect.Parameter]:
     }
 
 
-NAMES = {name: list(parameters(function)) for name, function in callables(build()).items()}
+def _names() -> dict[str, list[str]]:
+    scene = build()
+    return {name: list(parameters(named(scene, name))) for name in [*FUNCTIONS, *methods(scene)]}
+
+
+NAMES = _names()
+"""Of each, what it takes."""
 
 
 def make(rng: random.Random) -> list[Any]:
@@ -209,7 +227,7 @@ def run(steps: list[Any]) -> None:
 
 def call(scene: SimpleNamespace, name: str, chosen: dict[str, Any]) -> None:
     """Call one of them; where it raises, the scene is as before."""
-    function = callables(scene)[name]
+    function = named(scene, name)
     arguments = {}
     for parameter, description in parameters(function).items():
         which = chosen.get(parameter)
@@ -277,7 +295,7 @@ def test_arguments_that_are_right():
         scene = build()
         arguments = {p: RIGHT[p][0](scene) for p in known if p in RIGHT}
         try:
-            callables(scene)[name](**arguments)
+            named(scene, name)(**arguments)
         except (SceneGraphError, TypeError, ValueError):
             refused.append(name)
     assert len(refused) < len(NAMES) / 3, refused
