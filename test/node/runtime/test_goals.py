@@ -235,5 +235,5 @@ def test_closing_ends_all_goals(bench):
     closing.start()
     closing.join(DEADLINE)
     assert [answers[0].status for answers in asked] == [GoalStatus.STATUS_CANCELED] * 2
-    assert not threads()
+    wait_until(lambda: not threads(), "the end of the thread")
     assert not bench.send(3)
