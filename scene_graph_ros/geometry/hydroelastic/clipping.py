@@ -1,9 +1,9 @@
 """Contact polygons of pairs of elements: where they are, before anything is placed in the world.
 
-A polygon is a row of ``shapes`` (P, 35): up to eight corners, the unit normal into the pair's
+A polygon is a row of ``polygons`` (P, 35): up to eight corners, the unit normal into the pair's
 first body, the pressure as gradient and constant, the area, the centroid; and a row of ``labels``
-(P, 3): its number of corners, the elements of the first and the second body (-1: rigid). ``state``
-counts them, and tells in [1] whether there was no room for one.
+(P, 3): its number of corners, the elements of the first and the second body (-1: rigid).
+``counts`` says how many polygons there are, and in [1] whether there was no room for one.
 """
 
 import math
@@ -53,9 +53,9 @@ __all__ = [
 ]
 
 NORMAL, FIELD, AREA, CENTROID, WIDTH = 24, 27, 31, 32, 35
-"""Where a row of ``shapes`` has what, and how long it is."""
+"""Where a row of ``polygons`` has what, and how long it is."""
 COUNT, FULL, SURFACES = 0, 1, 2
-"""Where ``state`` has what: polygons so far, whether there was no room, surfaces."""
+"""Where ``counts`` has what: polygons so far, whether there was no room, surfaces."""
 MOVED_WIDTH = 38
 """What is kept of an element that was moved into another frame: x, y and z of its corners (12);
 gradient and constant of its pressure, or plane of a triangle (4); centre and half extents of its
@@ -89,7 +89,7 @@ def move_element(elements, planes, e, is_triangle, R_AB, p_AB, moved):
 
 
 @lean_kernel
-def _keep(polygon, count, normal, field, first, second, narrow, shapes, labels, state):
+def _keep(polygon, count, normal, field, first, second, narrow, polygons, labels, counts):
     """Add a polygon, unless it is narrower than ``narrow`` (m)."""
     count = drop_short_edges(polygon, count, narrow)
     if count == 0:
@@ -104,20 +104,20 @@ def _keep(polygon, count, normal, field, first, second, narrow, shapes, labels, 
         x = y
     if not area > 0.5 * narrow * around:
         return
-    row = state[COUNT]
+    row = counts[COUNT]
     if row == len(labels):
-        state[FULL] = 1
+        counts[FULL] = 1
         return
-    state[COUNT] = row + 1
+    counts[COUNT] = row + 1
     for k in range(count):
         for axis in range(3):
-            shapes[row, 3 * k + axis] = polygon[k, axis]
+            polygons[row, 3 * k + axis] = polygon[k, axis]
     for axis in range(3):
-        shapes[row, NORMAL + axis] = normal[axis]
-        shapes[row, CENTROID + axis] = centroid[axis]
+        polygons[row, NORMAL + axis] = normal[axis]
+        polygons[row, CENTROID + axis] = centroid[axis]
     for k in range(4):
-        shapes[row, FIELD + k] = field[k]
-    shapes[row, AREA] = area
+        polygons[row, FIELD + k] = field[k]
+    polygons[row, AREA] = area
     labels[row, 0], labels[row, 1], labels[row, 2] = count, first, second
 
 
@@ -220,7 +220,7 @@ def slice_by_level(elements, a, b, moved, slack, polygon):
 
 @lean_kernel
 def add_cut_by_level(
-    elements, a, b, moved, count, cutting, slack, narrow, buffer, heights, shapes, labels, state
+    elements, a, b, moved, count, cutting, slack, narrow, buffer, heights, polygons, labels, counts
 ):
     """Add the part of p_A = p_B inside two tetrahedra, in A.
 
@@ -235,9 +235,9 @@ def add_cut_by_level(
         narrow: metres.
         buffer: a ``polygon_buffer`` with the cut in its first half.
         heights: (8,) scratch.
-        shapes: results, with
-        labels: and
-        state: as in this module.
+        polygons: rows that it adds to, described in this module,
+        labels: their labels,
+        counts: and how many there are.
 
     """
     g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
@@ -258,7 +258,7 @@ def add_cut_by_level(
     if B_squared < A_squared:
         field = (g_B[0], g_B[1], g_B[2], moved[15])
     normal = scale(1.0 / math.sqrt(squared), n)
-    _keep(buffer[side], count, normal, field, a, b, narrow, shapes, labels, state)
+    _keep(buffer[side], count, normal, field, a, b, narrow, polygons, labels, counts)
 
 
 @inlined_kernel
@@ -287,7 +287,7 @@ def meet_triangle(elements, planes, a, moved, slack, polygon):
 
 @lean_kernel
 def add_triangle(
-    elements, planes, a, moved, cutting, slack, narrow, buffer, heights, shapes, labels, state
+    elements, planes, a, moved, cutting, slack, narrow, buffer, heights, polygons, labels, counts
 ):
     """Add the part of a rigid triangle inside tetrahedron a, in A.
 
@@ -301,11 +301,11 @@ def add_triangle(
     side, count = clip_by_tetrahedron(buffer, 3, n, planes[a], cutting, slack, heights)
     if count > 0:
         field = (g[0], g[1], g[2], elements[a, 19])
-        _keep(buffer[side], count, n, field, a, -1, narrow, shapes, labels, state)
+        _keep(buffer[side], count, n, field, a, -1, narrow, polygons, labels, counts)
 
 
 @lean_kernel
-def cut_by_plane(elements, a, n, offset, slack, narrow, buffer, shapes, labels, state):
+def cut_by_plane(elements, a, n, offset, slack, narrow, buffer, polygons, labels, counts):
     """Add the cut of a tetrahedron with the boundary n . x + offset = 0 of a rigid half space.
 
     In the tetrahedron's frame A; n is the outward unit normal of the half space.
@@ -316,12 +316,25 @@ def cut_by_plane(elements, a, n, offset, slack, narrow, buffer, shapes, labels, 
         return
     count = slice_tetrahedron(elements[a], f, mask, buffer[0])
     field = (elements[a, 16], elements[a, 17], elements[a, 18], elements[a, 19])
-    _keep(buffer[0], count, n, field, a, -1, narrow, shapes, labels, state)
+    _keep(buffer[0], count, n, field, a, -1, narrow, polygons, labels, counts)
 
 
 @lean_kernel
 def cut_by_slab(
-    elements, a, slab, g_B, c_B, n, offset, slack, narrow, buffer, heights, shapes, labels, state
+    elements,
+    a,
+    slab,
+    g_B,
+    c_B,
+    n,
+    offset,
+    slack,
+    narrow,
+    buffer,
+    heights,
+    polygons,
+    labels,
+    counts,
 ):
     """Add the part of p_A = p_B in a tetrahedron of A and a compliant half space B, in A.
 
@@ -355,12 +368,12 @@ def cut_by_slab(
         field = (g_A[0], g_A[1], g_A[2], elements[a, 19])
     else:
         field = (g_B[0], g_B[1], g_B[2], c_B)
-    _keep(buffer[side], count, normal, field, a, slab, narrow, shapes, labels, state)
+    _keep(buffer[side], count, normal, field, a, slab, narrow, polygons, labels, counts)
 
 
 @lean_kernel
 def cut_triangle_by_slab(
-    elements, t, slab, field, n, offset, slack, narrow, buffer, heights, shapes, labels, state
+    elements, t, slab, field, n, offset, slack, narrow, buffer, heights, polygons, labels, counts
 ):
     """Add the part of a rigid triangle in a compliant half space, in the triangle's frame B.
 
@@ -374,4 +387,4 @@ def cut_triangle_by_slab(
     _lay_triangle(elements[t], buffer[0])
     side, count = clip_by_half_space(buffer, 0, 3, normal, scale(-1.0, n), -offset, slack, heights)
     if count > 0:
-        _keep(buffer[side], count, normal, field, slab, -1, narrow, shapes, labels, state)
+        _keep(buffer[side], count, normal, field, slab, -1, narrow, polygons, labels, counts)

@@ -62,7 +62,7 @@ _FIRST_CAPACITY = 4096
 
 
 @inlined_kernel
-def _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, shapes, labels, state):
+def _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, polygons, labels, counts):
     """Add the polygons of rows a and b; a is a volume or else a compliant half space.
 
     Returns:
@@ -79,27 +79,27 @@ def _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, shapes, labels, stat
         R_BA, p_BA = relative_pose(R_WB, p_WB, R_WA, p_WA)
         half_space_and_surface(
             table, table.element_start[body_A], table.margin[a], body_B, R_BA, p_BA,
-            slack, narrow, scratch, shapes, labels, state,
+            slack, narrow, scratch, polygons, labels, counts,
         )  # fmt: skip
         return True
     if kind_B in (COMPLIANT_VOLUME, RIGID_SURFACE):
         is_rigid = kind_B == RIGID_SURFACE
         volume_and_other(
             table, body_A, body_B, is_rigid, R_AB, p_AB,
-            slack, narrow, scratch, shapes, labels, state,
+            slack, narrow, scratch, polygons, labels, counts,
         )  # fmt: skip
         return False
     slab, margin = -1, 0.0
     if kind_B == COMPLIANT_HALF_SPACE:
         slab, margin = table.element_start[body_B], table.margin[b]
     half_space_and_volume(
-        table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, shapes, labels, state
+        table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, polygons, labels, counts
     )
     return False
 
 
 @lean_kernel
-def _find_polygons(table, X_WG, pairs, begin, scratch, shapes, labels, surfaces, state):
+def _find_polygons(table, X_WG, pairs, begin, scratch, polygons, labels, surfaces, counts):
     """Add the polygons of pairs from ``begin`` on.
 
     Returns:
@@ -116,17 +116,17 @@ def _find_polygons(table, X_WG, pairs, begin, scratch, shapes, labels, surfaces,
         a, b = (j, i) if flipped else (i, j)
         R_WA, p_WA = load_rotation(X_WG, a), load_translation(X_WG, a)
         R_WB, p_WB = load_rotation(X_WG, b), load_translation(X_WG, b)
-        before = state[COUNT]
-        in_B = _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, shapes, labels, state)
-        if state[FULL]:
-            state[COUNT] = before
+        before = counts[COUNT]
+        in_B = _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, polygons, labels, counts)
+        if counts[FULL]:
+            counts[COUNT] = before
             return k
-        if state[COUNT] > before:
-            s = state[SURFACES]
+        if counts[COUNT] > before:
+            s = counts[SURFACES]
             surfaces[s, ROW_M], surfaces[s, ROW_N] = i, j
             surfaces[s, FRAME], surfaces[s, FLIPPED] = b if in_B else a, flipped
-            surfaces[s, BEGIN], surfaces[s, END] = before, state[COUNT]
-            state[SURFACES] = s + 1
+            surfaces[s, BEGIN], surfaces[s, END] = before, counts[COUNT]
+            counts[SURFACES] = s + 1
     return len(pairs)
 
 
@@ -134,21 +134,21 @@ class _Scratch:
     """Memory of the first loop, kept from query to query by one thread at a time."""
 
     def __init__(self) -> None:
-        self.state = np.zeros(3, np.int64)
+        self.counts = np.zeros(3, np.int64)
         self.moved = np.empty(MOVED_WIDTH)
         self.buffer = np.empty((2, POLYGON_CORNERS, 3))
         self.heights = np.empty(POLYGON_CORNERS)
-        self.shapes = np.empty((_FIRST_CAPACITY, WIDTH))
+        self.polygons = np.empty((_FIRST_CAPACITY, WIDTH))
         self.labels = np.empty((_FIRST_CAPACITY, 3), np.int64)
 
     def begin(self) -> None:
         """Forget what was found."""
-        self.state[:] = 0
+        self.counts[:] = 0
 
     def grow(self) -> None:
         """Double the room for polygons."""
-        kept, self.state[FULL] = self.state[COUNT], 0
-        for name in ("shapes", "labels"):
+        kept, self.counts[FULL] = self.counts[COUNT], 0
+        for name in ("polygons", "labels"):
             old = getattr(self, name)
             new = np.empty((2 * len(old), old.shape[1]), old.dtype)
             new[:kept] = old[:kept]
@@ -199,13 +199,13 @@ def _solve(
     done = 0
     while done < len(pairs):
         done = _find_polygons(
-            table, X_WG, pairs, done, scratch.arrays(), scratch.shapes, scratch.labels,
-            surfaces, scratch.state,
+            table, X_WG, pairs, done, scratch.arrays(), scratch.polygons, scratch.labels,
+            surfaces, scratch.counts,
         )  # fmt: skip
-        if scratch.state[FULL]:
+        if scratch.counts[FULL]:
             scratch.grow()
-    found = scratch.state[SURFACES]
+    found = scratch.counts[SURFACES]
     arrays = place_polygons(
-        table.margin, X_WG, surfaces[:found], scratch.shapes, scratch.labels, triangles
+        table.margin, X_WG, surfaces[:found], scratch.polygons, scratch.labels, triangles
     )
     return Patches(arrays, table.gradients, X_WG[surfaces[:found, :2]])

@@ -35,7 +35,7 @@ __all__ = ["half_space_and_surface", "half_space_and_volume", "volume_and_other"
 
 @inlined_kernel
 def volume_and_other(
-    table, body_A, body_B, is_rigid, R_AB, p_AB, slack, narrow, scratch, shapes, labels, state
+    table, body_A, body_B, is_rigid, R_AB, p_AB, slack, narrow, scratch, polygons, labels, counts
 ):
     """Add the polygons of volume A and another body, a volume or a rigid surface, in A.
 
@@ -49,9 +49,9 @@ def volume_and_other(
         slack: metres, what counts as zero.
         narrow: metres, what is too narrow to keep.
         scratch: (moved, buffer, heights).
-        shapes: results, with
-        labels: and
-        state: as in ``clipping``.
+        polygons: rows that it adds to, described in ``clipping``,
+        labels: their labels,
+        counts: and how many there are.
 
     """
     moved, buffer, heights = scratch
@@ -68,7 +68,7 @@ def volume_and_other(
             node_boxes, left, right, stack_B, depth_B, node_boxes, root_A, R_BA, absolute, p_BA,
             slack,
         )  # fmt: skip
-        if node_B < 0 or state[FULL]:
+        if node_B < 0 or counts[FULL]:
             return
         first_B = -1 - left[node_B]
         for b in range(first_B, first_B + right[node_B]):
@@ -91,20 +91,20 @@ def volume_and_other(
                         if cutting >= 0:
                             add_triangle(
                                 elements, planes, a, moved, cutting, slack, narrow, buffer,
-                                heights, shapes, labels, state,
+                                heights, polygons, labels, counts,
                             )  # fmt: skip
                         continue
                     count, cutting = slice_by_level(elements, a, b, moved, slack, buffer[0])
                     if cutting >= 0:
                         add_cut_by_level(
                             elements, a, b, moved, count, cutting, slack, narrow, buffer,
-                            heights, shapes, labels, state,
+                            heights, polygons, labels, counts,
                         )  # fmt: skip
 
 
 @inlined_kernel
 def half_space_and_volume(
-    table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, shapes, labels, state
+    table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, polygons, labels, counts
 ):
     """Add the polygons, in A, of volume A and half space B.
 
@@ -128,22 +128,24 @@ def half_space_and_volume(
             table.node_boxes, table.node_left, table.node_right, stack, depth,
             scale(-1.0, n), margin - offset, slab < 0, slack,
         )  # fmt: skip
-        if node < 0 or state[FULL]:
+        if node < 0 or counts[FULL]:
             return
         first = -1 - table.node_left[node]
         for a in range(first, first + table.node_right[node]):
             if slab < 0:
-                cut_by_plane(elements, a, n, offset, slack, narrow, buffer, shapes, labels, state)
+                cut_by_plane(
+                    elements, a, n, offset, slack, narrow, buffer, polygons, labels, counts
+                )
             else:
                 cut_by_slab(
                     elements, a, slab, g, c, n, offset - margin, slack, narrow, buffer, heights,
-                    shapes, labels, state,
+                    polygons, labels, counts,
                 )  # fmt: skip
 
 
 @inlined_kernel
 def half_space_and_surface(
-    table, slab, margin, body_B, R_BA, p_BA, slack, narrow, scratch, shapes, labels, state
+    table, slab, margin, body_B, R_BA, p_BA, slack, narrow, scratch, polygons, labels, counts
 ):
     """Add the polygons, in B, of compliant half space A with element ``slab`` and rigid surface B.
 
@@ -163,11 +165,11 @@ def half_space_and_surface(
             table.node_boxes, table.node_left, table.node_right, stack, depth,
             scale(-1.0, n), -offset, False, slack,
         )  # fmt: skip
-        if node < 0 or state[FULL]:
+        if node < 0 or counts[FULL]:
             return
         first = -1 - table.node_left[node]
         for t in range(first, first + table.node_right[node]):
             cut_triangle_by_slab(
                 elements, t, slab, field, n, offset, slack, narrow, buffer, heights,
-                shapes, labels, state,
+                polygons, labels, counts,
             )  # fmt: skip

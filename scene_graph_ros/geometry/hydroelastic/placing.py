@@ -123,7 +123,7 @@ def _place_face(f, n_W, area, centroid_W, pressure, first, second, columns):
 
 @lean_kernel
 def _place(
-    margin, X_WG, surfaces, shapes, labels, triangles, surface_columns, vertex_columns, corners,
+    margin, X_WG, surfaces, polygons, labels, triangles, surface_columns, vertex_columns, corners,
     face_columns, scratch,
 ):  # fmt: skip
     """Fill the columns of ``Patches``."""
@@ -141,17 +141,17 @@ def _place(
         force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for row in range(surfaces[s, BEGIN], surfaces[s, END]):
             count, first, second = labels[row, 0], labels[row, 1], labels[row, 2]
-            n = (shapes[row, NORMAL], shapes[row, NORMAL + 1], shapes[row, NORMAL + 2])
-            g = (shapes[row, FIELD], shapes[row, FIELD + 1], shapes[row, FIELD + 2])
-            c = (shapes[row, CENTROID], shapes[row, CENTROID + 1], shapes[row, CENTROID + 2])
-            area = shapes[row, AREA]
+            n = (polygons[row, NORMAL], polygons[row, NORMAL + 1], polygons[row, NORMAL + 2])
+            g = (polygons[row, FIELD], polygons[row, FIELD + 1], polygons[row, FIELD + 2])
+            c = (polygons[row, CENTROID], polygons[row, CENTROID + 1], polygons[row, CENTROID + 2])
+            area = polygons[row, AREA]
             if flipped:
                 n = scale(-1.0, n)
                 first, second = second, first
             for k in range(count):
                 i = 3 * (count - 1 - k) if flipped else 3 * k
-                x = (shapes[row, i], shapes[row, i + 1], shapes[row, i + 2])
-                p = dot(g, x) + shapes[row, FIELD + 3]
+                x = (polygons[row, i], polygons[row, i + 1], polygons[row, i + 2])
+                p = dot(g, x) + polygons[row, FIELD + 3]
                 # Without a margin no body has a negative pressure: that is rounding.
                 pressures[k] = p if has_margin else max(p, 0.0)
                 store_vector(polygon, k, x)
@@ -162,7 +162,7 @@ def _place(
             total_area += area
             area_moment = axpy(area, c, area_moment)
             n_W, c_W = rotate(R_WF, n), add(p_WF, rotate(R_WF, c))
-            p = dot(g, c) + shapes[row, FIELD + 3]
+            p = dot(g, c) + polygons[row, FIELD + 3]
             p = p if has_margin else max(p, 0.0)
             local = v - vertex_start[s]
             if not triangles:
@@ -216,7 +216,7 @@ def place_polygons(
     margin: NDArray[np.float64],
     X_WG: NDArray[np.float64],
     surfaces: NDArray[np.int64],
-    shapes: NDArray[np.float64],
+    polygons: NDArray[np.float64],
     labels: NDArray[np.int64],
     triangles: bool,
 ) -> tuple[NDArray[Any], ...]:
@@ -226,8 +226,8 @@ def place_polygons(
         margin: (n,) metres.
         X_WG: (n, 4, 4).
         surfaces: (s, 6) as in this module.
-        shapes: polygons, with
-        labels: as in ``clipping``.
+        polygons: rows as in ``clipping``.
+        labels: theirs, as there.
         triangles: whether to divide them.
 
     """
@@ -253,7 +253,7 @@ def place_polygons(
         np.empty(POLYGON_CORNERS),
     )
     _place(
-        margin, X_WG, surfaces, shapes, labels, triangles, columns[:3], columns[3:5], columns[5],
+        margin, X_WG, surfaces, polygons, labels, triangles, columns[:3], columns[3:5], columns[5],
         columns[6:], scratch,
     )  # fmt: skip
     return (surfaces[:, :2].copy(), *columns)
