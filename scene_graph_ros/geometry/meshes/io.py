@@ -15,11 +15,21 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import MAX_MESH_BYTES, read_limited
+from scene_graph_ros.geometry.meshes.gltf_materials import without_images
 from scene_graph_ros.geometry.meshes.obj_file import parse_obj
 from scene_graph_ros.geometry.meshes.promises import check_promises, MAX_CORNERS
+from scene_graph_ros.geometry.meshes.scene_colors import scene_colors
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["VOLUME_FILE_TYPES", "read_file", "read_mesh", "read_mesh_contents"]
+__all__ = [
+    "VOLUME_FILE_TYPES",
+    "ColoredMesh",
+    "checked_mesh",
+    "read_colored_mesh",
+    "read_file",
+    "read_mesh",
+    "read_mesh_contents",
+]
 
 _BY_TRIMESH = frozenset({"dae", "glb", "gltf", "off", "ply", "stl"})
 """What is left to trimesh. It knows others, among them archives and files that name files."""
@@ -28,6 +38,7 @@ VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
 
 Triangulation = tuple[np.ndarray, np.ndarray]
+ColoredMesh = tuple[np.ndarray, np.ndarray, np.ndarray | None]
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
@@ -65,14 +76,21 @@ def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangu
         name: what messages call the mesh.
 
     """
+    return read_colored_mesh(contents, file_type, name=name)[:2]
+
+
+def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredMesh:
+    """Read a mesh as ``read_mesh_contents`` does, with the colours (m, 3) that are in the file.
+
+    The third array is that of ``scene_colors``; None for OBJ, which names colours of other files.
+    """
     file_type = file_type.lower().lstrip(".")
     if not contents.strip():
         raise MeshError(f"{name}: the file is empty")
     if file_type == "obj":
-        vertices, triangles = parse_obj(contents, name)
-    else:
-        vertices, triangles = _read_by_trimesh(contents, file_type, name)
-    return checked_mesh(vertices, triangles, name)
+        return *checked_mesh(*parse_obj(contents, name), name), None
+    scene = _read_scene(contents, file_type, name)
+    return *checked_mesh(*_flatten(scene), name), scene_colors(scene)
 
 
 def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:
@@ -109,7 +127,8 @@ def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
     return result
 
 
-def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> Triangulation:
+def _read_scene(contents: bytes, file_type: str, name: str) -> Any:
+    """Return what trimesh reads of a file's contents, bodies in places; raises MeshError."""
     if file_type not in _BY_TRIMESH:
         known = ", ".join(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, "obj")))
         raise MeshError(f"{name}: no reader for {quoted(file_type)}; known are {known}")
@@ -117,23 +136,24 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> Triangulatio
     import trimesh
 
     # No textures are looked for: without a resolver there are no other files.
-    options = {"skip_materials": True} if file_type in ("glb", "gltf") else {}
     try:
+        if file_type in ("glb", "gltf"):
+            contents = without_images(contents, file_type)
         # What is not finite is refused where all meshes are checked.
         with np.errstate(all="ignore"):
-            loaded = trimesh.load(
-                io.BytesIO(contents), file_type=file_type, process=False, force="scene", **options
+            scene = trimesh.load(
+                io.BytesIO(contents), file_type=file_type, process=False, force="scene"
             )
-            return _flatten(loaded, name)
+            _check_size(scene, name)
+            return scene
     except MeshError:
         raise
     except Exception as error:  # third-party parsers raise whatever they meet
         raise MeshError(f"{name}: unreadable {file_type}: {quoted(error)}") from error
 
 
-def _flatten(scene: Any, name: str) -> Triangulation:
+def _flatten(scene: Any) -> Triangulation:
     """Concatenate the bodies of a trimesh scene in world coordinates, in metres if it says so."""
-    _check_size(scene, name)
     vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
     for node in scene.graph.nodes_geometry:
         transform, key = scene.graph[node]

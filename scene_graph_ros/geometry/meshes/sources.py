@@ -17,8 +17,9 @@ from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import (
     checked_mesh,
-    read_mesh,
-    read_mesh_contents,
+    ColoredMesh,
+    read_colored_mesh,
+    read_file,
     VOLUME_FILE_TYPES,
 )
 from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
 __all__ = [
+    "file_colors",
     "hull_of",
     "is_convex",
     "load_surface",
@@ -42,7 +44,7 @@ __all__ = [
 _CAPACITY = 4096
 
 
-_raw: BuildCache[tuple[np.ndarray, np.ndarray]] = BuildCache(_CAPACITY)
+_raw: BuildCache[ColoredMesh] = BuildCache(_CAPACITY)
 _hulls: BuildCache[Hull] = BuildCache(_CAPACITY)
 _surfaces: BuildCache[Surface] = BuildCache(_CAPACITY)
 _convex: BuildCache[bool] = BuildCache(_CAPACITY)
@@ -65,7 +67,7 @@ def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
         MeshError: the source can't be read or is no mesh; names source and reason.
 
     """
-    vertices, triangles = _raw.get(shape.source_key, lambda: _read(shape))
+    vertices, triangles, _ = _raw.get(shape.source_key, lambda: _read(shape))
     scale = np.array(shape.scale)
     if scale.prod() < 0.0:
         triangles = np.ascontiguousarray(triangles[:, ::-1])
@@ -76,6 +78,15 @@ def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
             f"{_name(shape)}: scaled by {shape.scale} it reaches further than {MAX_SHAPE_SIZE:g} m"
         )
     return scaled, triangles
+
+
+def file_colors(shape: MeshShape) -> np.ndarray | None:
+    """Return colours (m, 3) of the triangles of ``load_surface`` where the file itself has some.
+
+    NaN for triangles without; None for a file without, and for OBJ, which names other files'.
+    Raises MeshError as ``load_surface`` does.
+    """
+    return _raw.get(shape.source_key, lambda: _read(shape))[2]
 
 
 def hull_of(shape: MeshShape) -> Hull:
@@ -158,14 +169,15 @@ def _name(shape: MeshShape) -> str:
     return f"{shape.type_name} from memory"
 
 
-def _read(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
+def _read(shape: MeshShape) -> ColoredMesh:
     if shape.file_type in VOLUME_FILE_TYPES:
         volume = _raw_volume(shape)
-        return volume.vertices, volume.boundary_triangles()
+        return volume.vertices, volume.boundary_triangles(), None
     if shape.path is not None:
-        return read_mesh(shape.path)
+        name = f"mesh file {str(shape.path)!r}"
+        return read_colored_mesh(read_file(shape.path), shape.file_type, name=name)
     if shape.contents is not None:
-        return read_mesh_contents(shape.contents, shape.file_type, name=_name(shape))
+        return read_colored_mesh(shape.contents, shape.file_type, name=_name(shape))
     faces = np.zeros((0, 3), dtype=np.int64) if shape.faces is None else shape.faces
     assert shape.vertices is not None  # a shape without path and contents has vertices
-    return checked_mesh(shape.vertices, faces, _name(shape))
+    return *checked_mesh(shape.vertices, faces, _name(shape)), None
