@@ -126,3 +126,44 @@ def test_what_can_not_be_rendered_is_refused(ask, fields, code, message):
     assert message in answer.status.message
     assert answer.status.code == code
     assert list(answer.depth) == []
+
+
+OBJ = """mtllib paint.mtl
+v -1 -1 0
+v 0 -1 0
+v 1 -1 0
+v -1 1 0
+v 0 1 0
+v 1 1 0
+usemtl red
+f 1 2 5 4
+usemtl teal
+f 2 3 6 5
+"""
+PAINTED = """
+version: 1
+sources: [{{name: painter}}]
+geometries:
+  - name: canvas
+    source: painter
+    pose: {{xyz: [0, 0, -10]}}
+    shape: {{type: mesh, file: {path}}}
+    roles: {{perception: {{}}}}
+"""
+
+
+def test_meshes_have_the_colours_of_their_files(ask, client, tmp_path):
+    """A mesh of two materials a metre ahead, facing the camera: half of the image each."""
+    path = tmp_path / "canvas.obj"
+    path.write_text(OBJ)
+    (tmp_path / "paint.mtl").write_text("newmtl red\nKd 0.6 0 0\nnewmtl teal\nKd 0 0.4 0.8\n")
+    loaded = client.call("LoadScene", text=PAINTED.format(path=path))
+    assert loaded.status.code == Status.OK, loaded.status.message
+    camera = described()
+    camera.pose.position.z = -11.0
+    answer = ask(description=camera, images=["color"])
+    assert answer.status.code == Status.OK, answer.status.message
+    image = pixels(answer.color[0], np.uint8, 3)
+    assert (image[:, :2] == [153, 0, 0]).all()
+    assert (image[:, 2:] == [0, 102, 204]).all()
+    assert client.call("RemoveSource", source=loaded.sources[0]).status.code == Status.OK

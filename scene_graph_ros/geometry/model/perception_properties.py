@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.errors import PropertyError
 from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface
+from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.model.rgba import Rgba
@@ -23,7 +24,7 @@ class Appearance(NamedTuple):
     """The perception properties of one geometry."""
 
     diffuse: Rgba | None
-    """None: the renderer's default."""
+    """None: what the file of a mesh says, else the renderer's default."""
     label: RenderLabel
     accepting: frozenset[str]
     """The names of the renderers that draw the geometry; all do if there are none."""
@@ -70,8 +71,10 @@ def _accepting(properties: GeometryProperties) -> frozenset[str]:
     return frozenset(value)
 
 
-def read_visible_mesh(shape: Any) -> None:
+def read_visible_mesh(shape: Any, properties: GeometryProperties) -> None:
     """Read and keep what cameras see of a Convex or Mesh; other shapes have no data.
+
+    The colours of its file are read where the ``properties`` have none.
 
     This may take long, so it is called before a model is locked for a change. Raises MeshError.
     """
@@ -80,3 +83,5 @@ def read_visible_mesh(shape: Any) -> None:
             hull_of(shape)
         else:
             load_surface(shape)
+            if not properties.has_property("phong", "diffuse"):
+                triangle_colors(shape)

@@ -222,8 +222,9 @@ class SceneGraph(RendererRegistry, NotCopied):
         registration.check_instance(geometry)
         if geometry.properties(Role.PROXIMITY) is not None:
             read_mesh_data(geometry.shape())
-        if geometry.properties(Role.PERCEPTION) is not None:
-            read_visible_mesh(geometry.shape())
+        seen = geometry.properties(Role.PERCEPTION)
+        if seen is not None:
+            read_visible_mesh(geometry.shape(), seen)
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)
 
@@ -348,7 +349,8 @@ class SceneGraph(RendererRegistry, NotCopied):
         if record.deformable is None and Role.PROXIMITY in record.properties:
             read_mesh_data(checked_shape(shape, record.name))
         if record.deformable is None and Role.PERCEPTION in record.properties:
-            read_visible_mesh(checked_shape(shape, record.name))
+            seen = record.properties[Role.PERCEPTION]
+            read_visible_mesh(checked_shape(shape, record.name), seen)
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 
@@ -379,4 +381,4 @@ def _read_files(record: GeometryRecord, properties: GeometryProperties) -> None:
     elif isinstance(properties, ProximityProperties):
         read_mesh_data(record.shape)
     elif isinstance(properties, PerceptionProperties):
-        read_visible_mesh(record.shape)
+        read_visible_mesh(record.shape, properties)

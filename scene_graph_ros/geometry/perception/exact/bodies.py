@@ -40,6 +40,12 @@ class Bodies(NamedTuple):
     """(n,) int16."""
     diffuse: np.ndarray
     """(n, 3) red, green and blue, 0 to 1."""
+    is_painted: np.ndarray
+    """(n,) bool: whether triangles have the colours of their file, where it gives them one."""
+    paint: np.ndarray
+    """(T,) int32 into ``palette``: the colour of each triangle by its file, -1 for none."""
+    palette: np.ndarray
+    """(P, 3) red, green and blue, 0 to 1."""
 
 
 @inlined_kernel

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface, source_identity
+from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors, TriangleColors
 from scene_graph_ros.geometry.model.derived import derived
 from scene_graph_ros.geometry.model.driven_mesh import driven_mesh
 from scene_graph_ros.geometry.model.ids import GeometryId
@@ -77,6 +78,8 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
     mesh = np.full(n, -1, dtype=np.int32)
     meshes: list[VisibleMesh] = []
     known: dict[Any, int] = {}
+    is_painted = np.zeros(n, dtype=np.bool_)
+    colors_of: dict[int, TriangleColors | None] = {}
     for row in np.flatnonzero(is_rigid):
         shape = records[row].shape
         if isinstance(shape, PrimitiveShape):
@@ -88,6 +91,9 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
             known[identity] = len(meshes)
             meshes.append(_visible_mesh(shape, records[row].name))
         mesh[row] = known[identity]
+        if looks[row].diffuse is None and known[identity] not in colors_of:
+            colors_of[known[identity]] = triangle_colors(shape)
+        is_painted[row] = looks[row].diffuse is None and colors_of[known[identity]] is not None
         center[row], radius[row] = meshes[mesh[row]].center, meshes[mesh[row]].radius
     deformable = {int(row): records[row].id for row in np.flatnonzero(~is_rigid)}
     rigid_ids = np.array([int(i) for i in state.rigid_ids(Role.PERCEPTION)], dtype=np.int64)
@@ -104,6 +110,8 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
         **_packed(meshes),
         label=np.array([int(a.label) for a in looks], dtype=np.int16),
         diffuse=np.array(colors, dtype=np.float64).reshape(n, 3),
+        is_painted=is_painted,
+        **_painted(meshes, colors_of),
     )
     return BodyTable(bodies, rigid, np.searchsorted(rigid_ids, chosen[rigid]), deformable)
 
@@ -174,6 +182,22 @@ def _packed(meshes: list[VisibleMesh]) -> dict[str, Any]:
     }
 
 
+def _painted(
+    meshes: list[VisibleMesh], colors_of: dict[int, TriangleColors | None]
+) -> dict[str, Any]:
+    """Return the colour of each triangle of all meshes, and these colours."""
+    paint, palettes, first = [np.zeros(0, np.int32)], [np.zeros((0, 3))], 0
+    for k, mesh in enumerate(meshes):
+        colors = colors_of.get(k)
+        if colors is None:
+            paint.append(np.full(len(mesh.triangles), -1, np.int32))
+            continue
+        paint.append(np.where(colors.row >= 0, colors.row + first, -1).astype(np.int32))
+        palettes.append(colors.palette)
+        first += len(colors.palette)
+    return {"paint": np.concatenate(paint), "palette": np.concatenate(palettes)}
+
+
 def place_bodies(snapshot: Snapshot, table: BodyTable) -> Bodies:
     """Return the bodies of a table where they are in a snapshot."""
     bodies = table.bodies
@@ -219,4 +243,5 @@ def _with_deformable(snapshot: Snapshot, table: BodyTable, X_WG: FloatArray) -> 
             [bodies.triangle_start, bodies.triangle_start[-1] + added["triangle_start"][1:]]
         ),
         triangles=np.concatenate([bodies.triangles, added["triangles"]]),
+        paint=np.concatenate([bodies.paint, np.full(len(added["triangles"]), -1, np.int32)]),
     )

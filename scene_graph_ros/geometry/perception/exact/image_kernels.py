@@ -100,6 +100,13 @@ def _triangle_normal(bodies, row, triangle):
 
 
 @inlined_kernel
+def _paint(bodies, row, triangle):
+    """Return the colour's row in the palette, -1 for the body's own colour."""
+    mesh = bodies.mesh[row] & LAST_PLACE
+    return bodies.paint[(bodies.triangle_start[mesh] + triangle) & LAST_PLACE]
+
+
+@inlined_kernel
 def _level(share):
     """Return a share of full intensity as a level of 0 to 255, rounded to nearest."""
     return np.uint8(255.0 * share + 0.5)
@@ -130,8 +137,10 @@ def write_color(sensor, screen, bodies, background, image):
                 R_WG, p_WG = load_rotation(bodies.X_WG, row), load_translation(bodies.X_WG, row)
                 R_GS, p_GS = relative_pose(R_WG, p_WG, sensor.R_WS, sensor.p_WS)
                 right, down, ahead = column(R_GS, 0), column(R_GS, 1), column(R_GS, 2)
-            kind = bodies.kind[row]
+            kind, paint = bodies.kind[row], -1
             if kind > _HALF_SPACE:
+                if bodies.is_painted[row]:
+                    paint = _paint(bodies, row, triangle_of(number))
                 normal = _triangle_normal(bodies, row, triangle_of(number))
             else:
                 d = axpy(sensor.x[u], right, axpy(y, down, ahead))
@@ -139,4 +148,7 @@ def write_color(sensor, screen, bodies, background, image):
                 normal = _normal(kind, load_vector(bodies.size, row), p_GQ)
             light = abs(dot(normal, ahead))
             for channel in range(3):
-                image[v, u, channel] = _level(bodies.diffuse[row, channel] * light)
+                share = bodies.diffuse[row, channel]
+                if paint >= 0:
+                    share = bodies.palette[paint & LAST_PLACE, channel]
+                image[v, u, channel] = _level(share * light)
