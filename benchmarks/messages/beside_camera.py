@@ -1,8 +1,8 @@
 """What a camera that is listened to costs the contacts beside it.
 
 Poses of 50 bodies come at 100 Hz; contacts are timed while a reader in a process of its own gets
-colour, depth and labels of 640 x 480 pixels at 30 Hz, and while it does not, in turn. Run by
-``python -m benchmarks.messages.beside_camera``; ``--read`` is that reader.
+colour, depth and labels of 640 x 480 pixels at 30 Hz, and while it does not, in many short turns.
+Run by ``python -m benchmarks.messages.beside_camera``; ``--read`` is that reader.
 """
 
 from __future__ import annotations
@@ -16,20 +16,21 @@ import numpy as np
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import Image, MultiDOFJointState
 
 from benchmarks.messages.images import scene
-from benchmarks.messages.processes import cpu_seconds, isolated
+from benchmarks.messages.processes import cpu_seconds, isolated, Isolation
 from msg_adapters.poses import multi_dof_joint_state_to_msg
 from scene_graph_msgs.msg import ContactArray
 
-__all__ = ["beside_camera"]
+__all__ = ["beside_camera", "ratio"]
 
 _BODIES, _RATE, _CAMERA_RATE = 50, 100.0, 30.0
 _SHAKE = 0.01
 """Metres, standard deviation of the bodies' places."""
-_SETTLE = 4.0
-"""Seconds until a reader that was started gets images."""
+_SETTLE = 0.5
+"""Seconds after the first image, or the last."""
 
 
 def _moving_scene() -> str:
@@ -100,51 +101,111 @@ class _Contacts:
         rclpy.shutdown(context=self._context)
 
 
-def beside_camera(is_quick: bool) -> list[tuple[float, float]]:
-    """Print latencies without and with a reader of images; return the medians of each turn."""
-    seconds, turns = (2.0, 1) if is_quick else (8.0, 3)
+class _Reader:
+    """A reader of images in a process of its own, which takes them or does not."""
+
+    def __init__(self, place: Isolation) -> None:
+        self._process = place.start(
+            "benchmarks.messages.beside_camera",
+            "--read",
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
+
+    def turn(self, word: str) -> None:
+        """Take images ("on") or not ("off"); return when the first has come, or none is asked for.
+
+        Raises RuntimeError where the reader has ended.
+        """
+        stdin, stdout = self._process.stdin, self._process.stdout
+        assert stdin is not None
+        assert stdout is not None
+        stdin.write(f"{word}\n")
+        stdin.flush()
+        if stdout.readline().strip() != word:
+            raise RuntimeError("the reader of images has ended")
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.communicate()
+
+
+def beside_camera(turns: int = 30, seconds: float = 2.0) -> list[tuple[float, float]]:
+    """Print latencies without and with a reader of images, and their ratio.
+
+    Return both medians (ms) of each turn, in which first one and then the other is measured, or
+    the other way round, so that what else the machine does is the same for both.
+    """
     medians = []
+    found: dict[str, list[np.ndarray]] = {"off": [], "on": []}
+    cores: dict[str, list[float]] = {"off": [], "on": []}
     with isolated() as place:
         node = place.start_node(_moving_scene())
-        contacts = _Contacts(place.domain)
+        contacts, reader = _Contacts(place.domain), _Reader(place)
         while not contacts.arrived:
             place.check()
             contacts.send()
             contacts.spin(0.1)
-        for _ in range(turns):
-            turn = []
-            for is_read in (False, True):
-                if is_read:
-                    reader = place.start(
-                        "benchmarks.messages.beside_camera", "--read", stdin=subprocess.PIPE
-                    )
-                    contacts.spin(_SETTLE)
+        for k in range(turns):
+            for word in ("off", "on") if k % 2 == 0 else ("on", "off"):
+                reader.turn(word)
+                contacts.milliseconds(_SETTLE)
                 cpu, begin = cpu_seconds(node.pid), time.monotonic()
-                found = contacts.milliseconds(seconds)
-                share = (cpu_seconds(node.pid) - cpu) / (time.monotonic() - begin)
-                median, most, nearly_all = np.percentile(found, (50.0, 90.0, 99.0)).tolist()
-                print(
-                    f"{'with' if is_read else 'without'} images: {len(found)} contacts, median"
-                    f" {median:.2f} ms, 90 % {most:.2f} ms, 99 % {nearly_all:.2f} ms,"
-                    f" {share:.2f} of a core",
-                    flush=True,
-                )
-                turn.append(median)
-            reader.communicate()
-            contacts.spin(1.0)
-            medians.append((turn[0], turn[1]))
+                found[word].append(contacts.milliseconds(seconds))
+                cores[word].append((cpu_seconds(node.pid) - cpu) / (time.monotonic() - begin))
+            without, beside = (float(np.median(found[word][-1])) for word in ("off", "on"))
+            medians.append((without, beside))
+        reader.close()
         contacts.close()
+    for word, name in (("off", "without"), ("on", "with")):
+        values = np.concatenate(found[word])
+        median, most, nearly_all = np.percentile(values, (50.0, 90.0, 99.0)).tolist()
+        print(
+            f"{name} images: {len(values)} contacts, median {median:.2f} ms, 90 % {most:.2f} ms,"
+            f" 99 % {nearly_all:.2f} ms, {np.mean(cores[word]):.2f} of a core"
+        )
+    print("median with images / without, over the turns: {:.2f} ({:.2f} to {:.2f})".format(
+        *ratio(medians)
+    ))  # fmt: skip
     return medians
 
 
+def ratio(medians: list[tuple[float, float]]) -> tuple[float, float, float]:
+    """Return the median over turns of with / without, and its interval of 95 % by resampling."""
+    ratios = np.array([beside / without for without, beside in medians])
+    drawn = np.random.default_rng(1).choice(ratios, (2000, len(ratios)))
+    low, high = np.percentile(np.median(drawn, axis=1), (2.5, 97.5)).tolist()
+    return float(np.median(ratios)), low, high
+
+
 def _read() -> None:
-    """Take images until standard input ends."""
+    """Take images, or do not, as the lines of standard input say, until it ends."""
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node = rclpy.create_node("images")
-    for kind in ("color", "depth", "label"):
-        topic = f"/scene_graph/cameras/eye/{kind}/image"
-        node.create_subscription(Image, topic, lambda data: None, 5, raw=True)
-    while not select.select([sys.stdin], [], [], 0.0)[0]:
+    taken: list[Subscription] = []
+    waiting = ""
+
+    def take(data: bytes) -> None:
+        nonlocal waiting
+        if waiting:
+            print(waiting, flush=True)
+            waiting = ""
+
+    while True:
+        if select.select([sys.stdin], [], [], 0.0)[0]:
+            word = sys.stdin.readline().strip()
+            if not word:
+                break
+            while taken:
+                node.destroy_subscription(taken.pop())
+            if word == "on":
+                waiting = word
+                for kind in ("color", "depth", "label"):
+                    topic = f"/scene_graph/cameras/eye/{kind}/image"
+                    taken.append(node.create_subscription(Image, topic, take, 5, raw=True))
+            else:
+                print(word, flush=True)
         rclpy.spin_once(node, timeout_sec=0.05)
     # In order: the node would send images to one that went without a word for twenty seconds.
     node.destroy_node()
@@ -152,4 +213,4 @@ def _read() -> None:
 
 
 if __name__ == "__main__":
-    _read() if "--read" in sys.argv else beside_camera(False)
+    _read() if "--read" in sys.argv else beside_camera()

@@ -14,7 +14,7 @@ import numpy as np
 from searching import times
 
 from benchmarks.messages import edits, images, micro, report
-from benchmarks.messages.beside_camera import beside_camera
+from benchmarks.messages.beside_camera import beside_camera, ratio
 from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.soak import soak
 from benchmarks.messages.sustained import rig
@@ -141,6 +141,14 @@ def test_images_are_counted_by_their_stamps():
 
 def test_contacts_are_timed_beside_a_camera():
     """Both without and with somebody who takes its images."""
-    ((without, beside),) = beside_camera(is_quick=True)
+    ((without, beside),) = beside_camera(turns=1, seconds=0.5)
     assert without > 0.0
     assert beside > 0.0
+
+
+def test_the_ratio_is_of_turns():
+    """Turn by turn, so that what slows both cancels. Half of the ratios are 1.1, half are 1.3."""
+    medians = [(k, (1.1 if k % 2 else 1.3) * k) for k in range(1, 52)]
+    middle, low, high = ratio(medians)
+    assert middle == pytest.approx(1.1)
+    assert (low, high) == (pytest.approx(1.1), pytest.approx(1.3))
