@@ -90,7 +90,7 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
     if file_type == "obj":
         return *checked_mesh(*parse_obj(contents, name), name), None
     scene = _read_scene(contents, file_type, name)
-    return *checked_mesh(*_flatten(scene), name), scene_colors(scene)
+    return *checked_mesh(*_flatten(scene), name), scene_colors(scene, name)
 
 
 def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:

@@ -3,21 +3,34 @@
 from __future__ import annotations
 
 from typing import Any
+import warnings
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["scene_colors"]
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["MeshColorWarning", "scene_colors"]
 
 
-def scene_colors(scene: Any) -> NDArray[np.float64] | None:
+class MeshColorWarning(UserWarning):
+    """Colours that a mesh's file promises can't be read: it is shown without them."""
+
+
+def scene_colors(scene: Any, name: str) -> NDArray[np.float64] | None:
     """Return red, green and blue (m, 3), 0 to 1, of the triangles of all bodies in their order.
 
     NaN where there is none, None where there are none at all. A triangle whose corners have
-    colours has their mean. A material that has a texture has no colour here.
+    colours has their mean. A material that has a texture has no colour here. None as well,
+    with a MeshColorWarning, where the colours of the mesh called ``name`` make no sense.
     """
     bodies = (scene.geometry[scene.graph[node][1]] for node in scene.graph.nodes_geometry)
-    colors = np.concatenate([np.zeros((0, 3)), *map(_of_body, bodies)])
+    try:
+        colors = np.concatenate([np.zeros((0, 3)), *map(_of_body, bodies)])
+    except Exception as error:  # noqa: BLE001 - trimesh takes colours as they are
+        text = f"{name}: shown without its colours, which are unreadable: {quoted(error)}"
+        warnings.warn(MeshColorWarning(text), stacklevel=2)
+        return None
     return None if np.isnan(colors).all() else colors
 
 

@@ -17,17 +17,14 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.io import read_file
 from scene_graph_ros.geometry.meshes.obj_colors import obj_materials, parse_mtl
+from scene_graph_ros.geometry.meshes.scene_colors import MeshColorWarning
 from scene_graph_ros.geometry.meshes.sources import file_colors, load_surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["MeshColorWarning", "TriangleColors", "triangle_colors"]
+__all__ = ["TriangleColors", "triangle_colors"]
 
 _CAPACITY = 4096
-
-
-class MeshColorWarning(UserWarning):
-    """Colours that a mesh's file promises can't be read: it is shown without them."""
 
 
 class TriangleColors(NamedTuple):

@@ -2,6 +2,7 @@
 
 import json
 import struct
+from types import SimpleNamespace
 import warnings
 
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from scene_graph_ros.geometry import Convex, Mesh
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.obj_colors import obj_materials, parse_mtl
-from scene_graph_ros.geometry.meshes.triangle_colors import MeshColorWarning, triangle_colors
+from scene_graph_ros.geometry.meshes.scene_colors import MeshColorWarning, scene_colors
+from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
 MTL = "newmtl rusty red\nKd 0.75 0.25 0\nnewmtl gray\n\tKd 0.5\nnewmtl plain\nNs 10\n"
@@ -45,7 +47,7 @@ def written(folder, **files):
 
 
 @pytest.mark.filterwarnings(
-    "ignore::scene_graph_ros.geometry.meshes.triangle_colors.MeshColorWarning"
+    "ignore::scene_graph_ros.geometry.meshes.scene_colors.MeshColorWarning"
 )
 def test_triangles_have_the_colours_of_their_materials(tmp_path):
     """In the order of the file; a square is two triangles; names may have blanks."""
@@ -227,3 +229,22 @@ def test_a_file_without_colours_has_none():
         "0 0 0\n1 0 0\n1 1 0\n3 0 1 2\n"
     )
     assert triangle_colors(Mesh(contents=text, file_type="ply")) is None
+
+
+def test_colours_that_make_no_sense_cost_no_mesh():
+    """Colours of two triangles on a body of three: the warning names the mesh."""
+    visual = SimpleNamespace(kind="face", face_colors=np.zeros((2, 4), np.uint8))
+    body = SimpleNamespace(faces=np.zeros((3, 3), int), visual=visual)
+    graph = {"node": (np.eye(4), "body")}
+    scene = SimpleNamespace(geometry={"body": body}, graph=Graph(graph))
+    with pytest.warns(MeshColorWarning, match="a mesh: shown without its colours"):
+        assert scene_colors(scene, "a mesh") is None
+
+
+class Graph(dict):
+    """The places of bodies, as trimesh has them."""
+
+    @property
+    def nodes_geometry(self):
+        """All of them."""
+        return list(self)
