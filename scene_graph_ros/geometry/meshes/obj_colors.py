@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.meshes.obj_file import obj_lines
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["Uses", "obj_materials", "parse_mtl"]
@@ -29,8 +30,7 @@ class Uses(NamedTuple):
 
 def _statements(contents: bytes, keys: tuple[bytes, ...]) -> Iterator[tuple[int, bytes, bytes]]:
     """Yield (line number, key, the rest of the line) of the lines that begin with a key."""
-    text = contents.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
-    for number, line in enumerate(text.split(b"\n"), start=1):
+    for number, line in enumerate(obj_lines(contents), start=1):
         key, _, rest = line.split(b"#", 1)[0].strip().replace(b"\t", b" ").partition(b" ")
         if key in keys:
             yield number, key, rest.strip()

@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.promises import MAX_CORNERS
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["parse_obj"]
+__all__ = ["obj_lines", "parse_obj"]
 
 Arrays = tuple[NDArray[np.float64], NDArray[np.int64]]
 
@@ -24,7 +24,7 @@ def parse_obj(contents: bytes, name: str) -> Arrays:
     Raises MeshError with the line for what is no number, or more than MAX_CORNERS of either.
     """
     coordinates, corners = array("d"), array("q")
-    for number, line in enumerate(_lines(contents), start=1):
+    for number, line in enumerate(obj_lines(contents), start=1):
         words = line.split(b"#", 1)[0].split()
         if not words or words[0] not in (b"v", b"f"):
             continue
@@ -43,8 +43,8 @@ def parse_obj(contents: bytes, name: str) -> Arrays:
     return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
 
 
-def _lines(contents: bytes) -> Iterator[bytes]:
-    """Yield lines one by one, as all of them at once take many times the file's memory."""
+def obj_lines(contents: bytes) -> Iterator[bytes]:
+    """Yield the lines of an OBJ or MTL file one by one: all at once take many times its memory."""
     if b"\r" in contents:
         contents = contents.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if b"\\\n" in contents:

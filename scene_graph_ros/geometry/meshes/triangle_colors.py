@@ -64,7 +64,10 @@ def _warn(text: str) -> None:
 
 def _of_obj(path: Path, count: int) -> TriangleColors | None:
     """Return the colours of ``count`` triangles."""
-    uses = obj_materials(read_file(path))
+    contents = read_file(path)
+    if b"usemtl" not in contents:
+        return None
+    uses = obj_materials(contents)
     if len(uses.row) != count:
         _warn(f"mesh file {str(path)!r} has changed since it was read: shown without its colours")
         return None
