@@ -89,8 +89,8 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
         raise MeshError(f"{name}: the file is empty")
     if file_type == "obj":
         return *checked_mesh(*parse_obj(contents, name), name), None
-    scene = _read_scene(contents, file_type, name)
-    return *checked_mesh(*_flatten(scene), name), scene_colors(scene, name)
+    vertices, triangles, colors = _read_by_trimesh(contents, file_type, name)
+    return *checked_mesh(vertices, triangles, name), colors
 
 
 def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:
@@ -127,8 +127,7 @@ def _copied(array: Any, dtype: Any, label: str) -> np.ndarray:
     return result
 
 
-def _read_scene(contents: bytes, file_type: str, name: str) -> Any:
-    """Return what trimesh reads of a file's contents, bodies in places; raises MeshError."""
+def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
     if file_type not in _BY_TRIMESH:
         known = ", ".join(sorted((*_BY_TRIMESH, *VOLUME_FILE_TYPES, "obj")))
         raise MeshError(f"{name}: no reader for {quoted(file_type)}; known are {known}")
@@ -145,7 +144,7 @@ def _read_scene(contents: bytes, file_type: str, name: str) -> Any:
                 io.BytesIO(contents), file_type=file_type, process=False, force="scene"
             )
             _check_size(scene, name)
-            return scene
+            return *_flatten(scene), scene_colors(scene, name)
     except MeshError:
         raise
     except Exception as error:  # third-party parsers raise whatever they meet
