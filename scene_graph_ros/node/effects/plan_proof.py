@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import UnknownIdError
+from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.world import WorldSnapshot
@@ -71,7 +71,7 @@ class PathInWorld:
             and np.array_equal(bodies.X_JG, others.X_JG)
         )
 
-    @cached_property
+    @made_once
     def carried(self) -> Any:
         """The frames that links carry; see `PlanningRobots.carried`."""
         return self.robots.carried(self.snapshot.query.snapshot)

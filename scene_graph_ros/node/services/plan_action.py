@@ -13,6 +13,7 @@ from typing import Any
 
 from action_msgs.msg import GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
+from rclpy.impl.implementation_singleton import rclpy_implementation
 
 from msg_adapters.errors import TooLargeError, UnavailableError
 from scene_graph_msgs.action import PlanPath
@@ -24,6 +25,8 @@ from scene_graph_ros.node.runtime.requests import RequestLoop
 from scene_graph_ros.node.world.world import World
 
 __all__ = ["PlanAction"]
+
+RCLError = rclpy_implementation.RCLError
 
 _KERNELS = "planning"
 
@@ -52,7 +55,7 @@ class PlanAction:
             publish(parts.FeedbackMessage, f"{PLAN_PATH}/_action/feedback", feedback_qos()),
             publish(GoalStatusArray, f"{PLAN_PATH}/_action/status", latched_qos()),
         )
-        feedback, status = self._publishers
+        feedback, status = (partial(self._tell, publisher) for publisher in self._publishers)
         self.goals = Goals(
             PlanPath,
             Work(
@@ -62,8 +65,8 @@ class PlanAction:
                 _waits,
                 lambda: int(host.parameter("max_waiting_plans")),
             ),
-            publish_feedback=feedback.publish,
-            publish_status=status.publish,
+            publish_feedback=feedback,
+            publish_status=status,
             now=lambda: node.get_clock().now().to_msg(),
         )
         offered = (
@@ -84,6 +87,14 @@ class PlanAction:
         """Stop being advertised."""
         for publisher in self._publishers:
             self._host.node.destroy_publisher(publisher)
+
+    def _tell(self, publisher: Any, message: Any) -> None:
+        try:
+            publisher.publish(message)
+        except RCLError:
+            # A program may shut ROS down before it destroys the node: nobody is left to hear it.
+            if self._host.node.context.ok():
+                raise
 
     def _plan(self, goal: Goal) -> GoalEnd:
         begin = time.monotonic()
