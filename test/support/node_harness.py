@@ -210,6 +210,10 @@ class Client:
             self.node.destroy_node()
             rclpy.shutdown(context=self.context)
 
+    def run(self, task: Callable[[], Any], what: str) -> Any:
+        """Do something in the thread that spins this node; return what it returns."""
+        return self._spinning.run(task, what)
+
     def start_call(self, kind: Any, name: str, request: Any) -> Any:
         """Send a request and return the future of its response."""
         client = self._clients.get(name)
