@@ -123,7 +123,8 @@ class _Reader:
         assert stdout is not None
         stdin.write(f"{word}\n")
         stdin.flush()
-        if stdout.readline().strip() != word:
+        # The middleware may write lines of its own.
+        if not any(line.strip() == word for line in stdout):
             raise RuntimeError("the reader of images has ended")
 
     def close(self) -> None:
