@@ -79,26 +79,6 @@ class Network:
                     heapq.heappush(queue, (length, ends[e]))
         return found
 
-    def shortest(self, weights: np.ndarray) -> list[int] | None:
-        """Return the edges of a path with the least sum of weights, at least 0 each; or None."""
-        left = self.distances(weights, to_target=True)
-        if left[self.source] == np.inf:
-            return None
-        path, at, seen = [], self.source, {self.source}
-        while at != self.target:
-            # Of edges without weight, none back to what was seen.
-            e = min(
-                (e for e in self.leaving[at] if int(self.heads[e]) not in seen),
-                key=lambda e: weights[e] + left[int(self.heads[e])],
-                default=None,
-            )
-            if e is None:
-                return None
-            path.append(e)
-            at = int(self.heads[e])
-            seen.add(at)
-        return path
-
     def signed_distances(self, weights: np.ndarray) -> np.ndarray | None:
         """Return the least sums to the target along any walk; None where a circle is negative."""
         found = np.full(self.size, np.inf)
@@ -112,21 +92,12 @@ class Network:
 
     def strong_components(self) -> np.ndarray:
         """Return a number for each vertex: the same for those that reach each other."""
-        # Kosaraju and Sharir: backwards from each vertex, in the reverse order of leaving them.
-        heads, tails = self.heads.tolist(), self.tails.tolist()
-        order: list[int] = []
-        seen: set[int] = set()
-        for root in range(self.size):
-            if root not in seen:
-                order += _postorder(root, self.leaving, heads, seen)
-        found = np.full(self.size, -1)
-        for root in reversed(order):
-            stack = [root] if found[root] < 0 else []
-            while stack:
-                v = stack.pop()
-                found[v] = root
-                stack += [tails[e] for e in self.entering[v] if found[tails[e]] < 0]
-        return found
+        from scipy import sparse
+        from scipy.sparse.csgraph import connected_components
+
+        size = (self.size, self.size)
+        edges = sparse.csr_array((np.ones(len(self.tails)), (self.tails, self.heads)), size)
+        return connected_components(edges, connection="strong")[1]
 
 
 class _Dominators:
@@ -140,7 +111,7 @@ class _Dominators:
         entering: Sequence[Iterable[int]],
         tails: Sequence[int],
     ) -> None:
-        order = _postorder(root, leaving, heads, set())
+        order = _postorder(root, leaving, heads)
         rank = {v: k for k, v in enumerate(order)}
         above = {root: root}
         changed = True
@@ -174,12 +145,10 @@ def _meet(a: int, b: int, above: dict[int, int], rank: dict[int, int]) -> int:
     return a
 
 
-def _postorder(
-    root: int, leaving: Sequence[Iterable[int]], heads: Sequence[int], seen: set[int]
-) -> list[int]:
-    """Return what is reached and was not seen, in the order in which a walk leaves it for good."""
+def _postorder(root: int, leaving: Sequence[Iterable[int]], heads: Sequence[int]) -> list[int]:
+    """Return what is reached, in the order in which a walk leaves it for good."""
     order = []
-    seen.add(root)
+    seen = {root}
     stack = [(root, iter(leaving[root]))]
     while stack:
         v, edges = stack[-1]
