@@ -49,6 +49,9 @@ class Searched:
     lower_bound: float
     num_programs: int
     is_complete: bool
+    """Whether what is left can't be better than the tolerance asks."""
+    failure: str
+    """What the solver said of a path that may be better, and was not solved; else empty."""
 
 
 def search_paths(
@@ -87,6 +90,7 @@ class _Search:
         self._best, self._tolerance, self._most = first, tolerance, most_programs
         self._floor = np.inf if first is None else first.best.lower_bound
         self._count, self._ties = 0, itertools.count()
+        self._failed: list[tuple[float, str]] = []
         self._queue: list[tuple[float, int, _Start]] = []
         self._seen = set() if first is None else {first.path}
         target = problem.network.target
@@ -105,8 +109,9 @@ class _Search:
             else:
                 self._bound(key, start)
         floor = min([self._floor, *(key for key, _, _ in self._queue)])
-        is_complete = not self._queue or self._queue[0][0] >= self._limit()
-        return Searched(self._best, floor, self._count, is_complete)
+        failure = next((said for key, said in self._failed if key < self._limit()), "")
+        is_left = bool(self._queue) and self._queue[0][0] < self._limit()
+        return Searched(self._best, floor, self._count, not is_left and not failure, failure)
 
     def _limit(self) -> float:
         """Return from where on a bound is good enough."""
@@ -179,9 +184,10 @@ class _Search:
         self._count += 1
         try:
             best = restrict(self._problem, path)
-        except SolverError:
+        except SolverError as error:
             # Neither points nor a proof: nothing more is known than before.
             self._floor = min(self._floor, key)
+            self._failed.append((key, str(error)))
             return
         self._floor = min(self._floor, max(best.lower_bound, key))
         if best.points and (self._best is None or best.cost < self._best.best.cost):

@@ -125,9 +125,9 @@ def solve_path(
         return _infeasible(problem, potentials, relaxed)
     proven = bound_of_paths(problem, potentials)
     answer = _Answer(vertices, used, problem, relaxed, proven)
-    rounded, count = _round(problem, relaxed, options)
+    rounded, count, failure = _round(problem, relaxed, options)
     if options.convex_relaxation:
-        return answer.of_relaxation(rounded, count)
+        return answer.of_relaxation(rounded, count, failure)
     searched = search_paths(
         problem, proven, rounded, options.gap_tolerance, options.max_search_programs
     )
@@ -149,8 +149,11 @@ def _infeasible(
 
 def _round(
     problem: Problem, relaxed: Relaxed, options: GraphOfConvexSetsOptions
-) -> tuple[Incumbent | None, int]:
-    """Return the best of some paths drawn from the flows, and how many were tried."""
+) -> tuple[Incumbent | None, int, str]:
+    """Return the best of some paths drawn from the flows, how many were tried, and a failure.
+
+    A failure is what the solver said of one of them that it did not solve, else empty.
+    """
     most = options.max_rounded_paths
     paths = draw_paths(
         problem.network,
@@ -161,16 +164,18 @@ def _round(
         np.random.default_rng(options.rounding_seed),
     )
     found: Incumbent | None = None
+    failure = ""
     for path in paths:
         if not set(problem.forced) <= set(path):
             continue
         try:
             best = restrict(problem, path)
-        except SolverError:
-            continue  # of the others one may do; without any the result says so
+        except SolverError as error:
+            failure = str(error)  # of the others one may do; without any the result says so
+            continue
         if best.points and (found is None or best.cost < found.best.cost):
             found = Incumbent(path, best)
-    return found, len(paths)
+    return found, len(paths), failure
 
 
 def _stay(vertex: Vertex, edges: Sequence[Edge]) -> GraphOfConvexSetsResult:
@@ -276,15 +281,17 @@ class _Answer:
             "num_edges_solved": len(edges),
         }
 
-    def of_relaxation(self, found: Incumbent | None, count: int) -> GraphOfConvexSetsResult:
+    def of_relaxation(
+        self, found: Incumbent | None, count: int, failure: str
+    ) -> GraphOfConvexSetsResult:
         """Return the best rounded path with the relaxation's bound."""
         others = {**self._common, "num_rounded_paths": count, "lower_bound": self._proven.value}
         if found is None:
-            reason = (
-                f"none of {count} rounded paths keeps its constraints"
-                if count
-                else ("no path was drawn: the relaxation alone was solved")
-            )
+            reason = "no path was drawn: the relaxation alone was solved"
+            if failure:
+                reason = f"none of {count} rounded paths was solved: {failure}"
+            elif count:
+                reason = f"none of {count} rounded paths keeps its constraints"
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
         others["reason"] = f"the best of {count} rounded paths"
         return _with_points(self._vertices, self._edges, found, others)
@@ -297,16 +304,25 @@ class _Answer:
             "num_search_programs": searched.num_programs,
             "lower_bound": max(searched.lower_bound, self._proven.value),
         }
+        reason = _what_ended(searched)
         if searched.found is None:
-            reason = (
-                "no path keeps the constraints of its edges, which is proven"
-                if searched.is_complete and searched.lower_bound == np.inf
-                else "no path was found within max_search_programs"
-            )
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
-        others["reason"] = (
-            "the best path, to the tolerance"
-            if searched.is_complete
-            else "max_search_programs was reached"
-        )
+        others["reason"] = reason
         return _with_points(self._vertices, self._edges, searched.found, others)
+
+
+def _what_ended(searched: Searched) -> str:
+    """Return why a search went no further."""
+    if searched.found is None:
+        if searched.failure:
+            return f"no path was found: {searched.failure}"
+        if searched.is_complete and searched.lower_bound == np.inf:
+            return "no path keeps the constraints of its edges, which is proven"
+        return "no path was found within max_search_programs"
+    if searched.failure:
+        return f"a path that may be better was not solved: {searched.failure}"
+    return (
+        "the best path, to the tolerance"
+        if searched.is_complete
+        else "max_search_programs was reached"
+    )

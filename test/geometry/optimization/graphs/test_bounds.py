@@ -6,6 +6,7 @@ import itertools
 import sys
 from types import SimpleNamespace
 
+import clarabel
 import numpy as np
 import pytest
 
@@ -138,7 +139,6 @@ def test_a_solver_that_breaks_is_an_error(monkeypatch):
     def panic(*_):
         raise PanicError("index out of bounds")
 
-    clarabel = pytest.importorskip("clarabel")
     monkeypatch.setattr(clarabel, "DefaultSolver", panic)
     graph = GraphOfConvexSets()
     start, end = graph.add_vertex(Point([0.0])), graph.add_vertex(Point([1.0]))

@@ -5,73 +5,23 @@ from __future__ import annotations
 import itertools
 import math
 
+from graphs_of_sets import around, check, joined, RELAXED
 import numpy as np
 import pytest
-from searching import times
 
 from scene_graph_ros.geometry.optimization import (
-    AffineBall,
-    CartesianProduct,
-    ConvexHull,
-    ConvexSet,
-    Edge,
     GraphOfConvexSets,
     GraphOfConvexSetsOptions,
-    GraphOfConvexSetsResult,
     HPolyhedron,
-    Hyperellipsoid,
     Hyperrectangle,
-    Intersection,
-    MinkowskiSum,
     norm,
     norm1,
     norm_inf,
     Point,
     quad_form,
     sum_squares,
-    Vertex,
     VPolytope,
 )
-
-RELAXED = GraphOfConvexSetsOptions(convex_relaxation=True)
-GAP = 1e-7
-"""Relative: what the bound of a tight problem may be below the cost."""
-
-
-def joined(graph: GraphOfConvexSets, u: Vertex, v: Vertex) -> Edge:
-    """Add an edge that costs the length of its step."""
-    edge = graph.add_edge(u, v)
-    edge.add_cost(norm(edge.xv - edge.xu))
-    return edge
-
-
-def check(result: GraphOfConvexSetsResult, truth: float, gap: float = GAP) -> None:
-    """The truth is between bound and cost, and these are near each other."""
-    assert result.is_success, result.reason
-    rounding = 1e-13 * truth
-    assert result.lower_bound <= truth + rounding
-    assert truth - rounding <= result.cost
-    assert result.cost - result.lower_bound <= gap * truth
-    assert result.gap == max(0.0, result.cost - result.lower_bound)
-
-
-def around(kind: int, center: np.ndarray, size: float) -> ConvexSet:
-    """Return a set that has a point and what is within a tenth of a size of it."""
-    n = len(center)
-    low, high = center - size, center + 0.4 * size
-    corners = Hyperrectangle(low, high)
-    kinds = (
-        lambda: corners,
-        lambda: HPolyhedron.make_box(low, high),
-        lambda: VPolytope.make_box(low, high),
-        lambda: Hyperellipsoid.make_hypersphere(size, center),
-        lambda: AffineBall.make_axis_aligned(np.linspace(0.3, 1.0, n) * size, center),
-        lambda: MinkowskiSum(corners, Hyperellipsoid.make_hypersphere(size, np.zeros(n))),
-        lambda: ConvexHull([corners, Point(center + size)]),
-        lambda: Intersection(corners, Hyperellipsoid.make_hypersphere(size, center)),
-        lambda: CartesianProduct([Hyperrectangle([a], [b]) for a, b in zip(low, high)]),  # noqa: B905
-    )
-    return kinds[kind % len(kinds)]()
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
@@ -241,49 +191,6 @@ def test_a_graph_of_points_is_an_ordinary_graph(seed):
         check(result, truth)
 
 
-def loose_graph() -> tuple[GraphOfConvexSets, Vertex, Vertex]:
-    """Return a graph whose relaxation mixes two ways in one set.
-
-    From (0, 0) over (1, 1) or (1, -1), then anywhere on x = 2, to (3, 0). Half a flow over each
-    is at (2, 1) and at (2, -1) of the segment, on average at (2, 0), for 1 + 1 behind either.
-    A path has to go straight to (3, 0) from where it is.
-    """
-    graph = GraphOfConvexSets()
-    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([3.0, 0.0]))
-    wall = graph.add_vertex(VPolytope([[2.0, 1.0], [2.0, -1.0]]))
-    for y in (1.0, -1.0):
-        over = graph.add_vertex(Point([1.0, y]))
-        joined(graph, start, over)
-        joined(graph, over, wall)
-    joined(graph, wall, end)
-    return graph, start, end
-
-
-def test_search_closes_the_gap_of_a_loose_relaxation():
-    """The bound of the relaxation is 2 + sqrt(2); paths are sqrt(2) + sqrt(5), which is proven."""
-    graph, start, end = loose_graph()
-    truth = math.sqrt(2.0) + math.sqrt(5.0)
-    rounded = graph.solve_shortest_path(start, end, RELAXED)
-    assert rounded.lower_bound == pytest.approx(2.0 + math.sqrt(2.0), abs=1e-7)
-    assert rounded.lower_bound <= 2.0 + math.sqrt(2.0)
-    assert rounded.cost == pytest.approx(truth, abs=1e-8)
-    assert rounded.relaxation_bound is not None
-    assert rounded.relaxation_bound.verify()
-    exact = graph.solve_shortest_path(start, end)
-    check(exact, truth)
-    assert exact.num_search_programs > 0
-
-
-def test_a_search_that_is_cut_short_says_what_is_left():
-    """Without programs to solve, the gap is that of the relaxation."""
-    graph, start, end = loose_graph()
-    options = GraphOfConvexSetsOptions(max_search_programs=0)
-    result = graph.solve_shortest_path(start, end, options)
-    assert result.is_success
-    assert result.reason == "max_search_programs was reached"
-    assert result.gap == pytest.approx(math.sqrt(5.0) - 2.0, abs=1e-7)
-
-
 def test_no_vertex_is_visited_twice():
     """A circle that would shorten what is constrained is no part of a path.
 
@@ -394,37 +301,3 @@ def test_a_path_without_cost_costs_nothing():
     assert result.is_success
     assert result.cost == 0.0
     assert -1e-9 <= result.lower_bound <= 0.0
-
-
-@pytest.mark.search
-@pytest.mark.parametrize("seed", range(4))
-def test_bounds_and_costs_of_all_paths_of_random_graphs(seed):
-    """Against the restriction of each simple path: none is below the bound, the best is found."""
-    for case in range(times(1)):
-        scale = (1e-6, 1.0, 1e6, 1.0)[seed]
-        check_random_graph(np.random.default_rng([seed, case]), scale, seed)
-
-
-def check_random_graph(rng: np.random.Generator, scale: float, first_kind: int) -> None:
-    """Try all simple paths of a graph of six sets of one size."""
-    graph = GraphOfConvexSets()
-    centers = rng.uniform(-1.0, 1.0, (6, 2)) * scale
-    sets = [around(first_kind + k, c, 0.2 * scale) for k, c in enumerate(centers)]
-    vertices = [graph.add_vertex(each) for each in sets]
-    always = [(0, 1), (1, 5)]
-    others = [s for s in itertools.permutations(range(6), 2) if rng.random() < 0.4]
-    steps = [*always, *(s for s in others if s not in ((0, 5), *always))]
-    edges = {s: joined(graph, vertices[s[0]], vertices[s[1]]) for s in steps}
-    costs = []
-    for size in range(5):
-        for inner in itertools.permutations(range(1, 5), size):
-            path = list(itertools.pairwise((0, *inner, 5)))
-            if all(step in edges for step in path):
-                costs.append(graph.solve_convex_restriction([edges[s] for s in path]).cost)
-    result = graph.solve_shortest_path(vertices[0], vertices[5])
-    assert result.is_success, result.reason
-    # Sets may overlap, so that the way from one to the other is all rounding.
-    rounding = 1e-9 * scale
-    assert result.lower_bound <= min(costs) + 1e-13 * scale
-    assert result.cost <= min(costs) * (1.0 + 2e-6) + rounding
-    assert result.gap <= 2e-6 * result.cost + 20.0 * rounding
