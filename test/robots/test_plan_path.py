@@ -251,6 +251,15 @@ def test_a_timeout_is_kept(tmp_path):
     assert min(late) < 0.1
 
 
+@pytest.fixture
+def interrupts():
+    """Ctrl-C raises, also where who started the tests ignores it, as shells do behind &."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interrupts")
 def test_an_interrupt_ends_a_search_without_an_end(tmp_path):
     """As Ctrl-C does; nothing goes on computing afterwards."""
     checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
