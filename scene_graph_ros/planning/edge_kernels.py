@@ -188,12 +188,12 @@ def _free_way(held, bodies, pairs, p, k, places, need, tolerance, work):
     """
     padding = pairs.paddings[p]
     limit, reach = padding - pairs.touching[p], max(padding + need, 0.0)
-    phi, _, _, _, _, gap = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE, work)
+    phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE, work)
     least, most = bounds_of(phi, gap, reach)
     if most < limit:
         return -math.inf
     if least - padding < need and least - padding < max(tolerance, 0.5 * (most - padding)):
-        phi, _, _, _, _, gap = distance_at(held, bodies, pairs, p, k, places, reach, 0.0, work)
+        phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0, work)
         if phi < limit:
             return -math.inf
         least, _ = bounds_of(phi, gap, reach)

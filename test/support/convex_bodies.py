@@ -198,7 +198,7 @@ def answer_convex(shape_A, shape_B, X_AB, max_distance=np.inf):
     table = build_shape_table([shape_A, shape_B], [False, False])
     R = tuple(float(x) for x in X_AB[:3, :3].ravel())
     p = tuple(float(x) for x in X_AB[:3, 3])
-    phi, a, b, n, unique, gap = convex_distance(
+    phi, a, b, n, unique, gap, _ = convex_distance(
         plain_core(table, 0),
         plain_core(table, 1),
         R,
@@ -225,7 +225,7 @@ def answer(shape_A, shape_B, X_AB, *, X_WA=None, max_distance=np.inf):
     pairs = np.array([[0, 1]])
     columns = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
     assert columns[-1] == NO_FAILURE
-    _, phi, p_ACa, p_BCb, _, _, nhat, unique, gap, _ = columns
+    _, phi, p_ACa, p_BCb, _, _, nhat, unique, gap, _, _ = columns
     X_AB = relative(X_WA, X_WA @ X_AB)
     p_ACb = X_AB[:3, :3] @ p_BCb[0] + X_AB[:3, 3]
     return Answer(phi[0], p_ACa[0], p_ACb, X_WA[:3, :3].T @ nhat[0], bool(unique[0]), gap[0])

@@ -59,7 +59,7 @@ def measure(
     X_WG = np.ascontiguousarray(np.stack([X_WA, X_WB]))
     pairs = np.array([[0, 1]], dtype=np.int64)
     columns = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
-    _, phi, _, _, p_WCa, p_WCb, nhat, unique, _, _ = columns
+    _, phi, _, _, p_WCa, p_WCb, nhat, unique, *_ = columns
     scale = float(table.scale.max())
     return Pair(phi[0], p_WCa[0], p_WCb[0], nhat[0], bool(unique[0]), scale)
 

@@ -6,10 +6,16 @@ from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry.narrowphase.lift import lifted_contact
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
-__all__ = ["DIRECTIONS", "Pair", "overlapping"]
+__all__ = ["DIRECTIONS", "Pair", "is_found", "overlapping"]
+
+
+def is_found(decided_by):
+    """Tell whether ``lifted_contact`` found and proved a contact."""
+    return decided_by not in (Mechanism.OPEN, Mechanism.SEPARATED)
 
 
 class Pair:

@@ -33,6 +33,7 @@ from scene_graph_ros.geometry.narrowphase.features import (
     SMOOTH,
     VERTEX,
 )
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.nearest_places import nearest_places
 from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, clamp, contact, separation
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -58,6 +59,10 @@ from scene_graph_ros.geometry.tables.hull_blocks import (
 from scene_graph_ros.geometry.tolerances import EPSILON, NEAR_CONTACT, POLISH_RESIDUAL
 
 __all__ = ["is_beyond_face", "polish_all"]
+
+_ALL_FEATURES = int(Mechanism.ALL_FEATURES)
+_NEAREST_PLACES = int(Mechanism.NEAREST_PLACES)
+_BESIDE_AXIS = int(Mechanism.BESIDE_AXIS)
 
 CANDIDATES = 10
 """A box has a corner, three edges and three faces along a direction; the simplex gives one. Of a
@@ -309,7 +314,7 @@ def _from_axis(feature_A, feature_B, core_A, core_B, R, n):
 def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
     """Do what ``polish_all`` does from one direction; return also the best direction tried."""
     allowed = AMPLIFIED * POLISH_RESIDUAL * EPSILON * size
-    proven = False
+    proven, decided_by = False, _ALL_FEATURES
     best, x, y, highest = n, a, b, separation(core_A, core_B, R, p, hulls, n) - allowed
     ahead, furthest = n, highest + allowed
     d = scale(-1.0, n)
@@ -321,6 +326,7 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
             feature_B = _candidate(core_B, hulls, R, p, S, ids, lam, count, 6, n, j)
             if feature_B[0] == NONE:
                 continue
+            how = _ALL_FEATURES
             m, _, _, _, q_A, q_B, distance, error = contact(
                 feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
             )
@@ -329,6 +335,7 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
                 and distance > NEAR_CONTACT * size
                 and _has_places(feature_A, feature_B)
             ):
+                how = _NEAREST_PLACES
                 m, q_A, q_B, distance, error = _contact_of_places(
                     feature_A, feature_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
                 )
@@ -336,6 +343,7 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
             if error > allowed:
                 is_found, start = _from_axis(feature_A, feature_B, core_A, core_B, R, n)
             if is_found:
+                how = _BESIDE_AXIS
                 m, _, _, _, q_A, q_B, distance, error = contact(
                     feature_A,
                     feature_B,
@@ -357,6 +365,7 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
             edge_A = _edge_before(hulls, feature_A, IDENTITY, ORIGIN, q_A, allowed)
             edge_B = _edge_before(hulls, feature_B, R, p, q_B, allowed)
             if edge_A[0] != feature_A[0] or edge_B[0] != feature_B[0]:
+                how = _ALL_FEATURES
                 m, _, _, _, q_A, q_B, distance, error = contact(
                     edge_A, edge_B, core_A, core_B, R, p, hulls, n, a, b, size, S, ids, count
                 )
@@ -366,12 +375,13 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
                     continue
             if distance >= highest and error <= allowed:
                 proven, best, x, y, highest = True, m, q_A, q_B, distance
-    return proven, best, x, y, highest, ahead
+                decided_by = how
+    return proven, best, x, y, highest, ahead, decided_by
 
 
 @lean_kernel
 def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
-    """Return (is proven, n, a, b, distance) of the contact that separates two cores most.
+    """Return (is proven, n, a, b, distance, by) of the contact that separates two cores most.
 
     Starts from the normal n and the witnesses a, b; see ``refine`` for the other arguments. The
     right edges may be those of other corners, where faces are nearly parallel: without a proof,
@@ -379,10 +389,10 @@ def polish_all(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
     """
     m = n
     for _ in range(ROUNDS):
-        proven, best, x, y, highest, ahead = _polish_from(
+        proven, best, x, y, highest, ahead, decided_by = _polish_from(
             core_A, core_B, R, p, hulls, m, a, b, size, S, ids, lam, count
         )
         if proven or (ahead[0] == m[0] and ahead[1] == m[1] and ahead[2] == m[2]):
             break
         m = ahead
-    return proven, best, x, y, highest
+    return proven, best, x, y, highest, decided_by

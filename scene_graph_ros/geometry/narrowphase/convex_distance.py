@@ -17,8 +17,9 @@ from scene_graph_ros.geometry.narrowphase.epa import (
     SMALL,
 )
 from scene_graph_ros.geometry.narrowphase.gjk import FAR, gjk, OVERLAP, STALLED
-from scene_graph_ros.geometry.narrowphase.lift import FOUND, lifted_contact, SEPARATED
+from scene_graph_ros.geometry.narrowphase.lift import lifted_contact
 from scene_graph_ros.geometry.narrowphase.lift_by_kind import lifted_contact_by_kind
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.restarts import (
@@ -37,6 +38,12 @@ from scene_graph_ros.geometry.tolerances import (
 )
 
 __all__ = ["Workspace", "convex_distance", "convex_distance_in", "new_workspace"]
+
+_OPEN = int(Mechanism.OPEN)
+_SEPARATED = int(Mechanism.SEPARATED)
+_GJK = int(Mechanism.GJK)
+_REFINED = int(Mechanism.REFINED)
+_EPA = int(Mechanism.EPA)
 
 FIRST_GAP = 1e-3
 """Relative gap at which GJK's contact of curved cores is first polished; squared each time."""
@@ -64,41 +71,41 @@ def new_workspace() -> Workspace:
 
 
 @lean_kernel
-def _finish(core_A, core_B, distance, a, b, n, unique, gap):
+def _finish(core_A, core_B, distance, a, b, n, unique, gap, decided_by):
     """Add the radii, and split what rounding left of a - b = distance n between a and b."""
     rest = subtract(axpy(-distance, n, a), b)
     p_ACa = axpy(-core_A[2], n, axpy(-0.5, rest, a))
     p_ACb = axpy(core_B[2], n, axpy(0.5, rest, b))
-    return distance - core_A[2] - core_B[2], p_ACa, p_ACb, n, unique, gap
+    return distance - core_A[2] - core_B[2], p_ACa, p_ACb, n, unique, gap, decided_by
 
 
 @lean_kernel
 def _far(core_A, core_B, lower, n):
     """Return the answer for cores that are further apart than was asked for."""
     phi = lower - core_A[2] - core_B[2]
-    return phi, (0.0, 0.0, 0.0), scale(-phi, n), n, False, math.inf
+    return phi, (0.0, 0.0, 0.0), scale(-phi, n), n, False, math.inf, _SEPARATED
 
 
 @kernel
 def _overlap(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam):
-    """Return (distance, a, b, n, unique, gap) of cores that touch or overlap."""
+    """Return (distance, a, b, n, unique, gap, decided by) of cores that touch or overlap."""
     a, b = weighted_points(S, lam, count if count < 4 else 0)
     thick, size = thickness(S) if count == CONTAINS else (0.0, 0.0)
     if thick < THICK:
         rank, n, size = expand_to_tetrahedron(core_A, core_B, R, p, hulls, count, S, ids)
         if rank < 3:
             distance = min(separation(core_A, core_B, R, p, hulls, n), 0.0)
-            return distance, a, b, n, False, 0.0
+            return distance, a, b, n, False, 0.0, _EPA
     settle_gap = 0.0
     has_hull = core_A[0] == HULL or core_B[0] == HULL
     if is_curved(core_A) or is_curved(core_B):
         settle_gap = FINE_GAP if has_hull else COARSE_GAP
-    done, n, a, b, depth, lower, unique = epa(
+    decided_by, n, a, b, depth, lower, unique = epa(
         core_A, core_B, R, p, hulls, size, settle_gap, tolerance, SMALL, S, ids, lam
     )
-    if not done:
+    if decided_by == _OPEN:
         expand_to_tetrahedron(core_A, core_B, R, p, hulls, 0, S, ids)
-        done, n, a, b, depth, lower, unique = epa(
+        decided_by, n, a, b, depth, lower, unique = epa(
             core_A,
             core_B,
             R,
@@ -112,17 +119,17 @@ def _overlap(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam):
             ids,
             lam,
         )
-    return -depth, a, b, n, unique, max(depth - lower, 0.0)
+    return -depth, a, b, n, unique, max(depth - lower, 0.0), decided_by
 
 
 @lean_kernel
 def _apart(core_A, core_B, R, p, hulls, v, limit, tolerance, S, ids, lam):
     """Run GJK from v and polish its contact.
 
-    Returns (is done, is overlapping, count, distance, lower, size, a, b, n, gap), with ``count``
-    rows in the last simplex. Not done: the cores overlap, or the contact could not be proven, and
-    what is known are the bounds ``lower``, the separation along n, and ``distance``. An infinite
-    distance: nothing is known but that ``lower`` exceeds the ``limit``.
+    Returns (decided by, is overlapping, count, distance, lower, size, a, b, n, gap), with
+    ``count`` rows in the last simplex. ``OPEN``: the cores overlap, or the contact could not be
+    proven, and what is known are the bounds ``lower``, the separation along n, and ``distance``.
+    ``SEPARATED``: nothing is known but that ``lower`` exceeds the ``limit``.
     """
     radius = core_A[2] + core_B[2]
     curved = is_curved(core_A) or is_curved(core_B)
@@ -135,15 +142,15 @@ def _apart(core_A, core_B, R, p, hulls, v, limit, tolerance, S, ids, lam):
             core_A, core_B, R, p, hulls, v, count, limit, relative_gap, tolerance, S, ids, lam
         )
         if status == OVERLAP:
-            return False, True, count, distance, lower, size, a, b, n, gap
+            return _OPEN, True, count, distance, lower, size, a, b, n, gap
         n = simplex_normal(S, count, v)
         if status == FAR:
-            return True, False, count, math.inf, lower, size, a, b, n, gap
+            return _SEPARATED, False, count, math.inf, lower, size, a, b, n, gap
         a, b = weighted_points(S, lam, count)
         distance = math.sqrt(dot(v, v))
         gap = distance - lower
         if 0.0 < tolerance >= gap and (lower > radius or distance <= radius):
-            return True, False, count, distance, lower, size, a, b, n, gap
+            return _GJK, False, count, distance, lower, size, a, b, n, gap
         misfit = norm(axpy(-distance, n, subtract(a, b)))
         is_exact = max(gap / GJK_ROUNDING, misfit / POLISH_RESIDUAL) <= EPSILON * size
         if not curved and is_exact:
@@ -153,13 +160,13 @@ def _apart(core_A, core_B, R, p, hulls, v, limit, tolerance, S, ids, lam):
         )
         # Where lines of contact cross behind each other, a contact can be proven that overlaps.
         if proven and lower >= -POLISH_RESIDUAL * EPSILON * size:
-            return True, False, count, lower, lower, size, a, b, n, error
+            return _REFINED, False, count, lower, lower, size, a, b, n, error
         gap = max(error, distance - lower)
         if status == STALLED:
             break
         relative_gap *= relative_gap
-    is_done = gap <= POLISH_RESIDUAL * EPSILON * size
-    return is_done, False, count, distance, lower, size, a, b, n, gap
+    decided_by = _GJK if gap <= POLISH_RESIDUAL * EPSILON * size else _OPEN
+    return decided_by, False, count, distance, lower, size, a, b, n, gap
 
 
 @lean_kernel
@@ -190,13 +197,13 @@ def _lifted(core_A, core_B, R, p, hulls, n, depth, size, S, ids, lam):
 
 @merged_kernel
 def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, size, known):
-    """Return (distance, a, b, n, unique, gap) of cores that overlap or nearly touch.
+    """Return (distance, a, b, n, unique, gap, decided by) of cores that overlap or nearly touch.
 
     Rounding may stop GJK early there; EPA works on both sides of contact. ``known`` is what GJK
     found: (is overlapping, distance, separation along n, a, b, n, gap).
     """
     is_overlapping, distance, lower, a, b, n, gap = known
-    depth, q_A, q_B, m, unique, error = _overlap(
+    depth, q_A, q_B, m, unique, error, decided_by = _overlap(
         core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam
     )
     rest = norm(axpy(-depth, m, subtract(q_A, q_B)))
@@ -204,16 +211,17 @@ def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, si
     if beside > depth + TIE * EPSILON * size:
         error = max(error, beside - depth)
     if tolerance == 0.0 and max(rest, error) > POLISH_RESIDUAL * EPSILON * size:
-        proven, other, x, y, least = polish_from_everywhere(
+        proven, other, x, y, least, by = polish_from_everywhere(
             core_A, core_B, R, p, hulls, m, q_A, q_B, size, S, ids, lam, min(count, 3)
         )
         if proven:
             error = max(error + depth - least, 0.0)
             depth, q_A, q_B, m, rest = least, x, y, other, 0.0
+            decided_by = by
     allowed = max(POLISH_RESIDUAL * EPSILON * size, tolerance)
     if rest > allowed:
         if not (is_overlapping or depth > lower):
-            return distance, a, b, n, True, gap
+            return distance, a, b, n, True, gap, _GJK if gap <= allowed else _OPEN
         if not is_overlapping:
             # EPA's normal separates more, but GJK's witnesses may fit it better.
             misfit = norm(axpy(-depth, m, subtract(a, b)))
@@ -223,7 +231,7 @@ def _near_contact(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam, si
         misfit, a, b = _lifted(core_A, core_B, R, p, hulls, m, -depth, size, S, ids, lam)
         if misfit < rest:
             q_A, q_B = a, b
-    return depth, q_A, q_B, m, unique, error
+    return depth, q_A, q_B, m, unique, error, decided_by
 
 
 @lean_kernel
@@ -233,24 +241,25 @@ def _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam,
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
     limit = max_distance + core_A[2] + core_B[2]
-    done, is_overlapping, count, distance, lower, size, a, b, n, gap = _apart(
+    decided_by, is_overlapping, count, distance, lower, size, a, b, n, gap = _apart(
         core_A, core_B, R_AB, p_AB, hulls, v, limit, tolerance, S, ids, lam
     )
-    if done and distance == math.inf:
+    if decided_by == _SEPARATED:
         return _far(core_A, core_B, lower, n)
     unique = True
-    if not done and (is_overlapping or min(lower, distance) <= NEAR_CONTACT * size):
+    if decided_by == _OPEN and (is_overlapping or min(lower, distance) <= NEAR_CONTACT * size):
         known = (is_overlapping, distance, lower, a, b, n, gap)
-        distance, a, b, n, unique, gap = _near_contact(
+        distance, a, b, n, unique, gap, decided_by = _near_contact(
             core_A, core_B, R_AB, p_AB, hulls, tolerance, count, S, ids, lam, size, known
         )
-    elif not done and tolerance == 0.0:
-        proven, m, x, y, least = polish_all(
+    elif decided_by == _OPEN and tolerance == 0.0:
+        proven, m, x, y, least, by = polish_all(
             core_A, core_B, R_AB, p_AB, hulls, n, a, b, size, S, ids, lam, min(count, 3)
         )
         if proven:
             distance, n, a, b, gap = least, m, x, y, 0.0
-    return _finish(core_A, core_B, distance, a, b, n, unique, gap)
+            decided_by = by
+    return _finish(core_A, core_B, distance, a, b, n, unique, gap, decided_by)
 
 
 @merged_kernel
@@ -258,11 +267,11 @@ def _lifted_or_in_full(
     lifted, core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids
 ):
     """Return what ``convex_distance`` does, given what ``lifted_contact`` found."""
-    status, distance, a, b, n, gap = lifted
-    if status == SEPARATED:
+    decided_by, distance, a, b, n, gap = lifted
+    if decided_by == _SEPARATED:
         return _far(core_A, core_B, distance, n)
-    if status == FOUND:
-        return _finish(core_A, core_B, distance, a, b, n, True, gap)
+    if decided_by != _OPEN:
+        return _finish(core_A, core_B, distance, a, b, n, True, gap, decided_by)
     return _in_full(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance, S, lam, ids)
 
 
@@ -283,13 +292,13 @@ def convex_distance_in(work, core_A, core_B, R_AB, p_AB, hulls, max_distance, to
 
 @kernel
 def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
-    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of two cores (see ``cores``).
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided by) of two cores (``cores``).
 
     Positions are in A's frame, from its origin (m). ``gap`` is the difference of the upper and
     the lower bound of the distance; the answer is taken as soon as it is at most ``tolerance``
     (m) and the sign is certain, or polished to rounding with 0. What ``lifted_contact`` proves is
     always exact: it takes no longer than a looser answer. A ``phi`` beyond ``max_distance`` is
-    only a lower bound, and comes without witnesses.
+    only a lower bound, and comes without witnesses. What decided it is a ``Mechanism``.
     """
     S, lam = np.empty((ROWS, 9)), np.empty(4)
     ids = np.empty((FIRST_FACE, 2), np.int64)

@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import feature_at
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.minima import (
     best_minimum,
     COLUMNS,
@@ -53,6 +54,10 @@ from scene_graph_ros.geometry.tolerances import (
 )
 
 __all__ = ["COARSE_GAP", "FINE_GAP", "LARGE", "MEDIUM", "SMALL", "epa"]
+
+_OPEN = int(Mechanism.OPEN)
+_EPA = int(Mechanism.EPA)
+_BASINS = int(Mechanism.BASINS)
 
 SMALL = 96
 """Corners of the first workspace: enough for primitives, and it stays in the first-level cache."""
@@ -227,14 +232,14 @@ def _polish_fallback(
 
 @lean_kernel
 def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, ids0, lam):
-    """Run EPA's loop; return (is finished, lower bound, best row, rows of faces, minima found)."""
+    """Run EPA's loop; return (decided by, lower bound, best row, rows of faces, minima found)."""
     S, ids, faces, planes, minima, stack, horizon = work
     face_count = start_tetrahedron(S, faces, planes)
     rounding = GJK_ROUNDING * EPSILON * size
     depth, settled = math.inf, math.inf
     lower = -math.inf
     found = 0
-    finished = False
+    decided_by = _OPEN
     hints = (-1, -1)
     for corner in range(4, S.shape[0]):
         f = nearest_face(planes, face_count)
@@ -242,7 +247,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
             break
         lower = max(lower, planes[f, 3])
         if faces[f, CLOSED] == 1 or settled <= planes[f, 3] or found == MAX_MINIMA:
-            finished = True
+            decided_by = _BASINS if found > 0 else _EPA
             break
         n = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
         w, hints = store_support(core_A, core_B, R, p, hulls, n, S, ids, corner, hints)
@@ -280,7 +285,7 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
                     count,
                     minima,
                 )
-            finished = True
+            decided_by = _EPA
             break
         if is_small:
             row, found = _settle(
@@ -315,18 +320,18 @@ def _grow(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, id
         if face_count < 0:
             face_count = 0
             break
-    return finished, lower, best_minimum(minima, found, TIE * EPSILON * size), face_count, found
+    return decided_by, lower, best_minimum(minima, found, TIE * EPSILON * size), face_count, found
 
 
 @kernel
 def epa(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, capacity, S0, ids0, lam):
     """Grow the tetrahedron in rows 0 to 3 of ``S0`` until the depth is known.
 
-    Returns (is finished, n, a, b, depth, lower bound, unique): the unit direction n of least depth
+    Returns (decided by, n, a, b, depth, lower bound, unique): the unit direction n of least depth
     (out of B into A), the witness points, the extent of C along n, which bounds the depth from
     above, and the bound from below. ``settle_gap``, relative to the depth, tells when a face is
     small enough to be polished (0 for polytopes, whose faces are exact). The loop ends when the
-    bounds are within ``tolerance`` (m) of each other, or of rounding. Not finished: the
+    bounds are within ``tolerance`` (m) of each other, or of rounding. ``OPEN``: the
     workspace of ``capacity`` corners was exhausted, or rounding broke the surface; the bounds hold
     all the same. ``S0``, ``ids0`` and ``lam`` are overwritten.
     """
@@ -344,7 +349,7 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, capacity, S0, 
     ids[:4] = ids0[:4]
     minima[FALLBACK, DEPTH] = math.inf
     work = (S, ids, faces, planes, minima, stack, horizon)
-    finished, lower, best, face_count, found = _grow(
+    decided_by, lower, best, face_count, found = _grow(
         core_A, core_B, R, p, hulls, size, settle_gap, tolerance, work, S0, ids0, lam
     )
     tied = _is_tied(
@@ -363,7 +368,7 @@ def epa(core_A, core_B, R, p, hulls, size, settle_gap, tolerance, capacity, S0, 
         best,
     )
     return (
-        finished,
+        decided_by,
         (minima[best, 0], minima[best, 1], minima[best, 2]),
         (minima[best, 3], minima[best, 4], minima[best, 5]),
         (minima[best, 6], minima[best, 7], minima[best, 8]),

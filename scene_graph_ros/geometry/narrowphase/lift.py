@@ -28,6 +28,7 @@ from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
 from scene_graph_ros.geometry.narrowphase.gjk import CONVERGED, FAR, gjk_inlined, OVERLAP
 from scene_graph_ros.geometry.narrowphase.inner_ball import is_least_depth
 from scene_graph_ros.geometry.narrowphase.known_features import contact_of_known
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.other_depths import (
     are_polytopes_or_cylinders,
     LESS,
@@ -63,13 +64,17 @@ from scene_graph_ros.geometry.tolerances import (
     TIE,
 )
 
-__all__ = ["FOUND", "NO_ANSWER", "SEPARATED", "UNKNOWN", "lifted_contact"]
+__all__ = ["NO_ANSWER", "lifted_contact"]
 
-UNKNOWN = 0
-FOUND = 1
-SEPARATED = 2
+_OPEN = int(Mechanism.OPEN)
+_SEPARATED = int(Mechanism.SEPARATED)
+_GJK = int(Mechanism.GJK)
+_LIFTED = int(Mechanism.LIFTED)
+_CRITICAL_DIRECTIONS = int(Mechanism.CRITICAL_DIRECTIONS)
+_INNER_BALL = int(Mechanism.INNER_BALL)
+_COVER = int(Mechanism.COVER)
 
-NO_ANSWER = (UNKNOWN, 0.0, ORIGIN, ORIGIN, ORIGIN, math.inf)
+NO_ANSWER = (_OPEN, 0.0, ORIGIN, ORIGIN, ORIGIN, math.inf)
 """What ``lifted_contact`` returns where it is not tried."""
 
 LIFT = 0.5
@@ -211,15 +216,17 @@ def _searched(core_A, core_B, R, p, hulls, n, distance, S, ids):
 
 @inlined_kernel
 def _others(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
-    """Return (status, m) as ``look_everywhere`` does for a stationary depth."""
+    """Return (verdict, m) as ``look_everywhere`` does for a stationary depth, and by what."""
     if is_least_depth(core_A, core_B, R, p, hulls, a, b, n, depth, size):
-        return NONE_LESS, n
+        return NONE_LESS, n, _INNER_BALL
     if are_polytopes_or_cylinders(core_A, core_B, hulls):
-        return UNDECIDED, n  # all was visited before, in vain
+        return UNDECIDED, n, _OPEN  # all was visited before, in vain
     verdict, m = look_everywhere(core_A, core_B, R, p, hulls, a, b, n, depth, size, S)
+    decided_by = _COVER
     if verdict == UNDECIDED and (edge_count(core_A, hulls) > 0 or edge_count(core_B, hulls) > 0):
         verdict, m, _, _ = look_for_less(core_A, core_B, R, p, hulls, a, b, n, depth, size, S)
-    return verdict, m
+        decided_by = _CRITICAL_DIRECTIONS
+    return verdict, m, decided_by
 
 
 @inlined_kernel
@@ -234,7 +241,7 @@ def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
         a, b = weighted_points(S, lam, count)
         n = unit(v, n)
         if along > limit:
-            return SEPARATED, along, a, b, n, math.inf
+            return _SEPARATED, along, a, b, n, math.inf
         proven, n, a, b, distance, error, stiffness = refine_inlined(
             core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count, 1
         )
@@ -242,17 +249,17 @@ def _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam):
         if not proven:
             continue
         if distance >= 0.0:
-            return FOUND, distance, a, b, n, error
+            return _LIFTED, distance, a, b, n, error
         if stiffness < FLAT_MINIMUM * size:
             break
-        verdict, m = _others(core_A, core_B, R, p, hulls, a, b, n, -distance, size, S)
+        verdict, m, decided_by = _others(core_A, core_B, R, p, hulls, a, b, n, -distance, size, S)
         if verdict == NONE_LESS:
-            return FOUND, distance, a, b, n, error
+            return decided_by, distance, a, b, n, error
         if verdict != LESS:
             break
         n = m
         distance = separation(core_A, core_B, R, p, hulls, n)
-    return UNKNOWN, distance, a, b, n, math.inf
+    return _OPEN, distance, a, b, n, math.inf
 
 
 @inlined_kernel
@@ -268,7 +275,7 @@ def _apart_polytopes(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, la
     n = simplex_normal(S, count, v)
     a, b = weighted_points(S, lam, count)
     if status == FAR:
-        return SEPARATED, lower, a, b, n, math.inf
+        return _SEPARATED, lower, a, b, n, math.inf
     distance = norm(v)
     error = distance - lower
     misfit = norm(axpy(-distance, n, subtract(a, b)))
@@ -277,30 +284,30 @@ def _apart_polytopes(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, la
         or error > GJK_ROUNDING * EPSILON * size
         or misfit > POLISH_RESIDUAL * EPSILON * size
     ):
-        return UNKNOWN, distance, a, b, n, math.inf
-    return FOUND, distance, a, b, n, error
+        return _OPEN, distance, a, b, n, math.inf
+    return _GJK, distance, a, b, n, error
 
 
 @inlined_kernel
 def lifted_contact(core_A, core_B, R, p, hulls, limit, S, ids, lam):
-    """Return (status, distance, a, b, n, error) of two cores, where that is soon proven.
+    """Return (decided by, distance, a, b, n, error) of two cores, where that is soon proven.
 
-    ``SEPARATED``: the cores are ``distance`` > ``limit`` apart along n, or more in other
-    directions. ``FOUND``: the distance is exact to ``error`` (m) and the normal unique.
-    ``UNKNOWN``: no more is known than before.
+    What decided is a ``Mechanism``. ``SEPARATED``: the cores are ``distance`` > ``limit`` apart
+    along n, or more in other directions. ``OPEN``: no more is known than before. Any other: the
+    distance is exact to ``error`` (m) and the normal unique.
     """
     a = b = (0.0, 0.0, 0.0)
     if not (_is_simple(core_A, hulls) and _is_simple(core_B, hulls)):
-        return UNKNOWN, 0.0, a, b, a, math.inf
+        return _OPEN, 0.0, a, b, a, math.inf
     distance, n = _first_direction(core_A, core_B, R, p, hulls)
     if distance < 0.0 and are_polytopes_or_cylinders(core_A, core_B, hulls):
         proven, n, a, b, distance, error = _searched(
             core_A, core_B, R, p, hulls, n, distance, S, ids
         )
         if proven:
-            return FOUND, distance, a, b, n, error
+            return _CRITICAL_DIRECTIONS, distance, a, b, n, error
     if distance > limit:
-        return SEPARATED, distance, a, b, n, math.inf
+        return _SEPARATED, distance, a, b, n, math.inf
     if distance > 0.0 and not (is_curved(core_A) or is_curved(core_B)):
         return _apart_polytopes(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam)
     return _lifted(core_A, core_B, R, p, hulls, limit, n, distance, S, ids, lam)

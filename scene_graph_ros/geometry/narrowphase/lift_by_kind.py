@@ -87,7 +87,7 @@ def _with_cylinder(core_A, core_B, R, p, hulls, limit, S, ids, lam):
 
 @merged_kernel
 def lifted_contact_by_kind(core_A, core_B, R, p, hulls, limit, S, ids, lam):
-    """Return what ``lifted_contact`` does for kinds in order, ``UNKNOWN`` for others.
+    """Return what ``lifted_contact`` does for kinds in order, ``OPEN`` for others.
 
     The order is that of ``ShapeKind``. Points are not there: they have closed forms.
     """

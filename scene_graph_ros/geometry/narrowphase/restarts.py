@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     triangle_corners,
 )
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.refine import separation
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
@@ -39,6 +40,9 @@ from scene_graph_ros.geometry.tables.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.tolerances import EPSILON, SAME_DIRECTION, TIE
 
 __all__ = ["polish_from_everywhere", "separation_of_faces"]
+
+_ALL_FEATURES = int(Mechanism.ALL_FEATURES)
+_RESTARTS = int(Mechanism.RESTARTS)
 
 AXES = 6
 """Both directions of the axes of a core's frame."""
@@ -123,10 +127,11 @@ def _direction(core, R, index):
 
 @lean_kernel
 def polish_from_everywhere(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count):
-    """Return (is proven, n, a, b, distance), as ``polish_all`` does, of the best of many starts.
+    """Return what ``polish_all`` does, of the best of many starts.
 
     The first start is the contact given; of equal ones, the first that is proven is kept.
     """
+    decided_by = _ALL_FEATURES
     proven, best, x, y, highest = False, n, a, b, separation(core_A, core_B, R, p, hulls, n)
     each = AXES + AROUND
     for k in range(2 * each + 4):
@@ -150,9 +155,10 @@ def polish_from_everywhere(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, l
             a, b = (S[0, 3], S[0, 4], S[0, 5]), (S[0, 6], S[0, 7], S[0, 8])
             lam[0] = 1.0
             count = 1
-        is_contact, m, q_A, q_B, distance = polish_all(
+        is_contact, m, q_A, q_B, distance, how = polish_all(
             core_A, core_B, R, p, hulls, m, a, b, size, S, ids, lam, count
         )
         if is_contact and distance > highest - (0.0 if proven else TIE * EPSILON * size):
             proven, best, x, y, highest = True, m, q_A, q_B, distance
-    return proven, best, x, y, highest
+            decided_by = _RESTARTS if k > 0 and how == _ALL_FEATURES else how
+    return proven, best, x, y, highest, decided_by

@@ -60,9 +60,9 @@ class QueryObject(RenderQueries, NotCopied):
     otherwise: "quick", "standard" or "exact" promise that a distance is off by no more than 1e-3,
     1e-6 or 1e-12 of the pair's larger shape. Which pairs penetrate does not depend on it. Points
     are exact at every tier. With ``certificate`` the records have ``gap`` (m): what the answer
-    itself proves of its error, see ``SignedDistancePair``. ``engine="fcl"`` asks FCL instead, for
-    comparison: see ``distance.fcl_engine``. What names no tier or engine raises
-    QueryArgumentError, what the engine lacks EngineError.
+    itself proves of its error, and ``decided_by``: what found it, see ``SignedDistancePair``.
+    ``engine="fcl"`` asks FCL instead, for comparison: see ``distance.fcl_engine``. What names no
+    tier or engine raises QueryArgumentError, what the engine lacks EngineError.
     """
 
     _instead = "bake() freezes the present, which any thread may ask; results pickle as they are"

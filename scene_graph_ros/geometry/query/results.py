@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 
 __all__ = [
     "CandidatePair",
@@ -75,7 +76,9 @@ class PenetrationAsPointPair:
     is_witness_differentiable: bool | None = None
     """Or None."""
     gap: float | None = None
-    """Metres, or None: the certificate; see ``SignedDistancePair``."""
+    """Metres, or None: the certificate; see ``SignedDistancePair``, also for the next."""
+    decided_by: Mechanism | None = None
+    """Or None."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,6 +116,9 @@ class SignedDistancePair:
     gap: float | None = None
     """Metres, or None: the certificate. Moving A by ``-distance`` along the normal makes the
     shapes touch to within this; where they are apart, the distance is off by no more."""
+    decided_by: Mechanism | None = None
+    """Or None: what found the distance. It comes with the certificate; see the page
+    ``docs/narrowphase.md`` for what each proves."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,6 +219,8 @@ class ResultTable(Sequence[Record], Generic[Record]):
         value = self._columns[name][row]
         if name in self._ids:
             return GeometryId(int(value))
+        if name == "decided_by":
+            return Mechanism(int(value))
         return value if isinstance(value, np.ndarray) else value.item()
 
     def __iter__(self) -> Iterator[Record]:

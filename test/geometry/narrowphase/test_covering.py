@@ -2,7 +2,7 @@
 
 from convex_bodies import pose, rounded_hull
 import numpy as np
-from overlapping_pairs import overlapping, Pair
+from overlapping_pairs import is_found, overlapping, Pair
 import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
@@ -16,7 +16,6 @@ from scene_graph_ros.geometry.compiled.lanes import (
 )
 from scene_graph_ros.geometry.narrowphase import covering
 from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
-from scene_graph_ros.geometry.narrowphase.lift import FOUND
 from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
 
 BOX = Box(0.2, 0.3, 0.14)
@@ -51,8 +50,8 @@ def test_what_is_found_is_the_least_depth(shape_A, shape_B):
     for seed in range(100, 108):
         for A, B in ((shape_A, shape_B), (shape_B, shape_A)):
             pair = overlapping(A, B, seed)
-            status, distance, _, _, n, _ = pair.lift()
-            if status == FOUND and distance < 0.0:
+            decided_by, distance, _, _, n, _ = pair.lift()
+            if is_found(decided_by) and distance < 0.0:
                 found += 1
                 assert pair.depth(n) == pytest.approx(-distance, abs=1e-14)
                 assert pair.least_depth() == pytest.approx(-distance, abs=1e-8)
@@ -97,8 +96,8 @@ def test_valley_that_exhausts_the_expanding_polytope():
     box = Box(0.21985813496430728, 0.11513500453222883, 0.18224408855351026)
     ball = Ellipsoid(0.26505290825050304, 0.10886140712442421, 0.1365423934721644)
     pair = Pair(box, ball, pose(np.array(R), p))
-    status, distance, _, _, n, _ = pair.lift()
-    assert status == FOUND
+    decided_by, distance, _, _, n, _ = pair.lift()
+    assert is_found(decided_by)
     assert -distance == pytest.approx(pair.depth(n), abs=1e-14)
     assert -distance == pytest.approx(pair.least_depth(), abs=1e-8)
 

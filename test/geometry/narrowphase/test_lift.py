@@ -2,16 +2,13 @@
 
 from convex_bodies import plain_core, rounded_hull
 import numpy as np
+from overlapping_pairs import is_found
 import pytest
 
 from scene_graph_ros.geometry import Box, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.narrowphase.cores import BOX, IDENTITY, ORIGIN, TRIANGLE
-from scene_graph_ros.geometry.narrowphase.lift import (
-    FOUND,
-    lifted_contact,
-    SEPARATED,
-    UNKNOWN,
-)
+from scene_graph_ros.geometry.narrowphase.lift import lifted_contact
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -39,8 +36,8 @@ def lifted(shape_A, shape_B, p, limit=np.inf):
 @pytest.mark.parametrize("other", [Box(0.5, 0.6, 0.2), Cylinder(0.4, 0.2)], ids=repr)
 def test_ellipsoid_over_a_face(other, distance):
     """The lowest point of the ellipsoid is ``distance`` above the middle of a flat side."""
-    status, found, a, b, n, error = lifted(other, BALL, (0.01, -0.02, 0.1 + 0.15 + distance))
-    assert status == FOUND
+    decided_by, found, a, b, n, error = lifted(other, BALL, (0.01, -0.02, 0.1 + 0.15 + distance))
+    assert is_found(decided_by)
     assert found == pytest.approx(distance, abs=1e-15)
     assert np.allclose(a, (0.01, -0.02, 0.1), atol=1e-15)
     assert np.allclose(b, (0.01, -0.02, 0.1 + distance), atol=1e-15)
@@ -50,8 +47,8 @@ def test_ellipsoid_over_a_face(other, distance):
 
 def test_beyond_the_limit_one_direction_is_enough():
     """Nothing but a direction is told about cores further apart than was asked for."""
-    status, found, _, _, n, _ = lifted(BALL, Cylinder(0.1, 0.2), (0.0, 0.0, 1.0), limit=0.1)
-    assert status == SEPARATED
+    decided_by, found, _, _, n, _ = lifted(BALL, Cylinder(0.1, 0.2), (0.0, 0.0, 1.0), limit=0.1)
+    assert decided_by == Mechanism.SEPARATED
     assert found == pytest.approx(1.0 - 0.15 - 0.1, abs=1e-15)
     assert np.allclose(n, (0.0, 0.0, -1.0), atol=1e-15)
 
@@ -62,12 +59,12 @@ def test_least_depth_that_no_ball_proves_is_not_found():
     Of two equal upright cylinders 1 cm aside, the way out is up or down (0.2 m) or to the side
     (0.39 m); no ball of 0.2 m is in either of them.
     """
-    assert lifted(Cylinder(0.2, 0.2), Cylinder(0.2, 0.2), (0.01, 0.0, 0.0))[0] == UNKNOWN
+    assert lifted(Cylinder(0.2, 0.2), Cylinder(0.2, 0.2), (0.01, 0.0, 0.0))[0] == Mechanism.OPEN
 
 
 def test_many_features_are_not_guessed():
     """Large hulls are left to GJK and EPA."""
-    assert lifted(rounded_hull(0.3, 300), BALL, (0.2, 0.0, 0.0))[0] == UNKNOWN
+    assert lifted(rounded_hull(0.3, 300), BALL, (0.2, 0.0, 0.0))[0] == Mechanism.OPEN
 
 
 def _least_depth(corners, half):
@@ -95,10 +92,10 @@ def test_what_is_proven_of_a_triangle_in_a_box_is_least():
         corners = rng.uniform(-0.2, 0.2, (3, 3))
         triangle = (TRIANGLE, -1, 0.0, tuple(corners.ravel()))
         S, ids = np.zeros((FIRST_FACE + MAX_FACES, 9)), np.zeros((FIRST_FACE, 2), np.int64)
-        status, distance, *_ = lifted_contact(
+        decided_by, distance, *_ = lifted_contact(
             triangle, box, IDENTITY, ORIGIN, np.zeros(8), np.inf, S, ids, np.zeros(4)
         )
-        if status == FOUND and distance < 0.0:
+        if is_found(decided_by) and distance < 0.0:
             found += 1
             assert -distance == pytest.approx(_least_depth(corners, half), abs=1e-14)
     assert found > 20

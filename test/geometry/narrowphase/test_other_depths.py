@@ -2,12 +2,11 @@
 
 from convex_bodies import pose, rounded_hull
 import numpy as np
-from overlapping_pairs import overlapping, Pair
+from overlapping_pairs import is_found, overlapping, Pair
 import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.narrowphase.known_features import contact_of_known
-from scene_graph_ros.geometry.narrowphase.lift import FOUND
 from scene_graph_ros.geometry.narrowphase.other_depths import (
     LESS,
     look_for_less,
@@ -80,8 +79,8 @@ def test_what_is_found_in_short_is_the_least_depth(shape_A, shape_B, seed):
     """Whatever a short contact claims to be the depth, no direction undercuts it."""
     for A, B in ((shape_A, shape_B), (shape_B, shape_A)):
         pair = overlapping(A, B, seed)
-        status, distance, _, _, n, _ = pair.lift()
-        if status == FOUND and distance < 0.0:
+        decided_by, distance, _, _, n, _ = pair.lift()
+        if is_found(decided_by) and distance < 0.0:
             assert pair.depth(n) == pytest.approx(-distance, abs=1e-14)
             assert pair.least_depth() >= -distance - 1e-12
 
@@ -91,8 +90,8 @@ def test_no_overlap_of_these_is_left_to_the_general_algorithm(shape_A, shape_B):
     """Polytopes and cylinders at random poses are all proven in short."""
     for seed in range(8):
         pair = overlapping(shape_A, shape_B, seed)
-        status, distance, *_ = pair.lift()
-        assert status == FOUND or distance >= 0.0
+        decided_by, distance, *_ = pair.lift()
+        assert is_found(decided_by) or distance >= 0.0
 
 
 @pytest.mark.parametrize("ellipsoid", [BALL, PLATE, ROUND_BALL, SPINDLE, LENS], ids=repr)
@@ -106,8 +105,8 @@ def test_depth_in_an_ellipsoid_is_proven(polytope, ellipsoid):
     proven = tried = 0
     for seed in range(100, 112):
         pair = overlapping(polytope, ellipsoid, seed)
-        status, distance, a, b, n, _ = pair.lift()
-        if status == FOUND and distance < 0.0:
+        decided_by, distance, a, b, n, _ = pair.lift()
+        if is_found(decided_by) and distance < 0.0:
             tried += 1
             proven += look(pair, n, -distance, a, b)[0] == NONE_LESS
             assert look(pair, n, 0.01 - distance, a, b)[0] != NONE_LESS
@@ -135,8 +134,8 @@ def test_segment_across_a_cylinder(axis):
     out = np.array([-axis[1], axis[0], 0.0]) / np.hypot(axis[0], axis[1])
     X_AB = pose(np.column_stack([out, np.cross(axis, out), axis]), 0.08 * out + [0, 0, 0.11])
     for pair in (Pair(CYLINDER, CAPSULE, X_AB), Pair(CAPSULE, CYLINDER, np.linalg.inv(X_AB))):
-        status, distance, *_ = pair.lift()
-        assert status == FOUND
+        decided_by, distance, *_ = pair.lift()
+        assert is_found(decided_by)
         assert distance == pytest.approx(-0.02, abs=1e-15)
 
 

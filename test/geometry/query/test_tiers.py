@@ -16,6 +16,7 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.geometry.errors import QueryArgumentError
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 
 SIZE = 0.4
 """Metres: L of the scene's pairs, the length of the cylinder."""
@@ -116,11 +117,27 @@ def test_a_certificate_comes_on_request(query, tier):
     assert "gap" in query.compute_point_pair_penetration(certificate=True).columns
 
 
+@pytest.mark.parametrize("tier", Accuracy)
+def test_what_decided_comes_with_the_certificate(query, tier):
+    """Each answer names a mechanism, the same in both queries; the fast path has no large hull."""
+    table = query.compute_signed_distance_pairwise_closest_points(accuracy=tier, certificate=True)
+    deep = query.compute_point_pair_penetration(accuracy=tier, certificate=True)
+    decided = {(pair.id_A, pair.id_B): pair.decided_by for pair in table}
+    for pair in deep:
+        assert pair.decided_by is decided[pair.id_A, pair.id_B]
+    shape = query.inspector().get_shape
+    fast = {Mechanism.LIFTED, Mechanism.INNER_BALL, Mechanism.COVER}
+    are_simple = [all(shape(id_) is not PEBBLE for id_ in pair) for pair in decided]
+    assert any(are_simple)
+    assert [mechanism in fast for mechanism in decided.values()] == are_simple
+
+
 def test_without_request_there_is_no_certificate(query):
-    """Results have no ``gap`` column, and their records None."""
+    """Results have no column ``gap`` or ``decided_by``, and their records None."""
     table = query.compute_point_pair_penetration()
-    assert "gap" not in table.columns
+    assert not {"gap", "decided_by"} & set(table.columns)
     assert table[0].gap is None
+    assert table[0].decided_by is None
 
 
 def test_points_are_exact_at_every_tier(query):

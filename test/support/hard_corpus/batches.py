@@ -54,7 +54,7 @@ class Complaint(NamedTuple):
 
 
 class Answers(NamedTuple):
-    """One row per case; ``p_ACa`` in A, ``p_BCb`` in B."""
+    """One row per case; ``p_ACa`` in A, ``p_BCb`` in B. ``decided_by`` is there if certified."""
 
     distance: np.ndarray
     p_ACa: np.ndarray
@@ -64,9 +64,10 @@ class Answers(NamedTuple):
     nhat_BA_W: np.ndarray
     unique: np.ndarray
     gap: np.ndarray
+    decided_by: np.ndarray
 
 
-def _table(cases):
+def table_of(cases):
     """Return a shape table with rows 2 k, 2 k + 1 for case k; each shape is built once."""
     found = {}
     rows = [
@@ -86,7 +87,7 @@ def _table(cases):
 
 def solve(cases, max_distance=np.inf, *, certify=False):
     """Return the Answers of all cases; ``certify`` fills their gaps."""
-    table = _table(cases)
+    table = table_of(cases)
     X_WG = np.ascontiguousarray(np.array([X for c in cases for X in (c.X_WA, c.X_WB)]))
     pairs = np.arange(2 * len(cases)).reshape(-1, 2)
     rows, *columns, failed = solve_pairs(

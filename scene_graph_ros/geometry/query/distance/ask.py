@@ -105,7 +105,7 @@ def _distance_table(
     query: str,
 ) -> SignedDistancePairs:
     columns = solve(snapshot, pairs, max_distance, WITHIN, settings, query)
-    rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, unique, _ = columns
+    rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, unique, _, _ = columns
     ids = snapshot.proximity.ids[rows]
     table = {
         "id_A": ids[:, 0],

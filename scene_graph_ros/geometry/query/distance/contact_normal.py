@@ -107,7 +107,7 @@ def _settled(surfaces, core, hulls, R, p, triangles, count, distance, n, size):
         least, other = math.inf, n
         for c in range(count):
             triangle = triangle_core(surfaces.vertices, surfaces.triangles, triangles[c])
-            near, _, _, m, _, _ = convex_distance(
+            near, _, _, m, _, _, _ = convex_distance(
                 triangle, core, R, axpy(lift, n, p), hulls, least, 0.0
             )
             if near < least:
@@ -143,7 +143,7 @@ def normal_to_core(surfaces, core, mesh_core, hulls, R, p, triangles, count, con
     """
     distance, x, n, unique = contact
     slack = TOUCHING * COINCIDENCE * size
-    phi, _, _, m, is_unique, _ = convex_distance(mesh_core, core, R, p, hulls, math.inf, 0.0)
+    phi, _, _, m, is_unique, _, _ = convex_distance(mesh_core, core, R, p, hulls, math.inf, 0.0)
     if phi >= distance - slack:
         return scale(-1.0, m), is_unique
     is_found, m = _settled(surfaces, core, hulls, R, p, triangles, count, distance, n, size)

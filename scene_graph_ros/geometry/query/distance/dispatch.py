@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.narrowphase.cores import (
     POINT,
     SEGMENT,
 )
+from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.query.distance.closed_forms import distance_closed_form
 from scene_graph_ros.geometry.query.distance.distance_convex_mesh import distance_convex_mesh
 from scene_graph_ros.geometry.query.distance.distance_mesh_mesh import distance_mesh_mesh
@@ -37,6 +38,10 @@ CYLINDER_KIND = int(ShapeKind.CYLINDER)
 ELLIPSOID_KIND = int(ShapeKind.ELLIPSOID)
 HALF_SPACE_KIND = int(ShapeKind.HALF_SPACE)
 MESH_KIND = int(ShapeKind.MESH)
+
+_OPEN = int(Mechanism.OPEN)
+_CLOSED_FORM = int(Mechanism.CLOSED_FORM)
+_TRIANGLES = int(Mechanism.TRIANGLES)
 
 
 @inlined_kernel
@@ -76,16 +81,16 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
     if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
         zero = (0.0, 0.0, 0.0)
-        return math.nan, zero, zero, (0.0, 0.0, 1.0), False, 0.0
+        return math.nan, zero, zero, (0.0, 0.0, 1.0), False, 0.0, _OPEN
     found, closed = distance_closed_form(table, i, j, R_AB, p_AB, max_distance)
     if found:
         phi, p_ACa, p_ACb, nhat_BA_A, unique = closed
-        return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
+        return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0, _CLOSED_FORM
     if table.exact[j]:
         phi, p_ACa, p_ACb, nhat_BA_A, unique = _distance_to_triangles(
             table, i, j, R_AB, p_AB, max_distance, tolerance
         )
-        return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0
+        return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0, _TRIANGLES
     return convex_distance_in(
         work,
         core_of(table, i),
@@ -100,13 +105,14 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
 
 @merged_kernel
 def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
-    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap) of rows i (A) and j (B), in A's frame.
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided by) of rows i (A) and j (B).
 
-    ``p_ACa - p_ACb = phi nhat_BA_A``; the unit normal points out of B into A, and is ``unique``
-    unless it is a choice. ``gap`` bounds the error of phi (m): at most ``tolerance``, or rounding
-    where that is 0 and for all pairs with a closed form. Where phi is found to exceed
-    ``max_distance``, it may be any lower bound above that, without witnesses. Two half spaces
-    give phi = nan, the only pair that has no answer. ``work``: a Workspace of ``convex_distance``.
+    All in A's frame. ``p_ACa - p_ACb = phi nhat_BA_A``; the unit normal points out of B into A,
+    and is ``unique`` unless it is a choice. ``gap`` bounds the error of phi (m): at most
+    ``tolerance``, or rounding where that is 0 and for all pairs with a closed form. Where phi is
+    found to exceed ``max_distance``, it may be any lower bound above that, without witnesses. Two
+    half spaces give phi = nan, the only pair that has no answer. What decided is a ``Mechanism``.
+    ``work``: a Workspace of ``convex_distance``.
     """
     # A mesh measured by its triangles comes after one measured by its hull.
     swap = table.kind[i] > table.kind[j] or (
@@ -116,7 +122,7 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
         i, j = j, i
         p_AB = scale(-1.0, rotate_inverse(R_AB, p_AB))
         R_AB = transpose(R_AB)
-    phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = _distance_ordered(
+    phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided_by = _distance_ordered(
         table, i, j, R_AB, p_AB, max_distance, tolerance, work
     )
     if swap:
@@ -127,4 +133,4 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
         p_ACa = add(rotate(R_AB, p_BCa), p_AB)
         p_ACb = add(rotate(R_AB, p_BCb), p_AB)
         nhat_BA_A = scale(-1.0, rotate(R_AB, nhat_AB_B))
-    return phi, p_ACa, p_ACb, nhat_BA_A, unique, gap
+    return phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided_by

@@ -155,7 +155,7 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
             triangle = triangle_core(surfaces.vertices, surfaces.triangles, t)
             if _triangle_gap(lower, upper, triangle[3]) > best:
                 continue
-            distance, a, _, m, unique, gap = convex_distance(
+            distance, a, _, m, unique, gap, _ = convex_distance(
                 triangle, core, R_MK, p_MK, hulls, best, allowed
             )
             if distance > best:
@@ -259,7 +259,9 @@ def _over_triangles(vertices, triangles, normals, core, hulls, R, p, cuts, count
         if abs(dot(m, n)) < 1.0 - COINCIDENCE or abs(dot(n, v) - height) > slack:
             continue
         triangle = triangle_core(vertices, triangles, cuts[c])
-        distance, a, _, _, _, _ = convex_distance(triangle, core, R, lifted, hulls, math.inf, 0.0)
+        distance, a, _, _, _, _, _ = convex_distance(
+            triangle, core, R, lifted, hulls, math.inf, 0.0
+        )
         if abs(distance) <= slack:
             return axpy(-depth, n, a)
     return x
@@ -340,7 +342,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
             depth,
             x,
         )
-    phi, p_MCm, p_MCk, n_hull, is_unique, _ = convex_distance(
+    phi, p_MCm, p_MCk, n_hull, is_unique, _, _ = convex_distance(
         mesh_core, core, R_MK, p_MK, hulls, math.inf, 0.0
     )
     if phi > -depth:

@@ -333,7 +333,7 @@ def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
         return math.inf, x, x, n, False
     if count == 0 and not contained:
         return distance, x, axpy(-distance, n, x), n, True
-    phi, a, b, n_hull, unique, _ = convex_distance(hull_A, hull_B, R, p, hulls, math.inf, 0.0)
+    phi, a, b, n_hull, unique, _, _ = convex_distance(hull_A, hull_B, R, p, hulls, math.inf, 0.0)
     if within > tolerance:
         if phi >= distance - TOUCHING * tolerance:
             n = n_hull

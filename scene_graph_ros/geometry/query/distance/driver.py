@@ -47,7 +47,8 @@ EXACT = Accuracy.EXACT.bound
 def _solve(places, X_WG, pairs, max_distance, keep, accuracy, columns, work):
     """Write the kept pairs into ``columns``; return how many, and the pair without an answer."""
     table = borrowed_table(places)
-    rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps = columns
+    rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps, deciders = columns
+    is_asked = deciders.shape[0] > 0
     count = 0
     for k in range(pairs.shape[0]):
         i, j = pairs[k, 0], pairs[k, 1]
@@ -55,7 +56,7 @@ def _solve(places, X_WG, pairs, max_distance, keep, accuracy, columns, work):
         R_WB, p_WB = load_rotation(X_WG, j), load_translation(X_WG, j)
         R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
         size = max(table.scale[i], table.scale[j])
-        phi, p_ACa, p_ACb, nhat_BA_A, unique, gap = distance_pair(
+        phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided_by = distance_pair(
             table, i, j, R_AB, p_AB, max_distance, accuracy * size, work
         )
         if math.isnan(phi):
@@ -67,6 +68,8 @@ def _solve(places, X_WG, pairs, max_distance, keep, accuracy, columns, work):
             continue
         rows[count, 0], rows[count, 1] = i, j
         phis[count], uniques[count], gaps[count] = phi, unique, gap
+        if is_asked:
+            deciders[count] = decided_by
         store_vector(p_ACas, count, p_ACa)
         store_vector(p_BCbs, count, rotate_inverse(R_AB, subtract(p_ACb, p_AB)))
         store_vector(p_WCas, count, add(p_WA, rotate(R_WA, p_ACa)))
@@ -101,12 +104,13 @@ def solve_pairs(
             depth: too large), the witnesses keep ``p_WCa - p_WCb = distance * nhat_BA_W`` and
             stay in their shapes, and the normal is good to about its square root.
         certify: fill ``gap`` for every pair, see ``certify_pairs``; otherwise it is what the
-            iterations know, 0 where there are none.
+            iterations know, 0 where there are none. Fill ``decided_by``, too.
 
     Returns:
         The columns of k kept pairs, in the order given: rows (k, 2), distance (k,), p_ACa,
-        p_BCb, p_WCa, p_WCb, nhat_BA_W (k, 3), unique (k,), gap (k,); and the index of the first
-        pair that has no answer, or NO_FAILURE.
+        p_BCb, p_WCa, p_WCb, nhat_BA_W (k, 3), unique (k,), gap (k,), decided_by (k,), integers of
+        ``Mechanism``, or (0,) unless ``certify``; and the index of the first pair that has no
+        answer, or NO_FAILURE.
 
     """
     m = len(pairs)
@@ -116,6 +120,7 @@ def solve_pairs(
         *(np.empty((m, 3)) for _ in range(5)),
         np.empty(m, np.bool_),
         np.empty(m),
+        np.empty(m if certify else 0, np.uint8),
     )
     loose = accuracy if accuracy > EXACT else 0.0
     count, failed = _solve(
@@ -123,6 +128,6 @@ def solve_pairs(
     )
     kept = tuple(column[:count] for column in columns)
     if certify:
-        rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, _, gap = kept
+        rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, _, gap, _ = kept
         certify_pairs(held.table, X_WG, rows, phi, p_ACa, p_BCb, nhat_BA_W, gap)
     return (*kept, failed)

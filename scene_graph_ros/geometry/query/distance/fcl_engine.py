@@ -239,7 +239,7 @@ def _answer(bodies: _Bodies, i: int, j: int, keep: int) -> Contact | None:
 
 
 def _columns(found: list[tuple[int, int, Contact]], X_WG: Vector) -> tuple[NDArray[Any], ...]:
-    """Return rows, phi, p_ACa, p_BCb, p_WCa, p_WCb, nhat_BA_W, unique and gap."""
+    """Return rows, phi, p_ACa, p_BCb, p_WCa, p_WCb, nhat_BA_W, unique, gap and no decided_by."""
     rows = np.array([(i, j) for i, j, _ in found], dtype=np.int64).reshape(-1, 2)
     contacts = [contact for *_, contact in found]
     phi = np.array([contact[0] for contact in contacts], dtype=np.float64)
@@ -253,4 +253,4 @@ def _columns(found: list[tuple[int, int, Contact]], X_WG: Vector) -> tuple[NDArr
         X = X_WG[rows[:, side]]
         locals_.append(np.einsum("kji,kj->ki", X[:, :3, :3], points - X[:, :3, 3]))
     gap = np.full(len(found), np.nan)
-    return rows, phi, *locals_, p_WCa, p_WCb, nhat, unique, gap
+    return rows, phi, *locals_, p_WCa, p_WCb, nhat, unique, gap, np.empty(0, np.uint8)

@@ -71,14 +71,15 @@ def describe(snapshot: Snapshot, row: int) -> str:
 
 def extra_columns(
     snapshot: Snapshot, columns: tuple[NDArray[Any], ...], settings: Settings
-) -> dict[str, NDArray[np.float64]]:
+) -> dict[str, NDArray[Any]]:
     """Return the columns that were asked for beside those that every result has."""
-    result: dict[str, NDArray[np.float64]] = {}
+    result: dict[str, NDArray[Any]] = {}
     if settings.derivatives:
         result |= _derivatives(snapshot, columns[0], columns)
         result |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, columns)
     if settings.certificate:
         result["gap"] = columns[8]
+        result["decided_by"] = columns[9]
     return result
 
 

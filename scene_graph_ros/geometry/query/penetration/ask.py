@@ -57,7 +57,7 @@ def penetrations_of(
 ) -> Penetrations:
     """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages."""
     columns = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query)
-    rows, phi, _, _, p_WCa, p_WCb, nhat_BA_W, _, _ = columns
+    rows, phi, _, _, p_WCa, p_WCb, nhat_BA_W, *_ = columns
     ids = snapshot.proximity.ids[rows]
     table = {
         "id_A": ids[:, 0],

@@ -53,7 +53,7 @@ def test_error_is_within_the_promise(name_A, name_B, tier):
     """Distance within the bound and its certificate, the sign right, the identity to rounding."""
     table, X_WG, pairs, truths = constructed(name_A, name_B)
     columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound, True)
-    _, phi, _, _, p_WCa, p_WCb, nhat, _, gap, _ = columns
+    _, phi, _, _, p_WCa, p_WCb, nhat, _, gap, _, _ = columns
     size = max(table.scale)
     assert np.abs(phi - truths).max() <= tier.bound * size
     assert np.array_equal(np.sign(phi), np.sign(truths))
@@ -121,7 +121,7 @@ def test_certificate_exposes_a_wrong_answer():
 
     table, X_WG, pairs, truths = constructed("cylinder", "ellipsoid")
     columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN)
-    rows, phi, p_ACa, p_BCb, _, _, nhat, _, _, _ = columns
+    rows, phi, p_ACa, p_BCb, _, _, nhat, *_ = columns
     deep = truths < 0.0
     for k, wrong in ((1, p_ACa + 1e-6), (2, p_BCb - 1e-6), (3, nhat + np.array([1e-3, 0.0, 0.0]))):
         arguments = [p_ACa, p_BCb, nhat]
