@@ -7,8 +7,8 @@ is a digest of its source, of the sources of all modules of ours that it imports
 folder's, of numba's version and of the flags. So a stale kernel can't be loaded, a copied or
 moved installation finds its kernels, and a change of one file compiles only what depends on it.
 This folder counts for all, since a kernel may be called with lanes that its module does not
-import. Where the cache can't be written, kernels are compiled anew in each process, with one
-warning.
+import; of named tuples the fields are part of what a kernel is kept by. Where the cache can't be
+written, kernels are compiled anew in each process, with one warning.
 
 Set ``SCENE_GRAPH_ROS_KERNEL_CACHE`` to place the cache elsewhere than the user's cache folder.
 """
@@ -18,8 +18,10 @@ from __future__ import annotations
 import fcntl
 import functools
 import hashlib
+import itertools
 import os
 from pathlib import Path
+import pickle
 import re
 import sys
 import tempfile
@@ -27,8 +29,9 @@ from typing import Any
 import warnings
 
 import numba
-from numba.core import caching
+from numba.core import caching, sigutils
 import numba.core.config as numba_config
+from numba.core.types import containers
 
 __all__ = [
     "FLAGS",
@@ -98,7 +101,7 @@ class _Locator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
     def __init__(self, function: Any, file: str) -> None:
         self._py_file, self._lineno = file, function.__code__.co_firstlineno
         folder = _digest(function.__module__)
-        if _module_file(function.__module__) is None:
+        if not _source(function.__module__):
             # Not this package's, so the digest says nothing of it.
             folder = str(Path("others", folder) / self.get_suitable_cache_subpath(file))
         self._folder = folder
@@ -117,6 +120,57 @@ class _Locator(caching._SourceFileBackedLocatorMixin, caching._CacheLocator):
         return cls(function, file)
 
 
+class _KernelFiles(caching.IndexDataCacheFile):
+    """The files of one function: an index that leads from types to files of machine code.
+
+    Numba pickles an index as a whole, so that types of one module that is no more, or that only
+    another checkout has, would make all of it unreadable. Here each key is pickled for itself.
+    """
+
+    def load_all(self) -> dict[bytes, str]:
+        """Return the names of files by pickled keys, also of those that can't be read."""
+        packed: dict[bytes, str] = super()._load_index()
+        return packed
+
+    def _load_index(self) -> dict[Any, str]:
+        index = {}
+        for key, name in self.load_all().items():
+            try:
+                index[pickle.loads(key)] = name  # noqa: S301 - as numba's own
+            except (ImportError, AttributeError):
+                continue
+        return index
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep machine code; let no other process save a kernel of the same function meanwhile.
+
+        Two processes that compile the same function for different types would otherwise pick the
+        same free name from the index, and the key of the one would lead to the code of the other.
+        """
+        with (Path(self._cache_path) / ".lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            name = self._load_index().get(key)
+            if name is None:
+                packed = self.load_all()
+                names = map(self._data_name, itertools.count(1))
+                name = next(each for each in names if each not in packed.values())
+                self._save_index({**packed, self._dump(key): name})
+            self._save_data(name, data)
+
+
+def _fields(given: Any) -> list[Any]:
+    """List the fields of all named tuples in a signature.
+
+    A kernel reads them by their place. Its module need not import that of the tuple, whose fields
+    may have changed places since: to numba it is the same type by its name.
+    """
+    if isinstance(given, containers.BaseNamedTuple):
+        return [given.fields, *map(_fields, given)]
+    if isinstance(given, containers.BaseTuple | tuple):
+        return [found for each in given if (found := _fields(each))]
+    return []
+
+
 class KernelCache(caching.FunctionCache):
     """The cache of one kernel's machine code, for every combination of types."""
 
@@ -125,10 +179,9 @@ class KernelCache(caching.FunctionCache):
 
     def __init__(self, function: Any) -> None:
         super().__init__(function)
-        self._load_index = self._cache_file._load_index
-        self._cache_file._load_index = self._load_readable_index
-        self._save_file = self._cache_file.save
-        self._cache_file.save = self._save_one_at_a_time
+        self._cache_file = _KernelFiles(
+            self._cache_path, self._impl.filename_base, self._impl.locator.get_source_stamp()
+        )
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep machine code; where that can't be done, say so once and go on without."""
@@ -145,27 +198,9 @@ class KernelCache(caching.FunctionCache):
             _warn_once(error.strerror)
             return None
 
-    def _load_readable_index(self) -> Any:
-        """Return what is kept, or nothing where it is about types that are no more.
-
-        An index names the types of tuples by their modules. Sources that have not changed may have
-        been called with tuples of a module that was moved.
-        """
-        try:
-            return self._load_index()
-        except (ImportError, AttributeError):
-            return {}
-
-    def _save_one_at_a_time(self, key: Any, data: Any) -> None:
-        """Let no other process save a kernel of the same function meanwhile.
-
-        Numba picks a free file name from an index that it read before. Two processes that
-        compile the same function for different types would pick the same name, and the index of
-        the one would lead to the machine code of the other.
-        """
-        with (Path(self.cache_path) / ".lock").open("w") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX)
-            self._save_file(key, data)
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        arguments, _ = sigutils.normalize_signature(sig)
+        return (*super()._index_key(sig, codegen), repr(_fields(arguments)))
 
 
 @functools.cache
@@ -179,27 +214,26 @@ def _warn_once(problem: str) -> None:
     )
 
 
-def _module_file(name: str) -> Path | None:
+@functools.cache
+def _source(name: str) -> bytes:
+    """Return the source of one of the package's modules, nothing for what is none of them."""
     if not f"{name}.".startswith(f"{_PACKAGE}."):
-        return None
+        return b""
     base = _PACKAGE_FOLDER.joinpath(*name.split(".")[len(_PACKAGE.split(".")) :])
     for candidate in (base.with_suffix(".py"), base / "__init__.py"):
         if candidate.is_file():
-            return candidate
-    return None
+            return candidate.read_bytes()
+    return b""
 
 
 @functools.cache
 def _imported_modules(name: str) -> frozenset[str]:
     """Name the package's modules that the source of module ``name`` imports."""
-    path = _module_file(name)
-    if path is None:
-        return frozenset()
     found = set()
-    for module, names in _IMPORT.findall(path.read_text()):
+    for module, names in _IMPORT.findall(_source(name).decode()):
         found.add(module)
         found.update(f"{module}.{part}" for part in re.findall(r"\w+", names))
-    return frozenset(found)
+    return frozenset(module for module in found if _source(module))
 
 
 @functools.cache
@@ -214,10 +248,8 @@ def _digest(module: str) -> str:
         pending |= _imported_modules(name) - closure
     digest = hashlib.blake2b(digest_size=8)
     for name in sorted(closure):
-        path = _module_file(name)
-        if path is not None:
-            digest.update(name.encode())
-            digest.update(path.read_bytes())
+        digest.update(name.encode())
+        digest.update(_source(name))
     digest.update(_environment())
     return digest.hexdigest()
 

@@ -147,16 +147,31 @@ from scene_graph_ros.geometry.compiled import kernel
 from {module} import Pair
 import use
 
-print(use.first(Pair(0.5)), kernel.compilation_count())
+print(use.first(Pair({values})), kernel.compilation_count())
 """
 
 
-def test_kernels_of_a_type_that_was_moved_are_compiled_again(tmp_path):
-    """What is kept for a tuple names its module: once that is gone, it is no more than missing."""
+def test_kernels_of_a_type_that_is_not_there_cost_no_others(tmp_path):
+    """What is kept for a tuple names its module: without that it can't be read, the rest can.
+
+    So a module that was moved leaves nothing behind that hurts, and two checkouts of which one has
+    another module keep their kernels in one cache.
+    """
     (tmp_path / "use.py").write_text(_KERNEL)
     script = tmp_path / "call.py"
-    for module, compiled in (("before", 1), ("before", 0), ("after", 1), ("after", 0)):
-        (tmp_path / "before.py").unlink(missing_ok=True)
+    for module, compiled in (("here", 1), ("here", 0), ("there", 1), ("there", 0), ("here", 0)):
+        for name in ("here", "there"):
+            (tmp_path / f"{name}.py").unlink(missing_ok=True)
         (tmp_path / f"{module}.py").write_text(_PAIR)
-        script.write_text(_CALL.format(module=module))
+        script.write_text(_CALL.format(module=module, values="0.5"))
         assert _answer(_start(script, "()", tmp_path / "cache")) == f"0.5 {compiled}"
+
+
+def test_kernels_of_a_tuple_whose_fields_changed_places_are_compiled_again(tmp_path):
+    """A kernel reads them by their place, and its own source says nothing of where they are."""
+    (tmp_path / "use.py").write_text(_KERNEL)
+    script = tmp_path / "call.py"
+    script.write_text(_CALL.format(module="here", values="x=0.5, y=2.0"))
+    for fields in ("x: float; y: float", "y: float; x: float", "x: float; y: float"):
+        (tmp_path / "here.py").write_text(_PAIR.replace("x: float", fields))
+        assert _answer(_start(script, "()", tmp_path / "cache")).startswith("0.5 ")
