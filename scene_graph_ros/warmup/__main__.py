@@ -20,7 +20,7 @@ from scene_graph_ros.warmup.groups import GROUPS, MAIN
 __all__ = ["main", "warm_up"]
 
 
-def warm_up(names: list[str], processes: int | None = None) -> int:
+def warm_up(names: list[str], processes: int | None = None) -> list[str]:
     """Compile the groups of these names under a progress bar; see `Compiler.run`.
 
     Args:
@@ -76,7 +76,7 @@ def main(arguments: list[str] | None = None) -> int:
         sys.stderr.write(f"{error}\n")
         return 1
     elapsed = time.perf_counter() - start
-    note = f" ({late} of them late)" if late else ""
+    note = f" ({', '.join(late)} late)" if late else ""
     sys.stdout.write(
         f"kernels ({', '.join(names)}) are ready in {cache_root()}{note}: {elapsed:.1f} s\n"
     )

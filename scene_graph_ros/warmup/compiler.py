@@ -63,13 +63,13 @@ class Compiler:
         self._is_stopped = False
         self._totals: dict[str, int] = {}
         self._compiled: set[str] = set()
-        self._late = 0
+        self._late: list[str] = []
 
-    def run(self, tell: Callable[[Progress], None] = lambda progress: None) -> int:
+    def run(self, tell: Callable[[Progress], None] = lambda progress: None) -> list[str]:
         """Compile, and mark the groups as ready; ``tell`` is called on each progress.
 
-        Returns the number of kernels that were compiled after all should have been there: 0 when
-        all was well. Raises CompilingError.
+        Returns the kernels that were compiled after all should have been there: none when all was
+        well. Raises CompilingError.
         """
         for stage in self._stages():
             self._run_side_by_side(stage, tell)
@@ -151,7 +151,8 @@ class Compiler:
             self._totals[task.group] = max(count, self._totals.get(task.group, 0))
         elif text.startswith(COMPILED):
             self._compiled.add(text)
-            self._late += task.is_check
+            if task.is_check:
+                self._late.append(text.removeprefix(COMPILED))
         else:
             task.tail.append(text)
 
