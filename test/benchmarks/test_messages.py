@@ -19,10 +19,10 @@ from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.soak import soak
 from benchmarks.messages.sustained import rig
 
-SECONDS = times(20)
+SECONDS = times(10)
 FLAT = 6e6
-"""Bytes that memory may grow by within ten seconds: a leak of one contact message per update
-would be ten times as much, and allocators breathe by less."""
+"""Bytes that memory may grow by within half of that: a leak of one contact message per update
+would be five times as much, and allocators breathe by less."""
 
 
 @pytest.mark.parametrize("job", [micro.markers, micro.received_poses])
