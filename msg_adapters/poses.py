@@ -31,12 +31,9 @@ from msg_adapters.errors import MessageError
 from msg_adapters.stamps import checked_stamp_from_msg, stamp_to_msg
 from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.spatial.pose_kernels import VALID
-from scene_graph_ros.geometry.spatial.poses import (
-    poses_from_quaternions,
-    quaternions_from_poses,
-)
-from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_quaternions_kernel
+from scene_graph_ros.geometry.spatial.pose_kernels import FAR_AWAY, NOT_FINITE, NOT_UNIT, VALID
+from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
+from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_components_kernel
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
 
 __all__ = [
@@ -114,6 +111,13 @@ _REASONS = {
 }
 
 
+_FAULTS = {
+    NOT_FINITE: PoseFault.NOT_FINITE,
+    FAR_AWAY: PoseFault.FAR_AWAY,
+    NOT_UNIT: PoseFault.NOT_UNIT_QUATERNION,
+}
+
+
 def _refuse(name: str, fault: PoseFault, value: NDArray[np.float64]) -> RefusedPose:
     return RefusedPose(name, fault, f"pose of {quoted(name)} {_REASONS[fault]}: {value.tolist()}")
 
@@ -126,34 +130,15 @@ def poses_from_components(
     ``components`` is ``(n, 7)``. Quaternions within QUATERNION_NORM_DEFECT of unit length are
     normalized.
     """
-    X = np.empty((len(components), 4, 4))
-    p, q = components[:, :3].copy(), components[:, 3:].copy()
-    if poses_from_quaternions_kernel(p, q, X)[1] == VALID:
+    X, statuses = np.empty((len(components), 4, 4)), np.empty(len(components), dtype=np.int64)
+    if poses_from_components_kernel(components, X, statuses) == len(X):
         return np.ones(len(X), dtype=bool), X, ()
-    return _judge_each(components, names)
-
-
-def _judge_each(
-    components: NDArray[np.float64], names: Sequence[str]
-) -> tuple[NDArray[np.bool_], NDArray[np.float64], tuple[RefusedPose, ...]]:
-    p, q = components[:, :3], components[:, 3:]
-    with np.errstate(over="ignore", invalid="ignore"):
-        norms = np.sqrt(np.einsum("ij,ij->i", q, q))
-        is_unit = np.abs(norms - 1.0) <= QUATERNION_NORM_DEFECT
-        is_near = np.all(np.abs(p) <= MAX_COORDINATE, axis=1)
-    valid = np.logical_and(is_unit, is_near)
-    refused = []
-    for row in np.flatnonzero(~valid).tolist():
-        if not np.isfinite(components[row]).all():
-            fault = PoseFault.NOT_FINITE
-        elif not is_near[row]:
-            fault = PoseFault.FAR_AWAY
-        else:
-            fault = PoseFault.NOT_UNIT_QUATERNION
-        refused.append(_refuse(names[row], fault, components[row]))
-    # Normalized here, so that a norm at the very bound is not judged twice.
-    units = q[valid] / norms[valid, np.newaxis]
-    return valid, poses_from_quaternions(p[valid], units), tuple(refused)
+    valid = statuses == VALID
+    refused = [
+        _refuse(names[row], _FAULTS[int(statuses[row])], components[row])
+        for row in np.flatnonzero(~valid).tolist()
+    ]
+    return valid, X[valid], tuple(refused)
 
 
 def pose_batch(

@@ -38,7 +38,14 @@ from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions, quaternions_from_poses
-from scene_graph_ros.geometry.spatial.record_kernels import are_valid, latest, place_records
+from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_components_kernel
+from scene_graph_ros.geometry.spatial.record_kernels import (
+    are_valid,
+    judge_time,
+    judge_times,
+    latest,
+    place_records,
+)
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
 from scene_graph_ros.warmup.bodies import FACES, TETRAHEDRON
@@ -120,6 +127,7 @@ def read_poses() -> None:
     """Read a pose as one comes with a message, in all the ways there are."""
     components = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
     X = poses_from_quaternions(components[:, :3], components[:, 3:])
+    poses_from_components_kernel(components, X, np.array([0]))
     quaternions_from_poses(X)
     check_poses(X)
     data = bytes(_STAMP_SIZE) + components.tobytes()
@@ -127,7 +135,8 @@ def read_poses() -> None:
     times, newest = np.array([0]), np.array([0])
     are_valid(data, numbers)
     place_records(data, numbers, times, (0, 0, 0), rows, X, newest)
-    latest(newest)
+    judge_times(times, rows, newest, (0, 0, 0), np.array([0]))
+    judge_time(0, latest(newest), 0, 0)
 
 
 def _scene_of_all_shapes() -> QueryObject:

@@ -7,7 +7,8 @@ from scene_graph_ros.geometry.spatial.pose_kernels import FAR_AWAY, NOT_FINITE, 
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE, QUATERNION_NORM_DEFECT
 
 __all__ = [
-    "is_valid",
+    "judge",
+    "poses_from_components_kernel",
     "poses_from_quaternions_kernel",
     "quaternions_from_poses_kernel",
     "write_pose",
@@ -15,15 +16,29 @@ __all__ = [
 
 
 @lean_kernel
-def is_valid(p0, p1, p2, x, y, z, w):
-    """Tell whether a position and a quaternion are finite, near enough, and of unit length."""
+def judge(p0, p1, p2, x, y, z, w):
+    """Tell what is wrong with a position and a quaternion: a status of `pose_kernels`."""
     norm = math.sqrt(x * x + y * y + z * z + w * w)
-    return (
+    if (
         abs(norm - 1.0) <= QUATERNION_NORM_DEFECT
         and abs(p0) <= MAX_COORDINATE
         and abs(p1) <= MAX_COORDINATE
         and abs(p2) <= MAX_COORDINATE
-    )
+    ):
+        return VALID
+    if not (
+        math.isfinite(x)
+        and math.isfinite(y)
+        and math.isfinite(z)
+        and math.isfinite(w)
+        and math.isfinite(p0)
+        and math.isfinite(p1)
+        and math.isfinite(p2)
+    ):
+        return NOT_FINITE
+    if max(abs(p0), abs(p1), abs(p2)) > MAX_COORDINATE:
+        return FAR_AWAY
+    return NOT_UNIT
 
 
 @lean_kernel
@@ -49,20 +64,6 @@ def write_pose(p0, p1, p2, x, y, z, w, X, i):
 
 
 @lean_kernel
-def _status(p, q, i):
-    """Tell what is wrong with row i, that something is."""
-    for k in range(4):
-        if not math.isfinite(q[i, k]):
-            return NOT_FINITE
-    for k in range(3):
-        if not math.isfinite(p[i, k]):
-            return NOT_FINITE
-        if abs(p[i, k]) > MAX_COORDINATE:
-            return FAR_AWAY
-    return NOT_UNIT
-
-
-@lean_kernel
 def poses_from_quaternions_kernel(p, q, X):
     """Write poses from positions (n, 3) and quaternions (n, 4) in the order x, y, z, w.
 
@@ -71,10 +72,28 @@ def poses_from_quaternions_kernel(p, q, X):
     for i in range(p.shape[0]):
         p0, p1, p2 = p[i, 0], p[i, 1], p[i, 2]
         x, y, z, w = q[i, 0], q[i, 1], q[i, 2], q[i, 3]
-        if not is_valid(p0, p1, p2, x, y, z, w):
-            return i, _status(p, q, i)
+        status = judge(p0, p1, p2, x, y, z, w)
+        if status != VALID:
+            return i, status
         write_pose(p0, p1, p2, x, y, z, w, X, i)
     return -1, VALID
+
+
+@lean_kernel
+def poses_from_components_kernel(rows, X, statuses):
+    """Write the pose of each row of x, y, z, qx, qy, qz, qw that is right, and its status.
+
+    Returns how many are right; ``rows`` is ``(n, 7)``, X ``(n, 4, 4)``, ``statuses`` ``(n,)``.
+    """
+    count = 0
+    for i in range(rows.shape[0]):
+        p0, p1, p2 = rows[i, 0], rows[i, 1], rows[i, 2]
+        x, y, z, w = rows[i, 3], rows[i, 4], rows[i, 5], rows[i, 6]
+        statuses[i] = judge(p0, p1, p2, x, y, z, w)
+        if statuses[i] == VALID:
+            write_pose(p0, p1, p2, x, y, z, w, X, i)
+            count += 1
+    return count
 
 
 @kernel

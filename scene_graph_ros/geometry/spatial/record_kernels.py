@@ -3,14 +3,60 @@
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.compiled.record_bytes import number_at, seconds_at, word_at
-from scene_graph_ros.geometry.spatial.quaternion_kernels import is_valid, write_pose
+from scene_graph_ros.geometry.spatial.pose_kernels import VALID
+from scene_graph_ros.geometry.spatial.quaternion_kernels import judge, write_pose
 
-__all__ = ["are_valid", "latest", "place_records"]
+__all__ = [
+    "EARLY",
+    "IN_TIME",
+    "LATE",
+    "OUT_OF_ORDER",
+    "are_valid",
+    "judge_time",
+    "judge_times",
+    "latest",
+    "place_records",
+]
+
+IN_TIME = 0
+EARLY = 1
+LATE = 2
+OUT_OF_ORDER = 3
 
 _NANOSECONDS = 10**9
 _EARLIEST = -(2**63)
 _WORD_SIZE = 4
 _NUMBER_SIZE = 8
+
+
+@lean_kernel
+def judge_time(time, newest, earliest, latest):
+    """Tell what is wrong with a time, such as EARLY; it is not to be before ``newest``."""
+    if time < earliest:
+        return EARLY
+    if time > latest:
+        return LATE
+    return OUT_OF_ORDER if time < newest else IN_TIME
+
+
+@lean_kernel
+def judge_times(times, rows, newest, limits, statuses):
+    """Judge the time of each record, of which ``newest[rows[i]]`` is what it would replace.
+
+    Times of 0 become the first of ``limits``, which are those of `place_records`; what belongs to
+    no row, below 0, has IN_TIME. ``times``, ``rows`` and ``statuses`` are ``(n,)``. Returns how
+    many are not in time.
+    """
+    now, earliest, latest = limits
+    count = 0
+    for i in range(times.shape[0]):
+        if times[i] == 0:
+            times[i] = now
+        statuses[i] = IN_TIME
+        if rows[i] >= 0:
+            statuses[i] = judge_time(times[i], newest[rows[i] & LAST_PLACE], earliest, latest)
+            count += statuses[i] != IN_TIME
+    return count
 
 
 @lean_kernel
@@ -42,7 +88,7 @@ def are_valid(data, numbers):
     """
     for i in range(numbers.shape[0]):
         p0, p1, p2, x, y, z, w = _components(data, numbers[i])
-        if not is_valid(p0, p1, p2, x, y, z, w):
+        if judge(p0, p1, p2, x, y, z, w) != VALID:
             return False
     return True
 
@@ -64,7 +110,7 @@ def place_records(data, numbers, times, limits, rows, X, newest):
     last = times.shape[0] - 1
     for i in range(numbers.shape[0]):
         time = _time_at(data, times[min(i, last)], now)
-        if time < earliest or time > latest or time < newest[rows[i] & LAST_PLACE]:
+        if judge_time(time, newest[rows[i] & LAST_PLACE], earliest, latest) != IN_TIME:
             return False
     for i in range(numbers.shape[0]):
         k = rows[i] & LAST_PLACE

@@ -20,7 +20,14 @@ from msg_adapters.stamps import EARLIEST, LATEST
 from msg_adapters.wire.poses import Layout
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses, VALID
-from scene_graph_ros.geometry.spatial.record_kernels import latest
+from scene_graph_ros.geometry.spatial.record_kernels import (
+    EARLY,
+    IN_TIME,
+    judge_time,
+    judge_times,
+    latest,
+    OUT_OF_ORDER,
+)
 
 __all__ = [
     "CONFIGURATION_FAULTS",
@@ -96,16 +103,19 @@ class TimeLimits(NamedTuple):
 
         The sentence is to follow "a pose".
         """
-        now, first, last = self.bounds()
-        if first <= stamp <= last:
-            if stamp >= newest:
-                return None
+        _, earliest, latest = self.bounds()
+        status = judge_time(stamp, newest, earliest, latest)
+        return None if status == IN_TIME else self.describe(status, stamp, newest)
+
+    def describe(self, status: int, stamp: int, newest: int) -> tuple[Fault, str]:
+        """Say what `judge_time` has against a stamp, as `problem` does."""
+        if status == OUT_OF_ORDER:
             earlier = (newest - stamp) * 1e-9
             return Fault.OUT_OF_ORDER, f"is stamped {earlier:.3f} s before what it would replace"
-        if now <= 0:
+        if self.now <= 0:
             return Fault.FUTURE, f"stamped {stamp} ns is later than any message can say"
-        lag = f"stamped {(now - stamp) * 1e-9:.3f} s ago is "
-        if stamp < first:
+        lag = f"stamped {(self.now - stamp) * 1e-9:.3f} s ago is "
+        if status == EARLY:
             return Fault.STALE, lag + "older than max_pose_age"
         return Fault.FUTURE, lag + "stamped beyond max_pose_lead in the future"
 
@@ -224,7 +234,7 @@ class Intake:
         for refused in batch.refused:
             self.fault(_FAULTS[refused.fault], refused.name, refused.message)
         plan = self._plan(batch.names, batch.parents, frames)
-        stamps = _stamped(batch.stamps_ns, limits.now)
+        stamps = batch.stamps_ns.copy()
         for index in plan.strangers:
             self._name_stranger(batch.names[index], frames)
         for index in plan.misplaced:
@@ -369,27 +379,12 @@ class Intake:
             self.fault(Fault.UNKNOWN_FRAME, name, "no such frame is registered")
 
     def _in_time(self, plan: _Plan, stamps: np.ndarray, limits: TimeLimits) -> np.ndarray:
-        frames, known = plan.frames, plan.usable
-        if _are_all_in_time(stamps, frames.stamps, limits):
-            return np.ones(len(stamps), dtype=bool)
-        _, first, last = limits.bounds()
-        newest = frames.stamps[np.where(known, plan.rows, 0)] if len(frames.stamps) else stamps
-        in_time = (stamps >= first) & (stamps <= last) & (~known | (stamps >= newest))
-        for index in np.flatnonzero(known & ~in_time):
-            problem = limits.problem(int(stamps[index]), int(newest[index]))
-            assert problem is not None
-            self.fault(problem[0], plan.names[int(index)], f"a pose {problem[1]}")
-        return in_time
-
-
-def _are_all_in_time(stamps: np.ndarray, newest: np.ndarray, limits: TimeLimits) -> bool:
-    """Tell whether the oldest and the newest of ``stamps`` show that no other is to be judged."""
-    if not len(stamps) or not len(newest):
-        return True
-    _, first, last = limits.bounds()
-    return max(first, int(newest.max())) <= int(stamps.min()) and int(stamps.max()) <= last
-
-
-def _stamped(stamps: np.ndarray, now: int) -> np.ndarray:
-    """Give unstamped poses the time of their arrival."""
-    return np.where(stamps == 0, now, stamps)
+        """Tell which poses may be applied, and give those without a stamp that of now."""
+        newest, rows = plan.frames.stamps, np.where(plan.usable, plan.rows, -1)
+        statuses = np.empty(len(stamps), dtype=np.int64)
+        if judge_times(stamps, rows, newest, limits.bounds(), statuses):
+            for index in np.flatnonzero(statuses).tolist():
+                status, stamp = int(statuses[index]), int(stamps[index])
+                problem, detail = limits.describe(status, stamp, int(newest[rows[index]]))
+                self.fault(problem, plan.names[index], f"a pose {detail}")
+        return statuses == IN_TIME
