@@ -7,20 +7,18 @@ from __future__ import annotations
 
 from collections import deque
 import threading
-from typing import Any
 
 import numpy as np
-from rclpy.serialization import deserialize_message
 
 from msg_adapters.deformables import ConfigurationBatch, configurations_from_msg
 from scene_graph_msgs.msg import DeformableConfigurations
-from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.world.deformables import SourceDeformables
 from scene_graph_ros.node.world.intake import Fault, Intake, TimeLimits
-from scene_graph_ros.node.world.message_sizes import most_bytes, too_long
+from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.source_channel import Kept, SourceChannel
 from scene_graph_ros.node.world.source_topics import configuration_topic
 
 __all__ = ["ConfigurationChannel", "accept_configurations"]
@@ -96,18 +94,14 @@ def _stranger(name: str, deformables: SourceDeformables) -> tuple[Fault, str]:
     return Fault.UNKNOWN_GEOMETRY, "no such deformable geometry is registered"
 
 
-class ConfigurationChannel:
-    """The configuration topic of one source; messages stay bytes until the next update."""
+class ConfigurationChannel(SourceChannel[Kept, SourceDeformables]):
+    """The configuration topic of one source."""
 
     def __init__(self, record: SourceRecord, intake: Intake, world_frame: str) -> None:
-        self.record = record
-        self.intake = intake
-        self.kind = DeformableConfigurations
-        self.subscription: Any = None
-        self.topic = ""
+        super().__init__(record, intake, DeformableConfigurations)
         self._world_frame = world_frame
         self._lock = threading.Lock()
-        self._kept: deque[tuple[bytes, int]] = deque()
+        self._kept: deque[Kept] = deque()
 
     @property
     def wanted_topic(self) -> str:
@@ -122,43 +116,22 @@ class ConfigurationChannel:
             if len(self._kept) == _QUEUED:
                 self._kept.popleft()
                 statistics.superseded += 1
-            self._kept.append((data, arrival))
+            self._kept.append(Kept(data, arrival))
 
-    def take(self) -> list[tuple[bytes, int]]:
+    def take(self) -> list[Kept]:
         """Take all messages that were kept, oldest first."""
         with self._lock:
             taken = list(self._kept)
             self._kept.clear()
         return taken
 
-    def apply(
-        self,
-        kept: list[tuple[bytes, int]],
-        deformables: SourceDeformables,
-        limits: TimeLimits,
-    ) -> int | None:
-        """Apply messages; return when the oldest that deformed something arrived, None if none."""
-        arrivals = []
+    def _apply_one(self, kept: Kept, deformables: SourceDeformables, limits: TimeLimits) -> int:
         vertices = sum(deformables.counts.values())
         most = most_bytes(len(deformables.counts)) + _BYTES_PER_VERTEX * vertices
-        for data, arrival in kept:
-            if len(data) > most:
-                self.intake.fault(Fault.MALFORMED, "", too_long(data, most))
-                continue
-            try:
-                batch = configurations_from_msg(self._deserialize(data))
-            except SceneGraphError as error:
-                self.intake.fault(Fault.MALFORMED, "", str(error))
-                continue
-            except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
-                self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
-                continue
-            accepted = accept_configurations(
-                batch, deformables, limits, intake=self.intake, world_frame=self._world_frame
-            )
-            if accepted:
-                arrivals.append(arrival)
-        return min(arrivals, default=None)
-
-    def _deserialize(self, data: bytes) -> Any:
-        return deserialize_message(data, self.kind)
+        return accept_configurations(
+            configurations_from_msg(self._read(kept.data, most)),
+            deformables,
+            limits,
+            intake=self.intake,
+            world_frame=self._world_frame,
+        )

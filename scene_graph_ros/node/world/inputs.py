@@ -16,7 +16,7 @@ import threading
 from typing import Any
 
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import serialize_message
 
 from msg_adapters.errors import MessageError, UnavailableError
 from msg_adapters.poses import (
@@ -29,19 +29,18 @@ from msg_adapters.poses import (
     poses_from_transform_stamped,
 )
 from msg_adapters.wire.poses import Layout, PoseWire
-from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
 from scene_graph_ros.node.runtime.names import POSE_TOPICS
-from scene_graph_ros.node.world.channels import Channels
 from scene_graph_ros.node.world.intake import (
     Fault,
     Intake,
     SourceFrames,
     TimeLimits,
 )
-from scene_graph_ros.node.world.message_sizes import most_bytes, too_long
+from scene_graph_ros.node.world.message_sizes import most_bytes
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.source_channel import Inputs, Kept, SourceChannel
 from scene_graph_ros.node.world.source_topics import pose_topic
 from scene_graph_ros.node.world.world import World
 
@@ -75,23 +74,15 @@ def message_type(name: str) -> Any:
 
 
 @dataclass(eq=False, slots=True)
-class _Kept:
-    """A message that waits for the update."""
-
-    data: bytes
-    arrival: int
+class _Kept(Kept):
     layout: Layout | None
 
 
-class Channel:
+class Channel(SourceChannel[_Kept, SourceFrames]):
     """The pose topic of one source."""
 
     def __init__(self, record: SourceRecord, intake: Intake, kind: Any) -> None:
-        self.record = record
-        self.intake = intake
-        self.kind = kind
-        self.subscription: Any = None
-        self.topic = ""
+        super().__init__(record, intake, kind)
         self._wire = PoseWire(record.pose_type, serialize_message, self._deserialize)
         self._lock = threading.Lock()
         self._kept: dict[_Kept, None] = {}
@@ -173,19 +164,8 @@ class Channel:
             self._loose_bytes = 0
         return taken
 
-    def apply(self, kept: list[_Kept], frames: SourceFrames, limits: TimeLimits) -> int | None:
-        """Apply messages; return when the oldest that moved something arrived, None if none."""
-        self._frames = frames
-        arrival = None
-        for one in kept:
-            try:
-                if self._apply_one(one, frames, limits) and arrival is None:
-                    arrival = one.arrival
-            except SceneGraphError as error:
-                self.intake.fault(Fault.MALFORMED, "", str(error))
-        return arrival
-
     def _apply_one(self, kept: _Kept, frames: SourceFrames, limits: TimeLimits) -> int:
+        self._frames = frames
         layout, data = kept.layout, kept.data
         if layout is None or not layout.has_times(data):
             return self._apply_message(data, frames, limits)
@@ -209,24 +189,13 @@ class Channel:
         """Read a message the ordinary way, and learn from it."""
         robot = self.record.robot
         known = frames.names if robot is None else robot.kinematics.joint_names
-        most = most_bytes(len(known))
-        if len(data) > most:
-            self.intake.fault(Fault.MALFORMED, "", too_long(data, most))
-            return 0
-        try:
-            message = self._deserialize(data)
-        except Exception as error:  # noqa: BLE001 - the middleware raises whatever it likes
-            self.intake.fault(Fault.MALFORMED, "", f"a message can't be read: {error}")
-            return 0
+        message = self._read(data, most_bytes(len(known)))
         if self.record.pose_type == JOINT_STATE:
             applied = self._apply_joints(joints_from_msg(message), frames, limits)
         else:
             applied = self.intake.accept(self._poses(message, frames), frames, limits)
         self._wire.learn(data, message)
         return applied
-
-    def _deserialize(self, data: bytes) -> Any:
-        return deserialize_message(data, self.kind)
 
     def _poses(self, message: Any, frames: SourceFrames) -> PoseBatch:
         match self.record.pose_type:
@@ -270,55 +239,20 @@ def _frame_names(robot: Any, links: Sequence[str], frames: SourceFrames) -> tupl
     )
 
 
-class PoseInputs:
+class PoseInputs(Inputs[Channel]):
     """All pose subscriptions of the node."""
 
     def __init__(
         self, node: Node, world: World, group: OwnThreadGroup, on_change: Callable[[], None]
     ) -> None:
         """Call ``on_change`` when a subscription is replaced by another."""
-        self._world = world
-        self._warn = node.get_logger().warning
-        self._channels = Channels(
-            node, group, on_change, make=self._make, noun="poses", queued=_QUEUED
-        )
+        super().__init__(node, world, group, on_change, noun="poses", queued=_QUEUED)
 
-    @property
-    def channels(self) -> Channels[Channel]:
-        """The channels by name of the source."""
-        return self._channels
+    def _wanted(self) -> list[str]:
+        return [name for name, r in self._world.snapshot.records.items() if r.pose_type]
 
-    def refresh(self) -> None:
-        """Subscribe for new sources, unsubscribe for removed ones."""
-        records = self._world.snapshot.records
-        self._channels.follow({name: r for name, r in records.items() if r.pose_type})
-
-    def close(self) -> None:
-        """Unsubscribe from everything."""
-        self._channels.close()
-
-    def discard(self) -> None:
-        """Forget messages that have not been applied yet."""
-        for channel in self._channels:
-            channel.take()
-
-    def collect(self, limits: TimeLimits) -> tuple[set[str], int | None]:
-        """Write what has arrived into the world's frames; hold the world's lock.
-
-        Returns the sources that moved and the steady time when the oldest applied message
-        arrived.
-        """
-        moved, arrivals = set(), []
-        records = self._world.snapshot.records
-        for name, channel in self._channels.open.items():
-            kept = channel.take()
-            if not kept or records.get(name) is not channel.record:
-                continue
-            arrival = channel.apply(kept, self._world.frames(name), limits)
-            if arrival is not None:
-                moved.add(name)
-                arrivals.append(arrival)
-        return moved, min(arrivals, default=None)
+    def _target(self, name: str) -> SourceFrames:
+        return self._world.frames(name)
 
     def _make(self, record: SourceRecord) -> Channel:
         kind = message_type(record.pose_type)
