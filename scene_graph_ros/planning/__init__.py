@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
     from scene_graph_ros.planning.path_planner import plan_path, PlanningError
+    from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
 
@@ -29,8 +30,11 @@ __all__ = [
     "RobotClearance",
     "RobotDiagram",
     "SceneGraphCollisionChecker",
+    "TimedPath",
+    "TimingFailure",
     "load_robot_diagram",
     "plan_path",
+    "time_path",
 ]
 
 _MODULES = {
@@ -41,6 +45,7 @@ _MODULES = {
     ),
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
     "path_planner": ("PlanningError", "plan_path"),
+    "path_timing": ("TimedPath", "TimingFailure", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
 }

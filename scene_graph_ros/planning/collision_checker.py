@@ -24,6 +24,7 @@ from scene_graph_ros.planning.check_kernels import (
     NO_PAIR,
 )
 from scene_graph_ros.planning.checker_plan import CheckerPlan, make_plan, placed
+from scene_graph_ros.planning.curves import turning_quaternions
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_measure import EdgeMeasure, measure_of
 from scene_graph_ros.planning.edge_proofs import prove
@@ -321,15 +322,16 @@ class SceneGraphCollisionChecker:
     def check_edges_collision_free(
         self, edges: ArrayLike, *, threads: int = 1
     ) -> NDArray[np.bool_]:
-        """Tell the same of many edges ``(n, 2, nq)``.
+        """Tell the same of many edges ``(n, 2, nq)``, or ``(n, m, nq)`` for curved ones.
 
+        Those are Bézier curves with m control points, along which floating joints must not turn.
         An edge that comes nearer to a collision than the checker's tolerance counts as not free.
-        Raises KinematicTreeError for another shape and what is not finite.
+        Raises KinematicTreeError for what is not finite, CollisionCheckerError for another shape.
         """
         return self.edge_statuses(edges, threads=threads) == FREE
 
     def edge_statuses(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.int64]:
-        """Return the value of the `EdgeStatus` of each of many edges ``(n, 2, nq)``."""
+        """Return the value of the `EdgeStatus` of each of many edges ``(n, m, nq)``."""
         rules = EdgeRules(measures=False, part=1.0, tolerance=self._tolerance)
         return prove(self._plan, self._checked_edges(edges), rules, threads=threads).statuses
 
@@ -339,7 +341,7 @@ class SceneGraphCollisionChecker:
         return self.measure_edges(edges)[0]
 
     def measure_edges(self, edges: ArrayLike, *, threads: int = 1) -> list[EdgeMeasure]:
-        """Return the same of many edges ``(n, 2, nq)``."""
+        """Return the same of many edges ``(n, m, nq)``; see `check_edges_collision_free`."""
         checked = self._checked_edges(edges)
         # Half of each distance is kept, as the clearance is asked for.
         rules = EdgeRules(measures=True, part=0.5, tolerance=self._tolerance)
@@ -352,9 +354,16 @@ class SceneGraphCollisionChecker:
         except (TypeError, ValueError, OverflowError) as error:
             raise CollisionCheckerError(f"edges must be numbers: {quoted(edges)}") from error
         nq = self._tree.num_positions
-        if array.ndim != 3 or array.shape[1:] != (2, nq):
-            raise CollisionCheckerError(f"edges must have shape (n, 2, {nq}), not {array.shape}")
+        if array.ndim != 3 or array.shape[1] < 2 or array.shape[2] != nq:
+            raise CollisionCheckerError(
+                f"edges must have shape (n, 2, {nq}), or more control points, not {array.shape}"
+            )
         self.checked_configurations(array.reshape(-1, nq) if nq else array[:, 0])
+        turning = turning_quaternions(self._tree, array) if array.shape[1] > 2 else ()
+        for edge, name in turning:
+            raise CollisionCheckerError(
+                f"edge {edge} is curved, so its joint {name!r}, which floats, must not turn"
+            )
         return array
 
 

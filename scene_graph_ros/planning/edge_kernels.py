@@ -19,18 +19,17 @@ from scene_graph_ros.planning.bodies import (
     sure_distances,
 )
 from scene_graph_ros.planning.check_kernels import bounds_of, LOOSE, NO_PAIR
-from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, REVOLUTE
+from scene_graph_ros.planning.curve_kernels import point_on, set_ways
+from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
     "COLLIDES",
     "FREE",
     "UNDECIDED",
     "EdgeRules",
-    "interpolate",
     "new_stretches",
     "prove_edge",
     "prove_edges",
-    "set_ways",
 ]
 
 COLLIDES = 0
@@ -85,101 +84,6 @@ def new_stretches() -> Stretches:
     )
 
 
-_ROUNDING = 1e-12
-"""Metres that are kept free for what rounding moves links by, times their reach in metres."""
-
-
-@inlined_kernel
-def interpolate(tree, q1, q2, t, out):
-    """Write the configuration at t between two; quaternions turn the short way at one speed."""
-    for i in range(len(q1)):
-        out[i] = (1.0 - t) * q1[i] + t * q2[i]
-    for j in range(1, len(tree.kinds)):
-        if tree.kinds[j] == FLOATING:
-            s = tree.starts[j]
-            angle, sign, size1, size2 = _half_turn(q1, q2, s)
-            a, b = 1.0 - t, sign * t
-            if angle > 1e-4:
-                a, b = (
-                    math.sin(a * angle) / math.sin(angle),
-                    sign * math.sin(t * angle) / math.sin(angle),
-                )
-            for i in range(s, s + 4):
-                out[i] = a * q1[i] / size1 + b * q2[i] / size2
-
-
-@inlined_kernel
-def _half_turn(q1, q2, s):
-    """Return half the angle between two quaternions, the sign that makes it short, and lengths."""
-    dot = size1 = size2 = 0.0
-    for i in range(s, s + 4):
-        size1 += q1[i] * q1[i]
-        size2 += q2[i] * q2[i]
-    size1, size2 = math.sqrt(size1), math.sqrt(size2)
-    for i in range(s, s + 4):
-        dot += q1[i] / size1 * (q2[i] / size2)
-    sign = 1.0 if dot >= 0.0 else -1.0
-    apart = 0.0
-    for i in range(s, s + 4):
-        apart += (q1[i] / size1 - sign * q2[i] / size2) ** 2
-    return 2.0 * math.asin(min(1.0, 0.5 * math.sqrt(apart))), sign, size1, size2
-
-
-@inlined_kernel
-def _way_of(tree, joint, last, reach, q1, q2):
-    """Return how far any point of a body can move along an edge, and how far out it may be.
-
-    Relative to the joint ``last``; ``reach`` is the largest distance of the body's points from the
-    origin of its own joint. Each joint moves what is behind it by its turn times the largest
-    distance from its axis, and by its slide.
-    """
-    way = 0.0
-    while joint != last:
-        kind, s, factor = tree.kinds[joint], tree.starts[joint], tree.multipliers[joint]
-        slide = 0.0
-        if kind == REVOLUTE:
-            way += abs(factor * (q2[s] - q1[s])) * reach
-        elif kind == PRISMATIC:
-            offset = tree.offsets[joint]
-            way += abs(factor * (q2[s] - q1[s]))
-            slide = max(abs(factor * q1[s] + offset), abs(factor * q2[s] + offset))
-        elif kind == PLANAR:
-            way += math.hypot(q2[s] - q1[s], q2[s + 1] - q1[s + 1])
-            way += abs(q2[s + 2] - q1[s + 2]) * reach
-            slide = max(math.hypot(q1[s], q1[s + 1]), math.hypot(q2[s], q2[s + 1]))
-        else:
-            angle, _, _, _ = _half_turn(q1, q2, s)
-            way += 2.0 * angle * reach
-            dx, dy, dz = q2[s + 4] - q1[s + 4], q2[s + 5] - q1[s + 5], q2[s + 6] - q1[s + 6]
-            way += math.sqrt(dx * dx + dy * dy + dz * dz)
-            for q in (q1, q2):
-                far = math.sqrt(q[s + 4] ** 2 + q[s + 5] ** 2 + q[s + 6] ** 2)
-                slide = max(slide, far)
-        X = tree.X_PJ[joint]
-        reach += slide + math.sqrt(X[0, 3] ** 2 + X[1, 3] ** 2 + X[2, 3] ** 2)
-        joint = tree.parents[joint]
-    return way, reach
-
-
-@inlined_kernel
-def set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins, own):
-    """Write, for each pair, how far it can move along an edge, and what rounding is allowed.
-
-    ``own`` ``(r, 2)`` is scratch: the same of each body of a robot, against what does not move.
-    """
-    robots = len(bodies.joints)
-    for a in range(robots):
-        own[a, 0], own[a, 1] = _way_of(tree, bodies.joints[a], 0, reaches[a], q1, q2)
-    for p in range(len(pairs.bodies)):
-        a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
-        way, reach = own[a, 0], own[a, 1]
-        if b < robots:
-            way, reach = _way_of(tree, bodies.joints[a], pairs.shared[p], reaches[a], q1, q2)
-            more, other = _way_of(tree, bodies.joints[b], pairs.shared[p], reaches[b], q1, q2)
-            way, reach = way + more, max(reach, other)
-        ways[p], margins[p] = way, _ROUNDING * (1.0 + reach)
-
-
 @merged_kernel
 def _free_way(held, bodies, pairs, p, k, places, need, tolerance, work):
     """Return how much nearer than now a pair may come, -inf where it collides.
@@ -213,7 +117,7 @@ def _put(stretches, low, high):
 
 
 @inlined_kernel
-def _place_middles(tree, bodies, stretches, count, is_first, q1, q2, q, X_WB, places):
+def _place_middles(tree, bodies, stretches, count, is_first, edge, q, X_WB, places):
     """Place all bodies as in the middles of stretches, and first as at the edge's ends."""
     for k in range(LANES):
         place = (stretches.counts[0] + min(k, count - 1)) % MOST_STRETCHES
@@ -226,7 +130,7 @@ def _place_middles(tree, bodies, stretches, count, is_first, q1, q2, q, X_WB, pl
         if k < count:
             stretches.low[k], stretches.middle[k], stretches.high[k] = low, middle, high
             stretches.free[k], stretches.blockers[k] = 1.0, NO_PAIR
-        interpolate(tree, q1, q2, middle, q[k])
+        point_on(tree, edge, middle, q[k])
     place_bodies(tree, bodies, q, 0, X_WB, places)
 
 
@@ -305,7 +209,7 @@ def _put_rest(stretches, k, measures):
 
 @merged_kernel
 def prove_edge(
-    held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, rules, stop, stretches, q, places,
+    held, tree, bodies, pairs, ways, margins, edge, X_WB, rules, stop, stretches, q, places,
     work, numbers,
 ):  # fmt: skip
     """Return (status, pair) of an edge and write its ``numbers``; see ``prove_edges``."""
@@ -318,7 +222,7 @@ def prove_edge(
     looks = 0
     while stretches.counts[1] > 0:
         count = min(LANES, stretches.counts[1])
-        _place_middles(tree, bodies, stretches, count, looks == 0, q1, q2, q, X_WB, places)
+        _place_middles(tree, bodies, stretches, count, looks == 0, edge, q, X_WB, places)
         looks += count
         kept = _look(
             held, bodies, pairs, ways, margins, stretches, count,
@@ -357,7 +261,7 @@ def prove_edges(
     held, tree, bodies, pairs, reaches, edges, X_WB, rules, stop, statuses, numbers, found,
     scratch, stretches, places, work,
 ):  # fmt: skip
-    """Prove edges ``(n, 2, nq)`` to be free, or find where they collide.
+    """Prove edges ``(n, m, nq)`` to be free, or find where they collide; see ``point_on``.
 
     Writes statuses ``(n,)``; in ``numbers`` ``(n, 4)`` up to where an edge is proven, where it
     collides or could not be decided, what it certainly stays away from, and how many
@@ -368,10 +272,9 @@ def prove_edges(
     ways, margins, own, q = scratch
     place_still_bodies(bodies, places)
     for e in range(len(edges)):
-        q1, q2 = edges[e, 0], edges[e, 1]
-        set_ways(tree, bodies, pairs, reaches, q1, q2, ways, margins, own)
+        set_ways(tree, bodies, pairs, reaches, edges[e], ways, margins, own)
         stretches.counts[2] = 0  # What is known of an edge depends on no other one.
         statuses[e], found[e] = prove_edge(
-            held, tree, bodies, pairs, ways, margins, q1, q2, X_WB, rules, stop, stretches, q,
+            held, tree, bodies, pairs, ways, margins, edges[e], X_WB, rules, stop, stretches, q,
             places, work, numbers[e],
         )  # fmt: skip

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.curves import point_on_curve
 from scene_graph_ros.planning.edge_kernels import COLLIDES, FREE, UNDECIDED
 from scene_graph_ros.planning.edge_proofs import EdgeProofs
 
@@ -33,8 +34,8 @@ class EdgeMeasure:
     """How far an edge from q1 to q2 is free.
 
     ``distance`` is that of q1 and q2 (Euclidean). ``alpha`` is the largest value found for which
-    all configurations from q1 to ``q1 + alpha (q2 - q1)`` are proven free: 1 where all are,
-    negative where q1 collides.
+    all configurations from q1 up to it are proven free, ``q1 + alpha (q2 - q1)`` where the edge is
+    straight: 1 where all are, negative where q1 collides.
     ``least_clearance`` (m) is what all pairs certainly stay apart beyond their padding, 0 unless
     the edge is free. Where it collides or is undecided, ``configuration``, which is ``at`` from 0
     to 1 on the edge, shows it, and ``pair`` names the two geometries.
@@ -57,16 +58,16 @@ class EdgeMeasure:
 def measure_of(
     plan: CheckerPlan, edge: NDArray[np.float64], proofs: EdgeProofs, row: int
 ) -> EdgeMeasure:
-    """Return what one row of proofs says of its edge ``(2, nq)``."""
+    """Return what one row of proofs says of its edge ``(m, nq)``."""
     status, pair = int(proofs.statuses[row]), int(proofs.pairs[row])
     alpha, t, least, _ = proofs.numbers[row].tolist()
     is_free = status == FREE
     return EdgeMeasure(
-        distance=float(np.linalg.norm(edge[1] - edge[0])),
+        distance=float(np.linalg.norm(edge[-1] - edge[0])),
         alpha=-1.0 if status == COLLIDES and t == 0.0 else alpha,
         status=EdgeStatus(status),
         least_clearance=max(least, 0.0) if is_free else 0.0,
-        configuration=None if is_free else plan.tree.interpolate(edge[0], edge[1], t),
+        configuration=None if is_free else point_on_curve(plan.tree, edge, t),
         pair=None if pair == NO_PAIR else plan.ids(pair),
         at=None if is_free else t,
     )

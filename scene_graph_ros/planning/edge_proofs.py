@@ -53,7 +53,9 @@ def prove(
     threads: int = 1,
     stop: NDArray[np.int64] | None = None,
 ) -> EdgeProofs:
-    """Prove edges ``(n, 2, nq)``; they must have been checked. The same for any number of threads.
+    """Prove edges ``(n, m, nq)`` of m control points; the same for any number of threads.
+
+    They must have been checked.
 
     Whoever sets ``stop`` leaves all edges undecided that are not yet proven.
     """

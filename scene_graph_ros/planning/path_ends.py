@@ -13,7 +13,7 @@ from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.planned_path import PlanFailure
 from scene_graph_ros.planning.position_limits import describe_excess
 
-__all__ = ["EndTrouble", "find_troubles"]
+__all__ = ["EndTrouble", "find_troubles", "pair_words"]
 
 
 class EndTrouble(NamedTuple):
@@ -53,7 +53,7 @@ def find_troubles(
             kinds = PlanFailure.START_COLLIDES, PlanFailure.GOAL_COLLIDES
             words = _collision(checker, q) if status == COLLIDES else ""
             if not words:
-                names = _names(checker, checker.plan.ids(pair))
+                names = pair_words(checker, checker.plan.ids(pair))
                 words = (
                     f"is too near to a collision: {names} keep less than {1e3 * tolerance:g} mm"
                 )
@@ -67,14 +67,14 @@ def _collision(checker: SceneGraphCollisionChecker, q: NDArray[np.float64]) -> s
     if not clearance.pairs:
         return ""
     deepest = int(np.argmin(clearance.distances))
-    names = _names(checker, clearance.pairs[deepest])
+    names = pair_words(checker, clearance.pairs[deepest])
     depth = f"{-1e3 * clearance.distances[deepest]:.4g} mm"
     is_padded = bool(checker.plan.pairs.paddings.any())
     what = f"are {depth} nearer than their padding" if is_padded else f"overlap by {depth}"
     return f"collides: {names} {what}"
 
 
-def _names(checker: SceneGraphCollisionChecker, pair: tuple[Any, Any]) -> str:
+def pair_words(checker: SceneGraphCollisionChecker, pair: tuple[Any, Any]) -> str:
     """Return two geometries' names, as scene files call them: source, frame, name."""
     inspector = checker.snapshot.inspector
     names = (

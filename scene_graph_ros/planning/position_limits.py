@@ -7,16 +7,16 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
-__all__ = ["beyond_limits", "describe_excess"]
+__all__ = ["LIMIT_ROUNDING", "beyond_limits", "describe_excess"]
 
-_LIMIT_ROUNDING = 1e-9
+LIMIT_ROUNDING = 1e-9
 """rad or m: positions that are beyond a limit by less are at it."""
 
 
 def beyond_limits(tree: KinematicTree, q: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Tell of each entry of configurations ``(..., nq)`` whether it is beyond its limits."""
-    result: NDArray[np.bool_] = q < tree.lower - _LIMIT_ROUNDING
-    return result | (q > tree.upper + _LIMIT_ROUNDING)
+    result: NDArray[np.bool_] = q < tree.lower - LIMIT_ROUNDING
+    return result | (q > tree.upper + LIMIT_ROUNDING)
 
 
 def describe_excess(tree: KinematicTree, q: NDArray[np.float64]) -> str | None:

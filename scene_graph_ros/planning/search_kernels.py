@@ -2,7 +2,8 @@
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.planning.bodies import place_still_bodies
-from scene_graph_ros.planning.edge_kernels import FREE, prove_edge, set_ways
+from scene_graph_ros.planning.curve_kernels import set_ways
+from scene_graph_ros.planning.edge_kernels import FREE, prove_edge
 from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth
 from scene_graph_ros.planning.search_state import EDGES, PHASE, PROVE, SHORTEN, STOPPED
 from scene_graph_ros.planning.shortcut_kernels import propose_shortcut, take_shortcut
@@ -31,10 +32,10 @@ def search(
             answer = propose_shortcut(tree, space, path, samples, state, edge)
         if answer != PROVE:
             return answer
-        set_ways(tree, bodies, pairs, reaches, edge[0], edge[1], ways, margins, own)
+        set_ways(tree, bodies, pairs, reaches, edge[:2], ways, margins, own)
         status, _ = prove_edge(
-            held, tree, bodies, pairs, ways, margins, edge[0], edge[1], X_WB, rules, stop,
-            stretches, q, places, work, numbers,
+            held, tree, bodies, pairs, ways, margins, edge[:2], X_WB, rules, stop, stretches, q,
+            places, work, numbers,
         )  # fmt: skip
         if stop[0] != 0:
             return STOPPED

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.planning.edge_kernels import interpolate
+from scene_graph_ros.planning.curve_kernels import interpolate
 
 __all__ = ["SpaceTable", "distance", "nearest", "walk"]
 

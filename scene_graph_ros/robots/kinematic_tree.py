@@ -49,7 +49,8 @@ class TreeJoint:
 
     ``kind`` is one of ``tree_kernels``. ``X_PJ`` ``(4, 4)`` places J, at position zero, in the
     frame of the joint ``parent`` (a row of the tree; 0 is the base). A joint that mimics has the
-    name of the joint it follows: it is at ``multiplier * position + offset``.
+    name of the joint it follows: it is at ``multiplier * position + offset``. ``velocity`` is the
+    largest speed of a joint with one position, rad/s or m/s.
     """
 
     name: str
@@ -61,6 +62,7 @@ class TreeJoint:
     mimics: str = ""
     multiplier: float = 1.0
     offset: float = 0.0
+    velocity: float = np.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +150,18 @@ class KinematicTree:
             lower[start] = max(lower[start], ends.min())
             upper[start] = min(upper[start], ends.max())
         return lower, upper
+
+    @cached_property
+    def velocity_limits(self) -> NDArray[np.float64]:
+        """Largest speeds ``(nq,)`` of the positions, rad/s or m/s; inf where there is none.
+
+        Joints that follow others must keep theirs, too.
+        """
+        most = np.full(self.num_positions, np.inf)
+        for joint, start in zip(self.joints, self._starts[0], strict=True):
+            if joint.kind in (REVOLUTE, PRISMATIC) and joint.multiplier != 0.0:
+                most[start] = min(most[start], joint.velocity / abs(joint.multiplier))
+        return most
 
     def zero_configuration(self) -> NDArray[np.float64]:
         """Return q ``(nq,)`` with all joints at zero, floating ones not turned."""

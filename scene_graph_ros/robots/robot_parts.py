@@ -110,6 +110,8 @@ class Joint:
     """Upper limit in rad or m, or None."""
     mimic: Mimic | None
     location: Location
+    velocity: float | None = None
+    """Largest speed in rad/s or m/s, or None."""
 
 
 @dataclass(frozen=True, eq=False)

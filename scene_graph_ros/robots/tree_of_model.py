@@ -79,6 +79,7 @@ def tree_of_model(
                 mimics,
                 multiplier,
                 offset,
+                np.inf if joint.velocity is None else joint.velocity,
             )
         )
         places[joint.child] = len(joints), X_CJ.T

@@ -229,6 +229,7 @@ class _Reader:
             upper=_limit(limit, "upper", kind),
             mimic=None if mimic is None else _mimic(mimic),
             location=element.location(),
+            velocity=_velocity(limit, kind),
         )
 
 
@@ -267,6 +268,13 @@ def _limit(limit: XmlElement | None, name: str, kind: JointType) -> float | None
     if limit is None or kind not in (JointType.REVOLUTE, JointType.PRISMATIC):
         return None
     return limit.number(name, "0")
+
+
+def _velocity(limit: XmlElement | None, kind: JointType) -> float | None:
+    """Return the largest speed, None where there is none or its direction has no one number."""
+    if limit is None or not kind.has_position or "velocity" not in limit.attributes:
+        return None
+    return limit.number("velocity")
 
 
 def _mimic(mimic: XmlElement) -> Mimic:

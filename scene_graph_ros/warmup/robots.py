@@ -31,7 +31,13 @@ def place_links() -> None:
 
 def plan() -> None:
     """Ask a robot of one link whether it touches a ball, and for a path beside it."""
-    from scene_graph_ros.planning import plan_path, RobotDiagram, SceneGraphCollisionChecker
+    from scene_graph_ros.planning import (
+        plan_path,
+        RobotDiagram,
+        SceneGraphCollisionChecker,
+        time_path,
+    )
+    from scene_graph_ros.planning.trajectories import MotionLimits
 
     scene_graph = SceneGraph()
     source = scene_graph.register_source("warm_up")
@@ -52,3 +58,4 @@ def plan() -> None:
     checker.calc_robot_clearance(q[0], 2.0)
     checker.measure_edges(q[np.newaxis])
     plan_path(checker, [0.0], [1.0])
+    time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))

@@ -19,6 +19,7 @@ PUBLIC = (
     "scene_graph_ros.robots",
     "scene_graph_ros.scene_files",
     "scene_graph_ros.planning",
+    "scene_graph_ros.planning.trajectories",
     "scene_graph_ros.node.node",
 )
 """What users import; adapters of messages come in addition."""

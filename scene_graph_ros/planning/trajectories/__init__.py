@@ -1,0 +1,25 @@
+"""Curves in time, the fastest ones along a path, and whether they keep limits at all times."""
+
+from scene_graph_ros.planning.trajectories.errors import TrajectoryError
+from scene_graph_ros.planning.trajectories.motion_limits import (
+    find_excess,
+    LimitExcess,
+    MotionLimits,
+)
+from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import (
+    PathParameterizedTrajectory,
+)
+from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.planning.trajectories.time_optimal import retime
+from scene_graph_ros.planning.trajectories.trajectory_points import TrajectoryPoints
+
+__all__ = [
+    "LimitExcess",
+    "MotionLimits",
+    "PathParameterizedTrajectory",
+    "PiecewisePolynomial",
+    "TrajectoryError",
+    "TrajectoryPoints",
+    "find_excess",
+    "retime",
+]

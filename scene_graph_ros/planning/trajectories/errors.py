@@ -1,0 +1,9 @@
+"""What is raised for trajectories and limits that make no sense."""
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+
+__all__ = ["TrajectoryError"]
+
+
+class TrajectoryError(SceneGraphError, ValueError):
+    """Breaks, control points, times or limits that make no sense."""

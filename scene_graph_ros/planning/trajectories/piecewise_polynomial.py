@@ -1,0 +1,217 @@
+"""Curves that are polynomials between breaks, with exact derivatives, for batches of times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.trajectories.errors import TrajectoryError
+
+__all__ = ["PiecewisePolynomial"]
+
+_SAME_TIME = 1e-12
+"""Relative to the larger of two times, and s: breaks that are so near are the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewisePolynomial:
+    """A curve in n dimensions: a polynomial of one degree on each of p segments.
+
+    ``breaks`` ``(p + 1,)`` grow, in s or whatever the parameter is. ``control_points``
+    ``(p, degree + 1, n)`` are each segment's Bézier points (Bernstein's basis), so the curve is
+    in their hull, and its derivatives in the hulls of their differences (Farin, *Curves and
+    Surfaces for CAGD*, 2002, chapters 4 and 5). Segments need not fit together.
+
+    Raises TrajectoryError for other shapes, and for what is not finite or does not grow.
+    """
+
+    breaks: NDArray[np.float64]
+    control_points: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Check and freeze the arrays."""
+        breaks = _numbers("breaks", self.breaks)
+        points = _numbers("control_points", self.control_points)
+        if breaks.ndim != 1 or len(breaks) < 2:
+            raise TrajectoryError(f"breaks must be two numbers or more, not {breaks.shape}")
+        if points.ndim != 3 or len(points) != len(breaks) - 1 or not points.shape[1]:
+            raise TrajectoryError(
+                f"control_points must have shape ({len(breaks) - 1}, degree + 1, n), one segment"
+                f" between two breaks, not {points.shape}"
+            )
+        if not (np.diff(breaks) > 0.0).all():
+            i = int(np.argmin(np.diff(breaks)))
+            raise TrajectoryError(f"breaks must grow: {breaks[i]} is before {breaks[i + 1]}")
+        for name, array in (("breaks", breaks), ("control_points", points)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    # Made of what is known of it.
+
+    @classmethod
+    def first_order_hold(cls, breaks: ArrayLike, samples: ArrayLike) -> PiecewisePolynomial:
+        """Return straight lines through ``samples`` ``(p + 1, n)`` at the breaks."""
+        t, q = _samples(breaks, samples=samples)
+        return cls(t, np.stack([q[:-1], q[1:]], axis=1))
+
+    @classmethod
+    def cubic_hermite(
+        cls, breaks: ArrayLike, samples: ArrayLike, samples_dot: ArrayLike
+    ) -> PiecewisePolynomial:
+        """Return cubics with values and derivatives ``(p + 1, n)`` at the breaks."""
+        t, q, v = _samples(breaks, samples=samples, samples_dot=samples_dot)
+        third = np.diff(t)[:, np.newaxis] / 3.0
+        inner = q[:-1] + third * v[:-1], q[1:] - third * v[1:]
+        return cls(t, np.stack([q[:-1], *inner, q[1:]], axis=1))
+
+    @classmethod
+    def quintic_hermite(
+        cls, breaks: ArrayLike, samples: ArrayLike, samples_dot: ArrayLike, samples_ddot: ArrayLike
+    ) -> PiecewisePolynomial:
+        """Return quintics with values and two derivatives ``(p + 1, n)`` at the breaks."""
+        t, q, v, a = _samples(
+            breaks, samples=samples, samples_dot=samples_dot, samples_ddot=samples_ddot
+        )
+        h = np.diff(t)[:, np.newaxis]
+        inner = (
+            q[:-1] + 0.2 * h * v[:-1],
+            q[:-1] + h * (0.4 * v[:-1] + 0.05 * h * a[:-1]),
+            q[1:] - h * (0.4 * v[1:] - 0.05 * h * a[1:]),
+            q[1:] - 0.2 * h * v[1:],
+        )
+        return cls(t, np.stack([q[:-1], *inner, q[1:]], axis=1))
+
+    # What it is.
+
+    @property
+    def start_time(self) -> float:
+        """The first break."""
+        return float(self.breaks[0])
+
+    @property
+    def end_time(self) -> float:
+        """The last break."""
+        return float(self.breaks[-1])
+
+    @property
+    def duration(self) -> float:
+        """From the first break to the last."""
+        return self.end_time - self.start_time
+
+    @property
+    def rows(self) -> int:
+        """The dimension n."""
+        return int(self.control_points.shape[2])
+
+    @property
+    def degree(self) -> int:
+        """The degree of its polynomials."""
+        return int(self.control_points.shape[1]) - 1
+
+    @property
+    def num_segments(self) -> int:
+        """How many polynomials there are."""
+        return len(self.control_points)
+
+    def value(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Return the values ``(m, n)`` at times ``(m,)``, or ``(n,)`` at one time.
+
+        At a break that is the next segment's value; before the start and after the end it is that
+        at the start and at the end. Raises TrajectoryError for times that are no numbers.
+        """
+        times = _numbers("t", t)
+        if times.ndim > 1:
+            raise TrajectoryError(f"t must be a number or have shape (m,), not {times.shape}")
+        flat = np.atleast_1d(times).clip(self.breaks[0], self.breaks[-1])
+        last = self.num_segments - 1
+        segments = (np.searchsorted(self.breaks, flat, side="right") - 1).clip(0, last)
+        low, high = self.breaks[segments], self.breaks[segments + 1]
+        part = ((flat - low) / (high - low))[:, np.newaxis, np.newaxis]
+        points = self.control_points[segments]
+        while points.shape[1] > 1:  # de Casteljau
+            points = (1.0 - part) * points[:, :-1] + part * points[:, 1:]
+        result: NDArray[np.float64] = points[:, 0]
+        return result if times.ndim else result[0]
+
+    def derivative(self, order: int = 1) -> PiecewisePolynomial:
+        """Return its derivative of an order from 0 on, segment by segment."""
+        whole = as_float(order)
+        if whole is None or whole < 0.0 or not whole.is_integer():
+            raise TrajectoryError(f"order must be a whole number from 0 on, not {quoted(order)}")
+        points, h = self.control_points, np.diff(self.breaks)[:, np.newaxis, np.newaxis]
+        for _ in range(int(whole)):
+            degree = points.shape[1] - 1
+            points = np.diff(points, axis=1) * degree / h if degree else np.zeros_like(points)
+        return PiecewisePolynomial(self.breaks, points)
+
+    # Others made of it.
+
+    def reverse_time(self) -> PiecewisePolynomial:
+        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        breaks = (self.start_time + self.end_time) - self.breaks[::-1]
+        breaks[[0, -1]] = self.start_time, self.end_time
+        return PiecewisePolynomial(breaks, self.control_points[::-1, ::-1])
+
+    def scale_time(self, factor: float) -> PiecewisePolynomial:
+        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        number = as_float(factor)
+        if number is None or not 0.0 < number < np.inf:
+            raise TrajectoryError(f"factor must be positive and finite, not {quoted(factor)}")
+        return PiecewisePolynomial(number * self.breaks, self.control_points)
+
+    def shift_right(self, offset: float) -> PiecewisePolynomial:
+        """Return the curve later by ``offset``."""
+        return PiecewisePolynomial(self.breaks + float(offset), self.control_points)
+
+    def concatenate_in_time(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
+        """Return this curve and, from its end on, another one that starts there.
+
+        Raises TrajectoryError for one of another dimension, or that starts at another time.
+        """
+        if other.rows != self.rows:
+            raise TrajectoryError(f"a curve of {other.rows} rows can't follow one of {self.rows}")
+        end, start = self.end_time, other.start_time
+        if abs(end - start) > _SAME_TIME * max(1.0, abs(end), abs(start)):
+            raise TrajectoryError(f"a curve from {start} on can't follow one that ends at {end}")
+        degree = max(self.degree, other.degree)
+        points = [each.elevate_degree(degree).control_points for each in (self, other)]
+        breaks = np.concatenate([self.breaks, other.breaks[1:]])
+        return PiecewisePolynomial(breaks, np.concatenate(points))
+
+    def elevate_degree(self, degree: int) -> PiecewisePolynomial:
+        """Return the same curve with control points of a higher degree (Farin, section 6.1)."""
+        points = self.control_points
+        while points.shape[1] <= degree:
+            n = points.shape[1]
+            part = (np.arange(1, n) / n)[:, np.newaxis]
+            inner = part * points[:, :-1] + (1.0 - part) * points[:, 1:]
+            points = np.concatenate([points[:, :1], inner, points[:, -1:]], axis=1)
+        return PiecewisePolynomial(self.breaks, points)
+
+
+def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TrajectoryError(f"{name} must be numbers: {quoted(values)}") from error
+    if not np.isfinite(array).all():
+        where = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
+        raise TrajectoryError(f"{name}{list(where)} must be finite, not {array[where]}")
+    return array
+
+
+def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:
+    """Return breaks ``(p + 1,)`` and what is given at each, ``(p + 1, n)`` alike."""
+    t = _numbers("breaks", breaks)
+    result, shape = [t], None
+    for name, values in samples.items():
+        array = _numbers(name, values)
+        shape = shape or array.shape
+        if array.ndim != 2 or len(array) != t.size or array.shape != shape:
+            raise TrajectoryError(f"{name} must have shape ({t.size}, n), not {array.shape}")
+        result.append(array)
+    return result

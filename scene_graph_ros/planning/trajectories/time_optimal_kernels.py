@@ -1,0 +1,95 @@
+"""The fastest way along a path under limits of velocity and acceleration: two passes, compiled.
+
+Where a path q(s) is at s with the squared speed x = (ds/dt)^2, its acceleration is
+``q' u + q'' x`` with u = d^2s/dt^2 = dx/ds / 2. Between two nodes u is constant. A pass backwards
+finds the largest x at each node from which the end can still be reached within the limits; one
+forwards goes as fast as these allow (Pham and Pham, *A New Approach to Time-Optimal Path
+Parameterization Based on Reachability Analysis*, 2018, algorithm 1). Limits hold at both ends of
+each stretch between nodes, which for paths of degree 2 means all of it: acceleration is linear in
+s there.
+"""
+
+import math
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+
+__all__ = ["fastest_squared_speeds"]
+
+_BISECTIONS = 200
+"""At most, for a squared speed; doubles end that before, unless it is next to 0."""
+
+_CLOSE = 1e-15
+"""Relative: squared speeds that are so near are one."""
+
+
+@inlined_kernel
+def _rates(k, x, most, steps, first, second, limits):
+    """Return the least and the largest u at node k with squared speed x; none where least > most.
+
+    ``most`` is the largest squared speed at the next node. ``first`` and ``second`` ``(n, 2, j)``
+    are q' and q'' at both ends of each stretch.
+    """
+    h = steps[k]
+    low, high = -x / (2.0 * h), (most - x) / (2.0 * h)
+    for j in range(len(limits)):
+        limit = limits[j]
+        for end in range(2):
+            c, b = first[k, end, j], second[k, end, j]
+            if end == 1:
+                c += 2.0 * h * b  # x is x + 2 h u there
+            b *= x
+            if c > 0.0:
+                low, high = max(low, (-limit - b) / c), min(high, (limit - b) / c)
+            elif c < 0.0:
+                low, high = max(low, (limit - b) / c), min(high, (-limit - b) / c)
+            elif abs(b) > limit:
+                return math.inf, -math.inf
+    return low, high
+
+
+@inlined_kernel
+def _most_before(k, cap, most, steps, first, second, limits):
+    """Return the largest squared speed at node k, up to ``cap``, from which a next one is within.
+
+    Those are an interval from 0 on: standing still is always within the limits.
+    """
+    low, high = _rates(k, cap, most, steps, first, second, limits)
+    if low <= high:
+        return cap
+    good, bad = 0.0, cap
+    for _ in range(_BISECTIONS):
+        if bad - good <= _CLOSE * good:
+            break
+        x = 0.5 * (good + bad)
+        low, high = _rates(k, x, most, steps, first, second, limits)
+        if low <= high:
+            good = x
+        else:
+            bad = x
+    return good
+
+
+@lean_kernel
+def fastest_squared_speeds(steps, straight, rates, first, second, limits, caps, most, x):
+    """Write the squared speed at each of the nodes ``(n + 1,)`` of a path; ``most`` is scratch.
+
+    ``straight`` ``(n,)`` tells the stretches without curvature, along which |u| may be up to
+    ``rates`` ``(n,)``, and change: their peaks are left to the caller. ``caps`` ``(n + 1,)`` are
+    the largest squared speeds by the limits of velocity, 0 where it has to stop.
+    """
+    n = len(steps)
+    most[n] = caps[n]
+    for k in range(n - 1, -1, -1):
+        if straight[k]:
+            most[k] = min(caps[k], most[k + 1] + 2.0 * rates[k] * steps[k])
+        else:
+            most[k] = _most_before(k, caps[k], most[k + 1], steps, first, second, limits)
+    x[0] = most[0]
+    for k in range(n):
+        if straight[k]:
+            x[k + 1] = min(most[k + 1], x[k] + 2.0 * rates[k] * steps[k])
+        else:
+            low, high = _rates(k, x[k], most[k + 1], steps, first, second, limits)
+            # Rounding may leave an empty interval where there is a point.
+            u = max(low, high) if low > high else high
+            x[k + 1] = min(max(x[k] + 2.0 * steps[k] * u, 0.0), most[k + 1])

@@ -1,0 +1,88 @@
+"""A trajectory as controllers take it: points in time, and what runs through them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.trajectories.errors import TrajectoryError
+from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+
+__all__ = ["TrajectoryPoints"]
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryPoints:
+    """Points that a trajectory passes, and what they say of it there.
+
+    ``nanoseconds`` ``(m,)`` grow. ``positions`` are ``(m, n)``, as are ``velocities`` and
+    ``accelerations`` where they are there. Between points it is what ROS 2's
+    joint_trajectory_controller runs: lines, with velocities cubics, with accelerations quintics.
+
+    Raises TrajectoryError for other shapes, times that do not grow, and what is not finite.
+    """
+
+    nanoseconds: NDArray[np.int64]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64] | None = None
+    accelerations: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        """Check and freeze the arrays."""
+        times = np.array(self.nanoseconds, dtype=np.int64)
+        if times.ndim != 1 or not len(times):
+            raise TrajectoryError(f"nanoseconds must have shape (m,), not {times.shape}")
+        if not (np.diff(times) > 0).all():
+            i = int(np.argmin(np.diff(times)))
+            raise TrajectoryError(
+                f"times must grow: point {i} is at {times[i]} ns, the next at {times[i + 1]} ns"
+            )
+        if self.accelerations is not None and self.velocities is None:
+            raise TrajectoryError("points with accelerations must have velocities")
+        shape = np.shape(self.positions)
+        for name in ("positions", "velocities", "accelerations"):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            array = np.array(given, dtype=np.float64)
+            if array.ndim != 2 or array.shape != shape or len(array) != len(times):
+                raise TrajectoryError(
+                    f"{name} must have shape ({len(times)}, n), not {array.shape}"
+                )
+            if not np.isfinite(array).all():
+                row, column = np.argwhere(~np.isfinite(array))[0]
+                raise TrajectoryError(
+                    f"{name}[{row}, {column}] must be finite, not {array[row, column]}"
+                )
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        times.setflags(write=False)
+        object.__setattr__(self, "nanoseconds", times)
+
+    @property
+    def duration(self) -> float:
+        """From the first point to the last, s."""
+        return float(self.nanoseconds[-1] - self.nanoseconds[0]) * 1e-9
+
+    def of(self, columns: NDArray[np.intp]) -> TrajectoryPoints:
+        """Return some columns of the points, ``(k,)``."""
+        velocities, accelerations = (
+            None if each is None else each[:, columns]
+            for each in (self.velocities, self.accelerations)
+        )
+        return TrajectoryPoints(
+            self.nanoseconds, self.positions[:, columns], velocities, accelerations
+        )
+
+    def trajectory(self) -> PiecewisePolynomial:
+        """Return what runs through the points, in s. Raises TrajectoryError for a single point."""
+        times = self.nanoseconds * 1e-9
+        if self.velocities is None:
+            return PiecewisePolynomial.first_order_hold(times, self.positions)
+        if self.accelerations is None:
+            return PiecewisePolynomial.cubic_hermite(times, self.positions, self.velocities)
+        return PiecewisePolynomial.quintic_hermite(
+            times, self.positions, self.velocities, self.accelerations
+        )
