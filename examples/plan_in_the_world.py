@@ -1,11 +1,12 @@
-"""A Panda plans in a live world, a ball is put in its way, and it plans again.
+"""A Panda plans in a live world, a ball is put in its way, it plans again, and moves.
 
     python examples/plan_in_the_world.py
 
 Starts the node on the demo's cell, tells it where the robot's joints are, and asks its action
-``plan_path`` for a path over the table. Then a ball is put where the tool would come by. The node
-says by itself that the path does not hold any more, and which two things meet where. The next one
-leads around.
+``plan_path`` for a trajectory over the table. Then a ball is put where the tool would come by. The
+node says by itself that it does not hold any more, and which two things meet when. The next one
+leads around, and the robot executes it: its joint states are what a controller would make of the
+trajectory, and the world's contacts tell whether it touched anything.
 """
 
 from __future__ import annotations
@@ -27,6 +28,10 @@ GOAL = (0.7, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8)
 """Positions (rad) with the hand over the right and the left half of the table."""
 PADDING = 0.01
 """Metres that the robot keeps from all else."""
+ACCELERATION = 5.0
+"""rad/s^2, of each joint; velocities are those of the URDF."""
+RATE = 100.0
+"""Joint states per second."""
 
 
 def make_ready() -> None:
@@ -48,7 +53,7 @@ class Planner:
         from visualization_msgs.msg import MarkerArray
 
         from scene_graph_msgs.action import PlanPath
-        from scene_graph_msgs.msg import PlanHolds
+        from scene_graph_msgs.msg import ContactArray, PlanHolds
 
         rclpy.init()
         self.node = rclpy.create_node("planner")
@@ -57,12 +62,16 @@ class Planner:
         self.action = ActionClient(self.node, PlanPath, "/scene_graph/plan_path")
         self.holds: list[Any] = []
         self.way: list[Any] = []
+        self.contacts: list[Any] = []
         kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         for kind, topic, take in (
             (PlanHolds, "plan_holds", self.holds.append),
             (MarkerArray, "markers/plan", self._take_way),
         ):
             self.node.create_subscription(kind, f"/scene_graph/{topic}", take, kept)
+        self.node.create_subscription(
+            ContactArray, "/scene_graph/contacts", self.contacts.append, 100
+        )
 
     def _take_way(self, message: Any) -> None:
         for marker in message.markers:
@@ -89,11 +98,11 @@ class Planner:
 
         self.wait(is_there, "the node")
 
-    def tell_joints(self) -> None:
-        """Say where the arm is."""
+    def tell_joints(self, names: list[str], positions: list[float]) -> None:
+        """Say where joints are."""
         from sensor_msgs.msg import JointState
 
-        message = JointState(name=ARM, position=list(START))
+        message = JointState(name=names, position=positions)
         message.header.stamp = self.node.get_clock().now().to_msg()
         self.joints.publish(message)
 
@@ -113,7 +122,7 @@ class Planner:
         from rclpy.duration import Duration
 
         from scene_graph_msgs.action import PlanPath
-        from scene_graph_msgs.msg import RobotConfigurations
+        from scene_graph_msgs.msg import MotionLimits, RobotConfigurations
 
         goal = PlanPath.Goal(
             start=RobotConfigurations(names=ARM, positions=list(START)),
@@ -121,6 +130,8 @@ class Planner:
             group="arm",
             environment_padding=PADDING,
             timeout=Duration(seconds=seconds).to_msg(),
+            with_trajectory=True,
+            limits=MotionLimits(max_acceleration=ACCELERATION),
         )
         sent = self.action.send_goal_async(goal)
         handle = self.wait(lambda: sent.done() and sent.result(), "the goal's acceptance")
@@ -137,6 +148,29 @@ class Planner:
 
         return self.wait(newest, "whether the path holds")
 
+    def execute(self, message: Any) -> tuple[int, set[str]]:
+        """Move as a controller would; return how many joint states, and whom the robot touched."""
+        import rclpy
+
+        from msg_adapters.trajectories import joint_trajectory_from_msg
+
+        names, points = joint_trajectory_from_msg(message)
+        trajectory = points.trajectory()
+        self.contacts.clear()
+        self.wait(lambda: self.contacts, "contacts")
+        before, _ = touched(self.contacts)
+        count, begin = 0, time.monotonic()
+        while (seconds := count / RATE) < trajectory.duration + 1.0 / RATE:
+            rclpy.spin_once(self.node, timeout_sec=0.0)
+            if time.monotonic() - begin >= seconds:
+                self.tell_joints(list(names), trajectory.value(seconds).tolist())
+                count += 1
+        last = self.node.get_clock().now().nanoseconds
+        goal = trajectory.value(trajectory.end_time).tolist()
+        self.tell_joints(list(names), goal)
+        self.wait(lambda: touched(self.contacts)[1] >= last, "the contacts at the goal")
+        return count, touched(self.contacts)[0] - before
+
     def close(self) -> None:
         """End."""
         import rclpy
@@ -146,20 +180,34 @@ class Planner:
         rclpy.shutdown()
 
 
+def touched(messages: list[Any]) -> tuple[set[str], int]:
+    """Return the pairs in contact that the robot is in, and the newest stamp, ns."""
+    pairs, stamp = set(), 0
+    for message in messages:
+        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        for point in message.points:
+            both = point.geometry_a, point.geometry_b
+            if any(each.source == "panda" for each in both):
+                pairs.add(" and ".join(f"{each.frame}/{each.name}" for each in both))
+    return pairs, stamp
+
+
 def words(result: Any) -> str:
-    """Return what can be said of a path in one sentence."""
+    """Return what can be said of a trajectory in one sentence."""
     edges = len(result.path.positions) // len(result.path.names) - 1
+    last = result.trajectory.points[-1].time_from_start
+    kept = 1e3 * (result.trajectory_clearance + PADDING)
     return (
-        f"{edges} edge{'' if edges == 1 else 's'} of together {result.length:.2f} rad, proven to"
-        f" keep {1e3 * (result.least_clearance + PADDING):.1f} mm from everything, after"
-        f" {1e3 * result.seconds:.0f} ms"
+        f"{edges} edge{'' if edges == 1 else 's'} of together {result.length:.2f} rad in"
+        f" {last.sec + 1e-9 * last.nanosec:.2f} s, proven to keep {kept:.1f} mm from everything,"
+        f" after {1e3 * result.seconds:.0f} ms"
     )
 
 
 def run(planner: Planner, seconds: float) -> int:
-    """Plan, block and plan again; return the exit code."""
+    """Plan, block, plan again and move; return the exit code."""
     planner.wait_for_node()
-    planner.tell_joints()
+    planner.tell_joints(ARM, list(START))
     goal_id = b""
     for attempt in ("A path", "Another path"):
         result, goal_id = planner.plan(seconds)
@@ -177,7 +225,10 @@ def run(planner: Planner, seconds: float) -> int:
             print(f"The ball is put where the tool would come by, at {place} m.")
             stopped = planner.wait_for_holds(goal_id, holds=False)
             print(f"The path does not hold any more: {stopped.reason}.", flush=True)
-    return 0
+    count, pairs = planner.execute(result.trajectory)
+    met = ", ".join(sorted(pairs)) or "nothing"
+    print(f"The robot has moved along it, in {count} joint states, and touched {met}.")
+    return int(bool(pairs))
 
 
 def main() -> int:

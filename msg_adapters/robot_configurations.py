@@ -42,6 +42,12 @@ class RobotNames:
         for row, name in enumerate(self.names):
             prefix = next(p for p in prefixes if name.startswith(p))
             self._bare[name[len(prefix) :]].append(row)
+        alone = {rows[0]: bare for bare, rows in self._bare.items() if len(rows) == 1}
+        self._short = [alone.get(row, name) for row, name in enumerate(self.names)]
+
+    def short(self, row: int) -> str:
+        """Return a name without its robot's where only one robot has it."""
+        return self._short[row]
 
     def row(self, name: str, field: str) -> int:
         """Return which one a name of a message's field means.

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.curves import turning_quaternions
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
@@ -39,6 +40,9 @@ not quite on it."""
 
 _SMALLEST = 1.0 / 64.0
 """Of the largest: corners that would have to be rounded less are stopped at."""
+
+
+_LATE = "no trajectory was found in time"
 
 
 class TimingFailure(enum.Enum):
@@ -124,8 +128,8 @@ def time_path(
     path. Corners are rounded by parabolas, as large as is proven free, and stopped at where none
     is. What is returned are points and the cubics through them, as controllers run them: of these
     it is shown that they keep all limits at all times, and proven that they are free. With a
-    ``rise_time`` (s) accelerations do not jump but take so long at least to change from one bound
-    to zero; then points have accelerations, and it is the quintics through them.
+    ``rise_time`` (s) accelerations do not jump, but take so long to change; then points have
+    accelerations, and it is the quintics through them.
 
     ``grid_points`` are stretches of each corner with one speedup each: more are faster, and take
     longer to find. ``timeout`` (s) and ``watch`` are as of `plan_path`.
@@ -191,7 +195,7 @@ def _timed(problem: _Problem, stops: Stops) -> TimedPath:
         if excess is None and (proofs.statuses == FREE).all():
             return _found(problem, sampled.points, trajectory, proofs, sizes)
         if stops.looking[0] != 0:
-            return _failed(TimingFailure.TIMEOUT, "no trajectory was found in time")
+            return _failed(TimingFailure.TIMEOUT, _LATE)
         times = [] if excess is None else [excess.time]
         bad = np.flatnonzero(proofs.statuses != FREE)
         times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
@@ -286,6 +290,8 @@ def _at_rest(problem: _Problem, corners: CornerPath, stops: Stops) -> TimedPath:
     trajectory = own.trajectory()
     proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
     excess = _position_excess(problem, trajectory)
+    if stops.looking[0] != 0 and (proofs.statuses != FREE).any():
+        return _failed(TimingFailure.TIMEOUT, _LATE)
     if excess is not None or (proofs.statuses != FREE).any():
         return _stuck(problem, trajectory, proofs, excess)
     return _found(problem, own, trajectory, proofs, np.empty(0))
@@ -305,9 +311,11 @@ def _stuck(
     if excess is not None:
         return _beyond(problem, excess)
     row = int(np.argmax(proofs.statuses != FREE))
-    names = pair_words(problem.checker, problem.checker.plan.ids(int(proofs.pairs[row])))
-    low, high = trajectory.breaks[row : row + 2]
-    what = f"{names} are not proven apart between {low:.6g} and {high:.6g} s"
+    pair, (low, high) = int(proofs.pairs[row]), trajectory.breaks[row : row + 2]
+    who = "all pairs"
+    if pair != NO_PAIR:
+        who = pair_words(problem.checker, problem.checker.plan.ids(pair))
+    what = f"{who} are not proven apart between {low:.6g} and {high:.6g} s"
     return _failed(TimingFailure.NOT_FREE, what)
 
 

@@ -28,6 +28,7 @@ from scene_graph_msgs.msg import (
     FrameDescription,
     GeometryReference,
     GeometrySet,
+    MotionLimits,
     Property,
     QueryOptions,
     RobotConfigurations,
@@ -118,7 +119,11 @@ VALID: dict[str, dict[str, Any]] = {
     "HasCollisions": {},
     "IsCollisionFiltered": {"a": [BALL], "b": [BOX]},
     "LoadScene": {"text": SCENE.replace("arm", "leg").replace("table", "desk"), "prefix": "p_"},
-    "PlanPath": {"goals": RobotConfigurations(names=["rail"], positions=[3.0])},
+    "PlanPath": {
+        "goals": RobotConfigurations(names=["rail"], positions=[3.0]),
+        "with_trajectory": True,
+        "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
+    },
     "RegisterAnchoredGeometry": {
         "source": OWNER,
         "geometries": [sphere("lamp", at=pose(x=1.0))],

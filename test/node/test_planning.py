@@ -18,7 +18,7 @@ from spinning import wait_until
 from visualization_msgs.msg import Marker, MarkerArray
 
 from scene_graph_msgs.action import PlanPath
-from scene_graph_msgs.msg import PlanHolds, RobotConfigurations, Status
+from scene_graph_msgs.msg import MotionLimits, PlanHolds, RobotConfigurations, Status
 from scene_graph_msgs.srv import CheckConfigurations, CheckEdges
 from scene_graph_ros.planning import PlanFailure, PlanStage
 
@@ -190,6 +190,55 @@ def test_a_goal_of_several_and_a_start_elsewhere(action, joints):
     assert list(result.path.positions) == [2.0, 2.5]
 
 
+TIMED = {
+    "with_trajectory": True,
+    "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_accelerations=[2.0]),
+}
+
+
+def seconds_of(point):
+    """Return when a trajectory passes a point."""
+    return point.time_from_start.sec + 1e-9 * point.time_from_start.nanosec
+
+
+def test_a_trajectory_takes_as_long_as_it_must(action, joints):
+    """From -1 to 0.5 with 1 m/s and 2 m/s^2: 1.5 / 1 + 1 / 2 s, from rest to rest."""
+    sent = Sent(action, goals=at(0.5), **TIMED)
+    result, status = sent.end()
+    assert (result.status.code, result.failure) == (Status.OK, 0), (result.status, result.reason)
+    assert status == GoalStatus.STATUS_SUCCEEDED
+    trajectory = result.trajectory
+    assert trajectory.joint_names == ["rail"]
+    first, *_, last = trajectory.points
+    assert (list(first.positions), list(last.positions)) == ([-1.0], [0.5])
+    assert (list(first.velocities), list(last.velocities)) == ([0.0], [0.0])
+    assert seconds_of(first) == 0.0
+    assert seconds_of(last) == pytest.approx(2.0, rel=1e-6)
+    assert max(p.velocities[0] for p in trajectory.points) == pytest.approx(1.0, rel=1e-6)
+    assert not any(len(p.accelerations) for p in trajectory.points)
+    assert 0.0 < result.trajectory_clearance <= 0.2
+    assert result.stops == 0
+    assert PlanPath.Feedback.TIMING in {f.state for f in sent.feedback}
+
+
+def test_a_trajectory_without_jumps_of_acceleration(action, joints):
+    """It takes the rise time longer, and its points have accelerations."""
+    rise = Duration(nanosec=100_000_000)
+    result, _ = Sent(action, goals=at(0.5), rise_time=rise, **TIMED).end()
+    points = result.trajectory.points
+    assert seconds_of(points[-1]) == pytest.approx(2.1, rel=1e-6)
+    accelerations = [p.accelerations[0] for p in points]
+    assert accelerations[0] == accelerations[-1] == 0.0
+    assert max(map(abs, accelerations)) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_path_alone_has_no_trajectory(action, joints):
+    """Nobody who asks for none pays for one."""
+    result, _ = Sent(action, goals=at(0.5)).end()
+    assert not len(result.trajectory.points)
+    assert result.trajectory_clearance == 0.0
+
+
 F = PlanPath.Result
 
 
@@ -240,6 +289,25 @@ def test_a_failure_says_why(action, joints, fields, failure, words):
             "timeout is negative: -1 s",
         ),
         ({"goals": at(*range(100_001))}, Status.TOO_LARGE, "configurations: 100002 are more than"),
+        (
+            {"goals": at(0.0), "with_trajectory": True},
+            Status.INVALID_ARGUMENT,
+            "position 'slide/rail' has no limit of velocity",
+        ),
+        (
+            {
+                "goals": at(0.0),
+                "with_trajectory": True,
+                "limits": MotionLimits(names=["rail"], max_velocities=[0.0], max_acceleration=1.0),
+            },
+            Status.INVALID_ARGUMENT,
+            "velocities of 'slide/rail' must be positive and finite, not 0",
+        ),
+        (
+            {"goals": at(0.0), "rise_time": Duration(sec=-1)},
+            Status.INVALID_ARGUMENT,
+            "rise_time is negative: -1 s",
+        ),
     ],
 )
 def test_a_goal_that_means_nothing_is_aborted_with_a_status(action, joints, fields, code, words):
@@ -321,6 +389,23 @@ def test_a_path_is_proven_again_when_things_move(action, client, joints, post):
     result, _ = Sent(action, start=at(2.0), goals=at(2.5)).end()
     assert result.failure == 0, result.reason
     holds.wait_for_newest(lambda m: m.holds and m.goal_id != first.goal_id, "the other path")
+    client.forget(holds)
+
+
+def test_a_trajectory_is_proven_again_as_it_is_executed(action, client, joints, post):
+    """The post comes to x = 0: the ball, from -1 on with 1 m/s, meets it at -0.3, after 0.95 s."""
+    result, _ = Sent(action, goals=at(0.5), **TIMED).end()
+    assert result.failure == 0, result.reason
+    holds = client.listen(PlanHolds, "plan_holds")
+    holds.wait_for_newest(lambda m: m.holds, "a trajectory that holds")
+    post(0.0)
+    stopped = holds.wait_for_newest(lambda m: not m.holds, "one that does not")
+    # It has gone 0.7 m, of which 0.25 m in the first half second; the proof may say it later.
+    assert 0.95 <= stopped.seconds < 1.5
+    assert re.search(r"post.* at [\d.]+ s$", stopped.reason)
+    assert -0.3 <= stopped.configuration.positions[0] < 0.3
+    post(1.0)
+    holds.wait_for_newest(lambda m: m.holds, "the trajectory as it was")
     client.forget(holds)
 
 

@@ -161,6 +161,7 @@ class PlanEffect:
         if stop is not None and world is not None:
             names = about.names
             message.edge, message.at, message.depth = stop.edge, stop.at, stop.depth
+            message.seconds = stop.seconds or 0.0
             message.geometry_a, message.geometry_b = map(names.geometry_name, stop.pair)
             message.configuration = configurations_to_msg(
                 world.robots.positions, stop.configuration[None], path.moving

@@ -23,6 +23,8 @@ class Stop(NamedTuple):
     edge: int
     at: float
     """On the edge, from 0 to 1."""
+    seconds: float | None
+    """When that is on a trajectory."""
     configuration: NDArray[np.float64]
     """``(nq,)``."""
     pair: tuple[Any, Any]
@@ -57,8 +59,9 @@ class PathInWorld:
             core, environment_padding=path.environment_padding, self_padding=path.self_padding
         )
         present = self.robots.present(snapshot.positions)
-        self.configurations = np.repeat(present[np.newaxis], len(path.configurations), axis=0)
-        self.configurations[:, path.moving] = path.configurations[:, path.moving]
+        self.configurations, self.curves = (
+            _moved(present, each, path.moving) for each in (path.configurations, path.curves)
+        )
 
     def is_as(self, other: PathInWorld) -> bool:
         """Tell whether a proof for one is one for the other: nothing that matters is elsewhere."""
@@ -66,7 +69,7 @@ class PathInWorld:
         return (
             self.path is other.path
             and self.robots is other.robots
-            and np.array_equal(self.configurations, other.configurations)
+            and np.array_equal(self.curves, other.curves)
             and np.array_equal(bodies.X_WG, others.X_WG)
             and np.array_equal(bodies.X_JG, others.X_JG)
         )
@@ -78,9 +81,7 @@ class PathInWorld:
 
     def prove(self) -> PathProof:
         """Prove each edge, or find the first that is not free."""
-        q = self.configurations
-        ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
-        measures = self.checker.measure_edges(np.stack([ends[:-1], ends[1:]], axis=1))
+        measures = self.checker.measure_edges(self.curves)
         for edge, measure in enumerate(measures):
             if not measure.completely_free:
                 return self._stopped(edge, measure)
@@ -91,8 +92,12 @@ class PathInWorld:
         assert measure.pair is not None
         assert measure.at is not None
         first, second = sorted(measure.pair)
+        at, times = measure.at, self.path.times
+        seconds = None
+        if times is not None:
+            seconds = float(times[edge] + at * (times[edge + 1] - times[edge]))
         depth = self.checker.calc_pair_depth(measure.configuration, measure.pair)
-        stop = Stop(edge, measure.at, measure.configuration, (first, second), depth)
+        stop = Stop(edge, at, seconds, measure.configuration, (first, second), depth)
         names = self.snapshot.names
         who = f"{names.geometry_path(first)} and {names.geometry_path(second)}"
         what = "are too near for a proof"
@@ -104,4 +109,15 @@ class PathInWorld:
                 if padded
                 else (f"overlap by {millimetres}")
             )
-        return PathProof(False, f"{who} {what} at {measure.at:.3g} of edge {edge}", 0.0, stop)
+        where = f"{at:.3g} of edge {edge}" if seconds is None else f"{seconds:.3f} s"
+        return PathProof(False, f"{who} {what} at {where}", 0.0, stop)
+
+
+def _moved(
+    present: NDArray[np.float64], q: NDArray[np.float64], moving: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return configurations ``(..., nq)`` with all positions but those that move as at present."""
+    result = np.empty_like(q)
+    result[:] = present
+    result[..., moving] = q[..., moving]
+    return result

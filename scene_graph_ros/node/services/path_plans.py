@@ -18,13 +18,29 @@ from msg_adapters.robot_configurations import (
 )
 from msg_adapters.stamps import duration_from_msg, stamp_to_msg
 from msg_adapters.status import ok_status
+from msg_adapters.trajectories import (
+    joint_trajectory_to_msg,
+    motion_limits_from_msg,
+    rise_time_from_msg,
+)
 from scene_graph_msgs.action import PlanPath
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.goals import Goal
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.node.world.world import WorldSnapshot
-from scene_graph_ros.planning import Plan, plan_path, PlanProgress
+from scene_graph_ros.planning import (
+    Plan,
+    plan_path,
+    PlanProgress,
+    PlanStage,
+    SceneGraphCollisionChecker,
+    time_path,
+    TimedPath,
+)
+from scene_graph_ros.planning.trajectories import MotionLimits
+from scene_graph_ros.robots.tree_kernels import FLOATING
 
 __all__ = ["plan"]
 
@@ -51,6 +67,9 @@ class _Asked(NamedTuple):
     moving: NDArray[np.intp]
     """``(k,)``: the positions that may change."""
     paddings: dict[str, float]
+    limits: MotionLimits | None
+    """Of the moving positions, where a trajectory is wanted."""
+    rise_time: float
 
 
 def plan(
@@ -58,8 +77,8 @@ def plan(
 ) -> tuple[Any, PlannedPath | None]:
     """Return the result of a goal of PlanPath, and the path; feedback goes out meanwhile.
 
-    Raises UnknownIdError, NameConflictError, MessageError, TooLargeError and PlanningError for
-    what can't be worked on, naming the field and its value.
+    Raises UnknownIdError, NameConflictError, MessageError, TooLargeError, PlanningError and
+    TrajectoryError for what can't be worked on, naming the field and its value.
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
     robots = snapshot.robots.planning(core)
@@ -75,10 +94,10 @@ def plan(
             raise _CancelledError(progress)
         goal.tell(_feedback(progress))
 
-    path = None
+    path, checker = None, robots.checker(core, **asked.paddings)
     try:
         found = plan_path(
-            robots.checker(core, **asked.paddings),
+            checker,
             asked.start,
             asked.goals,
             seed=goal.request.seed,
@@ -86,16 +105,77 @@ def plan(
             group=asked.group,
             watch=watch,
         )
-    except _CancelledError as cancelled:
-        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
-    else:
         _tell(found, result)
         if found.is_success:
-            q, names = found.configurations, robots.positions
-            result.path = configurations_to_msg(names, q, asked.moving)
-            path = PlannedPath(goal.id, q, names.names, asked.moving, **asked.paddings)
+            result.path = configurations_to_msg(
+                robots.positions, found.configurations, asked.moving
+            )
+            path = _planned(goal, robots, asked, checker, found, result, limit)
+    except _CancelledError as cancelled:
+        result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
     result.seconds = time.monotonic() - begin
     return result, path
+
+
+def _planned(
+    goal: Goal,
+    robots: PlanningRobots,
+    asked: _Asked,
+    checker: SceneGraphCollisionChecker,
+    found: Plan,
+    result: Any,
+    limit: Callable[[str], Any],
+) -> PlannedPath | None:
+    """Return what was planned: the path, or a trajectory along it, of which the result is told."""
+    q, times = found.configurations, None
+    ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
+    curves = np.stack([ends[:-1], ends[1:]], axis=1)
+    if asked.limits is not None:
+        timed = _timed(goal, asked.limits, checker, found, asked.rise_time, limit)
+        if timed.points is None or timed.trajectory is None:
+            result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
+            return None
+        columns = asked.moving
+        result.trajectory = joint_trajectory_to_msg(
+            [robots.positions.short(column) for column in columns], timed.points.of(columns)
+        )
+        result.trajectory_clearance, result.stops = timed.least_clearance, timed.stops
+        q, times = timed.points.positions, timed.trajectory.breaks
+        curves = timed.trajectory.control_points
+    names = robots.positions.names
+    return PlannedPath(goal.id, q, curves, times, names, asked.moving, **asked.paddings)
+
+
+def _timed(
+    goal: Goal,
+    limits: MotionLimits,
+    checker: SceneGraphCollisionChecker,
+    found: Plan,
+    rise_time: float,
+    limit: Callable[[str], Any],
+) -> TimedPath:
+    """Return the trajectory along a path that was found."""
+    begin = time.monotonic()
+
+    def watch() -> None:
+        seconds = time.monotonic() - begin
+        if goal.is_cancelled:
+            raise _CancelledError(
+                PlanProgress(PlanStage.PROVING, seconds, found.tree_sizes, found.edges)
+            )
+        goal.tell(
+            PlanPath.Feedback(
+                state=PlanPath.Feedback.TIMING,
+                seconds=seconds,
+                tree_sizes=np.array(found.tree_sizes, dtype=np.uint64),
+                edges=found.edges,
+            )
+        )
+
+    patience = float(limit("max_planning_time"))
+    return time_path(
+        checker, found.configurations, limits, rise_time=rise_time, timeout=patience, watch=watch
+    )
 
 
 def _asked(
@@ -123,7 +203,23 @@ def _asked(
         name: padding_from_msg(getattr(request, name), name)
         for name in ("environment_padding", "self_padding")
     }
-    return _Asked(starts[0], goals, group, moving, paddings)
+    limits = None
+    if request.with_trajectory:
+        limits = _limits(request.limits, robots, moving)
+    rise_time = rise_time_from_msg(request.rise_time, "rise_time")
+    return _Asked(starts[0], goals, group, moving, paddings, limits, rise_time)
+
+
+def _limits(message: Any, robots: PlanningRobots, moving: NDArray[np.intp]) -> MotionLimits:
+    """Return the limits of the positions that move; raises MessageError where a joint floats."""
+    tree = robots.tree
+    for joint, start in zip(tree.joints, tree.table.starts[1:], strict=True):
+        if joint.kind == FLOATING and start in moving:
+            raise MessageError(
+                f"with_trajectory: joint {quoted(joint.name)} floats, and there are trajectories"
+                " of positions only: name a group without it"
+            )
+    return motion_limits_from_msg(message, robots.positions, tree, moving, "limits")
 
 
 def _patience(timeout: Any, limit: Callable[[str], Any]) -> float:

@@ -14,14 +14,17 @@ __all__ = ["PlannedPath"]
 
 @dataclass(frozen=True, eq=False)
 class PlannedPath:
-    """A path of the robots of a scene, as an action found it.
+    """A path of the robots of a scene, or a trajectory along one, as an action found it.
 
     ``configurations`` ``(n, nq)`` are of the positions ``position_names``, of which ``moving``
-    ``(k,)`` were to move. Paddings in metres.
+    ``(k,)`` were to move. ``curves`` ``(n - 1, m, nq)`` are the control points of what leads from
+    each to the next. A trajectory passes them at ``times`` ``(n,)``, s. Paddings in metres.
     """
 
     goal_id: bytes
     configurations: NDArray[np.float64]
+    curves: NDArray[np.float64]
+    times: NDArray[np.float64] | None
     position_names: tuple[str, ...]
     moving: NDArray[np.intp]
     environment_padding: float

@@ -1,0 +1,129 @@
+"""Trajectories of joints, and how fast joints may move, to messages and back."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from builtin_interfaces.msg import Duration
+import numpy as np
+from numpy.typing import NDArray
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from msg_adapters.arrays import float64s_to_msg
+from msg_adapters.errors import MessageError
+from msg_adapters.robot_configurations import RobotNames
+from msg_adapters.stamps import duration_from_msg, duration_to_msg
+from scene_graph_msgs.msg import MotionLimits as MotionLimitsMsg
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.trajectories import MotionLimits, TrajectoryPoints
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+
+__all__ = [
+    "joint_trajectory_from_msg",
+    "joint_trajectory_to_msg",
+    "motion_limits_from_msg",
+    "rise_time_from_msg",
+]
+
+_RATES = ("velocities", "accelerations")
+
+
+def joint_trajectory_to_msg(names: Sequence[str], points: TrajectoryPoints) -> JointTrajectory:
+    """Return points of joints by name, to be executed at once: the stamp is zero.
+
+    All numbers are there as they are. Raises OverflowError for times beyond what a message holds.
+    """
+    rates = [(name, getattr(points, name)) for name in _RATES]
+    given = [(name, values) for name, values in rates if values is not None]
+    message = JointTrajectory(joint_names=list(names))
+    for row, time in enumerate(points.nanoseconds.tolist()):
+        point = JointTrajectoryPoint(
+            positions=float64s_to_msg(points.positions[row]),
+            time_from_start=duration_to_msg(time),
+        )
+        for name, values in given:
+            setattr(point, name, float64s_to_msg(values[row]))
+        message.points.append(point)
+    return message
+
+
+def joint_trajectory_from_msg(
+    message: JointTrajectory,
+) -> tuple[tuple[str, ...], TrajectoryPoints]:
+    """Return the joints' names and the points.
+
+    Raises MessageError for no points, numbers that are not as many as joints, rates that only some
+    points have, and efforts, which would be lost; TrajectoryError for times that do not grow and
+    what is not finite.
+    """
+    names, points = tuple(message.joint_names), message.points
+    if not points:
+        raise MessageError("points is empty")
+    rows: dict[str, list[NDArray[np.float64]]] = {name: [] for name in ("positions", *_RATES)}
+    for number, point in enumerate(points):
+        if len(point.effort):
+            raise MessageError(f"points[{number}] has efforts, for which there is no place")
+        for name, values in rows.items():
+            given = np.array(getattr(point, name), dtype=np.float64)
+            has_none = name != "positions" and not len(given)
+            if has_none and not values:
+                continue
+            if len(given) != len(names) or len(values) != number:
+                raise MessageError(
+                    f"points[{number}].{name} has {len(given)} numbers for {len(names)} joints;"
+                    f" {len(values)} of {number} points before have some"
+                )
+            values.append(given)
+    for name, values in rows.items():
+        if values and len(values) != len(points):
+            raise MessageError(f"only {len(values)} of {len(points)} points have {name}")
+    times = np.array([duration_from_msg(p.time_from_start) for p in points], dtype=np.int64)
+    velocities, accelerations = (np.array(rows[n]) if rows[n] else None for n in _RATES)
+    return names, TrajectoryPoints(times, np.array(rows["positions"]), velocities, accelerations)
+
+
+def motion_limits_from_msg(
+    message: MotionLimitsMsg,
+    names: RobotNames,
+    tree: KinematicTree,
+    positions: NDArray[np.intp],
+    field: str,
+) -> MotionLimits:
+    """Return the limits of some positions ``(k,)`` of a tree, which ``names`` are about.
+
+    Raises UnknownIdError or NameConflictError for a name, MessageError for lengths that do not
+    fit, TrajectoryError for what is no limit and for positions without one.
+    """
+    rows = [names.row(name, f"{field}.names") for name in message.names]
+    if len(set(rows)) < len(rows):
+        twice = next(n for n, r in zip(message.names, rows, strict=True) if rows.count(r) > 1)
+        raise MessageError(f"{field}.names has {quoted(twice)} more than once")
+    given: dict[str, dict[str, float]] = {}
+    for what in _RATES:
+        values = getattr(message, f"max_{what}")
+        if len(values) not in (0, len(rows)):
+            raise MessageError(
+                f"{field}.max_{what} has {len(values)} numbers for {len(rows)} names"
+            )
+        chosen = zip(rows, values, strict=False)
+        given[what] = {names.names[row]: float(value) for row, value in chosen}
+    accelerations = given["accelerations"]
+    if message.max_acceleration != 0.0:
+        others = dict.fromkeys(names.names, float(message.max_acceleration))
+        accelerations = {**others, **accelerations}
+    return MotionLimits.of_tree(
+        tree,
+        accelerations=accelerations,
+        velocities=given["velocities"],
+        velocity_scaling=message.velocity_scaling,
+        acceleration_scaling=message.acceleration_scaling,
+        positions=positions,
+    )
+
+
+def rise_time_from_msg(duration: Duration, field: str) -> float:
+    """Return seconds; raises MessageError for less than none."""
+    seconds = duration_from_msg(duration) * 1e-9
+    if seconds < 0.0:
+        raise MessageError(f"{field} is negative: {seconds:g} s")
+    return seconds
