@@ -98,7 +98,7 @@ def find_candidates() -> None:
         search(lower, upper, np.zeros(2, dtype=np.bool_), X_WG, frame, bits, 0.0)
     pairs = PairMemory(table, frame, bits)
     for _ in range(2):  # the first search, and one that remembers it
-        pairs.close_pairs(X_WG, 0.0)
+        pairs.find(X_WG, 0.0, is_close=True)
 
 
 def make_models() -> None:

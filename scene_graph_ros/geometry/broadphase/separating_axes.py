@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from scene_graph_ros.geometry.broadphase.extents import BALL, half_extent, RADIUS
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.vectors import axpy, dot, subtract
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
@@ -73,22 +71,24 @@ def _are_separated(extents, centres, X_WG, i, j, margin):
     return square - half > length * margin + slack
 
 
-@kernel
-def drop_separated(extents, centres, X_WG, pairs, margin):
-    """Return the pairs, in their order, that the line of centres does not show to be apart.
+@lean_kernel
+def drop_separated(extents, centres, X_WG, pairs, count, margin):
+    """Keep the pairs, in their order, that the line of centres does not show to be apart.
+
+    Return how many of the first ``count`` are kept; they are moved to the front.
 
     Args:
         extents: from ``extents.extents_of``, n rows.
         centres: from ``extents.centres_of``.
         X_WG: (n, 4, 4) poses.
-        pairs: (k, 2) rows.
+        pairs: (k, 2) rows, written to.
+        count: at most k.
         margin: in metres; what is left out is further apart than this.
 
     """
-    kept = np.empty((len(pairs) + 1, 2), np.int64)  # one place to write what is not kept
-    count = 0
-    for k in range(len(pairs)):
+    kept = 0
+    for k in range(count):
         i, j = pairs[k, 0] & LAST_PLACE, pairs[k, 1] & LAST_PLACE
-        kept[count & LAST_PLACE, 0], kept[count & LAST_PLACE, 1] = i, j
-        count += not _are_separated(extents, centres, X_WG, i, j, margin)
-    return kept[:count]
+        pairs[kept & LAST_PLACE, 0], pairs[kept & LAST_PLACE, 1] = i, j
+        kept += not _are_separated(extents, centres, X_WG, i, j, margin)
+    return kept

@@ -8,24 +8,31 @@ many leave, all pairs are searched anew. Boxes that don't move have no fence but
 The candidates are those that a search of all pairs finds, whatever happened before.
 """
 
-import math
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.broadphase.aabb import bound_row
-from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs, sorted_pairs
-from scene_graph_ros.geometry.broadphase.pair_tests import (
-    box_reaches_half_space,
-    is_pair_wanted,
-    square_within,
+from scene_graph_ros.geometry.broadphase.aabb import bound_row, CORNER
+from scene_graph_ros.geometry.broadphase.fences import (
+    is_inside,
+    make_fence,
+    NO_ROOM,
+    renew_pairs,
 )
+from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
+from scene_graph_ros.geometry.broadphase.pair_tests import box_reaches_half_space, square_within
 from scene_graph_ros.geometry.broadphase.pair_vectors import square_of_gap
+from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
+from scene_graph_ros.geometry.compiled.held_tuples import borrower, compiled_type, write_down
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.pose_vectors import remember_pose
-from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
-__all__ = ["BOUNDED", "COUNTERS", "LOOKED_AT", "REFENCED", "SEARCHED", "track"]
+__all__ = ["BOUNDED", "COUNTERS", "LOOKED_AT", "REFENCED", "SEARCHED", "Bodies", "Tracker"]
 
 COUNTERS = 4
 """What was done is counted, so that tests can tell work from no work."""
@@ -38,15 +45,93 @@ REFENCED = 2
 SEARCHED = 3
 """Searches of all pairs."""
 
-MAX_MERGED = 200
-"""So many new pairs are sorted and merged into the list; more, and the whole list is sorted."""
+_LENGTH, _TURN = 4, 5
+"""After the counters: of the list, and which of two arrays it is in."""
+_STATE = 6
+
 MAX_REFENCED = 200
 """When more boxes leave at once, all pairs are searched, which then takes less time."""
-DENSE = (4.0, 0.3)
-SPARSE = (8.0, 1.0)
-"""A fence leaves room for so many steps like the last one in each direction, but for no more than
-this part of the box's width. Wide fences are left seldom, but they meet more others: where there
-are more pairs than boxes, looking at those takes longer than making new fences."""
+_LOST = -1
+"""Instead of a number of candidates: all pairs have to be searched."""
+_ROOM = 256
+"""Pairs more than twice those found for which a list has room."""
+
+
+class Bodies(NamedTuple):
+    """What decides the candidates, beside poses: n rows."""
+
+    extents: NDArray[np.float64]
+    """The first of ``aabb.box_geometry``, as the next two."""
+    points_of: NDArray[np.int64]
+    points: NDArray[np.float64]
+    centres: NDArray[np.float64]
+    """From ``extents.centres_of``."""
+    moving: NDArray[np.int64]
+    """(m,) the rows that may move; the poses of the others are always the same."""
+    is_half_space: NDArray[np.bool_]
+    """(n,)"""
+    frame: NDArray[np.int32]
+    """(n,), as in ``candidate_pairs``."""
+    filter_bits: NDArray[np.uint8]
+    """As there."""
+
+
+class _Tracked(NamedTuple):
+    """What is known of the last poses."""
+
+    X_last: NDArray[np.float64]
+    """(n, 4, 4)"""
+    lower: NDArray[np.float64]
+    """(n, CORNER), as the next: the boxes."""
+    upper: NDArray[np.float64]
+    fence: NDArray[np.float64]
+    """(6, n): lower and upper corners."""
+    step: NDArray[np.float64]
+    """(n,) how far the box moved when it left its fence."""
+    is_out: NDArray[np.bool_]
+    """(n,), and which those are, after their number: (n + 1,). Nobody is between calls."""
+    out: NDArray[np.int64]
+    scratch: tuple[Any, ...]
+    """For ``renew_pairs``."""
+    lists: NDArray[np.int64]
+    """(3, room, 2): two that take turns to have the list, and the candidates."""
+    state: NDArray[np.int64]
+    """(_STATE,)"""
+
+
+def _new_tracked(n: int, lists: NDArray[np.int64]) -> _Tracked:
+    words = np.zeros((n + 7) // 8, np.int64)
+    return _Tracked(
+        X_last=np.full((n, 4, 4), np.nan),
+        lower=np.zeros((n, CORNER)),
+        upper=np.zeros((n, CORNER)),
+        fence=np.zeros((6, n)),
+        step=np.zeros(n),
+        is_out=np.zeros(n, np.bool_),
+        out=np.zeros(n + 1, np.int64),
+        scratch=(np.zeros(n + 1, np.int64), words, words.view(np.bool_)),
+        lists=lists,
+        state=np.zeros(_STATE, np.int64),
+    )
+
+
+def _new_lists(length: int, n: int) -> NDArray[np.int64]:
+    """Return lists with room for more than so many of the pairs of n rows."""
+    return np.empty((3, min(2 * length + _ROOM, n * (n - 1) // 2), 2), np.int64)
+
+
+@functools.cache
+def _held_type() -> Any:
+    """Return the type of every (Bodies, _Tracked), to compiled code."""
+    numbers, rows = np.empty((0, 4)), np.empty(0, np.int64)
+    bodies = Bodies(
+        numbers, np.empty((0, 2), np.int64), numbers, numbers, rows,
+        np.empty(0, np.bool_), np.empty(0, np.int32), np.empty((0, 0), np.uint8),
+    )  # fmt: skip
+    return compiled_type((bodies, _new_tracked(0, _new_lists(0, 0))))
+
+
+_borrowed = borrower(_held_type)
 
 
 @inlined_kernel
@@ -58,164 +143,54 @@ def _reaches_half_space(lower, upper, is_half_space, X_WG, i, j, margin):
 
 
 @inlined_kernel
-def _fence(lower, upper, fence, step, i, is_dense):
-    """Put a new fence around the box of row i, with room for steps like its last."""
-    steps, most = DENSE if is_dense else SPARSE
-    width = 0.0
-    for axis in range(3):
-        width = max(width, upper[i, axis] - lower[i, axis])
-    room = 0.0
-    if width < math.inf and step[i] < width:  # what jumps has no use for a fence
-        room = min(steps * step[i], most * width)
-    for axis in range(3):
-        fence[axis, i] = lower[i, axis] - room
-        fence[3 + axis, i] = upper[i, axis] + room
-
-
-@inlined_kernel
-def _is_inside(lower, upper, fence, i):
-    return (
-        (fence[0, i] <= lower[i, 0])
-        & (fence[1, i] <= lower[i, 1])
-        & (fence[2, i] <= lower[i, 2])
-        & (fence[3, i] >= upper[i, 0])
-        & (fence[4, i] >= upper[i, 1])
-        & (fence[5, i] >= upper[i, 2])
-    )
-
-
-@lean_kernel
-def _move(geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, out):
-    """Bring the boxes of ``rows`` up to date; return how many moved.
-
-    Those that are out of their fence are marked, and listed in ``out`` after their number.
-    """
+def _move(bodies, tracked, X_WG, rows):
+    """Bring the boxes of ``rows`` up to date; mark and list those that are out of their fence."""
+    geometry = (bodies.extents, bodies.points_of, bodies.points)
+    lower, upper, out = tracked.lower, tracked.upper, tracked.out
     bounded = count = 0
     for row in rows:
         i = row & LAST_PLACE
-        if not remember_pose(X_WG, i, X_last, i):
+        if not remember_pose(X_WG, i, tracked.X_last, i):
             continue
         bounded += 1
         x, y, z = lower[i, 0], lower[i, 1], lower[i, 2]
         bound_row(geometry, X_WG, i, lower, upper)
-        if is_half_space[i] or not _is_inside(lower, upper, fence, i):
-            step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
-            is_out[i] = True
+        if bodies.is_half_space[i] or not is_inside(lower, upper, tracked.fence, i):
+            tracked.step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
+            tracked.is_out[i] = True
             count += 1
             out[count] = i
     out[0] = count
-    return bounded
+    tracked.state[BOUNDED] += bounded
 
 
 @inlined_kernel
-def _grown(low, high, margin):
-    """Grow an interval by a margin, and by what rounding may take from a gap."""
-    extra = margin + BOX_ROUNDING * (abs(low) + abs(high) + margin)
-    return low - extra, high + extra
-
-
-@lean_kernel
-def _meet(fence, i, margin, meets):
-    """Write into ``meets`` which fences come within ``margin`` of row i's."""
-    x, X = _grown(fence[0, i], fence[3, i], margin)
-    y, Y = _grown(fence[1, i], fence[4, i], margin)
-    z, Z = _grown(fence[2, i], fence[5, i], margin)
-    for j in range(fence.shape[1]):
-        meets[j] = (
-            (x <= fence[3, j])
-            & (y <= fence[4, j])
-            & (z <= fence[5, j])
-            & (fence[0, j] <= X)
-            & (fence[1, j] <= Y)
-            & (fence[2, j] <= Z)
-        )
-
-
-@inlined_kernel
-def _is_after(pairs, a, others, b):
-    """Tell whether pair a comes after pair b of others."""
-    first = others[b, 0]
-    return pairs[a, 0] > first or (pairs[a, 0] == first and pairs[a, 1] > others[b, 1])
-
-
-@lean_kernel
-def _sort(pairs, first, last):
-    """Sort a few pairs, those from first to last, by insertion."""
-    for k in range(first + 1, last):
-        i, j = pairs[k, 0], pairs[k, 1]
-        at = k
-        while at > first and (
-            pairs[at - 1, 0] > i or (pairs[at - 1, 0] == i and pairs[at - 1, 1] > j)
-        ):
-            pairs[at, 0], pairs[at, 1] = pairs[at - 1, 0], pairs[at - 1, 1]
-            at -= 1
-        pairs[at, 0], pairs[at, 1] = i, j
-
-
-@lean_kernel
-def _merge(pairs, count, others):
-    """Merge sorted others into the ``count`` sorted pairs, after which there is room for them."""
-    a, b = count - 1, len(others) - 1
-    for at in range(count + len(others) - 1, -1, -1):
-        if b < 0:
-            break
-        if a >= 0 and _is_after(pairs, a, others, b):
-            pairs[at, 0], pairs[at, 1] = pairs[a, 0], pairs[a, 1]
-            a -= 1
-        else:
-            pairs[at, 0], pairs[at, 1] = others[b, 0], others[b, 1]
-            b -= 1
-
-
-@kernel
-def _look_up(fence, frame, filter_bits, margin, is_out, out, pairs, counters):
-    """Return the list with the pairs of the rows in ``out`` replaced, sorted."""
-    n = fence.shape[1]
-    found = np.empty((len(pairs) + 16 * MAX_REFENCED, 2), np.int64)
-    count = 0
-    for k in range(len(pairs)):
-        i, j = pairs[k, 0] & LAST_PLACE, pairs[k, 1] & LAST_PLACE
-        found[count & LAST_PLACE, 0], found[count & LAST_PLACE, 1] = i, j
-        count += not (is_out[i] | is_out[j])
-    kept = count
-    words = np.zeros((n + 7) // 8, np.int64)
-    meets = words.view(np.bool_)
-    counters[REFENCED] += len(out)
-    counters[LOOKED_AT] += len(out) * n
+def _renew(bodies, tracked, margin):
+    """Give those that are out new fences and look up their pairs; return False if all is lost."""
+    state, lists, is_out = tracked.state, tracked.lists, tracked.is_out
+    length, turn = state[_LENGTH], state[_TURN]
+    out = tracked.out[1 : tracked.out[0] + 1]
+    is_dense = length > len(is_out)
     for i in out:
-        _meet(fence, i, margin, meets)
-        for word in range(len(words)):
-            if words[word] == 0:
-                continue
-            for j in range(8 * word, min(8 * word + 8, n)):
-                # A half space meets all: what is infinite has no fence.
-                if not meets[j] or i == j or (is_out[j] and j < i):
-                    continue
-                if is_pair_wanted(frame, filter_bits, i, j):
-                    if count == len(found):
-                        longer = np.empty((2 * count, 2), np.int64)
-                        longer[:count] = found
-                        found = longer
-                    found[count, 0] = min(i, j)
-                    found[count, 1] = max(i, j)
-                    count += 1
-    if count - kept > MAX_MERGED:
-        return sorted_pairs(found, count, n)
-    _sort(found, kept, count)
-    _merge(found, kept, found[kept:count].copy())
-    return found[:count]
+        make_fence(tracked.lower, tracked.upper, tracked.fence, tracked.step, i, is_dense)
+    state[REFENCED] += len(out)
+    state[LOOKED_AT] += len(out) * len(is_out)
+    length = renew_pairs(
+        tracked.fence, bodies.frame, bodies.filter_bits, margin, is_out, out, tracked.scratch,
+        lists[turn, :length], lists[1 - turn], lists[2],
+    )  # fmt: skip
+    if length == NO_ROOM:
+        return False
+    state[_LENGTH], state[_TURN] = length, 1 - turn
+    for i in out:
+        is_out[i] = False
+    return True
 
 
-@kernel
-def _search(fence, is_half_space, X_WG, frame, filter_bits, margin):
-    """Return all pairs whose fences come within ``margin``, sorted."""
-    lower, upper = np.ascontiguousarray(fence[:3].T), np.ascontiguousarray(fence[3:].T)
-    return candidate_pairs(lower, upper, is_half_space, X_WG, frame, filter_bits, margin)
-
-
-@lean_kernel
-def _select(lower, upper, is_half_space, X_WG, margin, pairs, result):
+@inlined_kernel
+def _select(bodies, tracked, X_WG, margin, pairs, result):
     """Write the pairs that come within ``margin`` of each other; return how many."""
+    lower, upper, is_half_space = tracked.lower, tracked.upper, bodies.is_half_space
     limit = square_within(margin)
     count = 0
     for k in range(len(pairs)):
@@ -228,47 +203,92 @@ def _select(lower, upper, is_half_space, X_WG, margin, pairs, result):
     return count
 
 
-@kernel
-def track(geometry, X_WG, rows, is_half_space, frame, filter_bits, margin, memory, pairs, is_new):
-    """Return the list of pairs whose fences meet, and the candidates.
+@lean_kernel
+def _track(places, X_WG, margin, is_close):
+    """Write the candidates, the last of ``lists``; return how many there are, or _LOST.
 
-    Args:
-        geometry: from ``aabb.box_geometry``.
-        X_WG: (n, 4, 4) poses; those of rows that are not in ``rows`` are as they always were.
-        rows: (m,) the rows that may have moved.
-        is_half_space: (n,) bool.
-        frame: (n,) int32, as in ``candidate_pairs``.
-        filter_bits: as there.
-        margin: finite, >= 0, in metres; always the same for the same memory.
-        memory: X_last (n, 4, 4), lower, upper (n, CORNER), fence (6, n), step (n,), is_out (n,)
-            bool, out (n + 1,), counters (COUNTERS,); written to.
-        pairs: (k, 2), the list that the last call returned.
-        is_new: whether there was no last call: everything is computed.
-
+    With ``is_close`` those are left out that ``drop_separated`` shows to be further apart.
     """
-    X_last, lower, upper, fence, step, is_out, out, counters = memory
-    counters[BOUNDED] += _move(
-        geometry, X_WG, rows, is_half_space, X_last, lower, upper, fence, step, is_out, out
+    bodies, tracked = _borrowed(places)
+    state, lists = tracked.state, tracked.lists
+    if state[_LENGTH] < 0:
+        return _LOST
+    _move(bodies, tracked, X_WG, bodies.moving)
+    if tracked.out[0] > MAX_REFENCED:
+        return _LOST
+    if tracked.out[0] > 0 and not _renew(bodies, tracked, margin):
+        return _LOST
+    pairs, result = lists[state[_TURN], : state[_LENGTH]], lists[2]
+    state[LOOKED_AT] += len(pairs)
+    count = _select(bodies, tracked, X_WG, margin, pairs, result)
+    if is_close:
+        count = drop_separated(bodies.extents, bodies.centres, X_WG, result, count, margin)
+    return count
+
+
+@kernel
+def _search(bodies, tracked, X_WG, margin, is_new):
+    """Make all fences anew and return all pairs whose fences meet, sorted."""
+    fence = tracked.fence
+    n = fence.shape[1]
+    if is_new:
+        _move(bodies, tracked, X_WG, np.arange(n))
+        tracked.step[:] = 0.0
+    is_dense = tracked.state[_LENGTH] > n
+    for i in range(n):
+        make_fence(tracked.lower, tracked.upper, fence, tracked.step, i, is_dense)
+    tracked.is_out[:] = False
+    tracked.state[SEARCHED] += 1
+    lower, upper = np.ascontiguousarray(fence[:3].T), np.ascontiguousarray(fence[3:].T)
+    return candidate_pairs(
+        lower, upper, bodies.is_half_space, X_WG, bodies.frame, bodies.filter_bits, margin
     )
-    count = out[0]
-    is_dense = len(pairs) > len(lower)
-    if is_new or count > MAX_REFENCED:
-        if is_new:
-            step[:] = 0.0
-        for i in range(len(lower)):
-            _fence(lower, upper, fence, step, i, is_dense)
-        is_out[:] = False
-        counters[SEARCHED] += 1
-        pairs = _search(fence, is_half_space, X_WG, frame, filter_bits, margin)
-    elif count > 0:
-        for i in out[1 : count + 1]:
-            _fence(lower, upper, fence, step, i, is_dense)
-        pairs = _look_up(
-            fence, frame, filter_bits, margin, is_out, out[1 : count + 1], pairs, counters
-        )
-        for i in out[1 : count + 1]:
-            is_out[i] = False
-    counters[LOOKED_AT] += len(pairs)
-    result = np.empty((len(pairs) + 1, 2), np.int64)  # one place to write what is not kept
-    count = _select(lower, upper, is_half_space, X_WG, margin, pairs, result)
-    return pairs, result[:count]
+
+
+class Tracker:
+    """Finds candidates for one margin, in poses that follow each other. One thread at a time."""
+
+    def __init__(self, bodies: Bodies, margin: float) -> None:
+        """Take what does not change, and a finite margin >= 0, in metres."""
+        self._bodies = bodies
+        self._margin = margin
+        n = len(bodies.frame)
+        self._keep(_new_tracked(n, _new_lists(0, n)))
+        self._tracked.state[_LENGTH] = _LOST
+
+    def _keep(self, tracked: _Tracked) -> None:
+        """Write down where the arrays are."""
+        self._tracked = tracked
+        held = (self._bodies, tracked)
+        kind = compiled_type(held)
+        if kind != _held_type():
+            raise TypeError(f"not arrays as Bodies describes them: {kind}")
+        self._places = write_down(held)
+        self._candidates = tracked.lists[2]
+
+    @property
+    def counters(self) -> NDArray[np.int64]:
+        """What was done so far, (COUNTERS,)."""
+        return self._tracked.state[:COUNTERS].copy()
+
+    def find(self, X_WG: NDArray[np.float64], is_close: bool) -> NDArray[np.int64]:
+        """Return the candidates at poses (n, 4, 4), sorted rows (k, 2).
+
+        With ``is_close`` those are left out that ``drop_separated`` shows to be further apart.
+        """
+        count = _track(self._places, X_WG, self._margin, is_close)
+        if count == _LOST:
+            self._search(X_WG)
+            count = _track(self._places, X_WG, self._margin, is_close)
+        return self._candidates[:count].copy()
+
+    def _search(self, X_WG: NDArray[np.float64]) -> None:
+        """Search all pairs, and make the list anew."""
+        tracked = self._tracked
+        is_new = bool(tracked.state[_LENGTH] < 0)
+        pairs = _search(self._bodies, tracked, X_WG, self._margin, is_new)
+        if 2 * len(pairs) > tracked.lists.shape[1]:
+            lists = _new_lists(len(pairs), len(self._bodies.frame))
+            self._keep(tracked._replace(lists=lists))
+        self._tracked.lists[0, : len(pairs)] = pairs
+        self._tracked.state[_LENGTH:] = len(pairs), 0

@@ -28,7 +28,7 @@ def are_kept(A, X_WA, B, X_WB, margin: float = 0.0) -> bool:
     table = build_shape_table([A, B], [False, False])
     X_WG = np.array([X_WA, X_WB])
     pairs = np.array([[0, 1]])
-    return len(drop_separated(extents_of(table), centres_of(table), X_WG, pairs, margin)) == 1
+    return drop_separated(extents_of(table), centres_of(table), X_WG, pairs, 1, margin) == 1
 
 
 def pose(p, R=None) -> np.ndarray:

@@ -255,7 +255,7 @@ def test_threads_that_ask_at_once() -> None:
         for turn in range(30):
             i = (k + turn) % len(baked)
             memory = pair_memory(baked[i].snapshot)
-            rows = memory.candidate_pairs(baked[i].snapshot.X_WG, 0.0)
+            rows = memory.find(baked[i].snapshot.X_WG, 0.0, is_close=False)
             ids = baked[i].snapshot.proximity.ids[rows]
             answers[k].append(np.array_equal(ids, truths[i]))
 

@@ -17,5 +17,5 @@ def find_collision_candidates(memo: Memo) -> CandidatePairs:
 
 def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     """Return the pairs whose bounding boxes meet."""
-    ids = snapshot.proximity.ids[pair_memory(snapshot).candidate_pairs(snapshot.X_WG, 0.0)]
+    ids = snapshot.proximity.ids[pair_memory(snapshot).find(snapshot.X_WG, 0.0, is_close=False)]
     return CandidatePairs({"id_A": ids[:, 0], "id_B": ids[:, 1]})

@@ -23,7 +23,7 @@ def candidate_rows(snapshot: Snapshot, margin: float) -> NDArray[np.int64]:
     """Return the (k, 2) rows of pairs that may come within ``margin`` >= 0, may be infinite."""
     X_WG = snapshot.X_WG
     if math.isfinite(margin):
-        return pair_memory(snapshot).close_pairs(X_WG, margin)
+        return pair_memory(snapshot).find(X_WG, margin, is_close=True)
     proximity = snapshot.proximity
     lower, upper = world_boxes(proximity.table, X_WG)
     bits = _NO_FILTERS if proximity.filter_bits is None else proximity.filter_bits
