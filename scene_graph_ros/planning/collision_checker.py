@@ -227,8 +227,8 @@ class SceneGraphCollisionChecker:
         plan = self._plan
         a, b = plan.pairs.bodies[pair, ::-1] if plan.pairs.swaps[pair] else plan.pairs.bodies[pair]
         rows = plan.bodies.rows[[[a, b]]]
-        _, distance, *_ = solve_pairs(plan.held, self._poses_of_rows(q), rows, math.inf, WITHIN)
-        return float(plan.pairs.paddings[pair] - distance[0])
+        solved = solve_pairs(plan.held, self._poses_of_rows(q), rows, math.inf, WITHIN)
+        return float(plan.pairs.paddings[pair] - solved.distance[0])
 
     def checked_configurations(self, configurations: ArrayLike) -> NDArray[np.float64]:
         """Return configurations ``(n, nq)`` after checking that poses may have such positions.
@@ -264,19 +264,18 @@ class SceneGraphCollisionChecker:
         rows[plan.pairs.swaps] = rows[plan.pairs.swaps, ::-1]
         near = np.flatnonzero(plan.least_distances(X_WG) <= influence + paddings)
         reach = max(influence + float(paddings.max(initial=-np.inf)), 0.0)
-        kept, distances, p_ACas, p_BCbs, _, _, nhats_W, *_ = solve_pairs(
-            plan.held, X_WG, rows[near], reach, WITHIN
-        )
+        solved = solve_pairs(plan.held, X_WG, rows[near], reach, WITHIN)
+        kept, nhats_W = solved.rows, solved.nhat_BA_W
         pair_of = {
             (int(a), int(b)): int(pair) for pair, (a, b) in zip(near, rows[near], strict=True)
         }
         found = np.array([pair_of[int(a), int(b)] for a, b in kept], dtype=np.intp)
-        padded = distances - paddings[found]
+        padded = solved.distance - paddings[found]
         chosen = np.flatnonzero(padded <= influence)
         rates = self._tree.velocity_map(configuration)
         jacobians = np.zeros((len(chosen), self._tree.num_positions))
         for row, k in enumerate(chosen):
-            sides = ((kept[k, 0], p_ACas[k], 1.0), (kept[k, 1], p_BCbs[k], -1.0))
+            sides = ((kept[k, 0], solved.p_ACa[k], 1.0), (kept[k, 1], solved.p_BCb[k], -1.0))
             jacobians[row] = self._gradient(configuration, nhats_W[k], sides) @ rates
         ids = tuple(self._plan.ids(int(pair)) for pair in found[chosen])
         return RobotClearance(ids, padded[chosen], jacobians)

@@ -25,7 +25,8 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
-from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.solved_pairs import NO_FAILURE
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -223,12 +224,17 @@ def answer(shape_A, shape_B, X_AB, *, X_WA=None, max_distance=np.inf):
     table = build_shape_table([shape_A, shape_B], [False, False])
     X_WG = np.ascontiguousarray([X_WA, X_WA @ X_AB])
     pairs = np.array([[0, 1]])
-    columns = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
-    assert columns[-1] == NO_FAILURE
-    _, phi, p_ACa, p_BCb, _, _, nhat, unique, gap, _, _ = columns
+    solved = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
+    assert solved.failed == NO_FAILURE
     X_AB = relative(X_WA, X_WA @ X_AB)
-    p_ACb = X_AB[:3, :3] @ p_BCb[0] + X_AB[:3, 3]
-    return Answer(phi[0], p_ACa[0], p_ACb, X_WA[:3, :3].T @ nhat[0], bool(unique[0]), gap[0])
+    return Answer(
+        solved.distance[0],
+        solved.p_ACa[0],
+        X_AB[:3, :3] @ solved.p_BCb[0] + X_AB[:3, 3],
+        X_WA[:3, :3].T @ solved.nhat_BA_W[0],
+        bool(solved.is_unique[0]),
+        solved.gap[0],
+    )
 
 
 def relative(X_WA, X_WB):

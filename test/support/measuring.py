@@ -58,10 +58,15 @@ def measure(
     table = table._replace(exact=np.array(triangles))
     X_WG = np.ascontiguousarray(np.stack([X_WA, X_WB]))
     pairs = np.array([[0, 1]], dtype=np.int64)
-    columns = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
-    _, phi, _, _, p_WCa, p_WCb, nhat, unique, *_ = columns
-    scale = float(table.scale.max())
-    return Pair(phi[0], p_WCa[0], p_WCb[0], nhat[0], bool(unique[0]), scale)
+    solved = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN)
+    return Pair(
+        solved.distance[0],
+        solved.p_WCa[0],
+        solved.p_WCb[0],
+        solved.nhat_BA_W[0],
+        bool(solved.is_unique[0]),
+        float(table.scale.max()),
+    )
 
 
 def measure_both_ways(shape_A, shape_B, X_WA, X_WB, **options) -> Pair:

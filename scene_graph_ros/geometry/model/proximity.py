@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tables.changed_table import changed_table, TableOfShapes
+from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
 __all__ = [
@@ -35,6 +36,8 @@ class ProximityArrays(NamedTuple):
     """The geometries with the proximity role; rows ascend by geometry id."""
 
     table: ShapeTable
+    held: HeldTable
+    """The same, for kernels that take it as one array."""
     ids: NDArray[np.int64]
     """(n,) integer values of the geometry ids, ascending."""
     geometry_ids: tuple[GeometryId, ...]
@@ -86,6 +89,7 @@ def proximity_arrays(state: GeometryState) -> ProximityArrays:
     rows = state.role_arrays(Role.PROXIMITY)
     return ProximityArrays(
         table=shape_table(state),
+        held=_held_table(state),
         ids=rows.ids,
         geometry_ids=rows.geometry_ids,
         frame=rows.frame,
@@ -93,6 +97,11 @@ def proximity_arrays(state: GeometryState) -> ProximityArrays:
         is_anchored=rows.frame == 0,
         filter_bits=_filter_bits(state),
     )
+
+
+@derived(Role.PROXIMITY)
+def _held_table(state: GeometryState) -> HeldTable:
+    return hold(shape_table(state))
 
 
 @derived(Part.FILTERS, Role.PROXIMITY)

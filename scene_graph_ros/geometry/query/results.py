@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-import threading
 from types import MappingProxyType
 from typing import Any, ClassVar, Generic, overload, TypeVar
 
@@ -22,6 +21,7 @@ from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 __all__ = [
     "CandidatePair",
     "CandidatePairs",
+    "LateColumns",
     "PenetrationAsPointPair",
     "Penetrations",
     "PointDistances",
@@ -34,9 +34,6 @@ __all__ = [
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 Record = TypeVar("Record")
-
-Column = NDArray[Any] | Callable[[], NDArray[Any]]
-"""A column, or what returns it when somebody looks at it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,34 +135,33 @@ class SignedDistanceToPoint:
     """Index of Q in a batch of points."""
 
 
-class _LateColumns(Mapping[str, NDArray[Any]]):
-    """Read-only columns, some of which are made when they are first looked at."""
+class LateColumns(Mapping[str, NDArray[Any]]):
+    """Read-only columns, each made when it is first looked at."""
 
-    __slots__ = ("_columns",)
+    __slots__ = ("_made", "_recipes", "_source", "length")
 
-    def __init__(self, columns: Mapping[str, Column]) -> None:
-        self._columns = dict(columns)
+    def __init__(
+        self, recipes: Mapping[str, Callable[[Any], NDArray[Any]]], source: Any, length: int
+    ) -> None:
+        """Take what makes each column of ``source``, and how long all of them are."""
+        self._recipes = recipes
+        self._source = source
+        self._made: dict[str, NDArray[Any]] = {}
+        self.length = length
 
     def __getitem__(self, name: str) -> NDArray[Any]:
-        column = self._columns[name]
-        if callable(column):
-            made = column()
-            made.setflags(write=False)
-            with _MAKING:
-                column = self._columns[name]
-                if callable(column):
-                    self._columns[name] = column = made
+        column = self._made.get(name)
+        if column is None:
+            column = self._recipes[name](self._source)
+            column.setflags(write=False)
+            column = self._made.setdefault(name, column)  # whoever is first makes it for all
         return column
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
+        return iter(self._recipes)
 
     def __len__(self) -> int:
-        return len(self._columns)
-
-
-_MAKING = threading.Lock()
-"""Whoever makes a column first makes it for all."""
+        return len(self._recipes)
 
 
 class ResultTable(Sequence[Record], Generic[Record]):
@@ -175,14 +171,16 @@ class ResultTable(Sequence[Record], Generic[Record]):
     _ids: ClassVar[tuple[str, ...]] = ("id_A", "id_B")
     __slots__ = ("_columns", "_length")
 
-    def __init__(self, columns: Mapping[str, Column]) -> None:
-        """Take columns of equal length, at least one as an array; they are made read-only."""
-        arrays = {name: c for name, c in columns.items() if not callable(c)}
-        for column in arrays.values():
+    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
+        """Take at least one column, all of equal length; they are made read-only."""
+        self._columns: Mapping[str, NDArray[Any]]
+        if isinstance(columns, LateColumns):
+            self._columns, self._length = columns, columns.length
+            return
+        for column in columns.values():
             column.setflags(write=False)
-        late = len(arrays) < len(columns)
-        self._columns = _LateColumns(columns) if late else MappingProxyType(arrays)
-        self._length = len(next(iter(arrays.values())))
+        self._columns = MappingProxyType(dict(columns))
+        self._length = len(next(iter(columns.values())))
 
     @property
     def columns(self) -> Mapping[str, NDArray[Any]]:

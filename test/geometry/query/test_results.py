@@ -6,6 +6,7 @@ import pytest
 
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.query.results import (
+    LateColumns,
     PenetrationAsPointPair,
     Penetrations,
     PointDistances,
@@ -86,20 +87,19 @@ def test_late_columns_are_made_once_when_looked_at():
     """A column may be given as what makes it: it is made at the first look, once, read-only."""
     made = []
 
-    def make():
-        made.append(1)
+    def make(source):
+        made.append(source)
         return np.array([4, 7, 9])
 
-    table = PointDistances(
-        {
-            "point": lambda: np.zeros(3, np.int64),
-            "id_G": make,
-            "p_GN": np.eye(3),
-            "distance": np.array([0.1, 0.2, 0.3]),
-            "grad_W": np.eye(3),
-            "is_grad_W_unique": np.ones(3, np.bool_),
-        }
-    )
+    recipes = {
+        "point": lambda source: np.zeros(3, np.int64),
+        "id_G": make,
+        "p_GN": lambda source: np.eye(3),
+        "distance": lambda source: np.array([0.1, 0.2, 0.3]),
+        "grad_W": lambda source: np.eye(3),
+        "is_grad_W_unique": lambda source: np.ones(3, np.bool_),
+    }
+    table = PointDistances(LateColumns(recipes, 1, 3))
     assert len(table) == 3
     assert list(table.columns)[:2] == ["point", "id_G"]
     assert not made

@@ -7,7 +7,8 @@ import numpy as np
 from hard_corpus.bodies import extent, outside
 from hard_corpus.sites import gaps, pose
 from scene_graph_ros.geometry import HalfSpace
-from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.solved_pairs import NO_FAILURE
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -90,12 +91,20 @@ def solve(cases, max_distance=np.inf, *, certify=False):
     table = table_of(cases)
     X_WG = np.ascontiguousarray(np.array([X for c in cases for X in (c.X_WA, c.X_WB)]))
     pairs = np.arange(2 * len(cases)).reshape(-1, 2)
-    rows, *columns, failed = solve_pairs(
-        hold(table), X_WG, pairs, float(max_distance), WITHIN, certify=certify
+    solved = solve_pairs(hold(table), X_WG, pairs, float(max_distance), WITHIN, certify=certify)
+    assert solved.failed == NO_FAILURE
+    assert len(solved) == len(cases), "a distance is nan or beyond infinity"
+    return Answers(
+        solved.distance,
+        solved.p_ACa,
+        solved.p_BCb,
+        solved.p_WCa,
+        solved.p_WCb,
+        solved.nhat_BA_W,
+        solved.is_unique,
+        solved.gap,
+        solved.decided_by,
     )
-    assert failed == NO_FAILURE
-    assert len(rows) == len(cases), "a distance is nan or beyond infinity"
-    return Answers(*columns)
 
 
 def swapped(cases):

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import pair_memory
 from scene_graph_ros.geometry.query.memo import Memo
-from scene_graph_ros.geometry.query.results import CandidatePairs
+from scene_graph_ros.geometry.query.results import CandidatePairs, LateColumns
 
 __all__ = ["find_collision_candidates"]
+
+_Answers = tuple[NDArray[np.int64], NDArray[np.int64]]
+"""Ids (n,), and pairs of their rows (k, 2)."""
 
 
 def find_collision_candidates(memo: Memo) -> CandidatePairs:
@@ -17,5 +25,12 @@ def find_collision_candidates(memo: Memo) -> CandidatePairs:
 
 def pairs_of_candidates(snapshot: Snapshot) -> CandidatePairs:
     """Return the pairs whose bounding boxes meet."""
-    ids = snapshot.proximity.ids[pair_memory(snapshot).find(snapshot.X_WG, 0.0, is_close=False)]
-    return CandidatePairs({"id_A": ids[:, 0], "id_B": ids[:, 1]})
+    rows = pair_memory(snapshot).find(snapshot.X_WG, 0.0, is_close=False)
+    answers = snapshot.proximity.ids, rows
+    return CandidatePairs(LateColumns(_COLUMNS, answers, len(rows)))
+
+
+_COLUMNS: Mapping[str, Callable[[_Answers], NDArray[np.int64]]] = {
+    "id_A": lambda answers: answers[0][answers[1][:, 0]],
+    "id_B": lambda answers: answers[0][answers[1][:, 1]],
+}

@@ -15,7 +15,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.arguments import checked_limit
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.driver import WITHIN
-from scene_graph_ros.geometry.query.distance.solve import extra_columns, solve
+from scene_graph_ros.geometry.query.distance.solve import ID_COLUMNS, pair_columns, Recipes, solve
 from scene_graph_ros.geometry.query.memo import Memo
 from scene_graph_ros.geometry.query.results import SignedDistancePair, SignedDistancePairs
 from scene_graph_ros.geometry.query.settings import Settings, settings_of
@@ -104,16 +104,15 @@ def _distance_table(
     settings: Settings,
     query: str,
 ) -> SignedDistancePairs:
-    columns = solve(snapshot, pairs, max_distance, WITHIN, settings, query)
-    rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, unique, _, _ = columns
-    ids = snapshot.proximity.ids[rows]
-    table = {
-        "id_A": ids[:, 0],
-        "id_B": ids[:, 1],
-        "p_ACa": p_ACa,
-        "p_BCb": p_BCb,
-        "distance": phi,
-        "nhat_BA_W": nhat_BA_W,
-        "is_nhat_BA_W_unique": unique,
-    }
-    return SignedDistancePairs(table | extra_columns(snapshot, columns, settings))
+    solved = solve(snapshot, pairs, max_distance, WITHIN, settings, query)
+    return SignedDistancePairs(pair_columns(_COLUMNS, snapshot, solved, settings))
+
+
+_COLUMNS: Recipes = {
+    **ID_COLUMNS,
+    "p_ACa": lambda answers: answers.solved.p_ACa,
+    "p_BCb": lambda answers: answers.solved.p_BCb,
+    "distance": lambda answers: answers.solved.distance,
+    "nhat_BA_W": lambda answers: answers.solved.nhat_BA_W,
+    "is_nhat_BA_W_unique": lambda answers: answers.solved.is_unique,
+}

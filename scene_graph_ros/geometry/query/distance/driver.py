@@ -5,16 +5,30 @@ cannot disagree.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy
-from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
+from scene_graph_ros.geometry.query.distance.solved_pairs import (
+    DECIDED_BY,
+    GAP,
+    NHAT_BA_W,
+    NO_FAILURE,
+    NUMBERS,
+    P_ACA,
+    P_BCB,
+    P_WCA,
+    P_WCB,
+    PHI,
+    SolvedPairs,
+    UNIQUE,
+)
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     load_rotation,
@@ -22,13 +36,12 @@ from scene_graph_ros.geometry.spatial.vectors import (
     relative_pose,
     rotate,
     rotate_inverse,
-    store_vector,
     subtract,
 )
 from scene_graph_ros.geometry.tables.held_table import borrowed_table, HeldTable
 from scene_graph_ros.geometry.tolerances import OSCULATION
 
-__all__ = ["EXACT", "FIRST_PENETRATION", "NO_FAILURE", "PENETRATIONS", "WITHIN", "solve_pairs"]
+__all__ = ["EXACT", "FIRST_PENETRATION", "PENETRATIONS", "WITHIN", "solve_pairs"]
 
 WITHIN = 0
 """Keep pairs whose signed distance is at most ``max_distance``."""
@@ -37,18 +50,25 @@ PENETRATIONS = 1
 FIRST_PENETRATION = 2
 """As PENETRATIONS, and stop at the first."""
 
-NO_FAILURE = -1
-
 EXACT = Accuracy.EXACT.bound
 """Relative to the larger size: up to this accuracy, answers are polished to rounding."""
 
+_simplex, _weights, _corners = (stack_array(part.shape, part.dtype) for part in new_workspace())
+"""What ``convex_distance`` works on, in the machine's stack."""
+
+
+@inlined_kernel
+def _store(numbers, at, v):
+    """Write a vector from a place on."""
+    numbers[at], numbers[at + 1], numbers[at + 2] = v
+
 
 @lean_kernel
-def _solve(places, X_WG, pairs, max_distance, keep, accuracy, columns, work):
-    """Write the kept pairs into ``columns``; return how many, and the pair without an answer."""
+def _solve(places, X_WG, pairs, max_distance, keep, accuracy, rows, numbers):
+    """Write the kept pairs; return how many, and the pair without an answer."""
     table = borrowed_table(places)
-    rows, phis, p_ACas, p_BCbs, p_WCas, p_WCbs, nhats, uniques, gaps, deciders = columns
-    is_asked = deciders.shape[0] > 0
+    work = _simplex(), _weights(), _corners()
+    m = rows.shape[0]
     count = 0
     for k in range(pairs.shape[0]):
         i, j = pairs[k, 0], pairs[k, 1]
@@ -67,14 +87,14 @@ def _solve(places, X_WG, pairs, max_distance, keep, accuracy, columns, work):
         elif phi >= -OSCULATION * size:
             continue
         rows[count, 0], rows[count, 1] = i, j
-        phis[count], uniques[count], gaps[count] = phi, unique, gap
-        if is_asked:
-            deciders[count] = decided_by
-        store_vector(p_ACas, count, p_ACa)
-        store_vector(p_BCbs, count, rotate_inverse(R_AB, subtract(p_ACb, p_AB)))
-        store_vector(p_WCas, count, add(p_WA, rotate(R_WA, p_ACa)))
-        store_vector(p_WCbs, count, add(p_WA, rotate(R_WA, p_ACb)))
-        store_vector(nhats, count, rotate(R_WA, nhat_BA_A))
+        numbers[PHI * m + count], numbers[GAP * m + count] = phi, gap
+        numbers[UNIQUE * m + count], numbers[DECIDED_BY * m + count] = unique, decided_by
+        at = 3 * count
+        _store(numbers, P_ACA * m + at, p_ACa)
+        _store(numbers, P_BCB * m + at, rotate_inverse(R_AB, subtract(p_ACb, p_AB)))
+        _store(numbers, P_WCA * m + at, add(p_WA, rotate(R_WA, p_ACa)))
+        _store(numbers, P_WCB * m + at, add(p_WA, rotate(R_WA, p_ACb)))
+        _store(numbers, NHAT_BA_W * m + at, rotate(R_WA, nhat_BA_A))
         count += 1
         if keep == FIRST_PENETRATION:
             return count, NO_FAILURE
@@ -89,8 +109,8 @@ def solve_pairs(
     keep: int,
     accuracy: float = EXACT,
     certify: bool = False,
-) -> tuple[Any, ...]:
-    """Compute the signed distance of pairs of rows and keep those asked for.
+) -> SolvedPairs:
+    """Compute the signed distance of pairs of rows and keep those asked for, in their order.
 
     Args:
         held: a ShapeTable of n rows.
@@ -104,30 +124,19 @@ def solve_pairs(
             depth: too large), the witnesses keep ``p_WCa - p_WCb = distance * nhat_BA_W`` and
             stay in their shapes, and the normal is good to about its square root.
         certify: fill ``gap`` for every pair, see ``certify_pairs``; otherwise it is what the
-            iterations know, 0 where there are none. Fill ``decided_by``, too.
-
-    Returns:
-        The columns of k kept pairs, in the order given: rows (k, 2), distance (k,), p_ACa,
-        p_BCb, p_WCa, p_WCb, nhat_BA_W (k, 3), unique (k,), gap (k,), decided_by (k,), integers of
-        ``Mechanism``, or (0,) unless ``certify``; and the index of the first pair that has no
-        answer, or NO_FAILURE.
+            iterations know, 0 where there are none. ``decided_by`` is filled always.
 
     """
-    m = len(pairs)
-    columns = (
-        np.empty((m, 2), np.int64),
-        np.empty(m),
-        *(np.empty((m, 3)) for _ in range(5)),
-        np.empty(m, np.bool_),
-        np.empty(m),
-        np.empty(m if certify else 0, np.uint8),
-    )
+    room = min(len(pairs), 1) if keep == FIRST_PENETRATION else len(pairs)
+    rows, numbers = np.empty((room, 2), np.int64), np.empty(NUMBERS * room)
     loose = accuracy if accuracy > EXACT else 0.0
     count, failed = _solve(
-        held.places, X_WG, pairs, float(max_distance), keep, loose, columns, new_workspace()
+        held.places, X_WG, pairs, float(max_distance), keep, loose, rows, numbers
     )
-    kept = tuple(column[:count] for column in columns)
+    solved = SolvedPairs(rows, numbers, count, failed)
     if certify:
-        rows, phi, p_ACa, p_BCb, _, _, nhat_BA_W, _, gap, _ = kept
-        certify_pairs(held.table, X_WG, rows, phi, p_ACa, p_BCb, nhat_BA_W, gap)
-    return (*kept, failed)
+        certify_pairs(
+            held.table, X_WG, solved.rows, solved.distance, solved.p_ACa, solved.p_BCb,
+            solved.nhat_BA_W, solved.gap,
+        )  # fmt: skip
+    return solved

@@ -25,7 +25,20 @@ from scene_graph_ros.geometry.model.proximity import shape_table
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
-from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, NO_FAILURE, WITHIN
+from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, WITHIN
+from scene_graph_ros.geometry.query.distance.solved_pairs import (
+    DECIDED_BY,
+    GAP,
+    NHAT_BA_W,
+    NO_FAILURE,
+    P_ACA,
+    P_BCB,
+    P_WCA,
+    P_WCB,
+    PHI,
+    SolvedPairs,
+    UNIQUE,
+)
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 from scene_graph_ros.geometry.tolerances import OSCULATION
@@ -182,11 +195,11 @@ def solve_pairs_with_fcl(
     keep: int,
     describe: Callable[[int], str],
     query: str,
-) -> tuple[Any, ...]:
+) -> SolvedPairs:
     """Do what ``distance.driver.solve_pairs`` does, by asking FCL about one pair after another.
 
     ``describe`` names a row, ``query`` is what was asked, for messages. The gap is nan: FCL gives
-    no certificate. The result ends with NO_FAILURE or the index of two half spaces, too.
+    no certificate.
 
     Raises:
         UnsupportedPairError: FCL has no answer for a pair.
@@ -217,7 +230,7 @@ def solve_pairs_with_fcl(
             found.append((i, j, answer))
             if keep == FIRST_PENETRATION:
                 break
-    return (*_columns(found, snapshot.X_WG), failed)
+    return _solved(found, snapshot.X_WG, failed)
 
 
 def _is_kept(phi: float, max_distance: float, keep: int, size: float) -> bool:
@@ -238,8 +251,7 @@ def _answer(bodies: _Bodies, i: int, j: int, keep: int) -> Contact | None:
     return _nearest(bodies, i, j)
 
 
-def _columns(found: list[tuple[int, int, Contact]], X_WG: Vector) -> tuple[NDArray[Any], ...]:
-    """Return rows, phi, p_ACa, p_BCb, p_WCa, p_WCb, nhat_BA_W, unique, gap and no decided_by."""
+def _solved(found: list[tuple[int, int, Contact]], X_WG: Vector, failed: int) -> SolvedPairs:
     rows = np.array([(i, j) for i, j, _ in found], dtype=np.int64).reshape(-1, 2)
     contacts = [contact for *_, contact in found]
     phi = np.array([contact[0] for contact in contacts], dtype=np.float64)
@@ -247,10 +259,15 @@ def _columns(found: list[tuple[int, int, Contact]], X_WG: Vector) -> tuple[NDArr
         np.array([contact[k] for contact in contacts], dtype=np.float64).reshape(-1, 3)
         for k in (1, 2, 3)
     )
-    unique = np.array([contact[4] for contact in contacts], dtype=np.bool_)
+    unique = np.array([contact[4] for contact in contacts], dtype=np.float64)
     locals_ = []
     for side, points in enumerate((p_WCa, p_WCb)):
         X = X_WG[rows[:, side]]
         locals_.append(np.einsum("kji,kj->ki", X[:, :3, :3], points - X[:, :3, 3]))
-    gap = np.full(len(found), np.nan)
-    return rows, phi, *locals_, p_WCa, p_WCb, nhat, unique, gap, np.empty(0, np.uint8)
+    columns = {
+        PHI: phi, GAP: np.full(len(found), np.nan), UNIQUE: unique,
+        DECIDED_BY: np.zeros(len(found)), P_ACA: locals_[0],
+        P_BCB: locals_[1], P_WCA: p_WCa, P_WCB: p_WCb, NHAT_BA_W: nhat,
+    }  # fmt: skip
+    numbers = np.concatenate([columns[start].ravel() for start in sorted(columns)])
+    return SolvedPairs(rows, numbers, len(found), failed)

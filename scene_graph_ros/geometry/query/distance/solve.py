@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.accuracy import Engine
 from scene_graph_ros.geometry.errors import UnsupportedPairError
-from scene_graph_ros.geometry.model.derived import derived
-from scene_graph_ros.geometry.model.proximity import shape_table
-from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
-from scene_graph_ros.geometry.model.state import GeometryState
-from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs
+from scene_graph_ros.geometry.query.distance.driver import solve_pairs
+from scene_graph_ros.geometry.query.distance.solved_pairs import NO_FAILURE, SolvedPairs
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
+from scene_graph_ros.geometry.query.results import LateColumns
 from scene_graph_ros.geometry.query.settings import Settings
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 
-__all__ = ["describe", "extra_columns", "solve"]
-
-
-@derived(Role.PROXIMITY)
-def _held_table(state: GeometryState) -> HeldTable:
-    return hold(shape_table(state))
+__all__ = ["ID_COLUMNS", "Recipes", "describe", "pair_columns", "solve"]
 
 
 def solve(
@@ -35,17 +28,17 @@ def solve(
     keep: int,
     settings: Settings,
     query: str,
-) -> tuple[NDArray[Any], ...]:
-    """Return the columns of ``solve_pairs``. Raises UnsupportedPairError for two half spaces."""
+) -> SolvedPairs:
+    """Do what ``solve_pairs`` does. Raises UnsupportedPairError for two half spaces."""
     if settings.engine is Engine.FCL:
         from scene_graph_ros.geometry.query.distance.fcl_engine import solve_pairs_with_fcl
 
-        *columns, failed = solve_pairs_with_fcl(
+        solved = solve_pairs_with_fcl(
             snapshot, pairs, max_distance, keep, lambda row: describe(snapshot, row), query
         )
     else:
-        *columns, failed = solve_pairs(
-            _held_table(snapshot.state),
+        solved = solve_pairs(
+            snapshot.proximity.held,
             snapshot.X_WG,
             pairs,
             max_distance,
@@ -53,13 +46,13 @@ def solve(
             settings.accuracy.bound,
             settings.certificate,
         )
-    if failed != NO_FAILURE:
-        names = [describe(snapshot, row) for row in pairs[failed]]
+    if solved.failed != NO_FAILURE:
+        names = [describe(snapshot, row) for row in pairs[solved.failed]]
         raise UnsupportedPairError(
             f"{query}: {names[0]} against {names[1]} has no answer: two half spaces overlap"
             " without bound unless they are parallel. Filter the pair, or anchor both."
         )
-    return tuple(columns)
+    return solved
 
 
 def describe(snapshot: Snapshot, row: int) -> str:
@@ -69,32 +62,54 @@ def describe(snapshot: Snapshot, row: int) -> str:
     return f"{kind.name} {snapshot.inspector.get_name(geometry_id)!r} ({geometry_id!r})"
 
 
-def extra_columns(
-    snapshot: Snapshot, columns: tuple[NDArray[Any], ...], settings: Settings
-) -> dict[str, NDArray[Any]]:
-    """Return the columns that were asked for beside those that every result has."""
-    result: dict[str, NDArray[Any]] = {}
+class _Answers(NamedTuple):
+    """What the columns of a result are made of."""
+
+    ids: NDArray[np.int64]
+    """(n,) of the rows."""
+    solved: SolvedPairs
+    asked_for: Mapping[str, NDArray[Any]]
+    """Columns beside those that every result has."""
+
+
+Recipes = Mapping[str, Callable[[_Answers], NDArray[Any]]]
+
+ID_COLUMNS: Recipes = {
+    "id_A": lambda answers: answers.ids[answers.solved.rows[:, 0]],
+    "id_B": lambda answers: answers.ids[answers.solved.rows[:, 1]],
+}
+
+
+def pair_columns(
+    recipes: Recipes, snapshot: Snapshot, solved: SolvedPairs, settings: Settings
+) -> LateColumns:
+    """Return the columns of a result: those that it always has, and what was asked for."""
+    asked_for: dict[str, NDArray[Any]] = {}
     if settings.derivatives:
-        result |= _derivatives(snapshot, columns[0], columns)
-        result |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, columns)
+        asked_for |= _derivatives(snapshot, solved)
+        asked_for |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, solved)
     if settings.certificate:
-        result["gap"] = columns[8]
-        result["decided_by"] = columns[9]
-    return result
+        asked_for["gap"] = solved.gap
+        asked_for["decided_by"] = solved.decided_by
+    if asked_for:
+        recipes = {**recipes, **{name: _asked_for(name) for name in asked_for}}
+    return LateColumns(recipes, _Answers(snapshot.proximity.ids, solved, asked_for), solved.count)
 
 
-def _derivatives(
-    snapshot: Snapshot, rows: NDArray[np.int64], columns: tuple[NDArray[Any], ...]
-) -> dict[str, NDArray[np.float64]]:
+def _asked_for(name: str) -> Callable[[_Answers], NDArray[Any]]:
+    return lambda answers: answers.asked_for[name]
+
+
+def _derivatives(snapshot: Snapshot, solved: SolvedPairs) -> dict[str, NDArray[np.float64]]:
     """Differentiate the distance with respect to both poses.
 
     The witness points are stationary to first order (envelope theorem), so the distance changes
     at the rate nhat . (v_Ca - v_Cb), the velocities of A's and B's material points there.
     """
-    nhat, X_WG = columns[6], snapshot.X_WG
+    rows, nhat, X_WG = solved.rows, solved.nhat_BA_W, snapshot.X_WG
     result = {}
     for side, (name, witness, sign) in enumerate(
-        (("ddistance_dX_WA", columns[4], 1.0), ("ddistance_dX_WB", columns[5], -1.0))
+        (("ddistance_dX_WA", solved.p_WCa, 1.0), ("ddistance_dX_WB", solved.p_WCb, -1.0))
     ):
         arm = witness - X_WG[rows[:, side], :3, 3]
         result[name] = sign * np.concatenate([np.cross(arm, nhat), nhat], axis=1)

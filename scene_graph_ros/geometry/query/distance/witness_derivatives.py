@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
+from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
 from scene_graph_ros.geometry.tolerances import SINGULAR_CONTACT
 
 __all__ = ["witness_derivatives"]
@@ -52,14 +53,14 @@ def _described(
 
 
 def witness_derivatives(
-    table: Any, X_WG: FloatArray, columns: tuple[NDArray[Any], ...]
+    table: Any, X_WG: FloatArray, solved: SolvedPairs
 ) -> dict[str, NDArray[Any]]:
     """Differentiate the witness points of k pairs with respect to both poses.
 
     Args:
         table: the ShapeTable that was solved.
         X_WG: (n, 4, 4), the poses that were solved.
-        columns: of ``solve_pairs``, k rows each.
+        solved: k pairs.
 
     Returns:
         ``dp_WCa_dX_WA``, ``dp_WCa_dX_WB``, ``dp_WCb_dX_WA``, ``dp_WCb_dX_WB``, each (k, 3, 6):
@@ -69,14 +70,14 @@ def witness_derivatives(
         as a point fixed to its own shape, so that all entries are finite.
 
     """
-    rows, phi, p_ACa, p_BCb, p_WCa, p_WCb, nhat, unique = columns[:8]
+    rows, phi, nhat = solved.rows, solved.distance, solved.nhat_BA_W
     k = len(rows)
-    smooth_A, T_A, w_A, s_A = _described(table, X_WG, rows[:, 0], p_ACa, -nhat)
-    smooth_B, T_B, w_B, s_B = _described(table, X_WG, rows[:, 1], p_BCb, np.array(nhat))
+    smooth_A, T_A, w_A, s_A = _described(table, X_WG, rows[:, 0], solved.p_ACa, -nhat)
+    smooth_B, T_B, w_B, s_B = _described(table, X_WG, rows[:, 1], solved.p_BCb, np.array(nhat))
     # Velocities of the material points at the witnesses, for (V_WA, V_WB): (k, 3, 12).
     v_a, v_b = np.zeros((k, 3, 12)), np.zeros((k, 3, 12))
-    v_a[:, :, 0:3] = -_skew(p_WCa - X_WG[rows[:, 0], :3, 3])
-    v_b[:, :, 6:9] = -_skew(p_WCb - X_WG[rows[:, 1], :3, 3])
+    v_a[:, :, 0:3] = -_skew(solved.p_WCa - X_WG[rows[:, 0], :3, 3])
+    v_b[:, :, 6:9] = -_skew(solved.p_WCb - X_WG[rows[:, 1], :3, 3])
     v_a[:, :, 3:6] = v_b[:, :, 9:12] = np.eye(3)
     # omega x n = -skew(n) omega.
     turn = -_skew(nhat)
@@ -93,7 +94,7 @@ def witness_derivatives(
     dn = np.zeros((k, 3, 12))
     dn[:, :, 6:9] = turn
     right[:, 2:] = P @ (v_b - v_a + phi[:, None, None] * dn) / size
-    is_solvable = smooth_A & smooth_B & unique & np.isfinite(matrix).all(axis=(1, 2))
+    is_solvable = smooth_A & smooth_B & solved.is_unique & np.isfinite(matrix).all(axis=(1, 2))
     matrix[~is_solvable] = np.eye(4)
     scaled = matrix / np.maximum(
         np.linalg.norm(matrix, axis=1, keepdims=True), np.finfo(float).tiny

@@ -9,7 +9,7 @@ from scene_graph_ros.geometry.accuracy import Accuracy, Engine
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, PENETRATIONS
-from scene_graph_ros.geometry.query.distance.solve import extra_columns, solve
+from scene_graph_ros.geometry.query.distance.solve import ID_COLUMNS, pair_columns, Recipes, solve
 from scene_graph_ros.geometry.query.memo import Memo
 from scene_graph_ros.geometry.query.results import Penetrations
 from scene_graph_ros.geometry.query.settings import Settings, settings_of
@@ -42,8 +42,7 @@ def collides(snapshot: Snapshot, settings: Settings) -> bool:
     pairs = candidate_rows(snapshot, 0.0)
     if not len(pairs):
         return False
-    rows, *_ = solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions")
-    return len(rows) > 0
+    return len(solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions")) > 0
 
 
 def penetrations(snapshot: Snapshot, settings: Settings) -> Penetrations:
@@ -56,15 +55,14 @@ def penetrations_of(
     snapshot: Snapshot, pairs: NDArray[np.int64], settings: Settings, query: str
 ) -> Penetrations:
     """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages."""
-    columns = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query)
-    rows, phi, _, _, p_WCa, p_WCb, nhat_BA_W, *_ = columns
-    ids = snapshot.proximity.ids[rows]
-    table = {
-        "id_A": ids[:, 0],
-        "id_B": ids[:, 1],
-        "p_WCa": p_WCa,
-        "p_WCb": p_WCb,
-        "nhat_BA_W": nhat_BA_W,
-        "depth": -phi,
-    }
-    return Penetrations(table | extra_columns(snapshot, columns, settings))
+    solved = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query)
+    return Penetrations(pair_columns(_COLUMNS, snapshot, solved, settings))
+
+
+_COLUMNS: Recipes = {
+    **ID_COLUMNS,
+    "p_WCa": lambda answers: answers.solved.p_WCa,
+    "p_WCb": lambda answers: answers.solved.p_WCb,
+    "nhat_BA_W": lambda answers: answers.solved.nhat_BA_W,
+    "depth": lambda answers: -answers.solved.distance,
+}

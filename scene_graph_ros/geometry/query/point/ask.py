@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +25,7 @@ from scene_graph_ros.geometry.query.memo import Memo
 from scene_graph_ros.geometry.query.point.all_rows import group_by_kind, KindTable
 from scene_graph_ros.geometry.query.point.batch import distance_points, distances_to_all
 from scene_graph_ros.geometry.query.point.reuse import AnswerMemory
-from scene_graph_ros.geometry.query.results import Column, PointDistances
+from scene_graph_ros.geometry.query.results import LateColumns, PointDistances
 from scene_graph_ros.geometry.query.settings import settings_of
 
 __all__ = ["compute_signed_distance_to_point", "compute_signed_distance_to_points"]
@@ -77,29 +79,45 @@ def point_distances(
     """Return the signed distances of (m, 3) points to all geometries, up to ``threshold``."""
     arrays, X_WG = snapshot.proximity, snapshot.X_WG
     table, ids = arrays.table, arrays.ids
-    point: Column
-    id_G: Column
     if threshold == math.inf:
         m, n = len(p_WQs), len(ids)
         kinds = _kinds(snapshot.state)
         answers = snapshot.memory.of(_begin_answers, None).take(m * n)
         columns = distances_to_all(table, kinds, X_WG, p_WQs, threads, answers)
-        # Where each answer has its place, these are known without looking.
-        point, id_G = lambda: np.repeat(np.arange(m), n), lambda: np.tile(ids, m)
-    else:
-        point, row, *rest = distance_points(table, X_WG, p_WQs, threshold, threads)
-        id_G, columns = ids[row], tuple(rest)
-    phi, p_GN, grad_W, unique = columns
+        return PointDistances(LateColumns(_COLUMNS, _Answers(ids, m, *columns), m * n))
+    point, row, phi, p_GN, grad_W, unique = distance_points(table, X_WG, p_WQs, threshold, threads)
     return PointDistances(
         {
             "point": point,
-            "id_G": id_G,
+            "id_G": ids[row],
             "p_GN": p_GN,
             "distance": phi,
             "grad_W": grad_W,
             "is_grad_W_unique": unique,
         }
     )
+
+
+class _Answers(NamedTuple):
+    """Answers of m points about n rows, each in its place."""
+
+    ids: NDArray[np.int64]
+    """(n,)"""
+    m: int
+    distance: NDArray[np.float64]
+    p_GN: NDArray[np.float64]
+    grad_W: NDArray[np.float64]
+    is_unique: NDArray[np.bool_]
+
+
+_COLUMNS: Mapping[str, Callable[[_Answers], NDArray[Any]]] = {
+    "point": lambda answers: np.repeat(np.arange(answers.m), len(answers.ids)),
+    "id_G": lambda answers: np.tile(answers.ids, answers.m),
+    "p_GN": lambda answers: answers.p_GN,
+    "distance": lambda answers: answers.distance,
+    "grad_W": lambda answers: answers.grad_W,
+    "is_grad_W_unique": lambda answers: answers.is_unique,
+}
 
 
 def _begin_answers(_: None) -> AnswerMemory:

@@ -52,13 +52,13 @@ def constructed(name_A, name_B, exact_B=False):
 def test_error_is_within_the_promise(name_A, name_B, tier):
     """Distance within the bound and its certificate, the sign right, the identity to rounding."""
     table, X_WG, pairs, truths = constructed(name_A, name_B)
-    columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound, True)
-    _, phi, _, _, p_WCa, p_WCb, nhat, _, gap, _, _ = columns
+    solved = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound, True)
+    phi, nhat, gap = solved.distance, solved.nhat_BA_W, solved.gap
     size = max(table.scale)
     assert np.abs(phi - truths).max() <= tier.bound * size
     assert np.array_equal(np.sign(phi), np.sign(truths))
     assert (np.abs(phi - truths) <= gap + 1e-14).all()
-    assert np.allclose(p_WCa - p_WCb, phi[:, None] * nhat, rtol=0.0, atol=2e-15)
+    assert np.allclose(solved.p_WCa - solved.p_WCb, phi[:, None] * nhat, rtol=0.0, atol=2e-15)
     assert np.allclose(np.linalg.norm(nhat, axis=1), 1.0, rtol=0.0, atol=1e-14)
 
 
@@ -66,8 +66,8 @@ def test_error_is_within_the_promise(name_A, name_B, tier):
 def test_exact_answers_prove_themselves(name_A, name_B):
     """At the exact tier, the certificate of a pair that is apart is at rounding."""
     table, X_WG, pairs, truths = constructed(name_A, name_B)
-    columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, certify=True)
-    phi, gap = columns[1], columns[8]
+    solved = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, certify=True)
+    phi, gap = solved.distance, solved.gap
     # Poses in the world are rounded at 1 m, for shapes of 0.2 m.
     assert gap[truths > 0.0].max() <= 1e-14
     assert np.abs(phi - truths).max() <= 1e-14
@@ -78,7 +78,7 @@ def test_penetrating_pairs_are_the_same_at_every_tier(tier):
     """Which pairs penetrate does not depend on the tier, only how deep they are said to be."""
     for name_A, name_B in PAIRS:
         table, X_WG, pairs, truths = constructed(name_A, name_B)
-        rows = solve_pairs(hold(table), X_WG, pairs, 0.0, PENETRATIONS, tier.bound)[0]
+        rows = solve_pairs(hold(table), X_WG, pairs, 0.0, PENETRATIONS, tier.bound).rows
         assert np.array_equal(rows[:, 0], np.flatnonzero(truths < 0.0))
 
 
@@ -88,8 +88,8 @@ def test_triangles_apart_keep_the_promise(name_A):
     table, X_WG, pairs, truths = constructed(name_A, "mesh", exact_B=True)
     apart = truths > 0.0
     for tier in LOOSE:
-        columns = solve_pairs(hold(table), X_WG, pairs[apart], np.inf, WITHIN, tier.bound)
-        assert np.abs(columns[1] - truths[apart]).max() <= tier.bound * max(table.scale)
+        solved = solve_pairs(hold(table), X_WG, pairs[apart], np.inf, WITHIN, tier.bound)
+        assert np.abs(solved.distance - truths[apart]).max() <= tier.bound * max(table.scale)
 
 
 @pytest.mark.parametrize("pair", [("cylinder", "ellipsoid"), ("box", "cylinder")])
@@ -97,8 +97,8 @@ def test_what_is_soon_proven_is_exact_at_every_tier(pair):
     """Where an exact answer takes no longer than a loose one, all tiers give that."""
     table, X_WG, pairs, truths = constructed(*pair)
     for tier in LOOSE:
-        columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound)
-        is_exact = np.abs(columns[1] - truths) <= 1e-12 * max(table.scale)
+        solved = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound)
+        is_exact = np.abs(solved.distance - truths) <= 1e-12 * max(table.scale)
         assert is_exact.mean() > 0.9
 
 
@@ -107,7 +107,7 @@ def test_a_looser_tier_stops_earlier(pair):
     """Iterations really end at the gap that is asked for: the certificate shows it is used."""
     table, X_WG, pairs, _ = constructed(*pair)
     gaps = [
-        solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound, True)[8].max()
+        solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN, tier.bound, True).gap.max()
         for tier in (Accuracy.QUICK, Accuracy.STANDARD)
     ]
     size = max(table.scale)
@@ -120,8 +120,9 @@ def test_certificate_exposes_a_wrong_answer():
     from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 
     table, X_WG, pairs, truths = constructed("cylinder", "ellipsoid")
-    columns = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN)
-    rows, phi, p_ACa, p_BCb, _, _, nhat, *_ = columns
+    solved = solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN)
+    rows, phi, nhat = solved.rows, solved.distance, solved.nhat_BA_W
+    p_ACa, p_BCb = solved.p_ACa, solved.p_BCb
     deep = truths < 0.0
     for k, wrong in ((1, p_ACa + 1e-6), (2, p_BCb - 1e-6), (3, nhat + np.array([1e-3, 0.0, 0.0]))):
         arguments = [p_ACa, p_BCb, nhat]

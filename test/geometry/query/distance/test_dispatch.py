@@ -17,7 +17,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
-from scene_graph_ros.geometry.query.distance.driver import NO_FAILURE, solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
+from scene_graph_ros.geometry.query.distance.solved_pairs import NO_FAILURE
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -123,6 +124,6 @@ def test_two_half_spaces_have_no_answer():
     """The only refused pair comes back as a failure, not as a number."""
     table = build_shape_table([HalfSpace(), HalfSpace()], [False, False])
     poses = np.ascontiguousarray([np.eye(4), np.eye(4)])
-    columns = solve_pairs(hold(table), poses, np.array([[0, 1]]), np.inf, WITHIN)
-    assert columns[-1] == 0 != NO_FAILURE
-    assert len(columns[1]) == 0
+    solved = solve_pairs(hold(table), poses, np.array([[0, 1]]), np.inf, WITHIN)
+    assert solved.failed == 0 != NO_FAILURE
+    assert len(solved) == len(solved.distance) == 0

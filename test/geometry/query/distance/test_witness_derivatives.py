@@ -62,11 +62,11 @@ def moved(X, k, step):
 
 
 def solved(table, X_WA, X_WB):
-    """Return the columns of the pairs (row k, row n + k)."""
+    """Return the poses and answers of the pairs (row k, row n + k)."""
     n = len(X_WA)
     pairs = np.stack([np.arange(n), np.arange(n, 2 * n)], axis=1)
     X_WG = np.ascontiguousarray(np.concatenate([X_WA, X_WB]))
-    return X_WG, solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN)[:-1]
+    return X_WG, solve_pairs(hold(table), X_WG, pairs, np.inf, WITHIN)
 
 
 def differences(table, X_WA, X_WB):
@@ -85,8 +85,9 @@ def differences(table, X_WA, X_WB):
                     )
                 )
                 ends.append(solved(table, *poses)[1])
-            for witness, column in (("a", 4), ("b", 5)):
-                rate = (ends[0][column] - ends[1][column]) / (2.0 * STEP)
+            for witness in "ab":
+                after, before = (getattr(end, f"p_WC{witness}") for end in ends)
+                rate = (after - before) / (2.0 * STEP)
                 result[f"dp_WC{witness}_dX_W{body}"][:, :, k] = rate
     return result
 
@@ -106,8 +107,8 @@ def scattered(name_A, name_B, n=40, exact=False):
 def test_derivatives_are_the_central_differences(name_A, name_B):
     """In general position nearly all pairs are differentiable, by the right amount."""
     table, X_WA, X_WB = scattered(name_A, name_B)
-    X_WG, columns = solved(table, X_WA, X_WB)
-    found = witness_derivatives(table, X_WG, columns)
+    X_WG, pairs = solved(table, X_WA, X_WB)
+    found = witness_derivatives(table, X_WG, pairs)
     smooth = found["is_witness_differentiable"]
     assert smooth.sum() >= 30
     numeric = differences(table, X_WA, X_WB)
@@ -128,9 +129,9 @@ def test_triangles_of_a_mesh():
     X_WB = np.array([pose(Rotation.random(random_state=rng), np.zeros(3)) for _ in range(n)])
     directions = rng.normal(size=(n, 3))
     X_WB[:, :3, 3] = 0.4 * directions / np.linalg.norm(directions, axis=1)[:, None]
-    X_WG, columns = solved(table, X_WA, X_WB)
-    assert columns[1].min() > 0.0
-    found = witness_derivatives(table, X_WG, columns)
+    X_WG, pairs = solved(table, X_WA, X_WB)
+    assert pairs.distance.min() > 0.0
+    found = witness_derivatives(table, X_WG, pairs)
     smooth = found["is_witness_differentiable"]
     assert smooth.sum() >= 50
     numeric = differences(table, X_WA, X_WB)
@@ -142,9 +143,9 @@ def test_triangles_of_a_mesh():
 def test_the_way_between_the_witnesses_stays_along_the_normal(name_A, name_B):
     """``d(p_WCa - p_WCb) . nhat`` is the derivative of the distance, for every rate."""
     table, X_WA, X_WB = scattered(name_A, name_B)
-    X_WG, columns = solved(table, X_WA, X_WB)
-    p_WCa, nhat = columns[4], columns[6]
-    found = witness_derivatives(table, X_WG, columns)
+    X_WG, pairs = solved(table, X_WA, X_WB)
+    p_WCa, nhat = pairs.p_WCa, pairs.nhat_BA_W
+    found = witness_derivatives(table, X_WG, pairs)
     along = np.einsum("ki,kij->kj", nhat, found["dp_WCa_dX_WA"] - found["dp_WCb_dX_WA"])
     arm = p_WCa - X_WA[:, :3, 3]
     expected = np.concatenate([np.cross(arm, nhat), nhat], axis=1)
@@ -157,9 +158,9 @@ def test_moving_both_shapes_moves_the_witnesses_with_them():
     """A common motion of both shapes is one of the witnesses: the derivatives add up to it."""
     for name_A, name_B in PAIRS:
         table, X_WA, X_WB = scattered(name_A, name_B, 10)
-        X_WG, columns = solved(table, X_WA, X_WB)
-        found = witness_derivatives(table, X_WG, columns)
-        for witness, point in (("a", columns[4]), ("b", columns[5])):
+        X_WG, pairs = solved(table, X_WA, X_WB)
+        found = witness_derivatives(table, X_WG, pairs)
+        for witness, point in (("a", pairs.p_WCa), ("b", pairs.p_WCb)):
             by_A = found[f"dp_WC{witness}_dX_WA"]
             total = by_A[:, :, 3:] + found[f"dp_WC{witness}_dX_WB"][:, :, 3:]
             size = 1.0 + np.abs(by_A).max()
@@ -171,10 +172,10 @@ def test_a_choice_is_told_and_stated():
     """Where faces are flat on each other the witnesses count as fixed to their shapes."""
     table = build_shape_table([Box(0.2, 0.2, 0.2), Box(0.1, 0.1, 0.1)], [False, False])
     X_WA, X_WB = pose(np.eye(3), np.zeros(3)), pose(np.eye(3), [0.02, 0.01, 0.2])
-    X_WG, columns = solved(table, X_WA[None], X_WB[None])
-    found = witness_derivatives(table, X_WG, columns)
+    X_WG, pairs = solved(table, X_WA[None], X_WB[None])
+    found = witness_derivatives(table, X_WG, pairs)
     assert not found["is_witness_differentiable"][0]
-    x, y, z = columns[4][0]
+    x, y, z = pairs.p_WCa[0]
     # v + omega x r at the witness, r from A's origin.
     fixed = [[0, z, -y, 1, 0, 0], [-z, 0, x, 0, 1, 0], [y, -x, 0, 0, 0, 1]]
     assert np.allclose(found["dp_WCa_dX_WA"][0], fixed, atol=1e-15)
@@ -203,8 +204,8 @@ def test_kinks_are_told(A, p_AB):
         face = next(k for k, f in enumerate(hull.simplices) if 0 in f)
         p_AB = corners[0] + 0.2 * hull.equations[face, :3]
     table = build_shape_table([A, Sphere(0.05)], [False, False])
-    X_WG, columns = solved(table, np.eye(4)[None], pose(np.eye(3), p_AB)[None])
-    found = witness_derivatives(table, X_WG, columns)
+    X_WG, pairs = solved(table, np.eye(4)[None], pose(np.eye(3), p_AB)[None])
+    found = witness_derivatives(table, X_WG, pairs)
     assert not found["is_witness_differentiable"][0]
 
 
@@ -212,6 +213,6 @@ def test_no_pairs():
     """Nothing in, nothing out, of the right shapes."""
     table = build_shape_table([Sphere(1.0), Sphere(1.0)], [False, False])
     X_WG = np.tile(np.eye(4), (2, 1, 1))
-    columns = solve_pairs(hold(table), X_WG, np.zeros((0, 2), np.int64), np.inf, WITHIN)[:-1]
-    found = witness_derivatives(table, X_WG, columns)
+    pairs = solve_pairs(hold(table), X_WG, np.zeros((0, 2), np.int64), np.inf, WITHIN)
+    found = witness_derivatives(table, X_WG, pairs)
     assert found["dp_WCa_dX_WA"].shape == (0, 3, 6)

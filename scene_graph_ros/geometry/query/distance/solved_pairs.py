@@ -1,0 +1,111 @@
+"""Answers about pairs as kernels write them, and their columns."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "DECIDED_BY",
+    "GAP",
+    "NHAT_BA_W",
+    "NO_FAILURE",
+    "NUMBERS",
+    "PHI",
+    "P_ACA",
+    "P_BCB",
+    "P_WCA",
+    "P_WCB",
+    "UNIQUE",
+    "SolvedPairs",
+]
+
+PHI, GAP, UNIQUE, DECIDED_BY = 0, 1, 2, 3
+P_ACA, P_BCB, P_WCA, P_WCB, NHAT_BA_W = 4, 7, 10, 13, 16
+"""Where each column starts, times the number of pairs that there is room for."""
+NUMBERS = 19
+"""Of each pair."""
+
+NO_FAILURE = -1
+
+
+class SolvedPairs:
+    """The k pairs that were kept of those asked about, in their order.
+
+    A column is made when it is asked for, of one array that has them all: so many arrays take
+    longer to make than a few answers.
+    """
+
+    __slots__ = ("_numbers", "_room", "_rows", "count", "failed")
+
+    def __init__(
+        self, rows: NDArray[np.int64], numbers: NDArray[np.float64], count: int, failed: int
+    ) -> None:
+        """Take (room, 2) rows and NUMBERS * room numbers, column after column."""
+        self._rows = rows
+        self._numbers = numbers
+        self._room = len(rows)
+        self.count = count
+        self.failed = failed
+        """The index of the first pair that has no answer, or NO_FAILURE."""
+
+    def __len__(self) -> int:
+        return self.count
+
+    def _column(self, start: int) -> NDArray[np.float64]:
+        first = start * self._room
+        return self._numbers[first : first + self.count]
+
+    def _vectors(self, start: int) -> NDArray[np.float64]:
+        first = start * self._room
+        return self._numbers[first : first + 3 * self.count].reshape(-1, 3)
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """(k, 2) rows of A and B."""
+        return self._rows[: self.count]
+
+    @property
+    def distance(self) -> NDArray[np.float64]:
+        """(k,) metres."""
+        return self._column(PHI)
+
+    @property
+    def p_ACa(self) -> NDArray[np.float64]:
+        """(k, 3) metres: the witness on A, in A's geometry frame."""
+        return self._vectors(P_ACA)
+
+    @property
+    def p_BCb(self) -> NDArray[np.float64]:
+        """(k, 3) metres: the witness on B, in B's geometry frame."""
+        return self._vectors(P_BCB)
+
+    @property
+    def p_WCa(self) -> NDArray[np.float64]:
+        """(k, 3) metres: the witness on A, in W."""
+        return self._vectors(P_WCA)
+
+    @property
+    def p_WCb(self) -> NDArray[np.float64]:
+        """(k, 3) metres: the witness on B, in W."""
+        return self._vectors(P_WCB)
+
+    @property
+    def nhat_BA_W(self) -> NDArray[np.float64]:
+        """(k, 3) unit normals out of B into A."""
+        return self._vectors(NHAT_BA_W)
+
+    @property
+    def is_unique(self) -> NDArray[np.bool_]:
+        """(k,) whether the normal is no choice among several; a new array."""
+        return self._column(UNIQUE) != 0.0
+
+    @property
+    def gap(self) -> NDArray[np.float64]:
+        """(k,) metres: the certificate."""
+        return self._column(GAP)
+
+    @property
+    def decided_by(self) -> NDArray[np.uint8]:
+        """(k,) integers of ``Mechanism``; a new array."""
+        return self._column(DECIDED_BY).astype(np.uint8)
