@@ -32,6 +32,9 @@ __all__ = ["Context"]
 
 _pose_versions = itertools.count(1)
 
+_FEW = 100
+"""Poses are copied in less time than it takes to find out which memory is free."""
+
 
 class Context(ModelOwner):
     """A model of its own, and ``X_PF`` of every frame; frames start at the identity.
@@ -44,6 +47,7 @@ class Context(ModelOwner):
     def __init__(self, state: GeometryState) -> None:
         super().__init__(state)
         self._layout = state.layout()
+        self._version_of_layout = state.version
         self._X_PF = np.tile(np.eye(4), (len(self._layout.ids), 1, 1))
         self._poses_are_shared = False
         self._lender = Lender(self._X_PF.shape)
@@ -73,9 +77,9 @@ class Context(ModelOwner):
                 or last.pose_version != self._pose_version
             ):
                 self._fit_layout()
-                self._poses_are_shared = True
+                self._poses_are_shared = self._state.shared = True
                 last = self._snapshot = Snapshot(
-                    self.share(),
+                    self._state,
                     self._X_PF,
                     self._pose_version,
                     self._memory,
@@ -101,7 +105,7 @@ class Context(ModelOwner):
         with self._lock:
             self._state.require_source(source_id)
             layout = self._fit_layout()
-            if isinstance(poses, Mapping):
+            if type(poses) is not np.ndarray and isinstance(poses, Mapping):
                 if not poses.keys() <= self._state.source_frames[source_id].keys():
                     self._refuse_frames(source_id, poses)
                 rows, given = stacked_poses(self._state, poses)
@@ -209,7 +213,7 @@ class Context(ModelOwner):
         """Return poses to write ``count`` of to: a snapshot keeps the array it was given."""
         if not self._poses_are_shared:
             return self._X_PF
-        if count + 1 < len(self._X_PF):
+        if count + 1 < len(self._X_PF) or len(self._X_PF) <= _FEW:
             return self._X_PF.copy()
         # All but the world's are going to be written, whose pose is right in an array of before.
         result, was_used = self._lender.take()
@@ -219,6 +223,8 @@ class Context(ModelOwner):
 
     def _fit_layout(self) -> FrameLayout:
         """Bring the poses into the rows of the current model; new frames start at identity."""
+        if self._version_of_layout == self._state.version:
+            return self._layout
         layout = self._state.layout()
         if layout is not self._layout:
             X_PF = np.tile(np.eye(4), (len(layout.ids), 1, 1))
@@ -229,4 +235,5 @@ class Context(ModelOwner):
             self._X_PF, self._layout, self._poses_are_shared = X_PF, layout, False
             self._lender = Lender(X_PF.shape)
             self._pose_version = next(_pose_versions)
+        self._version_of_layout = self._state.version
         return layout

@@ -20,6 +20,8 @@ class Role(enum.Enum):
     PERCEPTION = 3
     """Is seen by simulated cameras."""
 
+    __hash__ = object.__hash__  # there is one object of each; Enum's own is a function in Python
+
 
 class RoleAssign(enum.Enum):
     """What assigning a role does with properties that are there already."""

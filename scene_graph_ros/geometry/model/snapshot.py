@@ -92,6 +92,7 @@ class Snapshot(NotCopied):
         "_X_WG",
         "_configurations",
         "_lock",
+        "_proximity",
         "_state",
         "memory",
         "pose_version",
@@ -116,6 +117,7 @@ class Snapshot(NotCopied):
         self._X_PF = X_PF
         self._X_WF: Poses | None = None
         self._X_WG: dict[Role, Poses] = {}
+        self._proximity: ProximityArrays | None = None
         self._lock = threading.Lock()
         self.pose_version = pose_version
         self.memory = memory or Memory()
@@ -143,7 +145,10 @@ class Snapshot(NotCopied):
     @property
     def proximity(self) -> ProximityArrays:
         """The rigid geometries with the proximity role."""
-        return proximity_arrays(self._state)
+        result = self._proximity
+        if result is None:
+            result = self._proximity = proximity_arrays(self._state)
+        return result
 
     def role_arrays(self, role: Role) -> RoleArrays:
         """Return ids, frames and fixed poses of the rigid geometries with a role, rows by id."""
@@ -159,15 +164,15 @@ class Snapshot(NotCopied):
         """(f, 4, 4) frames in the world, not to be written to; row 0 is the world."""
         result = self._X_WF
         if result is None:
+            layout = self._state.layout()
+            if layout.is_flat:
+                result = self._X_WF = self._X_PF
+                return result
             with self._lock:
                 result = self._X_WF
                 if result is None:
-                    layout = self._state.layout()
-                    if layout.is_flat:
-                        result = self._X_PF
-                    else:
-                        result = np.empty_like(self._X_PF)
-                        world_poses(layout.parent, self._X_PF, result)
+                    result = np.empty_like(self._X_PF)
+                    world_poses(layout.parent, self._X_PF, result)
                     self._X_WF = result
         return result
 
@@ -181,6 +186,9 @@ class Snapshot(NotCopied):
         result = self._X_WG.get(role)
         if result is None:
             rows, X_WF = self._state.role_arrays(role), self.X_WF
+            if rows.first_frame is not None:
+                view = X_WF[rows.first_frame : rows.first_frame + len(rows.ids)]
+                return self._X_WG.setdefault(role, view)
             with self._lock:
                 result = self._X_WG.get(role)
                 if result is None:
@@ -189,8 +197,6 @@ class Snapshot(NotCopied):
 
     def _place(self, role: Role, rows: RoleArrays, X_WF: Poses) -> Poses:
         """Place the geometries with a role on their frames, in memory that is free if there is."""
-        if rows.first_frame is not None:
-            return X_WF[rows.first_frame : rows.first_frame + len(rows.ids)]
         result, was_used = self.memory.of(_lender_of_poses, rows, role).take()
         # In an array of before, which is lent for the same rows, the anchored ones are right.
         moving = rows.moving_rows if was_used else rows.all_rows

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import NamedTuple
 
 from scene_graph_ros.geometry.accuracy import Accuracy, as_accuracy, as_engine, Engine
@@ -21,6 +22,9 @@ class Settings(NamedTuple):
     certificate: bool = False
 
 
+_plain = functools.cache(Settings)
+
+
 def settings_of(
     snapshot: Snapshot,
     accuracy: Accuracy | str | None,
@@ -34,6 +38,8 @@ def settings_of(
     lacks.
     """
     state = snapshot.state
+    if accuracy is engine is None and derivatives is certificate is False:
+        return _plain(state.accuracy, state.engine)
     chosen = state.engine if engine is None else as_engine(engine)
     tier = state.accuracy if accuracy is None else as_accuracy(accuracy)
     if chosen is Engine.FCL and accuracy is not None:
