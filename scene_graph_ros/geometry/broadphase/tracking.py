@@ -10,7 +10,6 @@ The candidates are those that a search of all pairs finds, whatever happened bef
 
 from __future__ import annotations
 
-import functools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,10 +26,10 @@ from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pair
 from scene_graph_ros.geometry.broadphase.pair_tests import box_reaches_half_space, square_within
 from scene_graph_ros.geometry.broadphase.pair_vectors import square_of_gap
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
-from scene_graph_ros.geometry.compiled.held_tuples import borrower, compiled_type, write_down
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.spatial.pose_vectors import remember_pose
+from scene_graph_ros.geometry.tables.holding import Holding
 
 __all__ = ["BOUNDED", "COUNTERS", "LOOKED_AT", "REFENCED", "SEARCHED", "Bodies", "Tracker"]
 
@@ -53,6 +52,7 @@ MAX_REFENCED = 200
 """When more boxes leave at once, all pairs are searched, which then takes less time."""
 _LOST = -1
 """Instead of a number of candidates: all pairs have to be searched."""
+_NO_PAIRS = np.empty((0, 2), np.int64)
 _ROOM = 256
 """Pairs more than twice those found for which a list has room."""
 
@@ -120,18 +120,18 @@ def _new_lists(length: int, n: int) -> NDArray[np.int64]:
     return np.empty((3, min(2 * length + _ROOM, n * (n - 1) // 2), 2), np.int64)
 
 
-@functools.cache
-def _held_type() -> Any:
-    """Return the type of every (Bodies, _Tracked), to compiled code."""
+def _example() -> tuple[Bodies, _Tracked]:
+    """Return what is known of no rows."""
     numbers, rows = np.empty((0, 4)), np.empty(0, np.int64)
     bodies = Bodies(
         numbers, np.empty((0, 2), np.int64), numbers, numbers, rows,
         np.empty(0, np.bool_), np.empty(0, np.int32), np.empty((0, 0), np.uint8),
     )  # fmt: skip
-    return compiled_type((bodies, _new_tracked(0, _new_lists(0, 0))))
+    return bodies, _new_tracked(0, _new_lists(0, 0))
 
 
-_borrowed = borrower(_held_type)
+_holding = Holding("arrays as Bodies describes them", _example)
+_borrowed = _holding.borrowed
 
 
 @inlined_kernel
@@ -259,11 +259,7 @@ class Tracker:
     def _keep(self, tracked: _Tracked) -> None:
         """Write down where the arrays are."""
         self._tracked = tracked
-        held = (self._bodies, tracked)
-        kind = compiled_type(held)
-        if kind != _held_type():
-            raise TypeError(f"not arrays as Bodies describes them: {kind}")
-        self._places = write_down(held)
+        self._places = _holding.places((self._bodies, tracked))
         self._candidates = tracked.lists[2]
 
     @property
@@ -280,7 +276,7 @@ class Tracker:
         if count == _LOST:
             self._search(X_WG)
             count = _track(self._places, X_WG, self._margin, is_close)
-        return self._candidates[:count].copy()
+        return self._candidates[:count].copy() if count else _NO_PAIRS
 
     def _search(self, X_WG: NDArray[np.float64]) -> None:
         """Search all pairs, and make the list anew."""

@@ -190,6 +190,27 @@ def test_fences_are_wide_where_boxes_are_few() -> None:
     assert (after - before)[SEARCHED] == 0
 
 
+@pytest.mark.parametrize(("moving", "searches"), [(22, 0), (60, 1)])
+def test_scattered_things_come_together(moving: int, searches: int) -> None:
+    """So many new pairs that all are sorted, or that the list has no room for them, are found."""
+    scene = Scene(moving, 0)
+    scene.X[:, :3, 3] *= 20.0
+    scene.context.set_frame_poses(scene.source, scene.X)
+    few = len(found_pairs(scene.query))
+    before = scene.counters()
+    scene.X = scene.poses(moving)
+    scene.X[:, :3, 3] *= 0.01
+    scene.context.set_frame_poses(scene.source, scene.X)
+    found = found_pairs(scene.query)
+    assert np.array_equal(found, expected_pairs(scene.query, 0.0))
+    assert few < 20
+    assert len(found) > 200
+    assert (scene.counters() - before)[SEARCHED] == searches
+    for _ in range(3):
+        scene.step(0.01)
+        assert np.array_equal(found_pairs(scene.query), expected_pairs(scene.query, 0.0))
+
+
 def test_anchored_things_are_not_touched() -> None:
     """One thing that moves among a thousand anchored ones costs looks at its own pairs only."""
     scene = Scene(1, 1000)

@@ -7,7 +7,7 @@ one kind at a time as there are lanes.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,9 +37,10 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate_inverse,
     subtract,
 )
-from scene_graph_ros.geometry.tables.shape_table import ShapeTable
+from scene_graph_ros.geometry.tables.holding import Holding
+from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
 
-__all__ = ["KindTable", "answer_all", "group_by_kind"]
+__all__ = ["HeldKinds", "KindTable", "answer_all", "group_by_kind", "hold_kinds"]
 
 _CONVEX = int(ShapeKind.CONVEX)
 _MESH = int(ShapeKind.MESH)
@@ -108,6 +109,22 @@ def group_by_kind(table: ShapeTable) -> KindTable:
         large_hulls=np.flatnonzero(is_large),
         meshes=np.flatnonzero(table.kind == _MESH),
     )
+
+
+class HeldKinds(NamedTuple):
+    """A table by kind, and where its arrays are."""
+
+    kinds: KindTable
+    places: Any
+
+
+_holding = Holding("a table of group_by_kind", lambda: group_by_kind(build_shape_table([], [])))
+_borrowed = _holding.borrowed
+
+
+def hold_kinds(kinds: KindTable) -> HeldKinds:
+    """Write down where the arrays of a table of ``group_by_kind`` are."""
+    return HeldKinds(kinds, _holding.places(kinds))
 
 
 def _tiles(rows: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -189,10 +206,17 @@ def _answer_large_hulls(kinds, X_WG, p_WQs, first, last, columns):
 
 
 @lean_kernel
-def _answer_few_points(kinds, X_WG, p_WQs, first, last, columns):
+def _answer_few_points(places, X_WG, p_WQs, first, last, columns):
     """Answer points first to last about all rows but meshes."""
+    kinds = _borrowed(places)
     _answer_tiles(kinds, X_WG, p_WQs, first, last, columns)
     _answer_large_hulls(kinds, X_WG, p_WQs, first, last, columns)
+
+
+@lean_kernel
+def _answer_many_points(places, X_WG, p_WQs, first, last, is_large, columns):
+    """Do the same many points at a time."""
+    answer_many_points(_borrowed(places), X_WG, p_WQs, first, last, is_large, columns)
 
 
 @kernel
@@ -210,7 +234,7 @@ def _answer_meshes(table, rows, X_WG, p_WQs, first, last, columns):
 
 def answer_all(
     table: ShapeTable,
-    kinds: KindTable,
+    held: HeldKinds,
     X_WG: NDArray[np.float64],
     p_WQs: NDArray[np.float64],
     points: range,
@@ -220,14 +244,15 @@ def answer_all(
 
     Point q and row i have the place ``q * n + i``.
     """
+    kinds, places = held
     first, last, tiles = points.start, points.stop, len(kinds.tile_rows)
     many = last - len(points) % LANES
     if len(X_WG) <= (last - many) * tiles:  # so many points fill the lanes better than shapes do
         many = last
     if first < many:
         is_large = len(columns[0]) > _SEEN_AGAIN
-        answer_many_points(kinds, X_WG, p_WQs, first, many, is_large, columns)
+        _answer_many_points(places, X_WG, p_WQs, first, many, is_large, columns)
     if many < last:
-        _answer_few_points(kinds, X_WG, p_WQs, many, last, columns)
+        _answer_few_points(places, X_WG, p_WQs, many, last, columns)
     if len(kinds.meshes):
         _answer_meshes(table, kinds.meshes, X_WG, p_WQs, first, last, columns)

@@ -23,14 +23,16 @@ _LINE_BYTES = 8 * LINE
 def new_answers(count: int, memory: type[np.ndarray[Any, Any]] = np.ndarray) -> Answers:
     """Return flat columns for ``count`` answers, unset.
 
-    ``memory`` is the class of arrays that they become.
+    ``memory`` is the class of arrays that large ones become.
     """
-    margin = _LINE_BYTES if count >= LARGE else 0
+    if count < LARGE:
+        thrice = 3 * count
+        return np.empty(count), np.empty(thrice), np.empty(thrice), np.empty(count, np.bool_)
 
     def column(length: int, kind: Any) -> NDArray[Any]:
         size = length * np.dtype(kind).itemsize
-        room = memory((size + margin,), np.uint8)
-        start = -room.ctypes.data % margin if margin else 0
+        room = memory((size + _LINE_BYTES,), np.uint8)
+        start = -room.ctypes.data % _LINE_BYTES
         return room[start : start + size].view(kind)
 
     return (

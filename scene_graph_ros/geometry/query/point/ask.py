@@ -22,7 +22,7 @@ from scene_graph_ros.geometry.query.arguments import (
     checked_threads,
 )
 from scene_graph_ros.geometry.query.memo import Memo
-from scene_graph_ros.geometry.query.point.all_rows import group_by_kind, KindTable
+from scene_graph_ros.geometry.query.point.all_rows import group_by_kind, HeldKinds, hold_kinds
 from scene_graph_ros.geometry.query.point.batch import distance_points, distances_to_all
 from scene_graph_ros.geometry.query.point.reuse import AnswerMemory
 from scene_graph_ros.geometry.query.results import LateColumns, PointDistances
@@ -125,5 +125,5 @@ def _begin_answers(_: None) -> AnswerMemory:
 
 
 @derived(Role.PROXIMITY)
-def _kinds(state: GeometryState) -> KindTable:
-    return group_by_kind(shape_table(state))
+def _kinds(state: GeometryState) -> HeldKinds:
+    return hold_kinds(group_by_kind(shape_table(state)))

@@ -11,7 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
-from scene_graph_ros.geometry.query.point.all_rows import answer_all, group_by_kind, KindTable
+from scene_graph_ros.geometry.query.point.all_rows import (
+    answer_all,
+    group_by_kind,
+    HeldKinds,
+    hold_kinds,
+)
 from scene_graph_ros.geometry.query.point.answers import Answers, new_answers
 from scene_graph_ros.geometry.query.point.dispatch import distance_point_within
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -162,7 +167,7 @@ def distance_points(
     """
     if threshold == math.inf:
         m, n = len(p_WQs), len(X_WG)
-        kinds, answers = group_by_kind(table), new_answers(m * n)
+        kinds, answers = hold_kinds(group_by_kind(table)), new_answers(m * n)
         columns = distances_to_all(table, kinds, X_WG, p_WQs, threads, answers)
         return np.repeat(np.arange(m), n), np.tile(np.arange(n), m), *columns
     boxes, n = _world_boxes(table, X_WG), len(X_WG)
@@ -179,7 +184,7 @@ def distance_points(
 
 def distances_to_all(
     table: Any,
-    kinds: KindTable,
+    kinds: HeldKinds,
     X_WG: NDArray[np.float64],
     p_WQs: NDArray[np.float64],
     threads: int,
@@ -194,7 +199,10 @@ def distances_to_all(
     def answer(share: range) -> None:
         answer_all(table, kinds, X_WG, p_WQs, share, answers)
 
-    _for_each(answer, _shares(len(p_WQs), threads))
+    if threads == 1:
+        answer(range(len(p_WQs)))
+    else:
+        _for_each(answer, _shares(len(p_WQs), threads))
     phi, p_GN, grad_W, unique = answers
     return phi, p_GN.reshape(-1, 3), grad_W.reshape(-1, 3), unique
 
