@@ -103,14 +103,15 @@ class Context(ModelOwner):
         unknown source or frame; OwnershipError for a frame of another source.
         """
         with self._lock:
-            self._state.require_source(source_id)
             layout = self._fit_layout()
+            rows = layout.source_rows.get(source_id) if type(source_id) is SourceId else None
+            if rows is None:
+                rows = layout.source_rows[self._state.require_source(source_id)]
             if type(poses) is not np.ndarray and isinstance(poses, Mapping):
                 if not poses.keys() <= self._state.source_frames[source_id].keys():
                     self._refuse_frames(source_id, poses)
                 rows, given = stacked_poses(self._state, poses)
             else:
-                rows = layout.source_rows[source_id]
                 given = self._batch(source_id, len(rows), poses)
             X_PF = self._own_poses(len(rows))
             bad, status = store_poses(given, rows, X_PF)

@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.model.hydroelastic_properties import (
     read_hydroelastic_properties,
 )
 from scene_graph_ros.geometry.model.ids import GeometryId
+from scene_graph_ros.geometry.model.layout import RoleArrays
 from scene_graph_ros.geometry.model.properties import GeometryProperties, ProximityProperties
 from scene_graph_ros.geometry.model.records import GeometryRecord
 from scene_graph_ros.geometry.model.roles import Role
@@ -38,6 +39,8 @@ class ProximityArrays(NamedTuple):
     table: ShapeTable
     held: HeldTable
     """The same, for kernels that take it as one array."""
+    rows: RoleArrays
+    """What places them; some of it once more:"""
     ids: NDArray[np.int64]
     """(n,) integer values of the geometry ids, ascending."""
     geometry_ids: tuple[GeometryId, ...]
@@ -90,6 +93,7 @@ def proximity_arrays(state: GeometryState) -> ProximityArrays:
     return ProximityArrays(
         table=shape_table(state),
         held=_held_table(state),
+        rows=rows,
         ids=rows.ids,
         geometry_ids=rows.geometry_ids,
         frame=rows.frame,

@@ -179,20 +179,28 @@ class Snapshot(NotCopied):
     @property
     def X_WG(self) -> Poses:
         """(n, 4, 4) rigid geometries with the proximity role in W, not to be written to."""
-        return self.X_WG_of(Role.PROXIMITY)
+        result = self._X_WG.get(Role.PROXIMITY)
+        if result is None:
+            result = self._placed(Role.PROXIMITY, self.proximity.rows)
+        return result
 
     def X_WG_of(self, role: Role) -> Poses:
         """Return ``(n, 4, 4)`` rigid geometries with a role in W, rows as in role_arrays."""
         result = self._X_WG.get(role)
         if result is None:
-            rows, X_WF = self._state.role_arrays(role), self.X_WF
-            if rows.first_frame is not None:
-                view = X_WF[rows.first_frame : rows.first_frame + len(rows.ids)]
-                return self._X_WG.setdefault(role, view)
-            with self._lock:
-                result = self._X_WG.get(role)
-                if result is None:
-                    result = self._X_WG[role] = self._place(role, rows, X_WF)
+            result = self._placed(role, self._state.role_arrays(role))
+        return result
+
+    def _placed(self, role: Role, rows: RoleArrays) -> Poses:
+        """Place the geometries with a role, unless another thread has done it meanwhile."""
+        X_WF = self.X_WF
+        if rows.first_frame is not None:
+            view = X_WF[rows.first_frame : rows.first_frame + len(rows.ids)]
+            return self._X_WG.setdefault(role, view)
+        with self._lock:
+            result = self._X_WG.get(role)
+            if result is None:
+                result = self._X_WG[role] = self._place(role, rows, X_WF)
         return result
 
     def _place(self, role: Role, rows: RoleArrays, X_WF: Poses) -> Poses:

@@ -26,11 +26,12 @@ class Memo:
 
     def get(self, key: Hashable, compute: Callable[..., Result], *arguments: Any) -> Result:
         """Return the answer to ``key``: ``compute(snapshot, *arguments)``, kept."""
-        if key not in self._values:
-            result = compute(self.snapshot, *arguments)
-            if len(self._values) >= _REMEMBERED:
-                self._values.clear()
-            self._values[key] = result
-            return result
-        answer: Result = self._values[key]
-        return answer
+        values = self._values
+        if key in values:
+            answer: Result = values[key]
+            return answer
+        result = compute(self.snapshot, *arguments)
+        if len(values) >= _REMEMBERED:
+            values.clear()
+        values[key] = result
+        return result
