@@ -99,8 +99,8 @@ def _hard_cases() -> Iterator[list]:
     kept = [case_from_text(json.loads(line)) for line in KEPT.read_text().splitlines()]
     yield kept
     yield swapped(kept)
-    yield adversarial_cases(20_000, 300_000)
-    yield mesh_cases(2000, 300_000)
+    yield adversarial_cases(4000, 300_000)
+    yield mesh_cases(1000, 300_000)
 
 
 def corpus() -> Counts:
