@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.planning.trajectories.bernstein import split
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
 
 __all__ = ["Peak", "largest_ratios"]
@@ -60,18 +61,8 @@ def largest_ratios(
         np.maximum.at(bounds, entry[~is_open], hulls[~is_open])
         if not is_open.any():
             break
-        left, right = _halves(control[is_open])
+        left, right = split(control[is_open], 0.5)
         middle = 0.5 * (low[is_open] + high[is_open])
         low, high = np.concatenate([low[is_open], middle]), np.concatenate([middle, high[is_open]])
         control, entry = np.concatenate([left, right]), np.tile(entry[is_open], 2)
     return Peak(np.maximum(bounds, best), best, times)
-
-
-def _halves(control: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the control points of both halves of polynomials ``(k, degree + 1)``."""
-    left, right = np.empty_like(control), np.empty_like(control)
-    points, last = control, control.shape[1] - 1
-    for i in range(last + 1):
-        left[:, i], right[:, last - i] = points[:, 0], points[:, -1]
-        points = 0.5 * (points[:, :-1] + points[:, 1:])
-    return left, right

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.trajectories.arguments import (
+    as_numbers,
+    as_order,
+    as_positive,
+    as_times,
+    is_same_time,
+)
+from scene_graph_ros.planning.trajectories.bernstein import differentiated, elevated, evaluated
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 
 __all__ = ["PiecewisePolynomial"]
-
-_SAME_TIME = 1e-12
-"""Relative to the larger of two times, and s: breaks that are so near are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +37,8 @@ class PiecewisePolynomial:
 
     def __post_init__(self) -> None:
         """Check and freeze the arrays."""
-        breaks = _numbers("breaks", self.breaks)
-        points = _numbers("control_points", self.control_points)
+        breaks = as_numbers("breaks", self.breaks)
+        points = as_numbers("control_points", self.control_points)
         if breaks.ndim != 1 or len(breaks) < 2:
             raise TrajectoryError(f"breaks must be two numbers or more, not {breaks.shape}")
         if points.ndim != 3 or len(points) != len(breaks) - 1 or not points.shape[1]:
@@ -123,29 +126,19 @@ class PiecewisePolynomial:
         At a break that is the next segment's value; before the start and after the end it is that
         at the start and at the end. Raises TrajectoryError for times that are no numbers.
         """
-        times = _numbers("t", t)
-        if times.ndim > 1:
-            raise TrajectoryError(f"t must be a number or have shape (m,), not {times.shape}")
+        times = as_times(t)
         flat = np.atleast_1d(times).clip(self.breaks[0], self.breaks[-1])
         last = self.num_segments - 1
         segments = (np.searchsorted(self.breaks, flat, side="right") - 1).clip(0, last)
         low, high = self.breaks[segments], self.breaks[segments + 1]
-        part = ((flat - low) / (high - low))[:, np.newaxis, np.newaxis]
-        points = self.control_points[segments]
-        while points.shape[1] > 1:  # de Casteljau
-            points = (1.0 - part) * points[:, :-1] + part * points[:, 1:]
-        result: NDArray[np.float64] = points[:, 0]
+        result = evaluated(self.control_points[segments], (flat - low) / (high - low))
         return result if times.ndim else result[0]
 
     def derivative(self, order: int = 1) -> PiecewisePolynomial:
         """Return its derivative of an order from 0 on, segment by segment."""
-        whole = as_float(order)
-        if whole is None or whole < 0.0 or not whole.is_integer():
-            raise TrajectoryError(f"order must be a whole number from 0 on, not {quoted(order)}")
-        points, h = self.control_points, np.diff(self.breaks)[:, np.newaxis, np.newaxis]
-        for _ in range(int(whole)):
-            degree = points.shape[1] - 1
-            points = np.diff(points, axis=1) * degree / h if degree else np.zeros_like(points)
+        times = as_order("order", order)
+        widths = np.diff(self.breaks)[:, np.newaxis, np.newaxis]
+        points = differentiated(self.control_points, times) / widths**times
         return PiecewisePolynomial(self.breaks, points)
 
     # Others made of it.
@@ -158,10 +151,9 @@ class PiecewisePolynomial:
 
     def scale_time(self, factor: float) -> PiecewisePolynomial:
         """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
-        number = as_float(factor)
-        if number is None or not 0.0 < number < np.inf:
-            raise TrajectoryError(f"factor must be positive and finite, not {quoted(factor)}")
-        return PiecewisePolynomial(number * self.breaks, self.control_points)
+        return PiecewisePolynomial(
+            as_positive("factor", factor) * self.breaks, self.control_points
+        )
 
     def shift_right(self, offset: float) -> PiecewisePolynomial:
         """Return the curve later by ``offset``."""
@@ -175,7 +167,7 @@ class PiecewisePolynomial:
         if other.rows != self.rows:
             raise TrajectoryError(f"a curve of {other.rows} rows can't follow one of {self.rows}")
         end, start = self.end_time, other.start_time
-        if abs(end - start) > _SAME_TIME * max(1.0, abs(end), abs(start)):
+        if not is_same_time(end, start):
             raise TrajectoryError(f"a curve from {start} on can't follow one that ends at {end}")
         degree = max(self.degree, other.degree)
         points = [each.elevate_degree(degree).control_points for each in (self, other)]
@@ -184,32 +176,15 @@ class PiecewisePolynomial:
 
     def elevate_degree(self, degree: int) -> PiecewisePolynomial:
         """Return the same curve with control points of a higher degree (Farin, section 6.1)."""
-        points = self.control_points
-        while points.shape[1] <= degree:
-            n = points.shape[1]
-            part = (np.arange(1, n) / n)[:, np.newaxis]
-            inner = part * points[:, :-1] + (1.0 - part) * points[:, 1:]
-            points = np.concatenate([points[:, :1], inner, points[:, -1:]], axis=1)
-        return PiecewisePolynomial(self.breaks, points)
-
-
-def _numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise TrajectoryError(f"{name} must be numbers: {quoted(values)}") from error
-    if not np.isfinite(array).all():
-        where = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
-        raise TrajectoryError(f"{name}{list(where)} must be finite, not {array[where]}")
-    return array
+        return PiecewisePolynomial(self.breaks, elevated(self.control_points, degree))
 
 
 def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:
     """Return breaks ``(p + 1,)`` and what is given at each, ``(p + 1, n)`` alike."""
-    t = _numbers("breaks", breaks)
+    t = as_numbers("breaks", breaks)
     result, shape = [t], None
     for name, values in samples.items():
-        array = _numbers(name, values)
+        array = as_numbers(name, values)
         shape = shape or array.shape
         if array.ndim != 2 or len(array) != t.size or array.shape != shape:
             raise TrajectoryError(f"{name} must have shape ({t.size}, n), not {array.shape}")
