@@ -13,6 +13,10 @@ if TYPE_CHECKING:
         SceneGraphCollisionChecker,
     )
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+    from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
+    from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
+    from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
+    from scene_graph_ros.planning.gcs.subgraph import Subgraph
     from scene_graph_ros.planning.path_planner import plan_path, PlanningError
     from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
@@ -22,6 +26,9 @@ __all__ = [
     "CollisionCheckerError",
     "EdgeMeasure",
     "EdgeStatus",
+    "EdgesBetweenSubgraphs",
+    "GcsTrajectoryOptimization",
+    "GcsTrajectoryResult",
     "Plan",
     "PlanFailure",
     "PlanProgress",
@@ -30,6 +37,7 @@ __all__ = [
     "RobotClearance",
     "RobotDiagram",
     "SceneGraphCollisionChecker",
+    "Subgraph",
     "TimedPath",
     "TimingFailure",
     "load_robot_diagram",
@@ -44,6 +52,10 @@ _MODULES = {
         "SceneGraphCollisionChecker",
     ),
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
+    "gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),
+    "gcs.gcs_trajectory_optimization": ("GcsTrajectoryOptimization",),
+    "gcs.result": ("GcsTrajectoryResult",),
+    "gcs.subgraph": ("Subgraph",),
     "path_planner": ("PlanningError", "plan_path"),
     "path_timing": ("TimedPath", "TimingFailure", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),

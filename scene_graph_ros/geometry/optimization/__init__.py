@@ -39,6 +39,10 @@ from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellip
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
 from scene_graph_ros.geometry.optimization.sets.minkowski_sum import MinkowskiSum
+from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
+    check_if_satisfies_convexity_radius,
+    compute_pairwise_intersections,
+)
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
 from scene_graph_ros.geometry.optimization.sets.sampled_volume import SampledVolume
@@ -75,6 +79,8 @@ __all__ = [
     "Support",
     "VPolytope",
     "Vertex",
+    "check_if_satisfies_convexity_radius",
+    "compute_pairwise_intersections",
     "iris",
     "load_iris_regions_yaml_file",
     "make_iris_obstacles",

@@ -15,7 +15,6 @@ from scene_graph_ros.geometry.optimization.graphs.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
-from scene_graph_ros.geometry.optimization.graphs.placed_set import is_always_bounded
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
 from scene_graph_ros.geometry.optimization.graphs.shortest_path import (
@@ -73,7 +72,7 @@ class GraphOfConvexSets:
             raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(set)}")
         if set.is_empty():
             raise ConvexSetError(f"{label}, {quoted(set)}, is empty; leave the vertex out")
-        if not (is_always_bounded(set) or set.is_bounded()):
+        if not set.is_bounded():
             raise ConvexSetError(f"{label}, {quoted(set)}, is unbounded; intersect it with a box")
         number = next(self._numbers)
         vertex = Vertex(number, set, name or f"v{number}")

@@ -9,6 +9,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.lift import Ball
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
+from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
@@ -17,7 +18,7 @@ from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["PlacedSet", "is_always_bounded"]
+__all__ = ["PlacedSet"]
 
 _FIRST, _ONE = np.zeros(1, dtype=np.int64), np.ones(1)
 
@@ -42,12 +43,16 @@ class PlacedSet:
     A: np.ndarray
     b: np.ndarray
     balls: tuple[Ball, ...] = ()
+    parts: tuple[PlacedSet, ...] = ()
+    """Of a product the sets, each in its own coordinates."""
 
     @classmethod
     def place(cls, of: ConvexSet) -> PlacedSet:
         """Return a set, bounded and not empty, about the centre of its box."""
         if isinstance(of, Hyperellipsoid):
             return cls.place(AffineBall(of))
+        if isinstance(of, CartesianProduct) and of.A is None and of.num_factors():
+            return _product(of)
         low, high = _box(of)
         center, half = 0.5 * low + 0.5 * high, 0.5 * (high - low)
         # Wide enough for the rounding of the centre.
@@ -81,6 +86,8 @@ class PlacedSet:
 
         And of what they are rounded by ``(m,)``, which isn't in them.
         """
+        if self.parts:
+            return self._reach_of_parts(D)
         sizes = np.abs(D) @ self.half
         rounding = 2.0 * (self.S.shape[0] + 4) * EPSILON
         if not self.S.shape[1] or isinstance(self.of, Hyperrectangle):
@@ -89,11 +96,23 @@ class PlacedSet:
             return (D @ self.corners.T).max(axis=1), rounding * (
                 sizes + np.abs(D) @ np.abs(self.center)
             )
-        found = [self.of.support(d) for d in D]
-        values = np.array([each.value + each.gap for each in found])
+        values = np.zeros(len(D))
+        for k in np.flatnonzero(D.any(axis=1)):
+            found = self.of.support(D[k])
+            values[k] = found.value + found.gap
         offset = np.abs(D) @ np.abs(self.center) + np.abs(values)
         # A bound by the box is one, too, and the better one where the support is found badly.
         return np.minimum(values - D @ self.center, sizes), rounding * (offset + sizes)
+
+    def _reach_of_parts(self, D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the sums of what the parts reach, and of what these are rounded by."""
+        values, rounding, first = np.zeros(len(D)), np.zeros(len(D)), 0
+        for part in self.parts:
+            last = first + len(part.center)
+            reach, off = part.reach(D[:, first:last])
+            values, first = values + reach, last
+            rounding += off + 2.0 * len(self.parts) * EPSILON * np.abs(reach)
+        return values, rounding
 
     def add_membership(
         self, program: ConeProgram, y: np.ndarray, scale: np.ndarray | None
@@ -139,11 +158,6 @@ class PlacedSet:
         return found
 
 
-def is_always_bounded(of: ConvexSet) -> bool:
-    """Tell whether every set of this kind is bounded."""
-    return isinstance(of, Point | Hyperrectangle | VPolytope | AffineBall)
-
-
 def _box(of: ConvexSet) -> tuple[np.ndarray, np.ndarray]:
     """Return the least and greatest coordinates ``(n,)`` of a bounded set."""
     if isinstance(of, Point):
@@ -184,6 +198,42 @@ def _placed(
         no_sides if b is None else b,
         balls,
     )
+
+
+def _product(of: CartesianProduct) -> PlacedSet:
+    """Return a product as the sets that it is made of, side by side."""
+    factors = [of.factor(k) for k in range(of.num_factors())]
+    different = {id(each): each for each in factors}
+    placed = {number: PlacedSet.place(each) for number, each in different.items()}
+    parts = tuple(placed[id(each)] for each in factors)
+    firsts = np.cumsum([0, *(part.S.shape[1] for part in parts)]).tolist()
+    balls = [
+        Ball(ball.columns + first, ball.scale + first if ball.scale >= 0 else ball.scale)
+        for part, first in zip(parts, firsts[:-1], strict=True)
+        for ball in part.balls
+    ]
+    return PlacedSet(
+        of,
+        np.concatenate([part.center for part in parts]),
+        np.concatenate([part.half for part in parts]),
+        _side_by_side([part.S for part in parts]),
+        _side_by_side([part.E for part in parts]),
+        np.concatenate([part.f for part in parts]),
+        _side_by_side([part.A for part in parts]),
+        np.concatenate([part.b for part in parts]),
+        tuple(balls),
+        parts,
+    )
+
+
+def _side_by_side(blocks: list[np.ndarray]) -> np.ndarray:
+    """Return a matrix with blocks along its diagonal."""
+    result = np.zeros((sum(len(b) for b in blocks), sum(b.shape[1] for b in blocks)))
+    row, column = 0, 0
+    for block in blocks:
+        result[row : row + len(block), column : column + block.shape[1]] = block
+        row, column = row + len(block), column + block.shape[1]
+    return result
 
 
 def _from_lift(of: ConvexSet, center: np.ndarray, half: np.ndarray, extent: float) -> PlacedSet:

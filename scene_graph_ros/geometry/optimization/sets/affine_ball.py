@@ -39,6 +39,7 @@ class AffineBall(ConvexSet):
     """
 
     _IS_NEVER_EMPTY = True
+    _IS_ALWAYS_BOUNDED = True
 
     def __init__(self, B: Any = _NOTHING, center: Any = ()) -> None:
         """Take a map or an ellipsoid. Raises ConvexSetError unless they fit."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, Literal, overload
 
 import numpy as np
 
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.optimization.certificates import Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import equations, joined, Lift
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
@@ -72,6 +74,37 @@ class CartesianProduct(ConvexSet):
     def factor(self, index: int) -> ConvexSet:
         """Return one of them."""
         return self._factors[index]
+
+    @overload
+    def is_empty(self, *, certificate: Literal[False] = ...) -> bool: ...
+
+    @overload
+    def is_empty(self, *, certificate: Literal[True]) -> Decision: ...
+
+    def is_empty(self, *, certificate: bool = False) -> bool | Decision:
+        """Tell whether one of the sets has no point; with its proof on request."""
+        if certificate:
+            return super().is_empty(certificate=True)
+        return super().is_empty() if self._A is not None else any(self._of_each("is_empty"))
+
+    @overload
+    def is_bounded(self, *, certificate: Literal[False] = ...) -> bool: ...
+
+    @overload
+    def is_bounded(self, *, certificate: Literal[True]) -> Decision: ...
+
+    def is_bounded(self, *, certificate: bool = False) -> bool | Decision:
+        """Tell whether all of the sets are bounded, or one is empty; with its proof on request."""
+        if certificate:
+            return super().is_bounded(certificate=True)
+        if self._A is not None:
+            return super().is_bounded()
+        return all(self._of_each("is_bounded")) or self.is_empty()
+
+    def _of_each(self, question: str) -> Iterator[bool]:
+        """Return what each of the sets answers; sets that come several times are asked once."""
+        different = {id(factor): factor for factor in self._factors}.values()
+        return (getattr(factor, question)() for factor in different)
 
     def lift(self) -> Lift:
         """Return the rows of each of its own part, after ``y - A x = b`` where there is a map."""

@@ -43,6 +43,9 @@ class ConvexSet(abc.ABC):
     _IS_NEVER_EMPTY: ClassVar[bool] = False
     """Whether every set of the kind has a point."""
 
+    _IS_ALWAYS_BOUNDED: ClassVar[bool] = False
+    """Whether every set of the kind is bounded."""
+
     def __init__(self, ambient_dimension: int) -> None:
         self._ambient_dimension = ambient_dimension
 
@@ -111,8 +114,14 @@ class ConvexSet(abc.ABC):
 
         The certificate is ``multipliers``, ``farkas`` for an empty set, or ``recession``.
         """
+        if not certificate and self._shows_its_bounds():
+            return True
         decision = is_bounded(self)
         return decision if certificate else decision.value
+
+    def _shows_its_bounds(self) -> bool:
+        """Tell whether the set's description shows at once that it is bounded."""
+        return self._IS_ALWAYS_BOUNDED
 
     @overload
     def intersects_with(self, other: ConvexSet, *, certificate: Literal[False] = ...) -> bool: ...

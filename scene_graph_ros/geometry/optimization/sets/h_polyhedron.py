@@ -252,6 +252,11 @@ class HPolyhedron(ConvexSet):
         """
         return draw(self, generator, previous_sample, mixing_steps, subspace, tol)
 
+    def _shows_its_bounds(self) -> bool:
+        """Tell whether some rows are of one coordinate each, and bound all on both sides."""
+        alone = self._A[(self._A != 0.0).sum(axis=1) == 1]
+        return bool((alone > 0.0).any(axis=0).all() and (alone < 0.0).any(axis=0).all())
+
     def _outside(self, points: np.ndarray) -> np.ndarray:
         # About the first point, so that points far from the origin lose nothing.
         if not len(points) or not len(self._b):

@@ -23,6 +23,7 @@ class Hyperrectangle(ConvexSet):
     """All points with ``lb <= x <= ub``; without arguments {0} in no dimensions."""
 
     _IS_NEVER_EMPTY = True
+    _IS_ALWAYS_BOUNDED = True
 
     def __init__(self, lb: Any = (), ub: Any = ()) -> None:
         """Take two corners. Raises ConvexSetError unless lb and ub are finite and lb <= ub."""

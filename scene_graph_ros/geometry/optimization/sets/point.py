@@ -27,6 +27,7 @@ class Point(ConvexSet):
     """
 
     _IS_NEVER_EMPTY = True
+    _IS_ALWAYS_BOUNDED = True
 
     def __init__(
         self,

@@ -41,6 +41,8 @@ class VPolytope(ConvexSet):
     that is registered, in a frame, the world by default.
     """
 
+    _IS_ALWAYS_BOUNDED = True
+
     def __init__(
         self,
         vertices: Any = _NOTHING,

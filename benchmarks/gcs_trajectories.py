@@ -1,0 +1,213 @@
+"""Trajectories through mazes of regions, beside Drake: ``python -m benchmarks.gcs_trajectories``.
+
+One thread. Cells and the doors between them are boxes given as half-spaces, so that everybody has
+to find out which of them meet. Order 1 costs the length of the path; order 3 costs time and a
+tenth of the length, with bounds of velocity and a direction that goes on. Both solve the
+relaxation with Clarabel and round it five times; costs are compared before times. Without pydrake
+only ours is measured, and that is said; ``make peers`` installs it.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+import itertools
+import os
+import time
+from typing import Any
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")  # before numpy is loaded: times are of one thread
+
+import numpy as np  # noqa: E402
+
+from benchmarks.machine import machine  # noqa: E402
+from benchmarks.mazes import doors_of  # noqa: E402
+from scene_graph_ros.geometry.optimization import (  # noqa: E402
+    GraphOfConvexSetsOptions,
+    HPolyhedron,
+    Point,
+)
+from scene_graph_ros.planning import GcsTrajectoryOptimization  # noqa: E402
+
+__all__ = ["Row", "main", "measure"]
+
+_ORDERS = (1, 3)
+_SAME = 1e-4
+"""Relative difference up to which costs count as equal: both round the same relaxation, and draw
+paths of nearly the same flows with numbers of their own."""
+
+_SPEED = 1.0
+_PATHS = 5
+
+
+@dataclass(frozen=True)
+class Row:
+    """One maze; CPU seconds to add regions and edges, and to solve; NaN where nobody was asked."""
+
+    size: int
+    order: int
+    num_regions: int
+    num_edges: int
+    adding: tuple[float, float]
+    solving: tuple[float, float]
+    costs: tuple[float, float]
+    bound: float
+    searched: tuple[float, float, float]
+    """Ours alone, until the gap is closed: seconds, cost and gap."""
+
+    @property
+    def agree(self) -> str:
+        """Whether costs are the same, or whose is lower."""
+        ours, theirs = self.costs
+        if np.isnan(theirs):
+            return "-"
+        if abs(ours - theirs) <= _SAME * abs(theirs):
+            return "same"
+        return f"ours {100.0 * (ours / theirs - 1.0):+.2f} %"
+
+
+def boxes_of(size: int, seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the corners of the cells of a maze and of the doors between them."""
+    doors = doors_of(np.random.default_rng(seed), size)
+    cells = [
+        (np.array(cell) - 0.4, np.array(cell) + 0.4)
+        for cell in itertools.product(range(size), repeat=2)
+    ]
+    passages = []
+    for first, second in doors:
+        ends = np.array([first, second], dtype=float)
+        way = (ends[1] - ends[0]).astype(bool)
+        half = np.where(way, 0.2, 0.1)
+        passages.append((ends.mean(axis=0) - half, ends.mean(axis=0) + half))
+    return cells + passages
+
+
+def _timed(ask: Callable[[], Any]) -> tuple[float, Any]:
+    begin = time.process_time()
+    found = ask()
+    return time.process_time() - begin, found
+
+
+def _ours(boxes: Any, size: int, order: int) -> tuple[GcsTrajectoryOptimization, Any, Any]:
+    graph = GcsTrajectoryOptimization(2)
+    regions = graph.add_regions([HPolyhedron.make_box(*box) for box in boxes], order)
+    ends = [
+        graph.add_regions([Point([at, at])], 0, name=name)
+        for name, at in (("start", 0.0), ("goal", size - 1.0))
+    ]
+    graph.add_edges(ends[0], regions)
+    graph.add_edges(regions, ends[1])
+    if order == 1:
+        graph.add_path_length_cost()
+        return graph, *ends
+    graph.add_time_cost()
+    graph.add_path_length_cost(0.1)
+    graph.add_velocity_bounds([-_SPEED] * 2, [_SPEED] * 2)
+    graph.add_path_continuity_constraints(1)
+    return graph, *ends
+
+
+def _drakes(boxes: Any, size: int, order: int) -> tuple[Any, Any, Any]:
+    from pydrake.geometry import optimization as drake
+    from pydrake.planning import GcsTrajectoryOptimization as Theirs
+
+    graph = Theirs(2)
+    polyhedra = [drake.HPolyhedron.MakeBox(*box) for box in boxes]
+    regions = graph.AddRegions(polyhedra, order, 1e-6, 20.0, "regions")
+    ends = [
+        graph.AddRegions([drake.Point([at, at])], 0, 1e-6, 20.0, name)
+        for name, at in (("start", 0.0), ("goal", size - 1.0))
+    ]
+    graph.AddEdges(ends[0], regions)
+    graph.AddEdges(regions, ends[1])
+    if order == 1:
+        graph.AddPathLengthCost()
+        return graph, *ends
+    graph.AddTimeCost()
+    graph.AddPathLengthCost(0.1)
+    graph.AddVelocityBounds(np.full(2, -_SPEED), np.full(2, _SPEED))
+    graph.AddPathContinuityConstraints(1)
+    return graph, *ends
+
+
+def _drakes_options() -> Any:
+    from pydrake.geometry.optimization import GraphOfConvexSetsOptions as Theirs
+    from pydrake.solvers import ClarabelSolver
+
+    options = Theirs()
+    options.convex_relaxation = True
+    options.preprocessing = False  # one linear program for each edge: many times the solve
+    options.max_rounded_paths = _PATHS
+    options.solver = ClarabelSolver()
+    return options
+
+
+def _has_drake() -> bool:
+    try:
+        import pydrake.planning  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def measure(sizes: Sequence[int]) -> Iterator[Row]:
+    """Solve mazes of some cells along a side, with both orders."""
+    for size, order in itertools.product(sizes, _ORDERS):
+        boxes = boxes_of(size)
+        adding, (graph, *ends) = _timed(lambda b=boxes, s=size, o=order: _ours(b, s, o))
+        relaxed = GraphOfConvexSetsOptions(convex_relaxation=True, max_rounded_paths=_PATHS)
+        solving, (_, result) = _timed(lambda g=graph, e=ends, r=relaxed: g.solve_path(*e, r))
+        searching, (_, best) = _timed(
+            lambda g=graph, e=ends: g.solve_path(
+                *e, GraphOfConvexSetsOptions(convex_relaxation=False)
+            )
+        )
+        times, cost = (np.nan, np.nan), np.nan
+        if _has_drake():
+            first, (theirs, *places) = _timed(lambda b=boxes, s=size, o=order: _drakes(b, s, o))
+            options = _drakes_options()
+            second, (_, found) = _timed(lambda t=theirs, p=places, o=options: t.SolvePath(*p, o))
+            times = (first, second)
+            cost = found.get_optimal_cost() if found.is_success() else np.inf
+        yield Row(
+            size,
+            order,
+            len(boxes),
+            graph.graph_of_convex_sets.num_edges,
+            (adding, times[0]),
+            (solving, times[1]),
+            (result.cost, cost),
+            result.lower_bound,
+            (searching, best.cost, best.gap),
+        )
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print what was measured."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", type=int, nargs="+", default=[5, 10, 20])
+    options = parser.parse_args(arguments)
+    print(machine(os.getloadavg()[0]))
+    if not _has_drake():
+        print("pydrake is not installed: only ours was measured")
+    list(measure([2]))  # imports and kernels
+    print(
+        f"{'maze':7} {'order':>5} {'regions':>7} {'edges':>6} {'adding':>7} {'Drake':>7}"
+        f" {'solving':>8} {'Drake':>8} {'cost':>10} {'Drake':>10} {'bound':>10} {'costs':>14}"
+        f" {'proven in':>9} {'cost':>10} {'gap':>8}"
+    )
+    for row in measure(options.sizes):
+        print(
+            f"{row.size:3}x{row.size:<3} {row.order:5} {row.num_regions:7} {row.num_edges:6}"
+            f" {row.adding[0]:7.3f} {row.adding[1]:7.3f} {row.solving[0]:8.3f}"
+            f" {row.solving[1]:8.3f} {row.costs[0]:10.6f} {row.costs[1]:10.6f} {row.bound:10.6f}"
+            f" {row.agree:>14} {row.searched[0]:9.3f} {row.searched[1]:10.6f}"
+            f" {row.searched[2]:8.1e}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,214 @@
+"""Which sets of two lists meet, also where joints turn without an end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = [
+    "as_joints",
+    "check_if_satisfies_convexity_radius",
+    "compute_pairwise_intersections",
+    "translated",
+]
+
+_TURN = 2.0 * np.pi
+
+_ROUNDING = 1e-12
+"""Relative to the coordinates: boxes that are so near may touch; the sets themselves decide."""
+
+Boxes = tuple[np.ndarray, np.ndarray]
+
+
+def check_if_satisfies_convexity_radius(
+    convex_set: ConvexSet, continuous_revolute_joints: Sequence[int]
+) -> bool:
+    """Tell whether a set is narrower than pi along each joint that turns without an end.
+
+    Then a straight line between two of its points is the shortest way between them (Cohn,
+    Petersen, Simchowitz and Tedrake, "Non-Euclidean Motion Planning with Graphs of
+    Geodesically-Convex Sets", 2023). Raises ConvexSetError for joints that the set doesn't have.
+    """
+    label = "check_if_satisfies_convexity_radius"
+    joints = as_joints(continuous_revolute_joints, convex_set.ambient_dimension, label)
+    for direction in np.eye(convex_set.ambient_dimension)[joints]:
+        ways = [convex_set.support(sign * direction) for sign in (1.0, -1.0)]
+        if not sum(each.value for each in ways) < np.pi:
+            return False
+    return True
+
+
+def compute_pairwise_intersections(
+    convex_sets_A: Sequence[ConvexSet],
+    convex_sets_B: Sequence[ConvexSet] | None = None,
+    continuous_revolute_joints: Sequence[int] = (),
+    *,
+    bboxes_A: Sequence[Hyperrectangle] | None = None,
+    bboxes_B: Sequence[Hyperrectangle] | None = None,
+) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
+    """Return the pairs (i, j) of sets that have a point in common, and an offset ``(n,)`` each.
+
+    Set i of A, moved by the offset, meets set j of B: whole turns of the joints that turn without
+    an end, 0 elsewhere. Without ``convex_sets_B`` the sets of A are compared with each other, and
+    both (i, j) and (j, i) are there. Sets whose boxes are apart are not asked; for others, that of
+    boxes and points is a comparison, of the rest an exact decision (`ConvexSet.intersects_with`).
+
+    ``bboxes_A`` and ``bboxes_B`` are boxes around the sets, which otherwise are computed. Raises
+    ConvexSetError for sets that are empty or unbounded, of different dimensions, or as wide as pi
+    along such a joint.
+    """
+    label = "compute_pairwise_intersections"
+    A = _checked(convex_sets_A, f"{label}: convex_sets_A")
+    is_one_list = convex_sets_B is None
+    B = A if convex_sets_B is None else _checked(convex_sets_B, f"{label}: convex_sets_B")
+    n = A[0].ambient_dimension
+    if B[0].ambient_dimension != n:
+        raise ConvexSetError(
+            f"{label}: convex_sets_B have {B[0].ambient_dimension} dimensions, convex_sets_A {n}"
+        )
+    joints = as_joints(continuous_revolute_joints, n, label)
+    boxes_A = _boxes(A, bboxes_A, f"{label}: bboxes_A")
+    boxes_B = boxes_A if is_one_list else _boxes(B, bboxes_B, f"{label}: bboxes_B")
+    _check_widths(boxes_A, joints, f"{label}: convex_sets_A")
+    _check_widths(boxes_B, joints, f"{label}: convex_sets_B")
+    edges: list[tuple[int, int]] = []
+    offsets: list[np.ndarray] = []
+    for i, first in enumerate(A):
+        near, turns = _near(boxes_A[0][i], boxes_A[1][i], boxes_B, joints)
+        for j in near[near > i] if is_one_list else near:
+            offset = _TURN * turns[j]
+            middle = 0.5 * (
+                np.maximum(boxes_A[0][i] + offset, boxes_B[0][j])
+                + np.minimum(boxes_A[1][i] + offset, boxes_B[1][j])
+            )
+            if not _meet(translated(first, offset), B[j], middle):
+                continue
+            edges.append((i, int(j)))
+            offsets.append(offset)
+            if is_one_list:
+                edges.append((int(j), i))
+                offsets.append(-offset + 0.0)
+    return edges, offsets
+
+
+def as_joints(joints: Any, dimension: int, label: str) -> list[int]:
+    """Return different indices of coordinates. Raises ConvexSetError."""
+    found: list[int] = []
+    for joint in joints:
+        is_whole = isinstance(joint, (int, np.integer)) and not isinstance(joint, bool)
+        if not is_whole or not 0 <= joint < dimension or int(joint) in found:
+            raise ConvexSetError(
+                f"{label}: continuous_revolute_joints must be different whole numbers from 0 to"
+                f" {dimension - 1}, not {quoted(joints)}"
+            )
+        found.append(int(joint))
+    return found
+
+
+def translated(convex_set: ConvexSet, offset: np.ndarray) -> ConvexSet:
+    """Return all points of a set, moved by an offset ``(n,)``."""
+    if not offset.any():
+        return convex_set
+    if isinstance(convex_set, Point):
+        return Point(convex_set.x + offset)
+    if isinstance(convex_set, Hyperrectangle):
+        return Hyperrectangle(convex_set.lb + offset, convex_set.ub + offset)
+    if isinstance(convex_set, HPolyhedron):
+        return HPolyhedron(convex_set.A, convex_set.b + convex_set.A @ offset)
+    return CartesianProduct([convex_set], A=np.eye(len(offset)), b=-offset)
+
+
+def _checked(sets: Any, label: str) -> list[ConvexSet]:
+    found = list(sets)
+    if not found:
+        raise ConvexSetError(f"{label} must be one set or more, not empty")
+    for k, each in enumerate(found):
+        if not isinstance(each, ConvexSet):
+            raise ConvexSetError(f"{label}[{k}] must be a ConvexSet, not {quoted(each)}")
+        if each.ambient_dimension != found[0].ambient_dimension:
+            raise ConvexSetError(
+                f"{label}[{k}] has {each.ambient_dimension} dimensions, {label}[0] has"
+                f" {found[0].ambient_dimension}"
+            )
+    return found
+
+
+def _own_box(convex_set: ConvexSet) -> Boxes | None:
+    """Return the corners of what is a box, or a point."""
+    if isinstance(convex_set, Point):
+        return convex_set.x, convex_set.x
+    return (convex_set.lb, convex_set.ub) if isinstance(convex_set, Hyperrectangle) else None
+
+
+def _boxes(sets: list[ConvexSet], given: Sequence[Hyperrectangle] | None, label: str) -> Boxes:
+    """Return the lower and upper corners ``(m, n)`` of boxes around sets."""
+    if given is not None and len(given) != len(sets):
+        raise ConvexSetError(f"{label} must have {len(sets)} boxes, one a set, not {len(given)}")
+    found = []
+    for k, each in enumerate(sets):
+        box = _own_box(each) if given is None else (given[k].lb, given[k].ub)
+        box = bounds_of(each) if box is None else box
+        if box is None:
+            raise ConvexSetError(f"{label}: set {k}, {quoted(each)}, is empty or unbounded")
+        found.append(box)
+    low, high = (np.array(corners) for corners in zip(*found, strict=True))
+    return low, high
+
+
+def _check_widths(boxes: Boxes, joints: list[int], label: str) -> None:
+    widths = (boxes[1] - boxes[0])[:, joints]
+    if (widths >= np.pi).any():
+        k, column = (int(v) for v in np.argwhere(widths >= np.pi)[0])
+        raise ConvexSetError(
+            f"{label}[{k}] is {widths[k, column]:.6g} wide along joint {joints[column]}, which"
+            " turns without an end; it must be narrower than pi"
+        )
+
+
+def _near(
+    low: np.ndarray, high: np.ndarray, others: Boxes, joints: list[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which boxes may touch one, and after how many turns of it ``(m, n)``.
+
+    Two intervals narrower than pi meet after one number of turns at most.
+    """
+    slack = _ROUNDING * np.maximum(np.abs(low), np.abs(high))
+    slack = slack + _ROUNDING * np.maximum(np.abs(others[0]), np.abs(others[1]))
+    least, most = others[0] - high - slack, others[1] - low + slack
+    turns = np.zeros_like(least)
+    turns[:, joints] = np.ceil(least[:, joints] / _TURN)
+    moved = _TURN * turns
+    return np.flatnonzero(((least <= moved) & (moved <= most)).all(axis=1)), turns
+
+
+def _meet(first: ConvexSet, second: ConvexSet, middle: np.ndarray) -> bool:
+    """Tell whether two sets meet; ``middle`` ``(n,)`` is of what their boxes have in common."""
+    a, b = _own_box(first), _own_box(second)
+    if a is not None and b is not None:
+        return bool((a[0] <= b[1]).all() and (b[0] <= a[1]).all())
+    if _is_well_inside(first, middle) and _is_well_inside(second, middle):
+        return True
+    return first.intersects_with(second)
+
+
+def _is_well_inside(convex_set: ConvexSet, x: np.ndarray) -> bool:
+    """Tell whether a point is inside by more than rounding; False where that isn't shown."""
+    if isinstance(convex_set, Hyperrectangle):
+        return bool((convex_set.lb <= x).all() and (x <= convex_set.ub).all())
+    if not isinstance(convex_set, HPolyhedron):
+        return False
+    A, b = convex_set.A, convex_set.b
+    rounding = 2.0 * (len(x) + 2) * EPSILON * (np.abs(A) @ np.abs(x) + np.abs(b))
+    return bool((A @ x + rounding <= b).all())

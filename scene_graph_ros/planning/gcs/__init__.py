@@ -1,0 +1,1 @@
+"""Trajectories through graphs of convex sets: a Bézier curve in each region on the way."""

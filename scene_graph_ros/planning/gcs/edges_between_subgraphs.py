@@ -1,0 +1,111 @@
+"""Edges from the regions of one mode to those of another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count
+from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
+from scene_graph_ros.planning.gcs.subgraph import Subgraph
+
+__all__ = ["EdgesBetweenSubgraphs"]
+
+
+class EdgesBetweenSubgraphs(JoinedEdges):
+    """Ways from the regions of one subgraph to those of another; made by `add_edges`."""
+
+    def __init__(
+        self,
+        graph: GraphOfConvexSets,
+        from_subgraph: Subgraph,
+        to_subgraph: Subgraph,
+        subspace: ConvexSet | None,
+    ) -> None:
+        name = f"{from_subgraph.name} -> {to_subgraph.name}"
+        super().__init__(graph, from_subgraph.variables, to_subgraph.variables, name)
+        self._from, self._to = from_subgraph, to_subgraph
+        self._subspace = _as_rows(subspace, name)
+
+    @property
+    def from_subgraph(self) -> Subgraph:
+        """Where the edges begin."""
+        return self._from
+
+    @property
+    def to_subgraph(self) -> Subgraph:
+        """Where they end."""
+        return self._to
+
+    def _join(self, u: Vertex, v: Vertex, offset: np.ndarray) -> Edge:
+        edge = super()._join(u, v, offset)
+        if self._subspace is not None:
+            A, b, is_equation = self._subspace
+            at = self._second.path(v.id, 0)
+            edge.add_constraint(A @ at == b if is_equation else A @ at <= b)
+        return edge
+
+    def add_velocity_bounds(self, lb: Any, ub: Any) -> None:
+        """Ask for ``lb <= dq/dt <= ub`` ``(n,)`` where the two segments meet, of both.
+
+        An infinite bound is none. Raises ConvexSetError where both are of order 0.
+        """
+        label = f"{self._name}: add_velocity_bounds"
+        low, high = as_bounds(lb, ub, self._first.num_positions, label)
+        self._check_order(1, label)
+        for edge in self._edges:
+            for segment, index, key in self._ends(edge, 1):
+                rate, h = segment.path(key, index, 1), segment.time(key)
+                for keep, bound, sign in ((high < np.inf, high, 1.0), (low > -np.inf, low, -1.0)):
+                    if keep.any():
+                        rows = np.flatnonzero(keep)
+                        edge.add_constraint(sign * rate[rows] <= (sign * bound[rows])[:, None] @ h)
+
+    def add_zero_derivative_constraints(self, derivative_order: int) -> None:
+        """Ask that a derivative of q(t) is 0 where the two segments meet, of both.
+
+        Raises ConvexSetError for an order below 1, or above that of both.
+        """
+        label = f"{self._name}: add_zero_derivative_constraints: derivative_order"
+        order = as_count(derivative_order, 1, label)
+        self._check_order(order, label)
+        for edge in self._edges:
+            for segment, index, key in self._ends(edge, order):
+                edge.add_constraint(segment.path(key, index, order) == 0.0)
+
+    def _check_order(self, order: int, label: str) -> None:
+        most = max(self._first.order, self._second.order)
+        if order > most:
+            raise ConvexSetError(
+                f"{label}: a derivative of order {order} is none of segments of order {most}"
+            )
+
+    def _ends(self, edge: Edge, order: int) -> list[tuple[Any, int, int]]:
+        """Return where a derivative is that meets at an edge: of both, where they have one."""
+        ends = [(self._first, self._first.order - order, edge.u.id), (self._second, 0, edge.v.id)]
+        return [end for end in ends if end[0].order >= order]
+
+
+def _as_rows(subspace: ConvexSet | None, name: str) -> tuple[np.ndarray, np.ndarray, bool] | None:
+    """Return a subspace as rows ``A``, sides ``b``, and whether they are equations."""
+    if subspace is None:
+        return None
+    if isinstance(subspace, Point):
+        return np.eye(subspace.ambient_dimension), subspace.x, True
+    if isinstance(subspace, Hyperrectangle):
+        subspace = subspace.make_h_polyhedron()
+    if isinstance(subspace, HPolyhedron):
+        return subspace.A, subspace.b, False
+    raise ConvexSetError(
+        f"{name}: add_edges: subspace must be a Point, Hyperrectangle or HPolyhedron, not"
+        f" {quoted(subspace)}; put it between as regions of order 0"
+    )

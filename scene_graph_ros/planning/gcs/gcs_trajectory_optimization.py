@@ -1,0 +1,433 @@
+"""The best trajectory through convex regions, with what none is better than."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import dataclasses
+import itertools
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.graphs.options import (
+    GcsGraphvizOptions,
+    GraphOfConvexSetsOptions,
+)
+from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
+from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
+from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
+    as_joints,
+    compute_pairwise_intersections,
+    translated,
+)
+from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
+from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
+from scene_graph_ros.planning.gcs.joined_edges import as_pairs, JoinedEdges
+from scene_graph_ros.planning.gcs.result import (
+    GcsTrajectoryResult,
+    measured,
+    Step,
+    trajectory_of,
+)
+from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
+from scene_graph_ros.planning.gcs.subgraph import Subgraph
+from scene_graph_ros.planning.gcs.unwrapping import (
+    normalize_segment_times,
+    unwrap_to_continuous_trajectory,
+)
+from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
+
+__all__ = ["GcsTrajectoryOptimization"]
+
+Solved = tuple[CompositeTrajectory | None, GcsTrajectoryResult]
+
+
+class GcsTrajectoryOptimization:
+    """Regions, ways between them, costs and bounds: a Bézier curve in each region on the way.
+
+    Each segment is q(t) = r((t - t_i) / h_i), its control points r_0, r_1, ... are in its region,
+    and its duration h_i is between two limits (Marcucci, Petersen, von Wrangel and Tedrake,
+    "Motion planning around obstacles with convex optimization", Science Robotics 8, 2023). Joints
+    that turn without an end are ``continuous_revolute_joints``: regions then meet also after whole
+    turns, and must be narrower than pi along these joints.
+
+    Raises ConvexSetError for joints that there are not.
+    """
+
+    def __init__(self, num_positions: int, continuous_revolute_joints: Sequence[int] = ()) -> None:
+        label = "GcsTrajectoryOptimization"
+        self._num_positions = as_count(num_positions, 1, f"{label}: num_positions")
+        self._joints = as_joints(continuous_revolute_joints, self._num_positions, label)
+        self._graph = GraphOfConvexSets()
+        self._subgraphs: list[Subgraph] = []
+        self._between: list[EdgesBetweenSubgraphs] = []
+        self._rules: list[Callable[[JoinedEdges], None]] = []
+
+    @property
+    def num_positions(self) -> int:
+        """The number n of positions."""
+        return self._num_positions
+
+    @property
+    def continuous_revolute_joints(self) -> list[int]:
+        """The joints that turn without an end."""
+        return list(self._joints)
+
+    @property
+    def graph_of_convex_sets(self) -> GraphOfConvexSets:
+        """The graph that is solved, to look into."""
+        return self._graph
+
+    def get_subgraphs(self) -> list[Subgraph]:
+        """Return all subgraphs, in the order in which they were added."""
+        return list(self._subgraphs)
+
+    def get_edges_between_subgraphs(self) -> list[EdgesBetweenSubgraphs]:
+        """Return all edges between subgraphs, in the order in which they were added."""
+        return list(self._between)
+
+    # What there is.
+
+    def add_regions(
+        self,
+        regions: Sequence[ConvexSet],
+        order: int,
+        h_min: float = 1e-6,
+        h_max: float = 20.0,
+        name: str = "",
+        *,
+        edges_between_regions: Sequence[tuple[int, int]] | None = None,
+        edge_offsets: Sequence[Any] | None = None,
+    ) -> Subgraph:
+        """Add bounded regions, through each of which leads a Bézier curve of an order.
+
+        It takes from ``h_min`` to ``h_max`` seconds; of order 0 it is a point that takes none.
+        Edges lead both ways between regions that meet, which is decided exactly, or along the
+        pairs ``edges_between_regions``, whose first region is moved by its ``edge_offsets``
+        ``(n,)``. Raises ConvexSetError, which names the region.
+        """
+        label = (
+            f"GcsTrajectoryOptimization.add_regions: {name or f'subgraph {len(self._subgraphs)}'}"
+        )
+        count = as_count(order, 0, f"{label}: order")
+        low, high = (
+            as_nonnegative(value, f"{label}: {what}")
+            for what, value in (("h_min", h_min), ("h_max", h_max))
+        )
+        if low > high:
+            raise ConvexSetError(f"{label}: h_min = {low} must not be above h_max = {high}")
+        if not len(regions):
+            raise ConvexSetError(f"{label}: regions must be one set or more, not empty")
+        for k, region in enumerate(regions):
+            self._check_region(region, f"{label}: regions[{k}]")
+        pairs = None
+        if edges_between_regions is not None:
+            sizes = (len(regions), len(regions))
+            pairs = as_pairs(
+                edges_between_regions, edge_offsets, sizes, self._num_positions, label
+            )
+        elif edge_offsets is not None:
+            raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
+        variables = SegmentVariables(count, self._num_positions)
+        subgraph = Subgraph(
+            self._graph,
+            regions,
+            variables,
+            (low, high),
+            name or f"subgraph {len(self._subgraphs)}",
+        )
+        try:
+            if pairs is None:
+                boxes = _boxes(subgraph)
+                pairs = compute_pairwise_intersections(regions, None, self._joints, bboxes_A=boxes)
+            self._connect(subgraph, subgraph, subgraph, pairs)
+        except ConvexSetError:
+            for vertex in subgraph.vertices:
+                self._graph.remove_vertex(vertex)
+            raise
+        self._subgraphs.append(subgraph)
+        self._apply_rules(subgraph)
+        return subgraph
+
+    def _check_region(self, region: Any, label: str) -> None:
+        if not isinstance(region, ConvexSet):
+            raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(region)}")
+        if region.ambient_dimension != self._num_positions:
+            raise ConvexSetError(
+                f"{label} has {region.ambient_dimension} dimensions, not as many as there are"
+                f" positions, {self._num_positions}"
+            )
+
+    def add_edges(
+        self,
+        from_subgraph: Subgraph,
+        to_subgraph: Subgraph,
+        subspace: ConvexSet | None = None,
+        *,
+        edges_between_regions: Sequence[tuple[int, int]] | None = None,
+        edge_offsets: Sequence[Any] | None = None,
+    ) -> EdgesBetweenSubgraphs:
+        """Let ways lead from the regions of one subgraph to those of another that they meet.
+
+        With a ``subspace``, a Point, Hyperrectangle or HPolyhedron, both segments meet in it, and
+        only regions that meet there are joined. Pairs and offsets may be given as in
+        `add_regions`. Raises ConvexSetError.
+        """
+        label = "GcsTrajectoryOptimization.add_edges"
+        self._check_subgraph(from_subgraph, f"{label}: from_subgraph")
+        self._check_subgraph(to_subgraph, f"{label}: to_subgraph")
+        if from_subgraph is to_subgraph:
+            raise ConvexSetError(f"{label}: to_subgraph must be another one than from_subgraph")
+        if subspace is not None:
+            self._check_region(subspace, f"{label}: subspace")
+        between = EdgesBetweenSubgraphs(self._graph, from_subgraph, to_subgraph, subspace)
+        if edges_between_regions is not None:
+            sizes = (from_subgraph.size, to_subgraph.size)
+            pairs = as_pairs(
+                edges_between_regions, edge_offsets, sizes, self._num_positions, label
+            )
+        elif edge_offsets is not None:
+            raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
+        else:
+            pairs = compute_pairwise_intersections(
+                from_subgraph.regions,
+                to_subgraph.regions,
+                self._joints,
+                bboxes_A=_boxes(from_subgraph),
+                bboxes_B=_boxes(to_subgraph),
+            )
+            if subspace is not None:
+                pairs = _those_in(pairs, from_subgraph, to_subgraph, subspace)
+        self._connect(between, from_subgraph, to_subgraph, pairs)
+        self._between.append(between)
+        self._apply_rules(between)
+        return between
+
+    def _connect(self, edges: JoinedEdges, first: Subgraph, second: Subgraph, pairs: Any) -> None:
+        for (i, j), offset in zip(*pairs, strict=True):
+            edges._join(first.vertices[i], second.vertices[j], offset)
+
+    def remove_subgraph(self, subgraph: Subgraph) -> None:
+        """Remove a subgraph, with all edges to and from it. Raises ConvexSetError."""
+        self._check_subgraph(subgraph, "GcsTrajectoryOptimization.remove_subgraph: subgraph")
+        for vertex in subgraph.vertices:
+            self._graph.remove_vertex(vertex)
+        self._subgraphs.remove(subgraph)
+        self._between = [
+            each
+            for each in self._between
+            if subgraph not in (each.from_subgraph, each.to_subgraph)
+        ]
+
+    def _check_subgraph(self, subgraph: Any, label: str) -> None:
+        if not any(each is subgraph for each in self._subgraphs):
+            raise ConvexSetError(
+                f"{label} must be a subgraph of this object, not {quoted(subgraph)}"
+            )
+
+    # What is asked of all subgraphs, also of later ones.
+
+    def _apply_rules(self, to: JoinedEdges) -> None:
+        for rule in self._rules:
+            rule(to)
+
+    def _rule(self, rule: Callable[[JoinedEdges], None]) -> None:
+        for each in (*self._subgraphs, *self._between):
+            rule(each)
+        self._rules.append(rule)
+
+    def _rule_of_regions(self, change: Callable[[Subgraph], None]) -> None:
+        """Change each subgraph whose segments take time, now and later."""
+
+        def rule(to: JoinedEdges) -> None:
+            if isinstance(to, Subgraph) and to.order:
+                change(to)
+
+        self._rule(rule)
+
+    def add_time_cost(self, weight: float = 1.0) -> None:
+        """Add ``weight`` times the duration, of all subgraphs of order 1 and above."""
+        number = as_nonnegative(weight, "GcsTrajectoryOptimization.add_time_cost: weight")
+        self._rule_of_regions(lambda subgraph: subgraph.add_time_cost(number))
+
+    def add_path_length_cost(self, weight: Any = 1.0) -> None:
+        """Add a bound of the path's length from above; see `Subgraph.add_path_length_cost`."""
+        label = "GcsTrajectoryOptimization.add_path_length_cost"
+        W = as_weights(weight, self._num_positions, label)
+        self._rule_of_regions(lambda subgraph: subgraph.add_path_length_cost(W))
+
+    def add_path_energy_cost(self, weight: Any = 1.0) -> None:
+        """Add squares of ways between control points; see `Subgraph.add_path_energy_cost`."""
+        label = "GcsTrajectoryOptimization.add_path_energy_cost"
+        W = as_weights(weight, self._num_positions, label)
+        self._rule_of_regions(lambda subgraph: subgraph.add_path_energy_cost(W))
+
+    def add_velocity_bounds(self, lb: Any, ub: Any) -> None:
+        """Ask for ``lb <= dq/dt <= ub`` ``(n,)`` at all times, of all segments."""
+        low, high = as_bounds(
+            lb, ub, self._num_positions, "GcsTrajectoryOptimization.add_velocity_bounds"
+        )
+        self._rule_of_regions(lambda subgraph: subgraph.add_velocity_bounds(low, high))
+
+    def add_path_continuity_constraints(self, continuity_order: int) -> None:
+        """Ask that derivatives of r(s) go on from region to region, up to an order.
+
+        Along all edges between segments of that order and above; others have no such derivative.
+        """
+        label = "GcsTrajectoryOptimization.add_path_continuity_constraints: continuity_order"
+        order = as_count(continuity_order, 1, label)
+
+        def rule(to: JoinedEdges) -> None:
+            if to.most_continuity >= order:
+                to.add_path_continuity_constraints(order)
+
+        self._rule(rule)
+
+    # What is found.
+
+    def solve_path(
+        self,
+        source: Subgraph,
+        target: Subgraph,
+        options: GraphOfConvexSetsOptions | None = None,
+    ) -> Solved:
+        """Return the best trajectory from any region of one subgraph to any of another.
+
+        By default the relaxation is solved and the best of five paths that it suggests returned;
+        with ``convex_relaxation=False`` paths are searched until the gap is closed. The trajectory
+        is None where there is none, and the result's ``reason`` says why; it is None, too, where
+        a path has no region of order 1 and above.
+
+        Raises ConvexSetError for other subgraphs and for costs that may be negative, SolverError
+        where the solver failed, or where what it found is not what is promised.
+        """
+        label = "GcsTrajectoryOptimization.solve_path"
+        self._check_subgraph(source, f"{label}: source")
+        self._check_subgraph(target, f"{label}: target")
+        chosen = options or GraphOfConvexSetsOptions()
+        if chosen.convex_relaxation is None:
+            chosen = dataclasses.replace(chosen, convex_relaxation=True)
+        added: list[Vertex] = []
+        try:
+            begin = self._one_vertex(source, True, added)
+            end = self._one_vertex(target, False, added)
+            found = self._graph.solve_shortest_path(begin, end, chosen)
+            return self._solved(found)
+        finally:
+            for vertex in added:
+                self._graph.remove_vertex(vertex)
+
+    def _one_vertex(self, subgraph: Subgraph, is_source: bool, added: list[Vertex]) -> Vertex:
+        """Return the only vertex of a subgraph, or a new one next to all of them."""
+        if subgraph.size == 1:
+            return subgraph.vertices[0]
+        single = self._graph.add_vertex(Point(), f"any of {subgraph.name}")
+        added.append(single)
+        for vertex in subgraph.vertices:
+            ends = (single, vertex) if is_source else (vertex, single)
+            self._graph.add_edge(*ends)
+        return single
+
+    def solve_convex_restriction(self, active_vertices: Sequence[Vertex]) -> Solved:
+        """Return the best trajectory through given regions in order, two or more.
+
+        Raises ConvexSetError for vertices between which there is no edge, or more than one.
+        """
+        label = "GcsTrajectoryOptimization.solve_convex_restriction: active_vertices"
+        if len(active_vertices) < 2:
+            raise ConvexSetError(f"{label} must be two or more, not {len(active_vertices)}")
+        edges: list[Edge] = []
+        given: Sequence[Any] = active_vertices
+        for k, (u, v) in enumerate(itertools.pairwise(given)):
+            for each in (u, v):
+                if not isinstance(each, Vertex) or not self._graph.is_valid(each):
+                    raise ConvexSetError(f"{label} must be of this graph, not {quoted(each)}")
+            between = [edge for edge in u.outgoing_edges if edge.v is v]
+            if len(between) != 1:
+                raise ConvexSetError(
+                    f"{label}[{k}], {u.name!r}, must have one edge to the next, {v.name!r}, not"
+                    f" {len(between)}"
+                )
+            edges.append(between[0])
+        return self._solved(self._graph.solve_convex_restriction(edges))
+
+    def _solved(self, found: GraphOfConvexSetsResult) -> Solved:
+        if not found.is_success:
+            return None, GcsTrajectoryResult(
+                False, found.cost, found.lower_bound, found.reason, found
+            )
+        homes = {
+            vertex.id: (subgraph, vertex)
+            for subgraph in self._subgraphs
+            for vertex in subgraph.vertices
+        }
+        leaving = {edge.u.id: edge for edge in self._graph.edges if edge.id in found.path}
+        steps = []
+        for number, x in zip(found.vertices, found.points, strict=True):
+            if number not in homes:
+                continue  # a source or a target of several regions
+            subgraph, vertex = homes[number]
+            offset, continuity = self._onward(leaving.get(number))
+            steps.append(Step(vertex, subgraph, x, offset, continuity))
+        trajectory = trajectory_of(steps)
+        return trajectory, measured(steps, found, trajectory)
+
+    def _onward(self, edge: Edge | None) -> tuple[np.ndarray, int]:
+        """Return the offset of an edge and what goes on along it."""
+        for each in (*self._subgraphs, *self._between):
+            offset = None if edge is None else each.offset_of(edge)
+            if offset is not None:
+                return offset, each.continuity_order
+        return np.zeros(self._num_positions), 0
+
+    def get_graphviz_string(
+        self,
+        result: GcsTrajectoryResult | None = None,
+        options: GcsGraphvizOptions | None = None,
+    ) -> str:
+        """Return the graph in the DOT language, with a result's numbers where one is given."""
+        return self._graph.get_graphviz_string(
+            None if result is None else result.graph_result, options
+        )
+
+    normalize_segment_times = staticmethod(normalize_segment_times)
+    unwrap_to_continuous_trajectory = staticmethod(unwrap_to_continuous_trajectory)
+
+
+def _boxes(subgraph: Subgraph) -> list[Hyperrectangle]:
+    """Return boxes around regions, which their vertices know."""
+    n = subgraph.variables.num_positions
+    boxes = []
+    for vertex, region in zip(subgraph.vertices, subgraph.regions, strict=True):
+        if isinstance(region, Hyperrectangle):
+            boxes.append(region)
+        elif isinstance(region, Point):
+            boxes.append(Hyperrectangle(region.x, region.x))
+        else:
+            center, half = vertex.placed.center[:n], vertex.placed.half[:n]
+            boxes.append(Hyperrectangle(center - half, center + half))
+    return boxes
+
+
+def _those_in(pairs: Any, first: Subgraph, second: Subgraph, subspace: ConvexSet) -> Any:
+    """Return the pairs of regions that meet in a subspace."""
+    kept = [
+        (pair, offset)
+        for pair, offset in zip(*pairs, strict=True)
+        if not Intersection(
+            [
+                translated(first.regions[pair[0]], offset),
+                second.regions[pair[1]],
+                subspace,
+            ]
+        ).is_empty()
+    ]
+    return [pair for pair, _ in kept], [offset for _, offset in kept]

@@ -1,0 +1,157 @@
+"""Edges along which the end of one segment is the beginning of the next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.gcs.arguments import as_count
+from scene_graph_ros.planning.gcs.placeholders import (
+    control_points,
+    duration,
+    placed_constraint,
+    placed_cost,
+    U,
+    V,
+)
+from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
+
+__all__ = ["JoinedEdges", "as_pairs"]
+
+
+class JoinedEdges:
+    """What edges inside a subgraph and those between two have in common."""
+
+    def __init__(
+        self,
+        graph: GraphOfConvexSets,
+        first: SegmentVariables,
+        second: SegmentVariables,
+        name: str,
+    ) -> None:
+        self._graph, self._first, self._second, self._name = graph, first, second, name
+        self._edges: list[Edge] = []
+        self._offsets: dict[int, np.ndarray] = {}
+        self._continuity = 0
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        return self._name
+
+    @property
+    def edges(self) -> list[Edge]:
+        """The edges, in the order in which they were added."""
+        return list(self._edges)
+
+    @property
+    def continuity_order(self) -> int:
+        """Up to which order the derivatives of the path r(s) go on along these edges."""
+        return self._continuity
+
+    @property
+    def most_continuity(self) -> int:
+        """The highest order of a derivative that both segments of an edge have."""
+        return min(self._first.order, self._second.order)
+
+    def _join(self, u: Vertex, v: Vertex, offset: np.ndarray) -> Edge:
+        """Add an edge whose two segments meet; the first is moved by an offset ``(n,)``."""
+        edge = self._graph.add_edge(u, v, f"{u.name} -> {v.name}")
+        end = self._first.path(u.id, self._first.order)
+        edge.add_constraint(end + offset == self._second.path(v.id, 0))
+        self._edges.append(edge)
+        self._offsets[edge.id] = offset
+        return edge
+
+    def offset_of(self, edge: Edge) -> np.ndarray | None:
+        """Return what is added to the end of a segment ``(n,)``; None for another's edge."""
+        return self._offsets.get(edge.id)
+
+    def add_path_continuity_constraints(self, continuity_order: int) -> None:
+        """Ask that derivatives of r(s) of orders from 1 to ``continuity_order`` go on.
+
+        They are those by s in [0, 1], not by time: q(t) goes on in its direction, and its speed
+        may change where durations differ; `normalize_segment_times` returns r(s), which goes on in
+        full. Raises ConvexSetError for an order below 1 or above that of a segment.
+        """
+        label = f"{self._name}: add_path_continuity_constraints: continuity_order"
+        order = as_count(continuity_order, 1, label)
+        most = self.most_continuity
+        if order > most:
+            raise ConvexSetError(
+                f"{label} must not be above the order of both, {most}, not {order}"
+            )
+        for derivative in range(self._continuity + 1, order + 1):
+            for edge in self._edges:
+                last = self._first.order - derivative
+                end = self._first.path(edge.u.id, last, derivative)
+                edge.add_constraint(end == self._second.path(edge.v.id, 0, derivative))
+        self._continuity = max(self._continuity, order)
+
+    # What a user adds.
+
+    def edge_constituent_vertex_control_points(self) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+        """Return the control points of the segments before and after an edge, ``(n,)`` each.
+
+        They stand for those of every edge here, in `add_edge_cost` and `add_edge_constraint`.
+        """
+        return control_points(self._first, U), control_points(self._second, V)
+
+    def edge_constituent_vertex_durations(self) -> tuple[Any, Any]:
+        """Return the durations of both segments. Raises ConvexSetError where one has none."""
+        label = f"{self._name}: edge_constituent_vertex_durations"
+        return duration(self._first, U, label), duration(self._second, V, label)
+
+    def add_edge_cost(self, cost: Any) -> None:
+        """Add a cost to each edge, of `edge_constituent_vertex_control_points` and durations."""
+        label = f"{self._name}: add_edge_cost: cost"
+        for edge in self._edges:
+            edge.add_cost(placed_cost(cost, {U: edge.u.id, V: edge.v.id}, label))
+
+    def add_edge_constraint(self, constraint: Any) -> None:
+        """Add a linear constraint to each edge, of the same expressions."""
+        label = f"{self._name}: add_edge_constraint: constraint"
+        for edge in self._edges:
+            edge.add_constraint(placed_constraint(constraint, {U: edge.u.id, V: edge.v.id}, label))
+
+
+def as_pairs(
+    pairs: Any, offsets: Any, sizes: tuple[int, int], num_positions: int, label: str
+) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
+    """Return pairs of indices below ``sizes``, and offsets ``(n,)``. Raises ConvexSetError."""
+    found: list[tuple[int, int]] = []
+    for k, pair in enumerate(pairs):
+        if not isinstance(pair, Sequence | np.ndarray) or len(pair) != 2:
+            raise ConvexSetError(
+                f"{label}: edges_between_regions[{k}] must be a pair of indices,"
+                f" not {quoted(pair)}"
+            )
+        ends = [
+            as_count(index, 0, f"{label}: edges_between_regions[{k}][{side}]")
+            for side, index in enumerate(pair)
+        ]
+        for side, (index, size) in enumerate(zip(ends, sizes, strict=True)):
+            if index >= size:
+                raise ConvexSetError(
+                    f"{label}: edges_between_regions[{k}][{side}] must be below {size}, the number"
+                    f" of regions, not {index}"
+                )
+        found.append((ends[0], ends[1]))
+    if offsets is None:
+        return found, [np.zeros(num_positions)] * len(found)
+    if len(offsets) != len(found):
+        raise ConvexSetError(
+            f"{label}: edge_offsets must be as many as edges_between_regions, {len(found)}, not"
+            f" {len(offsets)}"
+        )
+    return found, [
+        as_vector(offset, f"{label}: edge_offsets[{k}]", num_positions)
+        for k, offset in enumerate(offsets)
+    ]

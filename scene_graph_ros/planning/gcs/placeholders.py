@@ -1,0 +1,63 @@
+"""Expressions that stand for those of each vertex or edge of a subgraph."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.expressions import (
+    Affine,
+    as_cost,
+    Atom,
+    Constraint,
+    Cost,
+)
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
+
+__all__ = ["HERE", "Placeholders", "U", "V", "placed_constraint", "placed_cost"]
+
+HERE, U, V = -1, -2, -3
+"""In place of the numbers of vertices, which are 0 and above: of a vertex, of both of an edge."""
+
+Placeholders = Mapping[int, int]
+"""The numbers of vertices that are meant, by what stands for them."""
+
+
+def control_points(variables: SegmentVariables, key: int) -> tuple[Affine, ...]:
+    """Return all control points ``(n,)`` as expressions."""
+    return tuple(variables.path(key, i) for i in range(variables.order + 1))
+
+
+def duration(variables: SegmentVariables, key: int, label: str) -> Affine:
+    """Return the duration. Raises ConvexSetError for order 0, which has none."""
+    if not variables.order:
+        raise ConvexSetError(f"{label}: regions of order 0 take no time")
+    return variables.time(key)
+
+
+def _placed(of: Affine, meant: Placeholders, label: str) -> Affine:
+    unknown = [key for key in of.terms if key not in meant]
+    if unknown:
+        raise ConvexSetError(
+            f"{label}: the expression must be of this subgraph's own control points and durations;"
+            f" it has those of vertex {unknown[0]}"
+        )
+    return Affine({meant[key]: m for key, m in of.terms.items()}, of.constant, of.is_number)
+
+
+def placed_cost(cost: Any, meant: Placeholders, label: str) -> Cost:
+    """Return a cost of the vertices that are meant. Raises ConvexSetError for others."""
+    checked = as_cost(cost, label)
+    atoms = tuple(Atom(each.kind, _placed(each.of, meant, label)) for each in checked.atoms)
+    return Cost(atoms, _placed(checked.rest, meant, label))
+
+
+def placed_constraint(constraint: Any, meant: Placeholders, label: str) -> Constraint:
+    """Return a constraint of the vertices that are meant. Raises ConvexSetError for others."""
+    if not isinstance(constraint, Constraint):
+        raise ConvexSetError(
+            f"{label} must be made by ==, <= or >= of expressions, not {quoted(constraint)}"
+        )
+    return Constraint(_placed(constraint.rows, meant, label), constraint.is_equation)

@@ -1,0 +1,170 @@
+"""A trajectory through regions, measured again: what it keeps, and to how much."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import itertools
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.geometry.optimization.graphs.edge import Vertex
+from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
+from scene_graph_ros.planning.gcs.subgraph import Subgraph
+from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
+from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
+
+__all__ = ["GcsTrajectoryResult", "Step", "measured", "trajectory_of"]
+
+PROMISED = 1e-9
+"""Relative to a bound or to the size of a region: the most that a trajectory may break."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One region on the way: the vertex's coordinates, and what follows.
+
+    ``offset`` ``(n,)`` is added where the next region begins, ``continuity`` the order to which
+    derivatives of r(s) go on there.
+    """
+
+    vertex: Vertex
+    subgraph: Subgraph
+    x: np.ndarray
+    offset: np.ndarray
+    continuity: int
+
+    @property
+    def points(self) -> np.ndarray:
+        """The control points ``(order + 1, n)``."""
+        return self.subgraph.variables.control_points(self.x)
+
+    @property
+    def duration(self) -> float:
+        """How long it takes, s."""
+        return self.subgraph.variables.duration(self.x)
+
+
+@dataclass(frozen=True, eq=False)
+class GcsTrajectoryResult:
+    """What was found, what nothing is below, and by how much the trajectory is off, measured.
+
+    ``cost`` is infinite without a trajectory, and ``reason`` says why there is none. No trajectory
+    of this kind through these regions costs less than ``lower_bound``, which is proven.
+    """
+
+    is_success: bool
+    cost: float
+    lower_bound: float
+    reason: str
+    graph_result: GraphOfConvexSetsResult
+    """Of the graph's own shortest path."""
+    vertices: tuple[Vertex, ...] = ()
+    """Those on the way, of regions alone."""
+    outside: float = 0.0
+    """How far a control point is outside of its region at most, in the region's own units."""
+    jump: float = 0.0
+    """By how much the path, or a derivative that was asked to go on, jumps between regions: of
+    r(s), and across a joint's turn without that turn."""
+    velocity_excess: float = 0.0
+    """How far a velocity is beyond its bound, relative to the larger of both its bounds."""
+
+    @property
+    def gap(self) -> float:
+        """How much less than the cost a trajectory might cost, in the cost's own units."""
+        return max(0.0, self.cost - self.lower_bound) if self.is_success else np.inf
+
+
+def trajectory_of(steps: Sequence[Step]) -> CompositeTrajectory | None:
+    """Return the segments one after another from 0 s on; None where none takes any time.
+
+    Raises SolverError where one moves in no time.
+    """
+    segments: list[BezierCurve] = []
+    start = 0.0
+    for step in steps:
+        end = start + step.duration
+        if end - start < step.duration:
+            # Rounded so that nothing becomes faster.
+            end = float(np.nextafter(end, np.inf))
+        if not step.subgraph.order:
+            continue
+        if step.duration <= 0.0:
+            if np.ptp(step.points, axis=0).max(initial=0.0) > 0.0:
+                raise SolverError(
+                    f"{step.vertex.name}: the way through the region takes no time; give"
+                    " add_regions an h_min above 0, or a bound of velocities"
+                )
+            continue
+        segments.append(BezierCurve(start, end, step.points))
+        start = end
+    return CompositeTrajectory(tuple(segments)) if segments else None
+
+
+def measured(
+    steps: Sequence[Step], found: GraphOfConvexSetsResult, trajectory: CompositeTrajectory | None
+) -> GcsTrajectoryResult:
+    """Return what a trajectory keeps. Raises SolverError where it is off by more than promised."""
+    outside, relative = 0.0, 0.0
+    for step in steps:
+        region = step.subgraph.regions[step.subgraph.vertices.index(step.vertex)]
+        nearest = region.projection(step.points)
+        assert nearest is not None, "regions of a graph are not empty"
+        beyond = float(nearest.distances.max(initial=0.0))
+        size = float(np.abs(step.points).max(initial=0.0)) + float(step.vertex.placed.half.max())
+        outside, relative = max(outside, beyond), max(relative, beyond / (size or 1.0))
+    jump, relative_jump = _jump(steps)
+    excess = _velocity_excess(steps, trajectory)
+    for what, value in (
+        ("leaves a region", relative),
+        ("jumps between two regions", relative_jump),
+        ("is beyond a bound of its velocity", excess),
+    ):
+        if value > PROMISED:
+            raise SolverError(
+                f"GcsTrajectoryOptimization: the trajectory that the solver found {what} by"
+                f" {value:.1e} of its size, accepted is {PROMISED:g}"
+            )
+    return GcsTrajectoryResult(
+        found.is_success,
+        found.cost,
+        found.lower_bound,
+        found.reason,
+        found,
+        tuple(step.vertex for step in steps),
+        outside,
+        jump,
+        excess,
+    )
+
+
+def _jump(steps: Sequence[Step]) -> tuple[float, float]:
+    """Return the largest jump between regions, and that relative to the size of what jumps."""
+    largest, relative = 0.0, 0.0
+    for first, second in itertools.pairwise(steps):
+        curves = [BezierCurve(0.0, 1.0, step.points) for step in (first, second)]
+        for order in range(first.continuity + 1):
+            a, b = (curve.derivative(order).control_points for curve in curves)
+            end = a[-1] + first.offset if order == 0 else a[-1]
+            size = max(float(np.abs(each.control_points).max()) for each in curves) or 1.0
+            off = float(np.abs(b[0] - end).max(initial=0.0))
+            largest, relative = max(largest, off), max(relative, off / size)
+    return largest, relative
+
+
+def _velocity_excess(steps: Sequence[Step], trajectory: CompositeTrajectory | None) -> float:
+    """Return how far velocities are beyond their bounds at most, at all times: control points."""
+    if trajectory is None:
+        return 0.0
+    moving = [step for step in steps if step.subgraph.order and step.duration > 0.0]
+    worst = 0.0
+    for step, segment in zip(moving, trajectory.segments, strict=True):
+        rates = segment.derivative().bounds()  # type: ignore[attr-defined]
+        for low, high in step.subgraph.velocity_bounds:
+            both = np.abs([low, high])
+            sizes = np.where(np.isfinite(both), both, 0.0).max(axis=0)
+            sizes = np.where(sizes > 0.0, sizes, 1.0)
+            beyond = np.maximum(low - rates[0], rates[1] - high)
+            worst = max(worst, float((beyond / sizes).max(initial=0.0)))
+    return worst

@@ -1,0 +1,187 @@
+"""Regions of one mode: segments of one order, their costs and their bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+import itertools
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.edge import Vertex
+from scene_graph_ros.geometry.optimization.graphs.expressions import norm, sum_squares
+from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.planning.gcs.arguments import as_bounds, as_weights
+from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
+from scene_graph_ros.planning.gcs.placeholders import (
+    control_points,
+    duration,
+    HERE,
+    placed_constraint,
+    placed_cost,
+)
+from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
+
+__all__ = ["Subgraph"]
+
+
+class Subgraph(JoinedEdges):
+    """Regions, each a vertex whose point is a Bézier curve in it; made by `add_regions`.
+
+    All control points are in the region, so the curve is at all times.
+    """
+
+    def __init__(
+        self,
+        graph: GraphOfConvexSets,
+        regions: Sequence[ConvexSet],
+        variables: SegmentVariables,
+        durations: tuple[float, float],
+        name: str,
+    ) -> None:
+        super().__init__(graph, variables, variables, name)
+        self._regions, self._variables = tuple(regions), variables
+        self._h_min, self._h_max = durations
+        self._velocity_bounds: list[tuple[np.ndarray, np.ndarray]] = []
+        self._vertices: list[Vertex] = []
+        try:
+            for k, region in enumerate(regions):
+                points = _points_and_duration(region, variables, durations)
+                self._vertices.append(graph.add_vertex(points, f"{name}[{k}]"))
+        except ConvexSetError:
+            for vertex in self._vertices:
+                graph.remove_vertex(vertex)
+            raise
+
+    @property
+    def order(self) -> int:
+        """The order of the Bézier curves."""
+        return self._variables.order
+
+    @property
+    def size(self) -> int:
+        """The number of regions."""
+        return len(self._regions)
+
+    @property
+    def regions(self) -> tuple[ConvexSet, ...]:
+        """The regions."""
+        return self._regions
+
+    @property
+    def vertices(self) -> list[Vertex]:
+        """The vertices, in the order of the regions."""
+        return list(self._vertices)
+
+    @property
+    def variables(self) -> SegmentVariables:
+        """What the coordinates of its vertices are."""
+        return self._variables
+
+    @property
+    def velocity_bounds(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """The bounds ``(n,)`` and ``(n,)`` that velocities have to keep."""
+        return list(self._velocity_bounds)
+
+    def add_time_cost(self, weight: float = 1.0) -> None:
+        """Add ``weight`` times the duration of each segment. Raises ConvexSetError for order 0."""
+        label = f"{self._name}: add_time_cost"
+        number = as_nonnegative(weight, f"{label}: weight")
+        for vertex in self._vertices:
+            vertex.add_cost(number * duration(self._variables, vertex.id, label))
+
+    def add_path_length_cost(self, weight: Any = 1.0) -> None:
+        """Add the sum of ``norm(weight @ (r_(i+1) - r_i))``, a bound of the length from above.
+
+        ``weight`` is a number or ``(n, n)``. Raises ConvexSetError for order 0.
+        """
+        W = as_weights(
+            weight, self._variables.num_positions, f"{self._name}: add_path_length_cost"
+        )
+        for vertex in self._vertices:
+            for way in self._ways(vertex, "add_path_length_cost"):
+                vertex.add_cost(norm(W @ way))
+
+    def add_path_energy_cost(self, weight: Any = 1.0) -> None:
+        """Add the sum of ``|weight @ (r_(i+1) - r_i)|^2``, which spreads control points evenly.
+
+        ``weight`` is ``(n, n)``, or a number w for w times the identity. Raises ConvexSetError for
+        order 0.
+        """
+        W = as_weights(
+            weight, self._variables.num_positions, f"{self._name}: add_path_energy_cost"
+        )
+        for vertex in self._vertices:
+            for way in self._ways(vertex, "add_path_energy_cost"):
+                vertex.add_cost(sum_squares(W @ way))
+
+    def add_velocity_bounds(self, lb: Any, ub: Any) -> None:
+        """Ask for ``lb <= dq/dt <= ub`` ``(n,)`` at all times: of the derivative's control points.
+
+        An infinite bound is none. Raises ConvexSetError for order 0.
+        """
+        label = f"{self._name}: add_velocity_bounds"
+        low, high = as_bounds(lb, ub, self._variables.num_positions, label)
+        for vertex in self._vertices:
+            h = duration(self._variables, vertex.id, label)
+            for way in self._ways(vertex, "add_velocity_bounds"):
+                for keep, bound, sign in ((high < np.inf, high, 1.0), (low > -np.inf, low, -1.0)):
+                    if keep.any():
+                        rows = np.flatnonzero(keep)
+                        limit = (sign * bound[rows])[:, None] @ h
+                        vertex.add_constraint(self.order * sign * way[rows] <= limit)
+        self._velocity_bounds.append((low, high))
+
+    def _ways(self, vertex: Vertex, question: str) -> list[Any]:
+        """Return the ways ``(n,)`` between neighbouring control points."""
+        if not self.order:
+            raise ConvexSetError(
+                f"{self._name}: {question}: regions of order 0 are stood in, not moved through"
+            )
+        points = control_points(self._variables, vertex.id)
+        return [b - a for a, b in itertools.pairwise(points)]
+
+    # What a user adds.
+
+    def vertex_control_points(self) -> tuple[Any, ...]:
+        """Return the control points ``(n,)``, which stand for those of each region.
+
+        In `add_vertex_cost` and `add_vertex_constraint`.
+        """
+        return control_points(self._variables, HERE)
+
+    def vertex_duration(self) -> Any:
+        """Return the duration of a segment in the same way. Raises ConvexSetError for order 0."""
+        return duration(self._variables, HERE, f"{self._name}: vertex_duration")
+
+    def add_vertex_cost(self, cost: Any) -> None:
+        """Add a cost to each region, of `vertex_control_points` and `vertex_duration`."""
+        label = f"{self._name}: add_vertex_cost: cost"
+        for vertex in self._vertices:
+            vertex.add_cost(placed_cost(cost, {HERE: vertex.id}, label))
+
+    def add_vertex_constraint(self, constraint: Any) -> None:
+        """Add a linear constraint to each region, of the same expressions."""
+        label = f"{self._name}: add_vertex_constraint: constraint"
+        for vertex in self._vertices:
+            vertex.add_constraint(placed_constraint(constraint, {HERE: vertex.id}, label))
+
+
+def _points_and_duration(
+    region: ConvexSet, variables: SegmentVariables, durations: tuple[float, float]
+) -> ConvexSet:
+    """Return the set of all segments whose control points are in a region."""
+    if not variables.order:
+        return region
+    count = variables.order + 1
+    low, high = ([each] for each in durations)
+    if isinstance(region, Hyperrectangle):
+        return Hyperrectangle(
+            np.append(np.tile(region.lb, count), low), np.append(np.tile(region.ub, count), high)
+        )
+    return CartesianProduct([*[region] * count, Hyperrectangle(low, high)])
