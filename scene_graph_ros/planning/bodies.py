@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
+from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
 from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints
@@ -48,6 +48,8 @@ class BodyTable(NamedTuple):
     """``(b, 3)``: the box's corners in G."""
     upper: np.ndarray
     """``(b, 3)``."""
+    measure: int
+    """The address of PAIR_DISTANCE."""
 
 
 class PairTable(NamedTuple):
@@ -178,12 +180,14 @@ def _pose_of(X, k):
     return rotation, (X[3, k], X[7, k], X[11, k])
 
 
-@lean_kernel
-def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance, work):
+_pair_distance = PAIR_DISTANCE.call
+
+
+@merged_kernel
+def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance):
     """Return what ``distance_pair`` says of a pair in configuration k, in the first's frame.
 
-    In the order in which the scene's own queries ask, so that they cannot disagree; compiled once
-    for all that ask.
+    In the order in which the scene's own queries ask, so that they cannot disagree.
     """
     table = borrowed_table(held)
     a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
@@ -194,4 +198,5 @@ def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance, work
     R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
     i, j = bodies.rows[a], bodies.rows[b]
     size = max(table.scale[i], table.scale[j])
-    return distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance * size, work)
+    arguments = held, i, j, R_AB, p_AB, max_distance, tolerance * size
+    return _pair_distance(bodies.measure, arguments)

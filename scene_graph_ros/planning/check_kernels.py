@@ -33,26 +33,26 @@ def bounds_of(phi, gap, reach):
 
 
 @merged_kernel
-def _collides_at(held, bodies, pairs, p, k, places, work):
+def _collides_at(held, bodies, pairs, p, k, places):
     """Tell whether a pair is nearer than its padding in configuration k.
 
     Without padding that is what ``has_collisions`` calls a collision. A first look decides all but
     what is within its error of the padding.
     """
     limit, reach = pairs.paddings[p] - pairs.touching[p], max(pairs.paddings[p], 0.0)
-    phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE, work)
+    phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
     least, most = bounds_of(phi, gap, reach)
     if least >= limit:
         return False
     if most < limit:
         return True
-    phi, _, _, _, _, _, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0, work)
+    phi, _, _, _, _, _, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
     return phi < limit
 
 
 @lean_kernel
 def check_configurations(
-    held, tree, bodies, pairs, q, X_WB, first_pair, places, work
+    held, tree, bodies, pairs, q, X_WB, first_pair, places
 ):  # fmt: skip
     """Write the first pair that is nearer than its padding, or NO_PAIR, for each configuration."""
     n = len(q)
@@ -69,7 +69,7 @@ def check_configurations(
             for k in range(count):
                 if places.sure[k] >= padding or first_pair[first + k] != NO_PAIR:
                     continue
-                if _collides_at(held, bodies, pairs, p, k, places, work):
+                if _collides_at(held, bodies, pairs, p, k, places):
                     first_pair[first + k] = p
                     open_ones -= 1
             if open_ones == 0:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
+from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tolerances import OSCULATION
@@ -79,6 +80,7 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
         radii,
         lower,
         upper,
+        PAIR_DISTANCE.address(),
     )
     plan = CheckerPlan(
         tree,

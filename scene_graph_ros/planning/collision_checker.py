@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
-from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
@@ -184,7 +183,6 @@ class SceneGraphCollisionChecker:
                 self._tree.X_WB,
                 result[part],
                 places,
-                new_workspace(),
             )
 
         in_threads(check, len(q), threads)

@@ -85,19 +85,19 @@ def new_stretches() -> Stretches:
 
 
 @merged_kernel
-def _free_way(held, bodies, pairs, p, k, places, need, tolerance, work):
+def _free_way(held, bodies, pairs, p, k, places, need, tolerance):
     """Return how much nearer than now a pair may come, -inf where it collides.
 
     At least ``need``, where it is that. Never more than the truth.
     """
     padding = pairs.paddings[p]
     limit, reach = padding - pairs.touching[p], max(padding + need, 0.0)
-    phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE, work)
+    phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
     least, most = bounds_of(phi, gap, reach)
     if most < limit:
         return -math.inf
     if least - padding < need and least - padding < max(tolerance, 0.5 * (most - padding)):
-        phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0, work)
+        phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
         if phi < limit:
             return -math.inf
         least, _ = bounds_of(phi, gap, reach)
@@ -144,7 +144,7 @@ def _longest(halves, count):
 
 
 @merged_kernel
-def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, work):
+def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places):
     """Find how far around the middles all pairs are free: ``free``, negative where one collides.
 
     ``limits``: the rules, and beyond where nothing matters any more. Returns what all pairs keep
@@ -170,7 +170,7 @@ def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places, 
             need = halves[k] * way / part + margin + tolerance
             rest = places.sure[k] - padding
             if rest < need:
-                rest = _free_way(held, bodies, pairs, p, k, places, need, tolerance, work)
+                rest = _free_way(held, bodies, pairs, p, k, places, need, tolerance)
             if rest == -math.inf:
                 free[k], blockers[k], halves[k] = -1.0, p, -1.0
                 if not measures:
@@ -210,7 +210,7 @@ def _put_rest(stretches, k, measures):
 @merged_kernel
 def prove_edge(
     held, tree, bodies, pairs, ways, margins, edge, X_WB, rules, stop, stretches, q, places,
-    work, numbers,
+    numbers,
 ):  # fmt: skip
     """Return (status, pair) of an edge and write its ``numbers``; see ``prove_edges``."""
     measures, part, tolerance = rules
@@ -226,7 +226,7 @@ def prove_edge(
         looks += count
         kept = _look(
             held, bodies, pairs, ways, margins, stretches, count,
-            (measures, part, tolerance, collision), places, work,
+            (measures, part, tolerance, collision), places,
         )  # fmt: skip
         least = min(least, kept)
         stretches.counts[0] += count
@@ -259,7 +259,7 @@ def prove_edge(
 @lean_kernel
 def prove_edges(
     held, tree, bodies, pairs, reaches, edges, X_WB, rules, stop, statuses, numbers, found,
-    scratch, stretches, places, work,
+    scratch, stretches, places,
 ):  # fmt: skip
     """Prove edges ``(n, m, nq)`` to be free, or find where they collide; see ``point_on``.
 
@@ -276,5 +276,5 @@ def prove_edges(
         stretches.counts[2] = 0  # What is known of an edge depends on no other one.
         statuses[e], found[e] = prove_edge(
             held, tree, bodies, pairs, ways, margins, edges[e], X_WB, rules, stop, stretches, q,
-            places, work, numbers[e],
+            places, numbers[e],
         )  # fmt: skip

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.planning.bodies import new_places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_kernels import EdgeRules, new_stretches, prove_edges
@@ -41,7 +40,6 @@ def edge_scratch(plan: CheckerPlan) -> tuple[Any, ...]:
         (np.empty(pairs), np.empty(pairs), np.empty((robots, 2)), q),
         new_stretches(),
         new_places(len(plan.tree.table.kinds), len(plan.bodies.rows)),
-        new_workspace(),
     )
 
 

@@ -14,7 +14,7 @@ __all__ = ["search"]
 @lean_kernel
 def search(
     held, tree, bodies, pairs, reaches, X_WB, rules, stop, space, longest, trees, path, samples,
-    state, edge, numbers, scratch, stretches, places, work,
+    state, edge, numbers, scratch, stretches, places,
 ):  # fmt: skip
     """Go on with a search until something is missing, or all is done; return which.
 
@@ -35,7 +35,7 @@ def search(
         set_ways(tree, bodies, pairs, reaches, edge[:2], ways, margins, own)
         status, _ = prove_edge(
             held, tree, bodies, pairs, ways, margins, edge[:2], X_WB, rules, stop, stretches, q,
-            places, work, numbers,
+            places, numbers,
         )  # fmt: skip
         if stop[0] != 0:
             return STOPPED

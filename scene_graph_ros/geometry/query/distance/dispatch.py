@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
-from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance_in
+from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
+from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance_in, new_workspace
 from scene_graph_ros.geometry.narrowphase.cores import (
     BOX,
     CYLINDER,
@@ -43,6 +44,9 @@ _OPEN = int(Mechanism.OPEN)
 _CLOSED_FORM = int(Mechanism.CLOSED_FORM)
 _TRIANGLES = int(Mechanism.TRIANGLES)
 
+_simplex, _weights, _corners = (stack_array(part.shape, part.dtype) for part in new_workspace())
+"""What ``convex_distance_in`` works on, in the machine's stack."""
+
 
 @inlined_kernel
 def core_of(table, i):
@@ -77,7 +81,7 @@ def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance, tolerance):
 
 
 @merged_kernel
-def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
+def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
     if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
         zero = (0.0, 0.0, 0.0)
@@ -92,7 +96,7 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
         )
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0, _TRIANGLES
     return convex_distance_in(
-        work,
+        (_simplex(), _weights(), _corners()),
         core_of(table, i),
         core_of(table, j),
         R_AB,
@@ -104,7 +108,7 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
 
 
 @merged_kernel
-def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
+def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance):
     """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided by) of rows i (A) and j (B).
 
     All in A's frame. ``p_ACa - p_ACb = phi nhat_BA_A``; the unit normal points out of B into A,
@@ -112,7 +116,6 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
     ``tolerance``, or rounding where that is 0 and for all pairs with a closed form. Where phi is
     found to exceed ``max_distance``, it may be any lower bound above that, without witnesses. Two
     half spaces give phi = nan, the only pair that has no answer. What decided is a ``Mechanism``.
-    ``work``: a Workspace of ``convex_distance``.
     """
     # A mesh measured by its triangles comes after one measured by its hull.
     swap = table.kind[i] > table.kind[j] or (
@@ -123,7 +126,7 @@ def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance, work):
         p_AB = scale(-1.0, rotate_inverse(R_AB, p_AB))
         R_AB = transpose(R_AB)
     phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided_by = _distance_ordered(
-        table, i, j, R_AB, p_AB, max_distance, tolerance, work
+        table, i, j, R_AB, p_AB, max_distance, tolerance
     )
     if swap:
         # What was computed is in the frame of the other shape, which is A there.

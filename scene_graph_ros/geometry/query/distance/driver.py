@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
-from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
 from scene_graph_ros.geometry.query.distance.solved_pairs import (
@@ -53,9 +51,6 @@ FIRST_PENETRATION = 2
 EXACT = Accuracy.EXACT.bound
 """Relative to the larger size: up to this accuracy, answers are polished to rounding."""
 
-_simplex, _weights, _corners = (stack_array(part.shape, part.dtype) for part in new_workspace())
-"""What ``convex_distance`` works on, in the machine's stack."""
-
 
 @inlined_kernel
 def _store(numbers, at, v):
@@ -67,7 +62,6 @@ def _store(numbers, at, v):
 def _solve(places, X_WG, pairs, max_distance, keep, accuracy, rows, numbers):
     """Write the kept pairs; return how many, and the pair without an answer."""
     table = borrowed_table(places)
-    work = _simplex(), _weights(), _corners()
     m = rows.shape[0]
     count = 0
     for k in range(pairs.shape[0]):
@@ -77,7 +71,7 @@ def _solve(places, X_WG, pairs, max_distance, keep, accuracy, rows, numbers):
         R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
         size = max(table.scale[i], table.scale[j])
         phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided_by = distance_pair(
-            table, i, j, R_AB, p_AB, max_distance, accuracy * size, work
+            table, i, j, R_AB, p_AB, max_distance, accuracy * size
         )
         if math.isnan(phi):
             return count, k
