@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 import fcntl
 import functools
 import os
@@ -71,16 +71,17 @@ def _kernels(setup: Setup, venv: Path, wheels: str, name: str, *options: str) ->
     variables = [
         f"{n}={os.environ.get(n)}" for n in ("SCENE_GRAPH_ROS_KERNEL_CACHE", "XDG_CACHE_HOME")
     ]
-    sources = [_ROOT / "scene_graph_ros" / "geometry", _ROOT / "scene_graph_ros" / "warmup"]
+    package = _ROOT / "scene_graph_ros"
+    sources = [package / folder for folder in ("geometry", "planning", "robots", "warmup")]
     setup.step(name, digest(sources, wheels, *variables), [record, *cache], compile_kernels)
 
 
-def _set_up_project(venv: Path, kernels: Sequence[str]) -> None:
+def _set_up_project(venv: Path, kernels: Sequence[str], *beside: Callable[[], None]) -> None:
     """Make `.venv`: what a node, its tests and the checks of the source need.
 
     ``kernels`` are "main", and "all" for those of capabilities that a scene may ask for. They need
     the core's wheels alone, so they are compiled while all else is installed and built, most of
-    which is done by one process at a time.
+    which is done by one process at a time; ``beside`` is done then, too.
     """
     environment.check_machine(with_compiler=True)
     setup = Setup(venv / "setup", count=5 + len(kernels))
@@ -92,7 +93,7 @@ def _set_up_project(venv: Path, kernels: Sequence[str]) -> None:
         if "all" in kernels:
             _kernels(setup, venv, core, "kernels on demand", "--all")
 
-    setup.side_by_side(compile_kernels, lambda: _install_ros(setup, venv))
+    setup.side_by_side(compile_kernels, lambda: _install_ros(setup, venv), *beside)
     environment.link_project(_ROOT, venv, with_ros=True)
 
 
@@ -141,6 +142,9 @@ def _main() -> int:
     choice.add_argument(
         "--all-kernels", action="store_true", help="compile also what scenes may ask for"
     )
+    choice.add_argument(
+        "--for-tests", action="store_true", help="all kernels, and .venv-core beside"
+    )
     arguments = parser.parse_args()
     start = time.monotonic()
     lock = os.open(_ROOT, os.O_RDONLY)
@@ -160,8 +164,11 @@ def _main() -> int:
             _set_up_workspace(_ROOT / ".venv")
         else:
             kernels = () if arguments.without_kernels else ("main",)
+            core = functools.partial(_set_up_core, _ROOT / ".venv-core")
             _set_up_project(
-                _ROOT / ".venv", (*kernels, "all") if arguments.all_kernels else kernels
+                _ROOT / ".venv",
+                (*kernels, "all") if arguments.all_kernels or arguments.for_tests else kernels,
+                *[core] * arguments.for_tests,
             )
     except SetupError as error:
         print(f"\nThe set-up stopped: {error}", file=sys.stderr)
