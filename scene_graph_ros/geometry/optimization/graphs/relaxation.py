@@ -136,7 +136,9 @@ class _Relaxation:
     def solve(self) -> Relaxed:
         """Solve, and read flows, points and multipliers."""
         problem, unit = self._problem, self._problem.unit
-        solution = self._program.solve("GraphOfConvexSets.solve_shortest_path: the relaxation")
+        solution = self._program.solve(
+            "GraphOfConvexSets.solve_shortest_path: the relaxation", is_rough=True
+        )
 
         def price(rows: Rows | None) -> float:
             return 0.0 if rows is None else unit * float(solution.dual(rows)[0])
