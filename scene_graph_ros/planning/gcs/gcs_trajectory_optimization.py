@@ -19,18 +19,13 @@ from scene_graph_ros.geometry.optimization.graphs.options import (
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
-from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
-from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
-    as_joints,
-    compute_pairwise_intersections,
-    translated,
-)
+from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import as_joints
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.joined_edges import as_pairs, JoinedEdges
+from scene_graph_ros.planning.gcs.region_pairs import meeting_between, meeting_inside, Pairs
 from scene_graph_ros.planning.gcs.result import (
     GcsTrajectoryResult,
     measured,
@@ -146,8 +141,7 @@ class GcsTrajectoryOptimization:
         )
         try:
             if pairs is None:
-                boxes = _boxes(subgraph)
-                pairs = compute_pairwise_intersections(regions, None, self._joints, bboxes_A=boxes)
+                pairs = meeting_inside(subgraph, self._joints)
             self._connect(subgraph, subgraph, subgraph, pairs)
         except ConvexSetError:
             for vertex in subgraph.vertices:
@@ -197,21 +191,15 @@ class GcsTrajectoryOptimization:
         elif edge_offsets is not None:
             raise ConvexSetError(f"{label}: edge_offsets need edges_between_regions")
         else:
-            pairs = compute_pairwise_intersections(
-                from_subgraph.regions,
-                to_subgraph.regions,
-                self._joints,
-                bboxes_A=_boxes(from_subgraph),
-                bboxes_B=_boxes(to_subgraph),
-            )
-            if subspace is not None:
-                pairs = _those_in(pairs, from_subgraph, to_subgraph, subspace)
+            pairs = meeting_between(from_subgraph, to_subgraph, self._joints, subspace)
         self._connect(between, from_subgraph, to_subgraph, pairs)
         self._between.append(between)
         self._apply_rules(between)
         return between
 
-    def _connect(self, edges: JoinedEdges, first: Subgraph, second: Subgraph, pairs: Any) -> None:
+    def _connect(
+        self, edges: JoinedEdges, first: Subgraph, second: Subgraph, pairs: Pairs
+    ) -> None:
         for (i, j), offset in zip(*pairs, strict=True):
             edges._join(first.vertices[i], second.vertices[j], offset)
 
@@ -400,34 +388,3 @@ class GcsTrajectoryOptimization:
 
     normalize_segment_times = staticmethod(normalize_segment_times)
     unwrap_to_continuous_trajectory = staticmethod(unwrap_to_continuous_trajectory)
-
-
-def _boxes(subgraph: Subgraph) -> list[Hyperrectangle]:
-    """Return boxes around regions, which their vertices know."""
-    n = subgraph.variables.num_positions
-    boxes = []
-    for vertex, region in zip(subgraph.vertices, subgraph.regions, strict=True):
-        if isinstance(region, Hyperrectangle):
-            boxes.append(region)
-        elif isinstance(region, Point):
-            boxes.append(Hyperrectangle(region.x, region.x))
-        else:
-            center, half = vertex.placed.center[:n], vertex.placed.half[:n]
-            boxes.append(Hyperrectangle(center - half, center + half))
-    return boxes
-
-
-def _those_in(pairs: Any, first: Subgraph, second: Subgraph, subspace: ConvexSet) -> Any:
-    """Return the pairs of regions that meet in a subspace."""
-    kept = [
-        (pair, offset)
-        for pair, offset in zip(*pairs, strict=True)
-        if not Intersection(
-            [
-                translated(first.regions[pair[0]], offset),
-                second.regions[pair[1]],
-                subspace,
-            ]
-        ).is_empty()
-    ]
-    return [pair for pair, _ in kept], [offset for _, offset in kept]
