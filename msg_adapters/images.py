@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2, PointField
 
 from msg_adapters.arrays import uint8s_to_msg
 from msg_adapters.poses import header_to_msg
@@ -37,10 +37,10 @@ class ImageForm(NamedTuple):
 
     kinds: frozenset[ImageKind]
     """The images of the core that it is made of."""
-    blank: Callable[[CameraIntrinsics], Image | PointCloud2]
+    blank: Callable[[CameraIntrinsics], Image | PointCloud2 | CompressedImage]
     """Returns the message but for header and data."""
     pixels: Callable[[CameraIntrinsics, Images], NDArray[Any]]
-    """Returns the data: ``(h, w)`` or ``(h, w, channels)``, row by row from above."""
+    """Returns the data: ``(h, w)`` or ``(h, w, channels)``, row by row from above, or a file."""
 
 
 def _blank_image(encoding: str, pixel_bytes: int) -> Callable[[CameraIntrinsics], Image]:

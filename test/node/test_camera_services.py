@@ -12,7 +12,10 @@ from sensor_msgs.msg import Image
 from scene_graph_msgs.msg import FrameDescription, RoleProperties, Status
 
 START = "/scene_graph/cameras/"
-TOPICS = {"pose", "depth/image", "depth/image_raw", "depth/camera_info"}
+TOPICS = {
+    *("pose", "depth/image", "depth/image_raw", "depth/camera_info"),
+    *("depth/image/compressedDepth", "depth/image_raw/compressedDepth"),
+}
 
 
 @pytest.fixture(scope="module")

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+import io
+
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from node_harness import diagnostics_from_now, diagnostics_values, wait_until
 import numpy as np
+from PIL import Image as Picture
 import pytest
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import CameraInfo, Image, MultiDOFJointState, PointCloud2
+from sensor_msgs.msg import (
+    CameraInfo,
+    CompressedImage,
+    Image,
+    MultiDOFJointState,
+    PointCloud2,
+)
 
 from msg_adapters.poses import multi_dof_joint_state_to_msg, pose_from_msg
 from msg_adapters.stamps import stamp_from_msg
@@ -82,13 +91,22 @@ def array(msg, dtype, *channels):
     return np.frombuffer(bytes(msg.data), dtype).reshape(msg.height, msg.width, *channels)
 
 
+def picture(data):
+    """Return the pixels of a PNG file."""
+    return np.asarray(Picture.open(io.BytesIO(bytes(data))))
+
+
 def test_only_what_cameras_offer_is_advertised(node, client):
     """Each has its pose; depth comes with its 16-bit form, labels with their table."""
     start = "/scene_graph/cameras/"
-    depth = {"depth/image", "depth/image_raw", "depth/camera_info"}
-    color = {"color/image", "color/camera_info"}
+    depth = {
+        *("depth/image", "depth/image_raw", "depth/camera_info"),
+        *("depth/image/compressedDepth", "depth/image_raw/compressedDepth"),
+    }
+    color = {"color/image", "color/image/compressed", "color/camera_info"}
+    label = {"label/image", "label/image/compressed", "label/table"}
     expected = {
-        *(f"eye/{t}" for t in {*depth, *color, "label/image", "label/table", "points", "pose"}),
+        *(f"eye/{t}" for t in {*depth, *color, *label, "points", "pose"}),
         *(f"quiet/{t}" for t in {*color, "pose"}),
         *(f"spare/{t}" for t in {*depth, "pose"}),
     }
@@ -148,6 +166,43 @@ def test_all_kinds_are_of_one_moment(node, client, hand):
     np.testing.assert_allclose(X_WC[:3, 3], [0.0, 0.0, 0.75], atol=1e-15)
     assert np.reshape(got["depth/camera_info"].k, (3, 3))[0].tolist() == [16.0, 0.0, 8.0]
     for listener in heard.values():
+        client.forget(listener)
+
+
+def test_compressed_images_show_the_same(node, client, hand):
+    """Each as its readers decompress it, of the moment of the plain image."""
+    plain = {t: client.listen(Image, f"cameras/eye/{t}/image") for t in ("color", "label")}
+    files = {
+        t: client.listen(CompressedImage, f"cameras/eye/{t}")
+        for t in (
+            *("color/image/compressed", "label/image/compressed"),
+            *("depth/image/compressedDepth", "depth/image_raw/compressedDepth"),
+        )
+    }
+    stamp = hand(0.125)
+
+    def of_it(listener, what):
+        return listener.wait_for(lambda m: stamp_from_msg(m.header.stamp) == stamp, what)
+
+    color, label = (of_it(each, name) for name, each in plain.items())
+    got = {topic: of_it(each, topic) for topic, each in files.items()}
+    assert {m.header.frame_id for m in got.values()} == {"eye_optical_frame"}
+    np.testing.assert_array_equal(
+        picture(got["color/image/compressed"].data), array(color, np.uint8, 3)
+    )
+    np.testing.assert_array_equal(
+        picture(got["label/image/compressed"].data), array(label, np.uint16)
+    )
+    millimetres = picture(bytes(got["depth/image_raw/compressedDepth"].data)[12:])
+    wall = millimetres > 0
+    assert wall.sum() > 20
+    np.testing.assert_array_equal(millimetres[wall], 2375)
+    data = bytes(got["depth/image/compressedDepth"].data)
+    _, A, B = np.frombuffer(data[:12], "<i4,<f4,<f4")[0]
+    numbers = picture(data[12:])
+    np.testing.assert_array_equal(numbers > 0, wall)
+    np.testing.assert_allclose(A / (numbers[wall] - B), 2.375, rtol=2e-7)
+    for listener in (*plain.values(), *files.values()):
         client.forget(listener)
 
 

@@ -9,8 +9,9 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
+from msg_adapters.compressed_images import COMPRESSED_FORMS
 from msg_adapters.images import camera_info_to_msg, FORMS, ImageForm
 from msg_adapters.labels import label_table_to_msg
 from msg_adapters.poses import pose_stamped_to_msg
@@ -27,13 +28,17 @@ from scene_graph_ros.node.runtime.qos import image_qos, latched_qos
 __all__ = ["CameraTopic", "open_topics"]
 
 _FORM_OF = {
-    "color/image": "color",
-    "depth/image": "depth",
-    "depth/image_raw": "depth_raw",
-    "label/image": "label",
-    "points": "points",
+    "color/image": (Image, FORMS["color"]),
+    "color/image/compressed": (CompressedImage, COMPRESSED_FORMS["color"]),
+    "depth/image": (Image, FORMS["depth"]),
+    "depth/image/compressedDepth": (CompressedImage, COMPRESSED_FORMS["depth"]),
+    "depth/image_raw": (Image, FORMS["depth_raw"]),
+    "depth/image_raw/compressedDepth": (CompressedImage, COMPRESSED_FORMS["depth_raw"]),
+    "label/image": (Image, FORMS["label"]),
+    "label/image/compressed": (CompressedImage, COMPRESSED_FORMS["label"]),
+    "points": (PointCloud2, FORMS["points"]),
 }
-"""The form of the messages of a topic that shows pixels."""
+"""The type and the form of the messages of a topic that shows pixels."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +88,7 @@ def _open(host: Host, camera: CameraDescription, name: str) -> CameraTopic:
         return Outlet(host, kind, name, qos)
 
     if what in _FORM_OF:
-        form = FORMS[_FORM_OF[what]]
-        kind = PointCloud2 if what == "points" else Image
+        kind, form = _FORM_OF[what]
         return CameraTopic(name, outlet(kind, image_qos()), _Pixels(form, camera), form.kinds)
     if what == "label/table":
         return CameraTopic(name, outlet(LabelTable, latched_qos()), _table, is_of_scene=True)

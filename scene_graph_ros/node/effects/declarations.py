@@ -129,9 +129,15 @@ def _by_browser(demand: Demand) -> str:
 
 
 CAMERA_TOPICS: dict[str, tuple[str, ...]] = {
-    "color": ("color/image", "color/camera_info"),
-    "depth": ("depth/image", "depth/image_raw", "depth/camera_info"),
-    "label": ("label/image", "label/table"),
+    "color": ("color/image", "color/image/compressed", "color/camera_info"),
+    "depth": (
+        "depth/image",
+        "depth/image/compressedDepth",
+        "depth/image_raw",
+        "depth/image_raw/compressedDepth",
+        "depth/camera_info",
+    ),
+    "label": ("label/image", "label/image/compressed", "label/table"),
     "points": ("points", "label/table"),
 }
 """Below a camera's own name, by what scene files call its images; each has "pose", too."""
