@@ -1,7 +1,7 @@
 """Trajectories through mazes of regions, beside Drake: ``python -m benchmarks.gcs_trajectories``.
 
-One thread. Cells and the doors between them are boxes given as half-spaces, so that everybody has
-to find out which of them meet. Order 1 costs the length of the path; order 3 costs time and a
+One thread. Cells and the doors between them are given as half-spaces, so that everybody has to find
+out which of them meet; with ``--turn`` they are turned, so that nothing is along the axes. Order 1 costs the length of the path; order 3 costs time and a
 tenth of the length, with bounds of velocity and a direction that goes on. Both solve the
 relaxation with Clarabel and round it five times; costs are compared before times. Without pydrake
 only ours is measured, and that is said; ``make peers`` installs it.
@@ -71,8 +71,12 @@ class Row:
         return f"ours {100.0 * (ours / theirs - 1.0):+.2f} %"
 
 
-def boxes_of(size: int, seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return the corners of the cells of a maze and of the doors between them."""
+Maze = tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray]
+"""Rows and sides of regions, and start and goal ``(2, 2)``."""
+
+
+def maze_of(size: int, degrees: float, seed: int = 0) -> Maze:
+    """Return the cells of a maze and the doors between them, turned, and two of its corners."""
     doors = doors_of(np.random.default_rng(seed), size)
     cells = [
         (np.array(cell) - 0.4, np.array(cell) + 0.4)
@@ -84,7 +88,11 @@ def boxes_of(size: int, seed: int = 0) -> list[tuple[np.ndarray, np.ndarray]]:
         way = (ends[1] - ends[0]).astype(bool)
         half = np.where(way, 0.2, 0.1)
         passages.append((ends.mean(axis=0) - half, ends.mean(axis=0) + half))
-    return cells + passages
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    turned = np.array([[c, -s], [s, c]])
+    rows = np.concatenate([turned.T, -turned.T])
+    regions = [(rows, np.append(high, -low)) for low, high in cells + passages]
+    return regions, np.array([[0.0, 0.0], [size - 1.0, size - 1.0]]) @ turned.T
 
 
 def _timed(ask: Callable[[], Any]) -> tuple[float, Any]:
@@ -93,12 +101,12 @@ def _timed(ask: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - begin, found
 
 
-def _ours(boxes: Any, size: int, order: int) -> tuple[GcsTrajectoryOptimization, Any, Any]:
+def _ours(maze: Maze, order: int) -> tuple[GcsTrajectoryOptimization, Any, Any]:
     graph = GcsTrajectoryOptimization(2)
-    regions = graph.add_regions([HPolyhedron.make_box(*box) for box in boxes], order)
+    regions = graph.add_regions([HPolyhedron(*region) for region in maze[0]], order)
     ends = [
-        graph.add_regions([Point([at, at])], 0, name=name)
-        for name, at in (("start", 0.0), ("goal", size - 1.0))
+        graph.add_regions([Point(at)], 0, name=name)
+        for name, at in zip(("start", "goal"), maze[1], strict=True)
     ]
     graph.add_edges(ends[0], regions)
     graph.add_edges(regions, ends[1])
@@ -112,16 +120,16 @@ def _ours(boxes: Any, size: int, order: int) -> tuple[GcsTrajectoryOptimization,
     return graph, *ends
 
 
-def _drakes(boxes: Any, size: int, order: int) -> tuple[Any, Any, Any]:
+def _drakes(maze: Maze, order: int) -> tuple[Any, Any, Any]:
     from pydrake.geometry import optimization as drake
     from pydrake.planning import GcsTrajectoryOptimization as Theirs
 
     graph = Theirs(2)
-    polyhedra = [drake.HPolyhedron.MakeBox(*box) for box in boxes]
+    polyhedra = [drake.HPolyhedron(*region) for region in maze[0]]
     regions = graph.AddRegions(polyhedra, order, 1e-6, 20.0, "regions")
     ends = [
-        graph.AddRegions([drake.Point([at, at])], 0, 1e-6, 20.0, name)
-        for name, at in (("start", 0.0), ("goal", size - 1.0))
+        graph.AddRegions([drake.Point(at)], 0, 1e-6, 20.0, name)
+        for name, at in zip(("start", "goal"), maze[1], strict=True)
     ]
     graph.AddEdges(ends[0], regions)
     graph.AddEdges(regions, ends[1])
@@ -155,11 +163,11 @@ def _has_drake() -> bool:
     return True
 
 
-def measure(sizes: Sequence[int]) -> Iterator[Row]:
+def measure(sizes: Sequence[int], degrees: float = 0.0) -> Iterator[Row]:
     """Solve mazes of some cells along a side, with both orders."""
     for size, order in itertools.product(sizes, _ORDERS):
-        boxes = boxes_of(size)
-        adding, (graph, *ends) = _timed(lambda b=boxes, s=size, o=order: _ours(b, s, o))
+        maze = maze_of(size, degrees)
+        adding, (graph, *ends) = _timed(lambda m=maze, o=order: _ours(m, o))
         relaxed = GraphOfConvexSetsOptions(convex_relaxation=True, max_rounded_paths=_PATHS)
         solving, (_, result) = _timed(lambda g=graph, e=ends, r=relaxed: g.solve_path(*e, r))
         searching, (_, best) = _timed(
@@ -172,7 +180,7 @@ def measure(sizes: Sequence[int]) -> Iterator[Row]:
         )
         times, cost, least = (np.nan, np.nan), np.nan, np.nan
         if _has_drake():
-            first, (theirs, *places) = _timed(lambda b=boxes, s=size, o=order: _drakes(b, s, o))
+            first, (theirs, *places) = _timed(lambda m=maze, o=order: _drakes(m, o))
             options = _drakes_options(_PATHS)
             second, (_, found) = _timed(lambda t=theirs, p=places, o=options: t.SolvePath(*p, o))
             times = (first, second)
@@ -181,7 +189,7 @@ def measure(sizes: Sequence[int]) -> Iterator[Row]:
         yield Row(
             size,
             order,
-            len(boxes),
+            len(maze[0]),
             graph.graph_of_convex_sets.num_edges,
             (adding, times[0]),
             (solving, times[1]),
@@ -195,6 +203,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Print what was measured."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", type=int, nargs="+", default=[5, 10, 20])
+    parser.add_argument("--turn", type=float, default=0.0, help="degrees")
     options = parser.parse_args(arguments)
     print(machine(os.getloadavg()[0]))
     if not _has_drake():
@@ -206,7 +215,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         f" {'Drake':>10} {'costs':>14}"
         f" {'search':>9} {'cost':>10} {'gap':>8}"
     )
-    for row in measure(options.sizes):
+    for row in measure(options.sizes, options.turn):
         print(
             f"{row.size:3}x{row.size:<3} {row.order:5} {row.num_regions:7} {row.num_edges:6}"
             f" {row.adding[0]:7.3f} {row.adding[1]:7.3f} {row.solving[0]:8.3f}"

@@ -11,9 +11,9 @@ from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrecta
 from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
 from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
     compute_pairwise_intersections,
+    own_box,
     translated,
 )
-from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
 
 __all__ = ["Pairs", "meeting_between", "meeting_inside"]
@@ -55,11 +55,9 @@ def _boxes(subgraph: Subgraph) -> list[Hyperrectangle]:
     n = subgraph.variables.num_positions
     boxes = []
     for vertex, region in zip(subgraph.vertices, subgraph.regions, strict=True):
-        if isinstance(region, Hyperrectangle):
-            boxes.append(region)
-        elif isinstance(region, Point):
-            boxes.append(Hyperrectangle(region.x, region.x))
-        else:
+        box = own_box(region)
+        if box is None:
             center, half = vertex.placed.center[:n], vertex.placed.half[:n]
-            boxes.append(Hyperrectangle(center - half, center + half))
+            box = center - half, center + half
+        boxes.append(Hyperrectangle(*box))
     return boxes

@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import own_box
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_weights
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
 from scene_graph_ros.planning.gcs.placeholders import (
@@ -180,8 +181,10 @@ def _points_and_duration(
         return region
     count = variables.order + 1
     low, high = ([each] for each in durations)
-    if isinstance(region, Hyperrectangle):
-        return Hyperrectangle(
-            np.append(np.tile(region.lb, count), low), np.append(np.tile(region.ub, count), high)
+    box = own_box(region)
+    if box is not None:
+        corners = (
+            np.append(np.tile(at, count), h) for at, h in zip(box, (low, high), strict=True)
         )
+        return Hyperrectangle(*corners)
     return CartesianProduct([*[region] * count, Hyperrectangle(low, high)])

@@ -152,3 +152,22 @@ def test_products_answer_as_their_sets_do():
         truth = product.support(d).value - d @ placed.center
         assert truth - 1e-12 <= value + off
         assert value <= truth + 1e-9
+
+
+def test_a_polyhedron_knows_when_its_rows_are_a_box():
+    """Where rows are of one coordinate each, bound both sides, and divide without rounding."""
+    rows = np.array([[2.0, 0.0], [-0.5, 0.0], [0.0, 1.0], [0.0, -4.0], [1.0, 0.0]])
+    sides = [3.0, 0.25, 1.0, 2.0, 9.0]
+    low, high = HPolyhedron(rows, sides).own_box
+    np.testing.assert_array_equal([low, high], [[-0.5, -0.5], [1.5, 1.0]])
+    empty = HPolyhedron(rows[:4], [-3.0, 0.25, 1.0, 2.0])
+    assert empty.is_empty()
+    assert empty.is_empty(certificate=True).certificate.verify()
+    assert not HPolyhedron(rows, sides).is_empty()
+    for other_rows, other_sides in [
+        (rows[:3], sides[:3]),
+        (rows * [[3.0], [1.0], [1.0], [1.0], [1.0]], sides),
+        (np.concatenate([rows, [[1.0, 1.0]]]), [*sides, 5.0]),
+        (np.concatenate([rows, [[0.0, 0.0]]]), [*sides, 1.0]),
+    ]:
+        assert HPolyhedron(other_rows, other_sides).own_box is None

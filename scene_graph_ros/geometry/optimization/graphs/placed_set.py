@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.optimization.lift import Ball
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.point import Point
@@ -53,6 +54,8 @@ class PlacedSet:
             return cls.place(AffineBall(of))
         if isinstance(of, CartesianProduct) and of.A is None and of.num_factors():
             return _product(of)
+        if isinstance(of, HPolyhedron) and of.own_box is not None:
+            return cls.place(Hyperrectangle(*of.own_box))
         low, high = _box(of)
         center, half = 0.5 * low + 0.5 * high, 0.5 * (high - low)
         # Wide enough for the rounding of the centre.

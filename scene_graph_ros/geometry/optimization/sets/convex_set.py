@@ -98,10 +98,14 @@ class ConvexSet(abc.ABC):
 
         The certificate is a ``point`` or ``farkas``.
         """
-        if self._IS_NEVER_EMPTY and not certificate:
+        if not certificate and self._shows_a_point():
             return False
         decision = is_empty((self,), "is_empty")
         return decision if certificate else decision.value
+
+    def _shows_a_point(self) -> bool:
+        """Tell whether the set's description shows at once that it is not empty."""
+        return self._IS_NEVER_EMPTY
 
     @overload
     def is_bounded(self, *, certificate: Literal[False] = ...) -> bool: ...

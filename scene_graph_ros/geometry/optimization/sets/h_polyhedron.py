@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -251,6 +252,31 @@ class HPolyhedron(ConvexSet):
         don't count. Raises ConvexSetError unless the start is inside and the set bounded.
         """
         return draw(self, generator, previous_sample, mixing_steps, subspace, tol)
+
+    @functools.cached_property
+    def own_box(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Corners ``(n,)`` of a bounded box, exactly; None where rows are not those of one.
+
+        Each is of one coordinate, times a power of two.
+        """
+        columns = (self._A != 0.0).argmax(axis=1) if self._A.size else np.zeros(0, dtype=np.int64)
+        factors = self._A[np.arange(len(columns)), columns]
+        if len(columns) != len(self._b) or not (np.abs(np.frexp(factors)[0]) == 0.5).all():
+            return None
+        if ((self._A != 0.0).sum(axis=1) != 1).any():
+            return None
+        low, high = (
+            np.full(self.ambient_dimension, -np.inf),
+            np.full(self.ambient_dimension, np.inf),
+        )
+        sides, is_upper = self._b / factors, factors > 0.0
+        np.minimum.at(high, columns[is_upper], sides[is_upper])
+        np.maximum.at(low, columns[~is_upper], sides[~is_upper])
+        return (low, high) if np.isfinite([low, high]).all() else None
+
+    def _shows_a_point(self) -> bool:
+        """Tell whether it is a box with its corners in order."""
+        return self.own_box is not None and bool((self.own_box[0] <= self.own_box[1]).all())
 
     def _shows_its_bounds(self) -> bool:
         """Tell whether some rows are of one coordinate each, and bound all on both sides."""

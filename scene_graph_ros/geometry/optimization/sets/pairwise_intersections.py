@@ -21,6 +21,7 @@ __all__ = [
     "as_joints",
     "check_if_satisfies_convexity_radius",
     "compute_pairwise_intersections",
+    "own_box",
     "translated",
 ]
 
@@ -145,11 +146,15 @@ def _checked(sets: Any, label: str) -> list[ConvexSet]:
     return found
 
 
-def _own_box(convex_set: ConvexSet) -> Boxes | None:
-    """Return the corners of what is a box, or a point."""
+def own_box(convex_set: ConvexSet) -> Boxes | None:
+    """Return the corners of what is a box, or a point, exactly; None of other sets."""
     if isinstance(convex_set, Point):
         return convex_set.x, convex_set.x
-    return (convex_set.lb, convex_set.ub) if isinstance(convex_set, Hyperrectangle) else None
+    if isinstance(convex_set, Hyperrectangle):
+        return convex_set.lb, convex_set.ub
+    if isinstance(convex_set, HPolyhedron) and convex_set._shows_a_point():
+        return convex_set.own_box
+    return None
 
 
 def _boxes(sets: list[ConvexSet], given: Sequence[Hyperrectangle] | None, label: str) -> Boxes:
@@ -158,7 +163,7 @@ def _boxes(sets: list[ConvexSet], given: Sequence[Hyperrectangle] | None, label:
         raise ConvexSetError(f"{label} must have {len(sets)} boxes, one a set, not {len(given)}")
     found = []
     for k, each in enumerate(sets):
-        box = _own_box(each) if given is None else (given[k].lb, given[k].ub)
+        box = own_box(each) if given is None else (given[k].lb, given[k].ub)
         box = bounds_of(each) if box is None else box
         if box is None:
             raise ConvexSetError(f"{label}: set {k}, {quoted(each)}, is empty or unbounded")
@@ -195,7 +200,7 @@ def _near(
 
 def _meet(first: ConvexSet, second: ConvexSet, middle: np.ndarray) -> bool:
     """Tell whether two sets meet; ``middle`` ``(n,)`` is of what their boxes have in common."""
-    a, b = _own_box(first), _own_box(second)
+    a, b = own_box(first), own_box(second)
     if a is not None and b is not None:
         return bool((a[0] <= b[1]).all() and (b[0] <= a[1]).all())
     if _is_well_inside(first, middle) and _is_well_inside(second, middle):
