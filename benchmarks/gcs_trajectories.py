@@ -1,10 +1,11 @@
 """Trajectories through mazes of regions, beside Drake: ``python -m benchmarks.gcs_trajectories``.
 
-One thread. Cells and the doors between them are given as half-spaces, so that everybody has to find
-out which of them meet; with ``--turn`` they are turned, so that nothing is along the axes. Order 1 costs the length of the path; order 3 costs time and a
-tenth of the length, with bounds of velocity and a direction that goes on. Both solve the
-relaxation with Clarabel and round it five times; costs are compared before times. Without pydrake
-only ours is measured, and that is said; ``make peers`` installs it.
+One thread. Cells and the doors between them are given as half-spaces, so that everybody has to
+find out which of them meet; with ``--turn`` they are turned, so that nothing is along the axes.
+Order 1 costs the length of the path; order 3 costs time and a tenth of the length, with bounds of
+velocity and a direction that goes on. Both solve the relaxation with Clarabel and round it five
+times; costs are compared before times. Without pydrake only ours is measured, and that is said;
+``make peers`` installs it.
 """
 
 from __future__ import annotations
