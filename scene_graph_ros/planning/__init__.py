@@ -15,11 +15,16 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
     from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
     from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
+    from scene_graph_ros.planning.gcs.plan_through_regions import (
+        plan_through_regions,
+        RegionPlan,
+    )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
     from scene_graph_ros.planning.path_planner import plan_path, PlanningError
     from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
+    from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
 
 __all__ = [
@@ -34,14 +39,17 @@ __all__ = [
     "PlanProgress",
     "PlanStage",
     "PlanningError",
+    "RegionPlan",
     "RobotClearance",
     "RobotDiagram",
     "SceneGraphCollisionChecker",
     "Subgraph",
     "TimedPath",
     "TimingFailure",
+    "get_continuous_revolute_joint_indices",
     "load_robot_diagram",
     "plan_path",
+    "plan_through_regions",
     "time_path",
 ]
 
@@ -54,11 +62,13 @@ _MODULES = {
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
     "gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),
     "gcs.gcs_trajectory_optimization": ("GcsTrajectoryOptimization",),
+    "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
     "gcs.result": ("GcsTrajectoryResult",),
     "gcs.subgraph": ("Subgraph",),
     "path_planner": ("PlanningError", "plan_path"),
     "path_timing": ("TimedPath", "TimingFailure", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
+    "position_space": ("get_continuous_revolute_joint_indices",),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

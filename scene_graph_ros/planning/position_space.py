@@ -13,7 +13,7 @@ from scene_graph_ros.planning.space_kernels import SpaceTable
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, PRISMATIC, REVOLUTE
 
-__all__ = ["PositionSpace", "normalized"]
+__all__ = ["PositionSpace", "get_continuous_revolute_joint_indices", "normalized"]
 
 _TURN = 2.0 * math.pi
 
@@ -116,6 +116,14 @@ def normalized(tree: KinematicTree, q: NDArray[np.float64]) -> NDArray[np.float6
     for s in tree.table.starts[tree.table.kinds == FLOATING]:
         result[:, s : s + 4] /= np.linalg.norm(q[:, s : s + 4], axis=1)[:, np.newaxis]
     return result
+
+
+def get_continuous_revolute_joint_indices(tree: KinematicTree) -> list[int]:
+    """Return the entries of configurations that a full turn changes without moving anything.
+
+    Those of revolute joints without limits, and the angles of planar joints.
+    """
+    return [int(k) for k in np.flatnonzero(_periods(tree))]
 
 
 def _periods(tree: KinematicTree) -> NDArray[np.float64]:

@@ -84,17 +84,15 @@ def compute_pairwise_intersections(
     boxes_B = boxes_A if is_one_list else _boxes(B, bboxes_B, f"{label}: bboxes_B")
     _check_widths(boxes_A, joints, f"{label}: convex_sets_A")
     _check_widths(boxes_B, joints, f"{label}: convex_sets_B")
+    middles_A, middles_B = (0.5 * low + 0.5 * high for low, high in (boxes_A, boxes_B))
     edges: list[tuple[int, int]] = []
     offsets: list[np.ndarray] = []
     for i, first in enumerate(A):
         near, turns = _near(boxes_A[0][i], boxes_A[1][i], boxes_B, joints)
         for j in near[near > i] if is_one_list else near:
             offset = _TURN * turns[j]
-            middle = 0.5 * (
-                np.maximum(boxes_A[0][i] + offset, boxes_B[0][j])
-                + np.minimum(boxes_A[1][i] + offset, boxes_B[1][j])
-            )
-            if not _meet(translated(first, offset), B[j], middle):
+            line = middles_A[i] + offset, middles_B[j]
+            if not _meet(translated(first, offset), B[j], line):
                 continue
             edges.append((i, int(j)))
             offsets.append(offset)
@@ -198,14 +196,32 @@ def _near(
     return np.flatnonzero(((least <= moved) & (moved <= most)).all(axis=1)), turns
 
 
-def _meet(first: ConvexSet, second: ConvexSet, middle: np.ndarray) -> bool:
-    """Tell whether two sets meet; ``middle`` ``(n,)`` is of what their boxes have in common."""
+def _meet(first: ConvexSet, second: ConvexSet, line: tuple[np.ndarray, np.ndarray]) -> bool:
+    """Tell whether two sets meet; on the line between two points ``(n,)`` it is seen soonest."""
     a, b = own_box(first), own_box(second)
     if a is not None and b is not None:
         return bool((a[0] <= b[1]).all() and (b[0] <= a[1]).all())
-    if _is_well_inside(first, middle) and _is_well_inside(second, middle):
+    x = _middle_on(line, (first, second))
+    if _is_well_inside(first, x) and _is_well_inside(second, x):
         return True
     return first.intersects_with(second)
+
+
+def _middle_on(
+    line: tuple[np.ndarray, np.ndarray], sets: tuple[ConvexSet, ConvexSet]
+) -> np.ndarray:
+    """Return the middle of what half-spaces leave of a line, a point of it where that is none."""
+    start, way = line[0], line[1] - line[0]
+    low, high = 0.0, 1.0
+    for each in sets:
+        if isinstance(each, HPolyhedron):
+            slopes, room = each.A @ way, each.b - each.A @ start
+            up, down = slopes > 0.0, slopes < 0.0
+            with np.errstate(over="ignore"):
+                high = min(high, float((room[up] / slopes[up]).min(initial=np.inf)))
+                low = max(low, float((room[down] / slopes[down]).max(initial=-np.inf)))
+    part = min(max(0.5 * (low + high), 0.0), 1.0) if low <= high else 0.5
+    return start + part * way
 
 
 def _is_well_inside(convex_set: ConvexSet, x: np.ndarray) -> bool:

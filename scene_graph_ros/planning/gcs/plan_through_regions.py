@@ -1,0 +1,148 @@
+"""From regions, a start and a goal to a trajectory, proven for a robot in its scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
+from scene_graph_ros.geometry.optimization.iris.regions_yaml import load_iris_regions_yaml_file
+from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+from scene_graph_ros.planning.gcs.arguments import as_count
+from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
+from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
+from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
+from scene_graph_ros.planning.path_ends import pair_words
+from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
+
+__all__ = ["RegionPlan", "plan_through_regions"]
+
+
+@dataclass(frozen=True, eq=False)
+class RegionPlan:
+    """A trajectory through regions, what none is better than, and what a robot's scene says of it.
+
+    ``trajectory`` is None where there is none through the regions. ``measures`` has for each
+    segment what the checker proved of it, empty without one. ``reason`` says why there is no
+    success, or how the path was chosen.
+    """
+
+    trajectory: CompositeTrajectory | None
+    result: GcsTrajectoryResult
+    measures: tuple[EdgeMeasure, ...]
+    reason: str
+
+    @property
+    def is_success(self) -> bool:
+        """Whether there is a trajectory, which the checker proved free where one was given."""
+        return self.trajectory is not None and all(m.completely_free for m in self.measures)
+
+    @property
+    def least_clearance(self) -> float:
+        """What pairs certainly stay apart beyond their padding, m; 0 unless that was proven."""
+        if not self.measures:
+            return 0.0
+        return min(measure.least_clearance for measure in self.measures)
+
+
+def plan_through_regions(
+    regions: Sequence[ConvexSet] | str | Path,
+    start: ArrayLike,
+    goal: ArrayLike,
+    *,
+    velocities: ArrayLike,
+    order: int = 3,
+    continuity_order: int = 1,
+    time_weight: float = 1.0,
+    length_weight: float = 0.0,
+    checker: SceneGraphCollisionChecker | None = None,
+    continuous_revolute_joints: Sequence[int] | None = None,
+    options: GraphOfConvexSetsOptions | None = None,
+) -> RegionPlan:
+    """Return the fastest trajectory through regions, with its gap and proof.
+
+    ``regions`` are convex sets of configurations, or a file that `save_iris_regions_yaml_file`
+    wrote. ``start`` and ``goal`` ``(n,)`` are in some of them; no joint is faster than
+    ``velocities`` ``(n,)``. In each region leads a Bézier curve of ``order``, and r(s) goes on up
+    to ``continuity_order``, from 0 on. With a ``checker`` each segment is proven free in the
+    robot's scene, by its control points, and joints that turn without an end are the robot's,
+    unless given. The trajectory has no jumps of whole turns.
+
+    ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for what
+    makes no sense, OSError where the file can't be read, SolverError where the solver failed.
+    """
+    label = "plan_through_regions"
+    if isinstance(regions, (str, Path)):
+        regions = list(load_iris_regions_yaml_file(regions).values())
+    first = as_vector(start, f"{label}: start")
+    last = as_vector(goal, f"{label}: goal", len(first))
+    fastest = as_vector(velocities, f"{label}: velocities", len(first))
+    if (fastest <= 0.0).any():
+        k = int(np.argmin(fastest))
+        raise ConvexSetError(f"{label}: velocities[{k}] must be positive, not {fastest[k]}")
+    if checker is not None and checker.model.tree.num_positions != len(first):
+        raise ConvexSetError(
+            f"{label}: start has {len(first)} positions, the checker's robots have"
+            f" {checker.model.tree.num_positions}"
+        )
+    if continuous_revolute_joints is None:
+        continuous_revolute_joints = (
+            [] if checker is None else get_continuous_revolute_joint_indices(checker.model.tree)
+        )
+    graph = GcsTrajectoryOptimization(len(first), continuous_revolute_joints)
+    free = graph.add_regions(regions, as_count(order, 1, f"{label}: order"), name="regions")
+    begin = graph.add_regions([Point(first)], 0, name="start")
+    end = graph.add_regions([Point(last)], 0, name="goal")
+    ends = {"start": graph.add_edges(begin, free), "goal": graph.add_edges(free, end)}
+    graph.add_time_cost(time_weight)
+    if length_weight:
+        graph.add_path_length_cost(length_weight)
+    graph.add_velocity_bounds(-fastest, fastest)
+    if as_count(continuity_order, 0, f"{label}: continuity_order"):
+        free.add_path_continuity_constraints(continuity_order)
+    trajectory, result = graph.solve_path(begin, end, options)
+    if trajectory is None:
+        return RegionPlan(None, result, (), _why(ends, free.regions, first, last) or result.reason)
+    whole = graph.unwrap_to_continuous_trajectory(trajectory, graph.continuous_revolute_joints)
+    if checker is None:
+        return RegionPlan(whole, result, (), result.reason)
+    points = np.array([segment.control_points for segment in whole.segments])  # type: ignore[attr-defined]
+    measures = tuple(checker.measure_edges(points))
+    return RegionPlan(whole, result, measures, _collision(checker, measures) or result.reason)
+
+
+def _why(
+    ends: dict[str, EdgesBetweenSubgraphs], regions: Any, start: np.ndarray, goal: np.ndarray
+) -> str:
+    """Return which end is in no region, and how far away the nearest is; empty if none."""
+    for (name, edges), q in zip(ends.items(), (start, goal), strict=True):
+        if not edges.edges:
+            away = [float(region.projection(q[None]).distances[0]) for region in regions]
+            k = int(np.argmin(away))
+            return (
+                f"the {name} is in none of {len(regions)} regions; regions[{k}] is the nearest,"
+                f" {away[k]:.3g} away"
+            )
+    return ""
+
+
+def _collision(checker: SceneGraphCollisionChecker, measures: Sequence[EdgeMeasure]) -> str:
+    """Return what stops the first segment that isn't proven free; empty if none."""
+    for k, measure in enumerate(measures):
+        if not measure.completely_free:
+            word = "collides" if measure.status is EdgeStatus.COLLIDES else "is too near"
+            pair = "" if measure.pair is None else f": {pair_words(checker, measure.pair)}"
+            at = 0.0 if measure.at is None else measure.at
+            return f"segment {k} {word} at {at:.3f} of its time{pair}"
+    return ""
