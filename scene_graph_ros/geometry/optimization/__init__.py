@@ -43,6 +43,7 @@ from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
     check_if_satisfies_convexity_radius,
     compute_pairwise_intersections,
 )
+from scene_graph_ros.geometry.optimization.sets.partition import partition_convex_set
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
 from scene_graph_ros.geometry.optimization.sets.sampled_volume import SampledVolume
@@ -87,6 +88,7 @@ __all__ = [
     "norm",
     "norm1",
     "norm_inf",
+    "partition_convex_set",
     "quad_form",
     "save_iris_regions_yaml_file",
     "sum_squares",
