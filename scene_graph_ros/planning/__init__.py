@@ -7,12 +7,14 @@ import importlib
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scene_graph_ros.planning.collision_checker import (
-        CollisionCheckerError,
-        RobotClearance,
-        SceneGraphCollisionChecker,
+    from scene_graph_ros.planning.added_shapes import (
+        BodyShapeDescription,
+        make_body_shape_description,
     )
+    from scene_graph_ros.planning.checker_bodies import CheckerBody
+    from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+    from scene_graph_ros.planning.errors import CollisionCheckerError
     from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
     from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
     from scene_graph_ros.planning.gcs.plan_through_regions import (
@@ -25,9 +27,12 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
     from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+    from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
 
 __all__ = [
+    "BodyShapeDescription",
+    "CheckerBody",
     "CollisionCheckerError",
     "EdgeMeasure",
     "EdgeStatus",
@@ -41,6 +46,7 @@ __all__ = [
     "PlanningError",
     "RegionPlan",
     "RobotClearance",
+    "RobotCollisionType",
     "RobotDiagram",
     "SceneGraphCollisionChecker",
     "Subgraph",
@@ -48,18 +54,18 @@ __all__ = [
     "TimingFailure",
     "get_continuous_revolute_joint_indices",
     "load_robot_diagram",
+    "make_body_shape_description",
     "plan_path",
     "plan_through_regions",
     "time_path",
 ]
 
 _MODULES = {
-    "collision_checker": (
-        "CollisionCheckerError",
-        "RobotClearance",
-        "SceneGraphCollisionChecker",
-    ),
+    "added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
+    "checker_bodies": ("CheckerBody",),
+    "collision_checker": ("SceneGraphCollisionChecker",),
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
+    "errors": ("CollisionCheckerError",),
     "gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),
     "gcs.gcs_trajectory_optimization": ("GcsTrajectoryOptimization",),
     "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
@@ -69,6 +75,7 @@ _MODULES = {
     "path_timing": ("TimedPath", "TimingFailure", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
     "position_space": ("get_continuous_revolute_joint_indices",),
+    "robot_clearance": ("RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

@@ -18,7 +18,18 @@ from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.bodies import BodyTable, PairTable
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
-__all__ = ["CheckerPlan", "carrier", "make_plan", "placed"]
+__all__ = ["AllPairs", "CheckerPlan", "carrier", "make_plan", "placed"]
+
+
+class AllPairs(NamedTuple):
+    """All pairs of geometries that could be checked, in the order of the scene's own queries."""
+
+    table: PairTable
+    """Without paddings."""
+    frames: NDArray[np.int64]
+    """``(p, 2)``: the frames of A and B, as rows of the scene's arrays of frames."""
+    allowed: NDArray[np.bool_]
+    """``(p,)``: whether the scene's filters leave the pair."""
 
 
 class CheckerPlan(NamedTuple):
@@ -27,7 +38,9 @@ class CheckerPlan(NamedTuple):
     tree: KinematicTree
     held: HeldTable
     bodies: BodyTable
+    all_pairs: AllPairs
     pairs: PairTable
+    """Those that are checked."""
     reaches: NDArray[np.float64]
     """``(r,)``: the largest distance of a robot body's points from its joint's origin, metres."""
     X_LG: NDArray[np.float64]
@@ -47,6 +60,18 @@ class CheckerPlan(NamedTuple):
             a, b = b, a
         return self.geometry_ids[a], self.geometry_ids[b]
 
+    def pair_of(self, id_A: int, id_B: int) -> int | None:
+        """Return which pair that is checked two geometries are, by their ids' values."""
+        known = {int(each): body for body, each in enumerate(self.geometry_ids)}
+        both = np.array([known.get(id_A, -1), known.get(id_B, -1)])
+        found = np.flatnonzero((np.sort(self.pairs.bodies, axis=1) == np.sort(both)).all(axis=1))
+        return int(found[0]) if len(found) else None
+
+    def with_pairs(self, checked: NDArray[np.bool_], paddings: NDArray[np.float64]) -> CheckerPlan:
+        """Return the plan with some of all pairs, and what each has to keep, both ``(p,)``."""
+        chosen = PairTable(*(each[checked] for each in self.all_pairs.table))
+        return self._replace(pairs=chosen._replace(paddings=paddings[checked]))
+
     def least_distances(self, X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what the balls of each pair are apart, -inf for half spaces; poses by row."""
         X = X_WG[self.bodies.rows]
@@ -59,8 +84,8 @@ class CheckerPlan(NamedTuple):
 def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int]) -> CheckerPlan:
     """Return the plan of a scene; ``links`` gives the tree's link of frames, by their ids' values.
 
-    Frames below one of these are carried by its link. Pairs are those that the scene's filters
-    leave, if a robot is in them.
+    Frames below one of these are carried by its link. Pairs are all with a robot in them, without
+    padding, until some are chosen.
     """
     proximity, inspector = snapshot.proximity, snapshot.inspector
     table, ids = proximity.table, proximity.geometry_ids
@@ -82,11 +107,13 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
         upper,
         PAIR_DISTANCE.address(),
     )
+    pairs = _all_pairs(snapshot, rows, tree, places)
     plan = CheckerPlan(
         tree,
         hold(table),
         bodies,
-        _pairs(snapshot, rows, len(robots), tree, places),
+        pairs,
+        pairs.table,
         np.empty(len(robots)),
         np.empty((len(robots), 4, 4)),
         tuple(ids[row] for row in rows),
@@ -163,40 +190,44 @@ def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.flo
     return centers, radii * (1.0 + 1e-14), lower, upper
 
 
-def _pairs(
+def _all_pairs(
     snapshot: Snapshot,
     rows: NDArray[np.int64],
-    robots: int,
     tree: KinematicTree,
     joints: NDArray[np.int64],
-) -> PairTable:
-    """Return the pairs with a robot in them; two bodies that the same joint moves are none."""
+) -> AllPairs:
+    """Return all pairs of geometries on different frames with a robot in them."""
+    proximity, robots = snapshot.proximity, len(joints)
+    count = len(rows)
+    allowed = np.zeros((count, count), dtype=np.bool_)
     body_of_row = _inverse(rows)
-    parents = tree.table.parents
-    scales = snapshot.proximity.table.scale
-    bodies, swaps, shared, sizes = [], [], [], []
-    for first, second in candidate_rows(snapshot, np.inf):
-        a, b = body_of_row[first], body_of_row[second]
-        swap = a >= robots
-        if swap:
-            a, b = b, a
-        if a >= robots:
-            continue
-        last = _last_shared(parents, joints[a], joints[b]) if b < robots else 0
-        if b < robots and joints[a] == joints[b]:
-            continue
-        if b >= robots and joints[a] == 0:
-            continue
-        bodies.append((a, b))
-        swaps.append(swap)
-        shared.append(last)
-        sizes.append(scales[[first, second]].max())
-    return PairTable(
-        np.array(bodies, dtype=np.int64).reshape(-1, 2),
-        np.array(swaps, dtype=np.bool_),
+    near = body_of_row[candidate_rows(snapshot, np.inf)]
+    allowed[near[:, 0], near[:, 1]] = allowed[near[:, 1], near[:, 0]] = True
+    a, b = np.nonzero(np.arange(count) > np.arange(robots)[:, np.newaxis])
+    is_pair = proximity.frame[rows[a]] != proximity.frame[rows[b]]
+    first, second = np.sort(rows[np.stack([a, b])[:, is_pair]], axis=0)
+    # In the order in which the scene's own queries look at them, whose first row is the smaller.
+    order = np.lexsort((second, first))
+    first, second = first[order], second[order]
+    bodies = body_of_row[np.stack([first, second], axis=1)]
+    # A is of a robot; of two robots' bodies it is the one whose row comes first.
+    swaps = bodies[:, 0] >= robots
+    bodies[swaps] = bodies[swaps, ::-1]
+    moving = np.concatenate([joints, np.zeros(count - robots, np.int64)])[bodies]
+    kinds, which = np.unique(moving, axis=0, return_inverse=True)
+    shared = np.array([_last_shared(tree.table.parents, *kind) for kind in kinds], dtype=np.int64)
+    scales = proximity.table.scale
+    pairs = PairTable(
+        np.ascontiguousarray(bodies, dtype=np.int64),
+        np.ascontiguousarray(swaps),
         np.zeros(len(bodies)),
-        OSCULATION * np.array(sizes),
-        np.array(shared, dtype=np.int64),
+        OSCULATION * np.maximum(scales[first], scales[second]),
+        shared[which.reshape(-1)],
+    )
+    return AllPairs(
+        pairs,
+        np.ascontiguousarray(proximity.frame[rows[bodies]], dtype=np.int64),
+        allowed[bodies[:, 0], bodies[:, 1]],
     )
 
 

@@ -2,55 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-import copy
-from functools import cached_property
 import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.planning.bodies import new_places
+from scene_graph_ros.planning.changing_checker import ChangingChecker
 from scene_graph_ros.planning.check_kernels import (
     check_configurations,
     NO_PAIR,
 )
-from scene_graph_ros.planning.checker_plan import CheckerPlan, make_plan, placed
+from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.checker_state import CheckerState, make_state
 from scene_graph_ros.planning.curves import turning_quaternions
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_measure import EdgeMeasure, measure_of
 from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.planning.in_threads import in_threads
+from scene_graph_ros.planning.robot_clearance import (
+    collision_types,
+    poses_of_rows,
+    robot_clearance,
+    RobotClearance,
+    RobotCollisionType,
+)
 from scene_graph_ros.planning.robot_diagram import RobotDiagram
 
 __all__ = [
-    "CollisionCheckerError",
     "ConfigurationCollisions",
-    "RobotClearance",
     "SceneGraphCollisionChecker",
 ]
-
-
-class CollisionCheckerError(SceneGraphError, ValueError):
-    """Arguments of a collision checker that make no sense."""
-
-
-class RobotClearance(NamedTuple):
-    """Padded distances of pairs within a distance of influence, and how q changes them."""
-
-    pairs: tuple[tuple[Any, Any], ...]
-    """Geometry ids; the first in the scene's order."""
-    distances: NDArray[np.float64]
-    """``(k,)`` metres; negative where a pair is nearer than its padding."""
-    jacobians: NDArray[np.float64]
-    """``(k, nq)``: derivative of the distance, m per unit of each position."""
 
 
 class ConfigurationCollisions(NamedTuple):
@@ -64,12 +52,12 @@ class ConfigurationCollisions(NamedTuple):
     """``(k,)`` metres: how much nearer than its padding the pair is."""
 
 
-class SceneGraphCollisionChecker:
+class SceneGraphCollisionChecker(ChangingChecker):
     """Checks configurations and edges of robots against each other and all else in their scene.
 
-    Pairs are those that the scene's filters leave; two bodies that cannot move relative to each
-    other are no pair. Paddings (m) are distances that must be kept. The scene is taken as it is
-    when the checker is made. Methods may be called from any thread.
+    Pairs are those that the scene's filters leave, until others are set; two bodies that cannot
+    move relative to each other are no pair. Paddings (m) are distances that must be kept. The
+    scene is taken as it is when the checker is made. Methods may be called from any thread.
     """
 
     def __init__(
@@ -89,13 +77,11 @@ class SceneGraphCollisionChecker:
         CollisionCheckerError for a number that is not finite, or a tolerance that is not positive.
         """
         self._model, self._tree = model, model.tree
-        links = {int(frame): self._tree.link_index(name) for name, frame in model.frames.items()}
-        self._snapshot = model.context.snapshot if snapshot is None else snapshot
-        plan = make_plan(self._snapshot, self._tree, links)
-        self._plan = _padded(plan, env_collision_padding, self_collision_padding)
-        self._tolerance = _number("tolerance", tolerance)
+        self._tolerance = finite_number("tolerance", tolerance)
         if self._tolerance <= 0.0:
             raise CollisionCheckerError(f"tolerance must be positive, not {quoted(tolerance)}")
+        state = make_state(model, model.context.snapshot if snapshot is None else snapshot)
+        super().__init__(_padded(state, env_collision_padding, self_collision_padding))
 
     @property
     def model(self) -> RobotDiagram:
@@ -106,35 +92,36 @@ class SceneGraphCollisionChecker:
         self,
         snapshot: Snapshot,
         *,
-        env_collision_padding: float = 0.0,
-        self_collision_padding: float = 0.0,
+        env_collision_padding: float | None = None,
+        self_collision_padding: float | None = None,
     ) -> SceneGraphCollisionChecker:
-        """Return a checker for the same robots at another moment of the scene, with own paddings.
+        """Return a checker for the same robots at another moment of the scene.
 
-        What is around the robots, and what is carried by them, is where ``snapshot`` has it. That
-        is much faster than to make a checker. Raises CollisionCheckerError for another model than
-        this one's, and for a number that is not finite.
+        What is around the robots, and what is carried by them, is where ``snapshot`` has it; added
+        shapes, filters and paddings are this one's, but for paddings that are given. That is much
+        faster than to make a checker. Raises CollisionCheckerError for another model than this
+        one's, and for a number that is not finite.
         """
-        if snapshot.model_version != self._snapshot.model_version:
+        state = self._state
+        if snapshot.model_version != state.base.model_version:
             raise CollisionCheckerError(
                 f"the snapshot is of model version {snapshot.model_version}, the checker was made"
-                f" for version {self._snapshot.model_version}"
+                f" for version {state.base.model_version}"
             )
-        result = copy.copy(self)
-        result._snapshot = snapshot
-        plan = placed(self._plan, snapshot)
-        result._plan = _padded(plan, env_collision_padding, self_collision_padding)
+        result = self.clone()
+        paddings = env_collision_padding, self_collision_padding
+        result._state = _padded(state.at(snapshot), *paddings)
         return result
 
     @property
     def snapshot(self) -> Snapshot:
-        """The moment of the scene that it is about."""
-        return self._snapshot
+        """The moment of the scene that it is about, with what was added."""
+        return self._state.snapshot
 
     @property
     def plan(self) -> CheckerPlan:
         """What kernels read."""
-        return self._plan
+        return self._state.plan
 
     @property
     def tolerance(self) -> float:
@@ -144,7 +131,7 @@ class SceneGraphCollisionChecker:
     @property
     def num_pairs(self) -> int:
         """How many pairs of geometries are checked."""
-        return len(self._plan.pairs.bodies)
+        return len(self._state.plan.pairs.bodies)
 
     # Configurations.
 
@@ -160,17 +147,19 @@ class SceneGraphCollisionChecker:
         self, configurations: ArrayLike, *, threads: int = 1
     ) -> NDArray[np.bool_]:
         """Tell the same of many configurations ``(n, nq)``; the same for any number of threads."""
-        return self._first_pairs(configurations, threads) == NO_PAIR
+        q = self.checked_configurations(configurations)
+        return self._first_pairs(self._state.plan, q, threads) == NO_PAIR
 
     def find_colliding_pair(self, q: ArrayLike) -> tuple[Any, Any] | None:
         """Return the ids of a pair that is nearer than its padding at q ``(nq,)``, or None."""
-        pair = int(self._first_pairs(_row("q", q), 1)[0])
-        return None if pair == NO_PAIR else self._plan.ids(pair)
+        plan = self._state.plan
+        pair = int(self._first_pairs(plan, self.checked_configurations(_row("q", q)), 1)[0])
+        return None if pair == NO_PAIR else plan.ids(pair)
 
-    def _first_pairs(self, configurations: ArrayLike, threads: int) -> NDArray[np.int64]:
-        q = self.checked_configurations(configurations)
+    def _first_pairs(
+        self, plan: CheckerPlan, q: NDArray[np.float64], threads: int
+    ) -> NDArray[np.int64]:
         result = np.empty(len(q), dtype=np.int64)
-        plan = self._plan
 
         def check(part: slice) -> None:
             places = new_places(len(self._tree.table.kinds), len(plan.bodies.rows))
@@ -196,10 +185,11 @@ class SceneGraphCollisionChecker:
         The same for any number of threads.
         """
         q = self.checked_configurations(configurations)
-        first = self._first_pairs(q, threads)
+        state = self._state
+        first = self._first_pairs(state.plan, q, threads)
         rows = np.flatnonzero(first != NO_PAIR)
-        pairs = tuple(self._plan.ids(int(pair)) for pair in first[rows])
-        depths = [self._depth(q[row], int(first[row])) for row in rows]
+        pairs = tuple(state.plan.ids(int(pair)) for pair in first[rows])
+        depths = [_depth(state, q[row], int(first[row])) for row in rows]
         return ConfigurationCollisions(rows, pairs, np.array(depths, dtype=np.float64))
 
     def calc_pair_depth(self, q: ArrayLike, pair: tuple[Any, Any]) -> float:
@@ -209,24 +199,11 @@ class SceneGraphCollisionChecker:
         CollisionCheckerError for a pair that is not checked.
         """
         (configuration,) = self.checked_configurations(_row("q", q))
-        wanted = frozenset(int(each) for each in pair)
-        row = self._row_of_pair.get(wanted)
+        state, ids = self._state, [int(each) for each in pair]
+        row = state.plan.pair_of(*ids) if len(ids) == 2 else None
         if row is None:
-            raise CollisionCheckerError(f"geometries {sorted(wanted)} are no pair that is checked")
-        return self._depth(configuration, row)
-
-    @cached_property
-    def _row_of_pair(self) -> dict[frozenset[int], int]:
-        ids = (self._plan.ids(row) for row in range(self.num_pairs))
-        return {frozenset((int(a), int(b))): row for row, (a, b) in enumerate(ids)}
-
-    def _depth(self, q: NDArray[np.float64], pair: int) -> float:
-        """Return how much nearer than its padding a pair (row of the plan) is at q ``(nq,)``."""
-        plan = self._plan
-        a, b = plan.pairs.bodies[pair, ::-1] if plan.pairs.swaps[pair] else plan.pairs.bodies[pair]
-        rows = plan.bodies.rows[[[a, b]]]
-        solved = solve_pairs(plan.held, self._poses_of_rows(q), rows, math.inf, WITHIN)
-        return float(plan.pairs.paddings[pair] - solved.distance[0])
+            raise CollisionCheckerError(f"geometries {sorted(ids)} are no pair that is checked")
+        return _depth(state, configuration, row)
 
     def checked_configurations(self, configurations: ArrayLike) -> NDArray[np.float64]:
         """Return configurations ``(n, nq)`` after checking that poses may have such positions.
@@ -250,61 +227,26 @@ class SceneGraphCollisionChecker:
         A pair of a robot's bodies is there once. Raises KinematicTreeError for a bad q, and
         CollisionCheckerError for a distance that is negative or not finite.
         """
-        influence = _number("influence_distance", influence_distance)
+        influence = finite_number("influence_distance", influence_distance)
         if influence < 0.0:
             raise CollisionCheckerError(
                 f"influence_distance must not be negative: {quoted(influence_distance)}"
             )
         (configuration,) = self.checked_configurations(_row("q", q))
-        plan, paddings = self._plan, self._plan.pairs.paddings
-        X_WG = self._poses_of_rows(configuration)
-        rows = plan.bodies.rows[plan.pairs.bodies]
-        rows[plan.pairs.swaps] = rows[plan.pairs.swaps, ::-1]
-        near = np.flatnonzero(plan.least_distances(X_WG) <= influence + paddings)
-        reach = max(influence + float(paddings.max(initial=-np.inf)), 0.0)
-        solved = solve_pairs(plan.held, X_WG, rows[near], reach, WITHIN)
-        kept, nhats_W = solved.rows, solved.nhat_BA_W
-        pair_of = {
-            (int(a), int(b)): int(pair) for pair, (a, b) in zip(near, rows[near], strict=True)
-        }
-        found = np.array([pair_of[int(a), int(b)] for a, b in kept], dtype=np.intp)
-        padded = solved.distance - paddings[found]
-        chosen = np.flatnonzero(padded <= influence)
-        rates = self._tree.velocity_map(configuration)
-        jacobians = np.zeros((len(chosen), self._tree.num_positions))
-        for row, k in enumerate(chosen):
-            sides = ((kept[k, 0], solved.p_ACa[k], 1.0), (kept[k, 1], solved.p_BCb[k], -1.0))
-            jacobians[row] = self._gradient(configuration, nhats_W[k], sides) @ rates
-        ids = tuple(self._plan.ids(int(pair)) for pair in found[chosen])
-        return RobotClearance(ids, padded[chosen], jacobians)
+        return robot_clearance(self._state, configuration, influence)
 
-    def _poses_of_rows(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the poses ``(n, 4, 4)`` of all rows of the scene's proximity arrays at q."""
-        plan = self._plan
-        robots = len(plan.X_LG)
-        X_WG = self._snapshot.X_WG.copy()
-        X_WL = self._tree.link_poses(q)
-        X_WG[plan.bodies.rows[:robots]] = X_WL[plan.owners[:robots]] @ plan.X_LG
-        return X_WG
+    def max_num_distances(self) -> int:
+        """Return how many rows `calc_robot_clearance` has at most."""
+        return self.num_pairs
 
-    def _gradient(
-        self, q: NDArray[np.float64], nhat_BA_W: NDArray[np.float64], sides: Iterable[Any]
-    ) -> NDArray[np.float64]:
-        """Return the derivative ``(nv,)`` of a pair's distance.
+    def classify_body_collisions(self, q: ArrayLike) -> list[RobotCollisionType]:
+        """Return what each body collides with at q ``(nq,)``, in the bodies' order.
 
-        Witness points are stationary to first order (envelope theorem): the distance changes as
-        the bodies' own points there move along the normal.
+        All pairs are looked at. Bodies around the robots are NO_COLLISION, whatever they touch.
+        Raises as `check_config_collision_free`.
         """
-        result = np.zeros(self._tree.num_velocities)
-        for row, p_GC, sign in sides:
-            body = self._plan.body_of_row[row]
-            link = self._plan.owners[body]
-            if link >= 0:
-                X_LG = self._plan.X_LG[body]
-                p_LC = X_LG[:3, :3] @ p_GC + X_LG[:3, 3]
-                J = self._tree.jacobians(q, self._tree.link_names[link], p_LC)
-                result += sign * (nhat_BA_W @ J[3:])
-        return result
+        (configuration,) = self.checked_configurations(_row("q", q))
+        return collision_types(self._state, configuration)
 
     # Edges.
 
@@ -330,7 +272,8 @@ class SceneGraphCollisionChecker:
     def edge_statuses(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.int64]:
         """Return the value of the `EdgeStatus` of each of many edges ``(n, m, nq)``."""
         rules = EdgeRules(measures=False, part=1.0, tolerance=self._tolerance)
-        return prove(self._plan, self._checked_edges(edges), rules, threads=threads).statuses
+        plan = self._state.plan
+        return prove(plan, self._checked_edges(edges), rules, threads=threads).statuses
 
     def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
         """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
@@ -342,8 +285,9 @@ class SceneGraphCollisionChecker:
         checked = self._checked_edges(edges)
         # Half of each distance is kept, as the clearance is asked for.
         rules = EdgeRules(measures=True, part=0.5, tolerance=self._tolerance)
-        proofs = prove(self._plan, checked, rules, threads=threads)
-        return [measure_of(self._plan, checked[e], proofs, e) for e in range(len(checked))]
+        plan = self._state.plan
+        proofs = prove(plan, checked, rules, threads=threads)
+        return [measure_of(plan, checked[e], proofs, e) for e in range(len(checked))]
 
     def _checked_edges(self, edges: ArrayLike) -> NDArray[np.float64]:
         try:
@@ -364,20 +308,25 @@ class SceneGraphCollisionChecker:
         return array
 
 
-def _padded(plan: CheckerPlan, environment: float, own: float) -> CheckerPlan:
-    """Return the plan with paddings (m) to what is around the robots, and between their bodies."""
-    around = _number("env_collision_padding", environment)
-    among = _number("self_collision_padding", own)
-    is_of_robot = plan.owners[plan.pairs.bodies[:, 1]] >= 0
-    paddings = np.where(is_of_robot, among, around)
-    return plan._replace(pairs=plan.pairs._replace(paddings=paddings))
+def _padded(state: CheckerState, environment: float | None, own: float | None) -> CheckerState:
+    """Return the state with paddings (m) to what is around robots, and between their bodies."""
+    matrices = state.matrices
+    if environment is not None:
+        number = finite_number("env_collision_padding", environment)
+        matrices = matrices.with_environment_padding(number)
+    if own is not None:
+        matrices = matrices.with_robot_padding(finite_number("self_collision_padding", own))
+    return state.with_matrices(matrices)
 
 
-def _number(name: str, value: object) -> float:
-    number = as_float(value)
-    if number is None or not math.isfinite(number):
-        raise CollisionCheckerError(f"{name} must be a finite number, not {quoted(value)}")
-    return number
+def _depth(state: CheckerState, q: NDArray[np.float64], pair: int) -> float:
+    """Return how much nearer than its padding a pair (row of the plan) is at q ``(nq,)``."""
+    plan = state.plan
+    a, b = plan.pairs.bodies[pair, ::-1] if plan.pairs.swaps[pair] else plan.pairs.bodies[pair]
+    rows = plan.bodies.rows[[[a, b]]]
+    X_WG = poses_of_rows(plan, state.snapshot, q)
+    solved = solve_pairs(plan.held, X_WG, rows, math.inf, WITHIN)
+    return float(plan.pairs.paddings[pair] - solved.distance[0])
 
 
 def _row(name: str, q: ArrayLike) -> NDArray[np.float64]:

@@ -121,6 +121,7 @@ def plan_path(
     patience = None if timeout is None else as_float(timeout)
     if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
         raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
+    checker = checker.clone()  # Others may change theirs meanwhile.
     first, goals = _ends(checker, start, goal)
     moves = _moving(checker, first, goals, group)
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)

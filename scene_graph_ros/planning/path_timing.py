@@ -138,7 +138,8 @@ def time_path(
     or turns a floating joint. Raises as `SceneGraphCollisionChecker` does for configurations of
     another shape.
     """
-    problem = _problem(checker, path, limits, rise_time, grid_points)
+    # Others may change theirs meanwhile.
+    problem = _problem(checker.clone(), path, limits, rise_time, grid_points)
     patience = None if timeout is None else as_float(timeout)
     if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
         raise TrajectoryError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")

@@ -1,0 +1,23 @@
+"""What collision checkers refuse."""
+
+from __future__ import annotations
+
+import math
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+
+__all__ = ["CollisionCheckerError", "finite_number"]
+
+
+class CollisionCheckerError(SceneGraphError, ValueError):
+    """Arguments of a collision checker that make no sense."""
+
+
+def finite_number(name: str, value: object) -> float:
+    """Return a finite number. Raises CollisionCheckerError naming it."""
+    number = as_float(value)
+    if number is None or not math.isfinite(number):
+        raise CollisionCheckerError(f"{name} must be a finite number, not {quoted(value)}")
+    return number
