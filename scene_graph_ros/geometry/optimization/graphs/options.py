@@ -22,8 +22,9 @@ class GraphOfConvexSetsOptions:
     preprocessing: bool | None = None
     """Whether edges that can't be on a simple path are left out first, as by default."""
     max_rounded_paths: int | None = None
-    """How many different paths are drawn from the relaxation and compared, 5 by default; with 0
-    and ``convex_relaxation`` the relaxation alone is solved."""
+    """How many different paths of the relaxation are compared, 5 by default: that with the most
+    flow, and others that are drawn. With 0 and ``convex_relaxation`` the relaxation alone is
+    solved."""
     max_rounding_trials: int = 100
     """How many are drawn to find that many different ones."""
     flow_tolerance: float = 1e-5

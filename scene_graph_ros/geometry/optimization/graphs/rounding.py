@@ -8,7 +8,15 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.network import Network
 
-__all__ = ["draw_paths"]
+__all__ = ["draw_paths", "main_path"]
+
+
+def main_path(network: Network, flows: np.ndarray, tolerance: float) -> tuple[int, ...] | None:
+    """Return the simple path that follows the most flow at each vertex, None where there is none.
+
+    Edges with no more flow than ``tolerance`` don't count.
+    """
+    return _walk(network, flows, tolerance, None)
 
 
 def draw_paths(
@@ -37,9 +45,15 @@ def draw_paths(
 
 
 def _walk(
-    network: Network, flows: np.ndarray, tolerance: float, generator: np.random.Generator
+    network: Network,
+    flows: np.ndarray,
+    tolerance: float,
+    generator: np.random.Generator | None,
 ) -> tuple[int, ...] | None:
-    """Return one path, None where there is none along the flows."""
+    """Return one path, None where there is none along the flows.
+
+    Without a generator always along the most flow.
+    """
     heads = network.heads.tolist()
     path: list[int] = []
     seen = {network.source}
@@ -47,7 +61,8 @@ def _walk(
     while at != network.target:
         edges = [e for e in network.leaving[at] if flows[e] > tolerance and heads[e] not in seen]
         if edges:
-            e = edges[_draw(flows[edges], generator)]
+            shares = flows[edges]
+            e = edges[int(np.argmax(shares)) if generator is None else _draw(shares, generator)]
             path.append(e)
             at = heads[e]
             seen.add(at)

@@ -25,7 +25,7 @@ from scene_graph_ros.geometry.optimization.graphs.result import (
     GraphOfConvexSetsResult,
     PathBound,
 )
-from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
+from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths, main_path
 from scene_graph_ros.geometry.optimization.graphs.search import (
     Incumbent,
     search_paths,
@@ -150,19 +150,24 @@ def _infeasible(
 def _round(
     problem: Problem, relaxed: Relaxed, options: GraphOfConvexSetsOptions
 ) -> tuple[Incumbent | None, int, str]:
-    """Return the best of some paths drawn from the flows, how many were tried, and a failure.
+    """Return the best of the path with the most flow and of some that are drawn from the flows.
+
+    And how many were tried, and a failure.
 
     A failure is what the solver said of one of them that it did not solve, else empty.
     """
-    most = options.max_rounded_paths
-    paths = draw_paths(
+    given = options.max_rounded_paths
+    most = _ROUNDED_PATHS if given is None else given
+    main = main_path(problem.network, relaxed.flows, options.flow_tolerance)
+    drawn = draw_paths(
         problem.network,
         relaxed.flows,
-        _ROUNDED_PATHS if most is None else most,
+        most,
         options.max_rounding_trials,
         options.flow_tolerance,
         np.random.default_rng(options.rounding_seed),
     )
+    paths = [] if main is None else [main, *(path for path in drawn if path != main)][:most]
     found: Incumbent | None = None
     failure = ""
     for path in paths:

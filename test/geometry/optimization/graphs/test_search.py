@@ -13,12 +13,16 @@ from searching import times
 from scene_graph_ros.geometry.optimization import (
     GraphOfConvexSets,
     GraphOfConvexSetsOptions,
+    Hyperrectangle,
+    norm,
     Point,
     SolverError,
     Vertex,
     VPolytope,
 )
 from scene_graph_ros.geometry.optimization.graphs import search, shortest_path
+from scene_graph_ros.geometry.optimization.graphs.network import Network
+from scene_graph_ros.geometry.optimization.graphs.rounding import main_path
 
 
 def loose_graph() -> tuple[GraphOfConvexSets, Vertex, Vertex]:
@@ -126,3 +130,28 @@ def check_random_graph(rng: np.random.Generator, scale: float, first_kind: int) 
     assert result.lower_bound <= min(costs) + 1e-13 * scale
     assert result.cost <= min(costs) * (1.0 + 2e-6) + rounding
     assert result.gap <= 2e-6 * result.cost + 20.0 * rounding
+
+
+def test_the_path_with_the_most_flow_is_among_those_that_are_compared():
+    """It goes back where it gets stuck, leaves out too little flow, and needs no luck."""
+    # 0 -> 1 -> 2 is a dead end with the most flow at 0; 0 -> 3 -> 4 is the target.
+    tails, heads = np.array([0, 1, 0, 3, 3]), np.array([1, 2, 3, 4, 2])
+    network = Network(5, tails, heads, 0, 4)
+    flows = np.array([0.6, 0.6, 0.4, 0.3, 0.1])
+    assert main_path(network, flows, 1e-5) == (2, 3)
+    assert main_path(network, flows, 0.35) is None
+    # Two ways past a block: one rounded path is the better one, whatever the seed.
+    graph = GraphOfConvexSets()
+    start, goal = (graph.add_vertex(Point([x, 0.0])) for x in (0.0, 4.0))
+    ways = [graph.add_vertex(Hyperrectangle([1.0, y], [3.0, y + 1.0])) for y in (0.5, -2.5)]
+    for way in ways:
+        for u, v in ((start, way), (way, goal)):
+            edge = graph.add_edge(u, v)
+            edge.add_cost(norm(edge.xv - edge.xu))
+    for seed in range(5):
+        options = GraphOfConvexSetsOptions(
+            convex_relaxation=True, max_rounded_paths=1, rounding_seed=seed
+        )
+        result = graph.solve_shortest_path(start, goal, options)
+        assert result.cost == pytest.approx(2.0 * math.hypot(2.0, 0.5), abs=1e-9)
+        assert result.num_rounded_paths == 1
