@@ -47,5 +47,12 @@ class Moment(Protocol):
     def contact_sequence(self) -> int:
         """Another number for each answer of ``contacts``, where that comes later than the rest."""
 
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Name the cameras whose pictures can be asked for: others with another scene version."""
+
     def contacts(self) -> Contacts:
         """Return what touches."""
+
+    def picture(self, camera: str) -> bytes:
+        """Return what a camera sees as a PNG file, nothing where there is nothing to be seen."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from http.client import HTTPConnection
+import io
 import re
 import socket
 from urllib.parse import urlsplit
@@ -11,9 +12,12 @@ from browser_page import PageClient
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
 from node_harness import diagnostics_values, wait_until
+import numpy as np
+from PIL import Image as Picture
 import pytest
 from sensor_msgs.msg import MultiDOFJointState
 
+from msg_adapters.poses import multi_dof_joint_state_to_msg
 from scene_graph_msgs.msg import (
     FrameDescription,
     GeometryDescription,
@@ -220,4 +224,53 @@ def test_a_node_ends_in_order_with_open_pages(start_node):
     wait_until(lambda: page.socket.recv(timeout=60), "a message")
     assert node.stop() == 0
     page.wait_closed()
+    page.close()
+
+
+EYE = """
+version: 1
+sources: [{name: cell}, {name: arm}]
+frames: [{name: hand, source: arm}]
+geometries:
+  - {name: wall, source: cell, pose: {xyz: [0, 0, 3]}, shape: {type: box, size: [9, 9, 1]},
+     color: [1, 0, 0]}
+cameras:
+  - {name: eye, source: arm, frame: hand, size: [16, 12], clipping: [0.01, 10],
+     intrinsics: {fx: 16, fy: 16, cx: 8, cy: 6}, depth_range: [0.1, 10], images: [color]}
+"""
+
+
+def test_a_page_sees_what_a_camera_sees(start_node, client, tmp_path):
+    """In its colours, while it is asked for; nothing once the camera is beside the wall."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(EYE)
+    node = start_node(
+        {"scene": path, "browser": True, "browser_port": 0}, remaps=["__node:=seeing"]
+    )
+    node.wait_for_output("browser view at ")
+    page = PageClient(re.search(r"browser view at (http://127\.0\.0\.1:\d+/)", node.output())[1])
+    page.take()
+    assert page.scenes[-1]["cameras"] == ["eye"]
+    assert page.picture is None
+    page.wish(camera="eye")
+    page.take_until(lambda: page.picture)
+
+    def middle():
+        pixels = np.asarray(Picture.open(io.BytesIO(page.picture)))
+        assert pixels.shape == (12, 16, 3)
+        return pixels[6, 8].tolist()
+
+    assert middle() == [255, 0, 0]
+    publisher = client.publisher(MultiDOFJointState, "/arm/poses")
+    X = np.eye(4)
+    X[0, 3] = 100.0
+    stamp = client.node.get_clock().now().nanoseconds
+    wait_until(publisher.get_subscription_count, "the node")
+    publisher.publish(
+        multi_dof_joint_state_to_msg(["hand"], X[None], stamp_ns=stamp, frame_id="world")
+    )
+    page.take_until(lambda: middle() != [255, 0, 0])
+    page.picture = None
+    page.wish(camera="nobody's")
+    page.take_until(lambda: page.picture == b"")
     page.close()

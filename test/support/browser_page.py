@@ -17,7 +17,7 @@ __all__ = ["PageClient", "read_blocks"]
 DEADLINE = 60.0
 """Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
-TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES = range(1, 8)
+TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES, PICTURE = range(1, 9)
 
 
 def read_blocks(message: bytes) -> list[tuple[int, Any]]:
@@ -69,6 +69,11 @@ def _surfaces(data: bytes) -> Any:
     return scale, np.array((x, y, z)) + offsets, pressures
 
 
+def _picture(data: bytes) -> bytes:
+    (n,) = struct.unpack_from("<I", data)
+    return data[8 : 8 + n]
+
+
 _READERS: dict[int, Callable[[bytes], Any]] = {
     TIME: lambda data: struct.unpack("<ddd", data),
     SCENE: json.loads,
@@ -77,6 +82,7 @@ _READERS: dict[int, Callable[[bytes], Any]] = {
     VERTICES: _vertices,
     CONTACTS: _contacts,
     SURFACES: _surfaces,
+    PICTURE: _picture,
 }
 
 
@@ -103,12 +109,15 @@ class PageClient:
         self.vertices: dict[int, Any] = {}
         self.contacts: Any = None
         self.surfaces: Any = None
+        self.picture: bytes | None = None
         self.scenes: list[dict[str, Any]] = []
         self.messages = 0
 
-    def wish(self, roles: list[str] | None = None, *, contacts: bool = False) -> None:
+    def wish(
+        self, roles: list[str] | None = None, *, contacts: bool = False, camera: str = ""
+    ) -> None:
         """Ask to be shown something else."""
-        self.socket.send(json.dumps({"roles": roles, "contacts": contacts}))
+        self.socket.send(json.dumps({"roles": roles, "contacts": contacts, "camera": camera}))
 
     def take(self) -> None:
         """Wait for the next message and take it."""
@@ -137,6 +146,8 @@ class PageClient:
                 self.vertices[content[0]] = content[1]
             elif kind == CONTACTS:
                 self.contacts = content
+            elif kind == PICTURE:
+                self.picture = content
             else:
                 self.surfaces = content
 

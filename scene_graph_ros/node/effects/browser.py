@@ -5,7 +5,7 @@ Imported only where the parameter `browser` asks for it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
@@ -25,6 +25,7 @@ class _Moment(NamedTuple):
     snapshot: WorldSnapshot
     found: Found | None
     pressure_scale: float
+    look: Callable[[str, WorldSnapshot], bytes]
 
     @property
     def query(self) -> QueryObject:
@@ -56,6 +57,15 @@ class _Moment(NamedTuple):
         """That of the snapshot whose surfaces there are."""
         return -1 if self.found is None else self.found.snapshot.sequence
 
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Those of the snapshot."""
+        return tuple(sorted(self.snapshot.cameras))
+
+    def picture(self, camera: str) -> bytes:
+        """Return what a camera sees in the snapshot."""
+        return self.look(camera, self.snapshot)
+
     def contacts(self) -> Contacts:
         """Return what touches: surfaces and the points beside them are of the same snapshot."""
         if self.found is None:
@@ -72,6 +82,7 @@ class Browser:
         self._host, self._logger = host, host.node.get_logger()
         self._failure = ""
         self._unshown: set[int] = set()
+        self._unseen: set[str] = set()
         self._version = self._failed_version = -1
         name, port = host.parameter("browser_host"), host.parameter("browser_port")
         try:
@@ -116,7 +127,8 @@ class Browser:
                 return
             self._host.answer("surfaces", snapshot)
             found = self._host.newest_answer("surfaces")
-        self._view.offer(_Moment(snapshot, found, self._host.parameter("pressure_scale")))
+        scale = self._host.parameter("pressure_scale")
+        self._view.offer(_Moment(snapshot, found, scale, self._look))
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Do nothing: pages see that they are no longer connected."""
@@ -149,6 +161,18 @@ class Browser:
         return self._view.counters()
 
     # In the view's threads.
+
+    def _look(self, camera: str, snapshot: WorldSnapshot) -> bytes:
+        if self._host.lack_of_kernels("cameras"):
+            return b""
+        from scene_graph_ros.node.effects.browser_pictures import color_png
+
+        return color_png(camera, snapshot, self._cannot_look)
+
+    def _cannot_look(self, reason: str) -> None:
+        if reason not in self._unseen:
+            self._unseen.add(reason)
+            self._logger.warning(reason)
 
     def _fail(self, error: Exception) -> None:
         self._failed_version = self._version

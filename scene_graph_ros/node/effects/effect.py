@@ -36,6 +36,9 @@ class Host(Protocol):
     def publishers_changed(self) -> None:
         """Tell that there are other publishers than before."""
 
+    def lack_of_kernels(self, group: str) -> str:
+        """Say what is being done where a group's kernels are not ready; "" where they are."""
+
     def request_update(self) -> None:
         """Ask for an update soon, also when no poses arrive."""
 

@@ -22,6 +22,7 @@ __all__ = [
     "BlockKind",
     "contacts_block",
     "mesh_block",
+    "picture_block",
     "poses_block",
     "scene_block",
     "surfaces_block",
@@ -50,6 +51,8 @@ class BlockKind(enum.IntEnum):
     SURFACES = 7
     """Integers: corners n, 0; doubles: pressure of red in Pa, origin (3); floats (n, 3) from the
     origin, three for a triangle, (n,) pressures in Pa."""
+    PICTURE = 8
+    """Integers: count n, 0; bytes (n,) of a PNG file, none where a camera shows nothing."""
 
 
 def _block(kind: BlockKind, *parts: bytes) -> bytes:
@@ -134,3 +137,8 @@ def surfaces_block(
         _bytes(corners_W - origin, "<f4"),
         _bytes(pressures, "<f4"),
     )
+
+
+def picture_block(file: bytes) -> bytes:
+    """Return the block of what a camera sees, as a PNG file, or as nothing."""
+    return _block(BlockKind.PICTURE, struct.pack("<II", len(file), 0), file)

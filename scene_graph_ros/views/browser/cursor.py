@@ -28,6 +28,7 @@ class Cursor:
         self._scene: Scene | None = None
         self._meshes: set[int] = set()
         self._deformed: dict[int, Configuration] = {}
+        self._picture = ("", b"")
 
     def message(self, moment: Moment, wish: Wish, drawing: Drawing) -> bytes:
         """Return what makes a page that was told all messages so far show ``moment``.
@@ -46,7 +47,14 @@ class Cursor:
         blocks += self._vertices(moment, scene)
         if wish.contacts:
             blocks.append(drawing.contacts(moment))
+        blocks += self._pictures(moment, wish.camera, drawing)
         return b"".join(blocks)
+
+    def _pictures(self, moment: Moment, camera: str, drawing: Drawing) -> list[bytes]:
+        """Return what the camera sees that is looked through, if that is not shown already."""
+        before = self._picture
+        self._picture = (camera, drawing.picture(moment, camera) if camera else b"")
+        return [self._picture[1]] if camera and self._picture != before else []
 
     def _scene_blocks(self, before: Scene | None, scene: Scene, changes: Changes) -> list[bytes]:
         """Return what tells a page of another scene: meshes, then the items that use them."""
@@ -70,6 +78,7 @@ class Cursor:
             "begins": before is None,
             "roles": [role.name.lower() for role in scene.roles],
             "counts": dict(scene.counts),
+            "cameras": list(scene.cameras),
             "appeared": [*entries, *(each.entry for each in new)],
             "vanished": [*_numbers(before, changes), *gone],
             "meshes_gone": sorted(unused),

@@ -14,7 +14,12 @@ from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import Shape
-from scene_graph_ros.views.browser.blocks import contacts_block, mesh_block, surfaces_block
+from scene_graph_ros.views.browser.blocks import (
+    contacts_block,
+    mesh_block,
+    picture_block,
+    surfaces_block,
+)
 from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
 from scene_graph_ros.views.deformables import deformable_items, DeformableItem
 from scene_graph_ros.views.draw_list import DrawItem, DrawList
@@ -59,6 +64,8 @@ class Scene(NamedTuple):
     roles: tuple[Role, ...]
     counts: Mapping[str, int]
     """Geometries by role, also of those that are not shown."""
+    cameras: tuple[str, ...]
+    """Names of those whose pictures can be asked for."""
     listed: DrawList
     """The rigid ones; in their rows:"""
     numbers: NDArray[np.float64]
@@ -133,6 +140,7 @@ class Drawing:
         self._scenes: dict[tuple[Role, ...], Scene] = {}
         self._placed: tuple[int, dict[tuple[Role, ...], NDArray[np.float64]]] = (-1, {})
         self._contacts: tuple[tuple[int, int], bytes] = ((-1, -1), b"")
+        self._pictures: tuple[int, dict[str, bytes]] = (-1, {})
 
     def scene(self, moment: Moment, wish: Wish) -> Scene:
         """Return what a page with this wish draws; the same object while it is the same."""
@@ -174,6 +182,7 @@ class Drawing:
             moment.scene_version,
             roles,
             counts,
+            moment.cameras,
             DrawList(items),
             np.array(numbers, dtype=np.float64),
             entries,
@@ -225,3 +234,12 @@ class Drawing:
                 blocks += surfaces_block(corners, pressures, scale)
             self._contacts = (asked, blocks)
         return self._contacts[1]
+
+    def picture(self, moment: Moment, camera: str) -> bytes:
+        """Return the block of what a camera sees; the same object while it is of this moment."""
+        if self._pictures[0] != moment.sequence:
+            self._pictures = (moment.sequence, {})
+        pictures = self._pictures[1]
+        if camera not in pictures:
+            pictures[camera] = picture_block(moment.picture(camera))
+        return pictures[camera]

@@ -1,4 +1,4 @@
-"""What a page asks for: which roles it shows, and whether contacts. Anything else is rubbish."""
+"""What a page asks for: roles, contacts, a camera. Anything else is rubbish."""
 
 from __future__ import annotations
 
@@ -26,10 +26,12 @@ class Wish(NamedTuple):
     roles: tuple[Role, ...] | None = None
     """In the order of SHOWN_ROLES; None: the first of these that some geometry has."""
     contacts: bool = False
+    camera: str = ""
+    """Whose picture it shows; "": nobody's."""
 
 
 def parse_wish(text: str) -> Wish:
-    """Return what ``{"roles": ["illustration"] or null, "contacts": true}`` says.
+    """Return what ``{"roles": ["illustration"] or null, "contacts": true, "camera": ""}`` says.
 
     Raises WishError for whatever is not exactly that.
     """
@@ -37,15 +39,18 @@ def parse_wish(text: str) -> Wish:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise WishError(f"{quoted(text)} is no JSON") from error
-    if not isinstance(content, dict) or content.keys() != {"roles", "contacts"}:
-        raise WishError(f"{quoted(text)} has not exactly the fields roles and contacts")
-    roles, contacts = content["roles"], content["contacts"]
+    if not isinstance(content, dict) or content.keys() != set(Wish._fields):
+        raise WishError(f"{quoted(text)} has not exactly the fields {', '.join(Wish._fields)}")
+    roles, contacts, camera = (content[field] for field in Wish._fields)
     if not isinstance(contacts, bool):
         raise WishError(f"contacts is neither true nor false: {quoted(contacts)}")
+    if not isinstance(camera, str):
+        raise WishError(f"camera is no name: {quoted(camera)}")
     if roles is None:
-        return Wish(None, contacts)
+        return Wish(None, contacts, camera)
     if not isinstance(roles, list) or not all(
         isinstance(name, str) and name in _BY_NAME for name in roles
     ):
         raise WishError(f"roles is no list of {', '.join(_BY_NAME)}: {quoted(roles)}")
-    return Wish(tuple(role for name, role in _BY_NAME.items() if name in roles), contacts)
+    chosen = tuple(role for name, role in _BY_NAME.items() if name in roles)
+    return Wish(chosen, contacts, camera)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,16 @@ class StageMoment:
     sequence: int
     stamp: int
     pressed: tuple[Any, ...] = ()
+    pictures: Mapping[str, bytes] = field(default_factory=dict)
+
+    @property
+    def cameras(self):
+        """Those that have pictures."""
+        return tuple(self.pictures)
+
+    def picture(self, camera):
+        """Return a picture, or nothing."""
+        return self.pictures.get(camera, b"")
 
     @property
     def inspector(self):
@@ -57,6 +68,12 @@ class Stage:
         self._q_WG: dict[Any, Any] = {}
         self._version = self._sequence = 0
         self.pressed: tuple[Any, ...] = ()
+        self.pictures: dict[str, bytes] = {}
+
+    def hang(self, camera, picture):
+        """Have a camera see a picture."""
+        self._version += camera not in self.pictures
+        self.pictures[camera] = picture
 
     def add(
         self,
@@ -117,7 +134,9 @@ class Stage:
         context.set_configurations(self.source, self._q_WG)
         query = self.graph.query_object(context).bake()
         stamp = 10**9 * self._sequence
-        return StageMoment(query, self._version, self._sequence, stamp, self.pressed)
+        return StageMoment(
+            query, self._version, self._sequence, stamp, self.pressed, dict(self.pictures)
+        )
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from browser_page import MESH, PageClient, POSES, read_blocks, SCENE, TIME, VERTICES
+from browser_page import MESH, PageClient, PICTURE, POSES, read_blocks, SCENE, TIME, VERTICES
 import numpy as np
 import pytest
 
@@ -250,3 +250,27 @@ def test_what_deforms_is_told_by_its_vertices(stage, page):
     page.see(stage.moment())
     assert page.scenes[-1]["meshes_gone"] == [item["mesh"]]
     assert [each["path"][3] for each in page.items.values()] == ["ball"]
+
+
+def test_a_picture_is_told_to_those_who_ask_when_it_is_another(stage, page, drawing):
+    """Nothing where the camera sees nothing; made once for all pages."""
+    stage.hang("eye", b"a picture")
+    stage.hang("other", b"another")
+    look, other = Wish(camera="eye"), Wish(camera="other")
+    moment = stage.moment()
+    assert PICTURE not in page.see(moment)
+    assert page.scenes[-1]["cameras"] == ["eye", "other"]
+    assert page.see(moment, look)[-1] == PICTURE
+    assert page.picture == b"a picture"
+    second = Reader(drawing)
+    second.see(moment, look)
+    assert second.picture is not None
+    assert drawing.picture(moment, "eye") is drawing.picture(moment, "eye")
+    assert PICTURE not in page.see(stage.moment(), look)
+    stage.hang("eye", b"")
+    page.see(stage.moment(), look)
+    assert page.picture == b""
+    page.see(stage.moment(), other)
+    assert page.picture == b"another"
+    assert PICTURE not in page.see(stage.moment())
+    assert page.see(stage.moment(), other)[-1] == PICTURE

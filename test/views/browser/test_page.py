@@ -8,6 +8,7 @@ from chromium import find_chromium, REMEDY, Tab
 import numpy as np
 import pytest
 
+from msg_adapters.png import png
 from scene_graph_ros.geometry import Sphere
 from scene_graph_ros.views.browser.server import BrowserView
 
@@ -172,6 +173,39 @@ def test_contacts_are_shown_when_they_are_ticked(tab, stage, show):
     tab.value("document.querySelector('#contacts').click()")
     tab.wait_for(f"{count} === '1'")
     assert of_color(tab, 2)[2] < blue
+
+
+def test_what_a_camera_sees_is_in_a_corner(tab, stage, show):
+    """When the camera is chosen; another picture takes its place, nothing hides it."""
+
+    def hang(*rgb):
+        stage.hang("eye", png(np.full((60, 80, 3), rgb, np.uint8)))
+
+    hang(0, 255, 0)
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 1)
+    assert of_color(tab, 1)[2] == 0
+    choose = (
+        "document.querySelector('#camera').value = '{}';"
+        " document.querySelector('#camera').dispatchEvent(new Event('change'))"
+    )
+    tab.value(choose.format("eye"))
+    tab.wait_for("document.querySelector('#picture canvas').width === 80")
+    seen = of_color(tab, 1)
+    assert seen[2] == pytest.approx(80 * 60, rel=0.05)
+    assert seen[0] > SIZE[0] - 110
+    assert seen[1] > SIZE[1] - 110
+    shown.offer(lambda: hang(0, 0, 255))
+    for _ in range(200):
+        if of_color(tab, 2)[2]:
+            break
+    assert of_color(tab, 2)[2] == pytest.approx(80 * 60, rel=0.05)
+    shown.offer(lambda: stage.hang("eye", b""))
+    tab.wait_for("document.querySelector('figcaption').textContent === 'eye: no picture'")
+    assert of_color(tab, 2)[2] == 0
+    tab.value(choose.format(""))
+    tab.wait_for("document.querySelector('#picture').hidden")
 
 
 def test_a_drag_turns_the_view(tab, stage, show):

@@ -8,13 +8,15 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.views.browser.wishes import parse_wish, Wish, WishError
 
 
-def test_a_wish_names_roles_and_contacts():
+def test_a_wish_names_roles_contacts_and_a_camera():
     """In whatever order, the roles come in ours; null leaves them to us."""
     both = (Role.ILLUSTRATION, Role.PROXIMITY)
-    wish = parse_wish('{"roles": ["proximity", "illustration"], "contacts": true}')
-    assert wish == Wish(both, contacts=True)
-    assert parse_wish('{"contacts": false, "roles": null}') == Wish(None, contacts=False)
-    assert parse_wish('{"contacts": false, "roles": []}') == Wish((), contacts=False)
+    wish = parse_wish(
+        '{"roles": ["proximity", "illustration"], "contacts": true, "camera": "eye"}'
+    )
+    assert wish == Wish(both, contacts=True, camera="eye")
+    assert parse_wish('{"camera": "", "contacts": false, "roles": null}') == Wish()
+    assert parse_wish('{"camera": "", "contacts": false, "roles": []}') == Wish(())
 
 
 @pytest.mark.parametrize(
@@ -26,12 +28,14 @@ def test_a_wish_names_roles_and_contacts():
         "[]",
         "[" * 1000,
         '{"roles": null}',
-        '{"roles": null, "contacts": false, "more": 1}',
-        '{"roles": null, "contacts": 1}',
-        '{"roles": "illustration", "contacts": true}',
-        '{"roles": ["unassigned"], "contacts": true}',
-        '{"roles": [["illustration"]], "contacts": true}',
-        '{"roles": [null], "contacts": true}',
+        '{"roles": null, "contacts": false}',
+        '{"roles": null, "contacts": false, "camera": null}',
+        '{"roles": null, "contacts": false, "more": 1, "camera": ""}',
+        '{"roles": null, "contacts": 1, "camera": ""}',
+        '{"roles": "illustration", "contacts": true, "camera": ""}',
+        '{"roles": ["unassigned"], "contacts": true, "camera": ""}',
+        '{"roles": [["illustration"]], "contacts": true, "camera": ""}',
+        '{"roles": [null], "contacts": true, "camera": ""}',
     ],
 )
 def test_anything_else_is_rubbish(text):

@@ -1,7 +1,7 @@
 // Reads the messages that ../blocks.py writes: blocks, whose numbers are read where they are.
 
 const TIME = 1, SCENE = 2, MESH = 3, POSES = 4, VERTICES = 5, CONTACTS = 6,
-  SURFACES = 7;
+  SURFACES = 7, PICTURE = 8;
 const text = new TextDecoder();
 
 // Takes arrays one after another.
@@ -50,6 +50,10 @@ const READERS = {
     const [scale, ...origin] = reader.take(Float64Array, 4);
     return { kind: "surfaces", count, scale, origin, corners: reader.take(Float32Array, 3 * count),
       pressures: reader.take(Float32Array, count) };
+  },
+  [PICTURE](reader) {
+    const [count] = reader.take(Uint32Array, 2);
+    return { kind: "picture", file: reader.take(Uint8Array, count) };
   },
 };
 

@@ -2,6 +2,7 @@
 
 import { Camera } from "./camera.js";
 import { Connection } from "./connection.js";
+import { Picture } from "./picture.js";
 import { Renderer } from "./renderer.js";
 import { Tree } from "./tree.js";
 import { World } from "./world.js";
@@ -52,12 +53,14 @@ function take(blocks) {
   if (world.take(blocks)) {
     const items = [...world.items.values()];
     tree.show(items);
+    picture.list(world.cameras);
     document.body.dataset.items = items.length;
     for (const box of document.querySelectorAll("[data-role]")) {
       box.checked = world.roles.includes(box.dataset.role);
       box.parentElement.querySelector("output").textContent = world.counts[box.dataset.role];
     }
   }
+  blocks.filter((block) => block.kind === "picture").forEach((block) => picture.take(block.file));
   if (!isFitted && world.bounds()) {
     isFitted = true;
     fit();
@@ -71,6 +74,7 @@ function take(blocks) {
   redraw();
 }
 
+const picture = new Picture($("#picture"), $("#looking"), (camera) => connection.ask({ camera }));
 const connection = new Connection(take, (isOpen, text) => {
   $("#status").textContent = text;
   $("#status").toggleAttribute("data-is-open", isOpen);
