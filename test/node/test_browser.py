@@ -237,7 +237,14 @@ geometries:
 cameras:
   - {name: eye, source: arm, frame: hand, size: [16, 12], clipping: [0.01, 10],
      intrinsics: {fx: 16, fy: 16, cx: 8, cy: 6}, depth_range: [0.1, 10], images: [color]}
+  - {name: wide, source: arm, frame: hand, size: [1400, 3], clipping: [0.01, 10],
+     intrinsics: {fx: 700, fy: 700, cx: 700, cy: 1}, depth_range: [0.1, 10], images: [color]}
 """
+
+
+def size(file):
+    """Return the width and height of a picture."""
+    return Picture.open(io.BytesIO(file)).size
 
 
 def test_a_page_sees_what_a_camera_sees(start_node, client, tmp_path):
@@ -250,7 +257,7 @@ def test_a_page_sees_what_a_camera_sees(start_node, client, tmp_path):
     node.wait_for_output("browser view at ")
     page = PageClient(re.search(r"browser view at (http://127\.0\.0\.1:\d+/)", node.output())[1])
     page.take()
-    assert page.scenes[-1]["cameras"] == ["eye"]
+    assert page.scenes[-1]["cameras"] == ["eye", "wide"]
     assert page.picture is None
     page.wish(camera="eye")
     page.take_until(lambda: page.picture)
@@ -270,6 +277,8 @@ def test_a_page_sees_what_a_camera_sees(start_node, client, tmp_path):
         multi_dof_joint_state_to_msg(["hand"], X[None], stamp_ns=stamp, frame_id="world")
     )
     page.take_until(lambda: middle() != [255, 0, 0])
+    page.wish(camera="wide")
+    page.take_until(lambda: page.picture and size(page.picture) == (700, 2))
     page.picture = None
     page.wish(camera="nobody's")
     page.take_until(lambda: page.picture == b"")
