@@ -11,6 +11,7 @@ import pytest
 
 from scene_graph_ros.planning.trajectories import (
     BezierCurve,
+    BsplineTrajectory,
     CompositeTrajectory,
     PathParameterizedTrajectory,
     PiecewisePolynomial,
@@ -157,17 +158,19 @@ def test_curves_that_follow_one_another_are_one_curve():
 
 
 def test_composites_become_piecewise_polynomials_of_one_degree():
-    """Of segments of orders 0 to 4 and of a piecewise polynomial, without changing a value."""
+    """Of segments of orders 0 to 4 and of other kinds, without changing a value."""
     rng = np.random.default_rng(8)
     curves = [BezierCurve(k, k + 1.0, rng.normal(size=(k + 1, 3))) for k in range(5)]
     hold = PiecewisePolynomial.first_order_hold([5.0, 5.5, 7.0], rng.normal(size=(3, 3)))
+    spline = BsplineTrajectory.clamped_uniform(rng.normal(size=(6, 3)), 3, 7.0, 8.0)
     chain = CompositeTrajectory(tuple(curves)).concatenate_in_time(hold)
-    assert chain.num_segments == 6
+    chain = chain.concatenate_in_time(spline)
+    assert chain.num_segments == 7
     found = chain.piecewise_polynomial()
-    assert (found.degree, found.num_segments) == (4, 7)
-    t = np.linspace(0.0, 7.0, 99)
+    assert (found.degree, found.num_segments) == (4, 10)
+    t = np.linspace(0.0, 8.0, 99)
     np.testing.assert_allclose(found.value(t), chain.value(t), atol=1e-14)
-    for each in (curves[0], hold, chain, found):
+    for each in (curves[0], hold, spline, chain, found):
         assert isinstance(each, Trajectory)
 
 

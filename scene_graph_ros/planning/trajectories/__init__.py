@@ -1,6 +1,7 @@
 """Curves in time, the fastest ones along a path, and whether they keep limits at all times."""
 
 from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
+from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
 from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.motion_limits import (
@@ -18,6 +19,7 @@ from scene_graph_ros.planning.trajectories.trajectory_points import TrajectoryPo
 
 __all__ = [
     "BezierCurve",
+    "BsplineTrajectory",
     "CompositeTrajectory",
     "LimitExcess",
     "MotionLimits",

@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.trajectories.arguments import as_finite, as_times, is_same_time
 from scene_graph_ros.planning.trajectories.bernstein import elevated
 from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
+from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.planning.trajectories.trajectory import Trajectory
@@ -156,10 +157,12 @@ class CompositeTrajectory:
         """Return the same curve as polynomials of one degree, between breaks.
 
         So that `find_excess` and `retime` take it. Raises TrajectoryError for segments of other
-        kinds than `BezierCurve` and `PiecewisePolynomial`.
+        kinds than `BezierCurve`, `BsplineTrajectory` and `PiecewisePolynomial`.
         """
         breaks, points = [self.start_time], []
         for k, segment in enumerate(self.segments):
+            if isinstance(segment, BsplineTrajectory):
+                segment = segment.piecewise_polynomial()
             if isinstance(segment, BezierCurve):
                 points.append(segment.control_points[np.newaxis])
                 breaks.append(segment.end_time)
@@ -168,8 +171,8 @@ class CompositeTrajectory:
                 breaks.extend(segment.breaks[1:].tolist())
             else:
                 raise TrajectoryError(
-                    f"segments[{k}] must be a BezierCurve or a PiecewisePolynomial, not"
-                    f" {quoted(segment)}"
+                    f"segments[{k}] must be a BezierCurve, a BsplineTrajectory or a"
+                    f" PiecewisePolynomial, not {quoted(segment)}"
                 )
         degree = max(each.shape[1] for each in points) - 1
         return PiecewisePolynomial(
