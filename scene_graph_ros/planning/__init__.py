@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.checker_bodies import CheckerBody
     from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+    from scene_graph_ros.planning.distance_and_interpolation import (
+        DistanceAndInterpolationProvider,
+        LinearDistanceAndInterpolationProvider,
+    )
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
     from scene_graph_ros.planning.errors import CollisionCheckerError
     from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
@@ -34,11 +38,13 @@ __all__ = [
     "BodyShapeDescription",
     "CheckerBody",
     "CollisionCheckerError",
+    "DistanceAndInterpolationProvider",
     "EdgeMeasure",
     "EdgeStatus",
     "EdgesBetweenSubgraphs",
     "GcsTrajectoryOptimization",
     "GcsTrajectoryResult",
+    "LinearDistanceAndInterpolationProvider",
     "Plan",
     "PlanFailure",
     "PlanProgress",
@@ -64,6 +70,10 @@ _MODULES = {
     "added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
     "checker_bodies": ("CheckerBody",),
     "collision_checker": ("SceneGraphCollisionChecker",),
+    "distance_and_interpolation": (
+        "DistanceAndInterpolationProvider",
+        "LinearDistanceAndInterpolationProvider",
+    ),
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
     "errors": ("CollisionCheckerError",),
     "gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 import math
 from typing import Any, NamedTuple
 
@@ -21,11 +22,17 @@ from scene_graph_ros.planning.check_kernels import (
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState, make_state
 from scene_graph_ros.planning.curves import turning_quaternions
+from scene_graph_ros.planning.distance_and_interpolation import (
+    ConfigurationDistanceFunction,
+    DistanceAndInterpolationProvider,
+)
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_measure import EdgeMeasure, measure_of
 from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_ways import joined_measures, joined_statuses, Ways
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.planning.in_threads import in_threads
+from scene_graph_ros.planning.measuring_checker import MeasuringChecker
 from scene_graph_ros.planning.robot_clearance import (
     collision_types,
     poses_of_rows,
@@ -52,7 +59,7 @@ class ConfigurationCollisions(NamedTuple):
     """``(k,)`` metres: how much nearer than its padding the pair is."""
 
 
-class SceneGraphCollisionChecker(ChangingChecker):
+class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
     """Checks configurations and edges of robots against each other and all else in their scene.
 
     Pairs are those that the scene's filters leave, until others are set; two bodies that cannot
@@ -68,20 +75,34 @@ class SceneGraphCollisionChecker(ChangingChecker):
         env_collision_padding: float = 0.0,
         self_collision_padding: float = 0.0,
         tolerance: float = 1e-6,
+        edge_step_size: float = 0.05,
+        distance_and_interpolation_provider: DistanceAndInterpolationProvider | None = None,
+        configuration_distance_function: ConfigurationDistanceFunction | None = None,
     ) -> None:
         """Prepare for the robots of ``model`` at its context's present moment, or at ``snapshot``.
 
         ``env_collision_padding`` is kept between robots and what is around them,
         ``self_collision_padding`` between robots' own bodies; a negative one allows that they
-        overlap. Where an edge's clearance is below ``tolerance`` it is undecided. Raises
-        CollisionCheckerError for a number that is not finite, or a tolerance that is not positive.
+        overlap. Where an edge's clearance is below ``tolerance`` it is undecided. Distances and
+        ways are the linear provider's, or those of one of your own; then ``edge_step_size`` is how
+        long the straight pieces of a way are. Raises CollisionCheckerError for a number that is
+        not finite, or a tolerance or step size that is not positive.
         """
         self._model, self._tree = model, model.tree
         self._tolerance = finite_number("tolerance", tolerance)
         if self._tolerance <= 0.0:
             raise CollisionCheckerError(f"tolerance must be positive, not {quoted(tolerance)}")
         state = make_state(model, model.context.snapshot if snapshot is None else snapshot)
-        super().__init__(_padded(state, env_collision_padding, self_collision_padding))
+        ChangingChecker.__init__(
+            self, _padded(state, env_collision_padding, self_collision_padding)
+        )
+        MeasuringChecker.__init__(
+            self,
+            model.tree,
+            edge_step_size=edge_step_size,
+            distance_and_interpolation_provider=distance_and_interpolation_provider,
+            configuration_distance_function=configuration_distance_function,
+        )
 
     @property
     def model(self) -> RobotDiagram:
@@ -251,9 +272,10 @@ class SceneGraphCollisionChecker(ChangingChecker):
     # Edges.
 
     def check_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> bool:
-        """Tell whether the straight edge between two configurations ``(nq,)`` is proven free.
+        """Tell whether the edge between two configurations ``(nq,)`` is proven free.
 
-        Floating joints turn the short way at one speed (slerp).
+        It is straight, and floating joints turn the short way at one speed (slerp). Where the
+        provider has ways of its own it is these, as straight pieces (`way`), each of them proven.
         """
         edges = np.stack([_row("q1", q1)[0], _row("q2", q2)[0]])[np.newaxis]
         return bool(self.check_edges_collision_free(edges)[0])
@@ -272,8 +294,11 @@ class SceneGraphCollisionChecker(ChangingChecker):
     def edge_statuses(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.int64]:
         """Return the value of the `EdgeStatus` of each of many edges ``(n, m, nq)``."""
         rules = EdgeRules(measures=False, part=1.0, tolerance=self._tolerance)
-        plan = self._state.plan
-        return prove(plan, self._checked_edges(edges), rules, threads=threads).statuses
+        plan, checked = self._state.plan, self._checked_edges(edges)
+        ways = self._ways(checked)
+        if ways is None:
+            return prove(plan, checked, rules, threads=threads).statuses
+        return joined_statuses(prove(plan, ways.pieces, rules, threads=threads).statuses, ways)
 
     def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
         """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
@@ -285,9 +310,21 @@ class SceneGraphCollisionChecker(ChangingChecker):
         checked = self._checked_edges(edges)
         # Half of each distance is kept, as the clearance is asked for.
         rules = EdgeRules(measures=True, part=0.5, tolerance=self._tolerance)
-        plan = self._state.plan
-        proofs = prove(plan, checked, rules, threads=threads)
-        return [measure_of(plan, checked[e], proofs, e) for e in range(len(checked))]
+        plan, ways = self._state.plan, self._ways(checked)
+        pieces = checked if ways is None else ways.pieces
+        proofs = prove(plan, pieces, rules, threads=threads)
+        measures = [measure_of(plan, pieces[e], proofs, e) for e in range(len(pieces))]
+        if ways is not None:
+            measures = joined_measures(measures, ways)
+        distances = self._distances(checked)
+        return [replace(m, distance=d) for m, d in zip(measures, distances, strict=True)]
+
+    def _ways(self, edges: NDArray[np.float64]) -> Ways | None:
+        """Return the pieces of edges whose ways are a provider's own; None: they are straight."""
+        if self._is_straight or edges.shape[1] != 2 or not len(edges):
+            return None
+        ways = Ways.of([self.way(q1, q2) for q1, q2 in edges])
+        return ways._replace(pieces=self._checked_edges(ways.pieces))
 
     def _checked_edges(self, edges: ArrayLike) -> NDArray[np.float64]:
         try:

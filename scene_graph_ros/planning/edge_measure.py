@@ -33,7 +33,8 @@ class EdgeStatus(enum.Enum):
 class EdgeMeasure:
     """How far an edge from q1 to q2 is free.
 
-    ``distance`` is that of q1 and q2 (Euclidean). ``alpha`` is the largest value found for which
+    ``distance`` is that of q1 and q2 by the checker's provider; of curves it is Euclidean.
+    ``alpha`` is the largest value found for which
     all configurations from q1 up to it are proven free, ``q1 + alpha (q2 - q1)`` where the edge is
     straight: 1 where all are, negative where q1 collides.
     ``least_clearance`` (m) is what all pairs certainly stay apart beyond their padding, 0 unless
@@ -53,6 +54,15 @@ class EdgeMeasure:
     def completely_free(self) -> bool:
         """Whether the whole edge is free."""
         return self.status is EdgeStatus.FREE
+
+    @property
+    def partially_free(self) -> bool:
+        """Whether q1 is free, so that ``alpha`` tells up to where."""
+        return self.alpha >= 0.0
+
+    def alpha_or(self, default_value: float) -> float:
+        """Return ``alpha``, or another value where q1 collides."""
+        return self.alpha if self.partially_free else default_value
 
 
 def measure_of(

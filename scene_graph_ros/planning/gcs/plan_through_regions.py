@@ -17,6 +17,9 @@ from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.distance_and_interpolation import (
+    LinearDistanceAndInterpolationProvider,
+)
 from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
 from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
@@ -118,7 +121,10 @@ def plan_through_regions(
     if checker is None:
         return RegionPlan(whole, result, (), result.reason)
     points = np.array([segment.control_points for segment in whole.segments])  # type: ignore[attr-defined]
-    measures = tuple(checker.measure_edges(points))
+    straight = checker.clone()  # Segments of order 1 are no ways of a provider's.
+    linear = LinearDistanceAndInterpolationProvider(checker.model.tree)
+    straight.set_distance_and_interpolation_provider(linear)
+    measures = tuple(straight.measure_edges(points))
     return RegionPlan(whole, result, measures, _collision(checker, measures) or result.reason)
 
 
