@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 import traceback
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
@@ -13,6 +13,7 @@ from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
 
+from msg_adapters.errors import UnavailableError
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
 from scene_graph_ros.node.effects.beside import Found
@@ -25,6 +26,7 @@ from scene_graph_ros.node.runtime.kernel_supply import KernelSupply
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic, UpdateLoop
 from scene_graph_ros.node.runtime.names import DIAGNOSTICS
 from scene_graph_ros.node.runtime.namesakes import Namesakes
+from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.runtime.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.services.services import Services
@@ -35,6 +37,9 @@ from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.world import World, WorldSnapshot
+
+if TYPE_CHECKING:
+    from scene_graph_ros.node.recording.recorder import Recorder
 
 __all__ = ["Server"]
 
@@ -52,6 +57,7 @@ class Server:
         self._given_scene_graph = scene_graph
         self.world_frame: str = self.parameter("world_frame")
         self.group = OwnThreadGroup()
+        self.recorder: Recorder | None = None
         self._diagnostics_lock = threading.Lock()
         # Never destroyed while an executor may be waiting for it.
         self._diagnostics_timer = node.create_timer(
@@ -72,6 +78,7 @@ class Server:
             max_rate=lambda: self.parameter("max_update_rate"),
             min_rate=lambda: self.parameter("min_update_rate"),
             precedence=self._precedence,
+            received=lambda: None if self.recorder is None else self._received,
         )
         self._topics = ResolvedTopics(node)
         self._is_configured = False
@@ -153,6 +160,41 @@ class Server:
 
     def configure(self) -> None:
         """Load the scene and offer the services."""
+        loader = SceneLoader(self.parameter("package_paths"), message_type, EFFECT_NAMES)
+        self._begin_recording(loader)
+        try:
+            self._configure(loader)
+        except BaseException:
+            self._end_recording()
+            raise
+
+    def _begin_recording(self, loader: SceneLoader) -> None:
+        """Record from before the world is made, where the parameter asks for it."""
+        if not self.parameter("record"):
+            return
+        try:
+            from scene_graph_ros.node.recording.recorder import Recorder
+        except ModuleNotFoundError as error:
+            raise UnavailableError(f"the parameter record needs a package: {error}") from error
+
+        text = loader.text(self.parameter("scene"))
+        recorder = Recorder(
+            self.node, self.parameter("record"), self.parameter("record_max_bytes")
+        )
+        values = {parameter.name: self.parameter(parameter.name) for parameter in PARAMETERS}
+        recorder.begin(values, text, self._given_scene_graph is not None)
+        self.recorder = recorder
+
+    def _end_recording(self) -> None:
+        recorder, self.recorder = self.recorder, None
+        if recorder is not None:
+            recorder.close()
+
+    def _received(self, topic: Any, data: bytes) -> None:
+        if self.recorder is not None:
+            self.recorder.received(topic, data, self._world)
+
+    def _configure(self, loader: SceneLoader) -> None:
         world = World(
             self._given_scene_graph,
             world_frame=self.world_frame,
@@ -160,7 +202,6 @@ class Server:
             precedence=self._precedence,
         )
         world.set_accuracy(self.parameter("accuracy"))
-        loader = SceneLoader(self.parameter("package_paths"), message_type, EFFECT_NAMES)
         scene = self.parameter("scene")
         if scene:
             world.edit(lambda edit: loader.load(edit, scene))
@@ -173,7 +214,7 @@ class Server:
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
-        tools = Tools(loader.resolve, message_type, loader.load_request)
+        tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
         self._services = Services(self, world, self._effects, tools)
         self._diagnostics = Diagnostics(self.node.get_fully_qualified_name().lstrip("/"))
         self._diagnostics_publisher = self.node.create_publisher(
@@ -227,6 +268,8 @@ class Server:
             self._configurations.close()
             self._effects.close()
             self._services.end_waiting()
+            if self.recorder is not None:
+                self.recorder.stopped()
 
     def clean_up(self) -> None:
         """Forget the world and stop offering the services."""
@@ -238,6 +281,7 @@ class Server:
             self._jump_handle.unregister()
             self._services.close()
             self._kernels.stop()
+            self._end_recording()
 
     def stop(self) -> None:
         """End whatever is going on, in any state."""
@@ -276,6 +320,8 @@ class Server:
                 if moved or deformed:
                     arrivals = [each for each in (arrival, arrived) if each is not None]
                     snapshot = self._world.commit(moved, min(arrivals, default=None), deformed)
+                if self.recorder is not None:
+                    self.recorder.updated(limits, snapshot)
             self._services.world_changed()
             self._effects.update(snapshot)
             self._monitor.updated(time.monotonic_ns())
@@ -300,13 +346,18 @@ class Server:
                 "its future, so their stamps are forgotten"
             )
             self._world.forget_stamps(after=last)
+            if self.recorder is not None:
+                self.recorder.stamps_forgotten(last)
 
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
         if not self._is_configured:
             return
         for parameter in parameters:
             if parameter.name == "accuracy":
-                self._world.set_accuracy(parameter.value)
+                with self._world.lock:
+                    self._world.set_accuracy(parameter.value)
+                    if self.recorder is not None:
+                        self.recorder.accuracy_set(parameter.value)
             elif parameter.name == "diagnostics_rate":
                 self._diagnostics_timer.timer_period_ns = int(1e9 / parameter.value)
                 # Else the executor would wait for what was due before.
@@ -324,6 +375,8 @@ class Server:
             self._inputs.discard()
             self._configurations.discard()
             self._world.forget_stamps()
+            if self.recorder is not None:
+                self.recorder.stamps_forgotten(None)
         self.request_update()
 
     def _publish_diagnostics(self) -> None:

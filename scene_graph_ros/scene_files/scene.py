@@ -65,14 +65,15 @@ def load_scene_text(
     text: str,
     *,
     label: str = "<text>",
+    base: Path | None = None,
     package_map: Mapping[str, str | Path] | None = None,
     package_dirs: Iterable[str | Path] = (),
 ) -> Scene:
     """Read a scene from YAML text, called ``label`` in messages; see ``load_scene``.
 
-    Relative paths in it start from the working folder.
+    Relative paths in it start from the folder of the file ``base``, else from the working folder.
     """
-    return _scene(text, label, None, Packages.of(package_map, package_dirs))
+    return _scene(text, label, base, Packages.of(package_map, package_dirs))
 
 
 def _scene(text: str | bytes, label: str, base: Path | None, packages: Packages) -> Scene:

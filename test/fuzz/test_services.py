@@ -211,7 +211,7 @@ def offer(world: World, host: Host) -> Services:
     services = object.__new__(Services)
     services._host, services._world = host, world
     services._effects = Mock()  # what is published is not tried here
-    services._tools = Tools(loader.resolve, message_type, loader.load_request)
+    services._tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
     services.counts = RequestCounts()
     return services
 

@@ -97,6 +97,12 @@ OF_BROWSER = (
     "scene_graph_ros.views.browser",
     "websockets",
 )
+OF_RECORDING = (
+    "scene_graph_ros.node.effects.record",
+    "scene_graph_ros.node.recording",
+    "scene_graph_ros.replay",
+    "rosbags",
+)
 OF_PLANNING = (
     "scene_graph_ros.planning",
     "msg_adapters.robot_configurations",
@@ -140,11 +146,13 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
     unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS + OF_BROWSER
-    unwanted += OF_PLANNING
+    unwanted += OF_PLANNING + OF_RECORDING
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
     words = ("surface", "configurations", "camera")
     assert not [t for t in report["topics"] if any(word in t for word in words)]
-    assert not [t for t in report["threads"] if "camera" in t or "browser" in t]
+    assert not [
+        t for t in report["threads"] if any(w in t for w in ("camera", "browser", "recording"))
+    ]
 
 
 def test_what_is_asked_for_is_there(run):

@@ -8,9 +8,22 @@ from typing import Any, TypeVar
 
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["FilterId", "FrameId", "GeometryId", "Identifier", "SourceId"]
+__all__ = ["FilterId", "FrameId", "GeometryId", "Identifier", "SourceId", "continue_after"]
 
-_values = itertools.count(1)
+_counters = [itertools.count(1)]
+"""The one that gives out the next id."""
+
+
+def continue_after(value: int) -> None:
+    """Give out ids larger than ``value`` from now on, as another process did that is repeated.
+
+    For a process that does nothing else. Raises ValueError where larger ones were given out.
+    """
+    newest = next(_counters[0])
+    _counters[0] = itertools.count(max(newest, value) + 1)
+    if newest > value + 1:
+        raise ValueError(f"id {newest - 1} was given out already, later than {value}")
+
 
 Self = TypeVar("Self", bound="Identifier")
 
@@ -35,7 +48,7 @@ class Identifier:
     @classmethod
     def get_new_id(cls: type[Self]) -> Self:
         """Return an id different from all before it, of any type, and larger. Thread safe."""
-        return cls(next(_values))
+        return cls(next(_counters[0]))
 
     def get_value(self) -> int:
         """Return the integer. Raises ValueError for the invalid id."""

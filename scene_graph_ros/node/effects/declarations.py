@@ -128,6 +128,10 @@ def _by_browser(demand: Demand) -> str:
     return "the parameter browser is true" if demand.parameter("browser") else ""
 
 
+def _by_record(demand: Demand) -> str:
+    return "the parameter record names a folder" if demand.parameter("record") else ""
+
+
 CAMERA_TOPICS: dict[str, tuple[str, ...]] = {
     "color": ("color/image", "color/image/compressed", "color/camera_info"),
     "depth": (
@@ -204,6 +208,13 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         (),
         f"{_PACKAGE}.browser:Browser",
         needs=("surfaces",),
+    ),
+    EffectDeclaration(
+        "record",
+        _by_record,
+        "the parameter record, if it names a folder at start,",
+        (),
+        f"{_PACKAGE}.record:Record",
     ),
     EffectDeclaration(
         "signed_distance",

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 import math
 import threading
 import time
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable, TYPE_CHECKING
 
 from rclpy.callback_groups import CallbackGroup
 from rclpy.duration import Duration
@@ -20,6 +20,9 @@ from scene_graph_ros.node.runtime.qos import overridable
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.world import WorldSnapshot
 
+if TYPE_CHECKING:
+    from scene_graph_ros.node.recording.recorder import Recorder
+
 __all__ = ["Effect", "Host", "Outlet", "WorksAlone"]
 
 
@@ -29,6 +32,7 @@ class Host(Protocol):
     node: Node
     group: CallbackGroup
     world_frame: str
+    recorder: Recorder | None
 
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
@@ -143,6 +147,8 @@ class Outlet:
             event_callbacks=PublisherEventCallbacks(matched=self._matched),
             qos_overriding_options=overridable(),
         )
+        recorder = host.recorder
+        self._tape = None if recorder is None else recorder.tape(kind, topic, self.topic, qos)
         # The profile is by now what parameters made of it.
         keeps_all = qos.history == HistoryPolicy.KEEP_ALL
         self._receipts = (
@@ -163,7 +169,8 @@ class Outlet:
         """Tell whether a subscriber was matched since the last call, or may have missed much."""
         with self._lock:
             newcomers, self._newcomers = self._newcomers, False
-        return (self._receipts is not None and self._receipts.take_repeat()) or newcomers
+        is_key = self._tape is not None and self._tape.take_key()
+        return (self._receipts is not None and self._receipts.take_repeat()) or newcomers or is_key
 
     def take_missed(self) -> bool:
         """Tell whether a subscriber has missed messages, be they additions or deletions.
@@ -186,7 +193,9 @@ class Outlet:
         return str(self._publisher.topic_name)
 
     def is_heard(self) -> bool:
-        """Tell whether there are subscribers."""
+        """Tell whether there are subscribers, or a recording that is one."""
+        if self._tape is not None and self._tape.is_heard():
+            return True
         return self._publisher.get_subscription_count() > 0
 
     def is_due(self) -> bool:
@@ -214,6 +223,8 @@ class Outlet:
         if self._receipts is not None:
             self._receipts.sent()
         self._publisher.publish(message)
+        if self._tape is not None:
+            self._tape.write(message)
 
     def close(self) -> None:
         """Stop advertising."""

@@ -23,7 +23,21 @@ from scene_graph_ros.node.runtime.names import CONTACT_MARKERS, CONTACTS
 from scene_graph_ros.node.runtime.qos import contact_qos, marker_qos
 from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["Penetrations", "PointContact"]
+__all__ = ["Penetrations", "PointContact", "contact_message"]
+
+
+def contact_message(
+    wire: ContactWire, snapshot: WorldSnapshot, points: Any, surfaces: Any, deformable: Any
+) -> bytes:
+    """Return the message about a snapshot, serialized; None is an answer that is not there."""
+    return wire.message(
+        points,
+        snapshot.names,
+        stamp_ns=snapshot.stamp,
+        scene_version=snapshot.scene_version,
+        surfaces=NO_ROWS if surfaces is None else surface_rows(surfaces),
+        deformables=NO_ROWS if deformable is None else deformable_rows(deformable),
+    )
 
 
 class Penetrations:
@@ -112,14 +126,12 @@ class PointContact:
     def _publish_contacts(self, snapshot: WorldSnapshot, contacts: _Contacts) -> None:
         self._contacts.take_newcomers()
         if not contacts.are(self._told):
-            surfaces, deformable = contacts.surfaces, contacts.deformable
-            self._message = self._contact_wire.message(
+            self._message = contact_message(
+                self._contact_wire,
+                snapshot,
                 contacts.points,
-                snapshot.names,
-                stamp_ns=snapshot.stamp,
-                scene_version=snapshot.scene_version,
-                surfaces=NO_ROWS if surfaces is None else surface_rows(surfaces),
-                deformables=NO_ROWS if deformable is None else deformable_rows(deformable),
+                contacts.surfaces,
+                contacts.deformable,
             )
             self._told = contacts
         self._contacts.publish(self._message)

@@ -66,19 +66,23 @@ class UpdateLoop:
         max_rate: Callable[[], float],
         min_rate: Callable[[], float],
         precedence: Precedence,
+        received: Callable[[], Callable[[Topic, bytes], None] | None] = lambda: None,
     ) -> None:
         """Update at ``max_rate`` at most while poses arrive, else at ``min_rate``, in Hz.
 
         Messages are taken from ``topics()``; events of whatever is in ``group`` are handled. The
         thread calls ``topics`` at its start and when they changed, and waits for nothing then: so
         that is where to make and destroy what it waits for. Nobody else may while it runs. It has
-        ``precedence`` but while it waits.
+        ``precedence`` but while it waits. What ``received()`` returns, asked when the topics
+        changed, is told of each message before its topic is.
         """
         self._node, self._group = node, group
         self._update = update
         self._topics = topics
         self._max_rate, self._min_rate = max_rate, min_rate
         self._precedence = precedence
+        self._received = received
+        self._tell: Callable[[Topic, bytes], None] | None = None
         self._lock = threading.Lock()
         self._guard: GuardCondition | None = None
         self._thread: threading.Thread | None = None
@@ -136,6 +140,7 @@ class UpdateLoop:
             try:
                 self._have_topics_changed = False
                 topics = list(self._topics())
+                self._tell = self._received()
                 with self._precedence.taken():
                     self._serve(topics, guard)
             except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
@@ -195,6 +200,8 @@ class UpdateLoop:
             taken = subscription.handle.take_message(subscription.msg_type, True)
             if taken is None:
                 return
+            if self._tell is not None:
+                self._tell(topic, taken[0])
             topic.store(taken[0], time.monotonic_ns())
             self._is_wanted = True
 

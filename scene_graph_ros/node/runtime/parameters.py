@@ -295,6 +295,20 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "record",
+        "",
+        "Folder to record to, which must not be there yet; empty: none.",
+        read_only=True,
+    ),
+    Parameter(
+        "record_max_bytes",
+        4_000_000_000,
+        "Size at which a recording ends.",
+        minimum=1_000_000,
+        maximum=1_000_000_000_000_000,
+        read_only=True,
+    ),
+    Parameter(
         "contact_point_size",
         0.02,
         "Metres. Diameter of the spheres that show contact points.",

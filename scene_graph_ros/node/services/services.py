@@ -12,7 +12,7 @@ from contextlib import nullcontext
 from functools import partial
 import time
 import traceback
-from typing import Any, Protocol
+from typing import Any, Protocol, TYPE_CHECKING
 
 from rclpy.node import Node
 
@@ -35,7 +35,11 @@ from scene_graph_ros.node.services.queries import Asked, QUERIES
 from scene_graph_ros.node.services.request_counts import RequestCounts
 from scene_graph_ros.node.services.waiting import Awaited, Later, Waiting
 from scene_graph_ros.node.world.edits import EDITS, Tools
+from scene_graph_ros.node.world.scene import Edit
 from scene_graph_ros.node.world.world import World, WorldSnapshot
+
+if TYPE_CHECKING:
+    from scene_graph_ros.node.recording.recorder import Recorder
 
 __all__ = ["Services"]
 
@@ -49,6 +53,7 @@ class ServiceHost(Protocol):
     """What the node offers to its services."""
 
     node: Node
+    recorder: Recorder | None
 
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
@@ -199,10 +204,7 @@ class Services:
                 resolve = self._tools.resolve
                 with at_rest() if name in _LARGE_EDITS else nullcontext():
                     prepare(name, request, snapshot.names, snapshot.inspector, resolve)
-                    _, snapshot = self._world.edit(
-                        lambda edit: handler(request, response, edit, self._tools),
-                        self._effects.prepare,
-                    )
+                    snapshot = self._edit(name, handler, request, response)
                 self._host.scene_changed()
                 if name == "RegisterSource":
                     topics = self._host.pose_topics(snapshot)
@@ -216,6 +218,28 @@ class Services:
             return response
 
         return answer
+
+    def _edit(self, name: str, handler: Any, request: Any, response: Any) -> WorldSnapshot:
+        """Make an edit, and have it recorded where that is asked for."""
+        recorder = self._host.recorder
+        if recorder is None:
+            _, snapshot = self._world.edit(
+                lambda edit: handler(request, response, edit, self._tools), self._effects.prepare
+            )
+            return snapshot
+        text = self._tools.scene_text(request.resource if name == "LoadScene" else "")
+
+        def change(edit: Edit) -> int:
+            first_id = recorder.next_id()
+            handler(request, response, edit, self._tools)
+            return first_id
+
+        def done(first_id: int) -> None:
+            ids = [*getattr(response, "frame_ids", ()), *getattr(response, "geometry_ids", ())]
+            recorder.edited(name, request, first_id, text=text, ids=[int(i) for i in ids])
+
+        _, snapshot = self._world.edit(change, self._effects.prepare, done=done)
+        return snapshot
 
     def _plan_answered(self, seconds: float) -> None:
         self.counts.answered()

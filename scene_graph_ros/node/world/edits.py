@@ -45,6 +45,7 @@ class Tools:
     resolve: Callable[[str], Any]
     check_pose_type: Callable[[str], Any]
     load_scene: Callable[[Edit, Any], list[SourceRecord]]
+    scene_text: Callable[[str], tuple[str, str]]
 
 
 Handler = Callable[[Any, Any, Edit, Tools], None]

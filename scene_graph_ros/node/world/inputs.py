@@ -44,7 +44,7 @@ from scene_graph_ros.node.world.source_channel import Inputs, Kept, SourceChanne
 from scene_graph_ros.node.world.source_topics import pose_topic
 from scene_graph_ros.node.world.world import World
 
-__all__ = ["Channel", "PoseInputs", "message_type"]
+__all__ = ["TF", "Channel", "PoseInputs", "message_type"]
 
 _QUEUED = 64
 """Messages of unknown layout kept per source; also how many the middleware may hold."""

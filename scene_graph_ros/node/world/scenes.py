@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, TYPE_CHECKING
 
 from msg_adapters.errors import MessageError
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.located import SceneFileError
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.world import new_token
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
@@ -26,11 +28,14 @@ class SceneLoader:
         package_paths: str,
         check_pose_type: Callable[[str], Any],
         effect_names: Collection[str],
+        texts: Mapping[Path, str] | None = None,
     ) -> None:
         """``package_paths`` are folders separated by colons.
 
-        ``effect_names`` are the effects that a scene may switch off.
+        ``effect_names`` are the effects that a scene may switch off; ``texts`` has what files say
+        that are not to be read.
         """
+        self._texts = {} if texts is None else texts
         self._folders = tuple(Path(part) for part in package_paths.split(":") if part)
         self._packages = Packages.of(package_dirs=self._folders)
         self._check_pose_type = check_pose_type
@@ -39,6 +44,16 @@ class SceneLoader:
     def resolve(self, resource: str) -> Path:
         """Return the file behind a path, ``file://`` or ``package://`` address."""
         return resolve_resource(resource, packages=self._packages)
+
+    def text(self, resource: str) -> tuple[str, str]:
+        """Return the path and the text of a scene file, both empty where ``resource`` is."""
+        if not resource:
+            return "", ""
+        path = self.resolve(resource).absolute()
+        try:
+            return str(path), read_limited(path, MAX_TEXT_BYTES).decode(errors="replace")
+        except OSError as error:
+            raise SceneFileError(f"{path}: cannot be read: {error.strerror}") from error
 
     def load_request(self, edit: Edit, request: Any) -> list[SourceRecord]:
         """Add the scene that a LoadScene request names or contains; it switches no effect off."""
@@ -64,7 +79,12 @@ class SceneLoader:
         # Reading files needs pydantic and the XML readers: only where a scene is loaded.
         from scene_graph_ros.scene_files import load_scene, load_scene_text
 
-        if resource:
+        path = self.resolve(resource).absolute() if self._texts and resource else Path()
+        if path in self._texts:
+            scene = load_scene_text(
+                self._texts[path], label=resource, base=path, package_dirs=self._folders
+            )
+        elif resource:
             scene = load_scene(self.resolve(resource), package_dirs=self._folders)
         else:
             scene = load_scene_text(text, package_dirs=self._folders)

@@ -22,7 +22,7 @@ from scene_graph_ros.node.world.message_sizes import too_long
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.world import World
 
-__all__ = ["Inputs", "Kept", "SourceChannel"]
+__all__ = ["Inputs", "Kept", "SourceChannel", "apply_kept"]
 
 
 @dataclass(eq=False, slots=True)
@@ -88,6 +88,19 @@ class SourceChannel(ABC, Generic[K, T]):
         return deserialize_message(data, self.kind)
 
 
+def apply_kept(
+    channel: SourceChannel[Any, Any], record: SourceRecord | None, target: Any, limits: TimeLimits
+) -> int | None:
+    """Apply what a channel kept; return when the oldest arrived that moved something, or None.
+
+    Where ``record`` is not the channel's any more, or there is no ``target``, it is forgotten.
+    """
+    kept = channel.take()
+    if not kept or record is not channel.record or target is None:
+        return None
+    return channel.apply(kept, target, limits)
+
+
 C = TypeVar("C", bound=SourceChannel[Any, Any])
 
 
@@ -142,11 +155,9 @@ class Inputs(ABC, Generic[C]):
         moved, arrivals = set(), []
         records = self._world.snapshot.records
         for name, channel in self._channels.open.items():
-            kept = channel.take()
-            if not kept or records.get(name) is not channel.record:
-                continue
-            target = self._target(name)
-            arrival = None if target is None else channel.apply(kept, target, limits)
+            record = records.get(name)
+            target = None if record is None else self._target(name)
+            arrival = apply_kept(channel, record, target, limits)
             if arrival is not None:
                 moved.add(name)
                 arrivals.append(arrival)

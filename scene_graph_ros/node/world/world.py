@@ -145,11 +145,13 @@ class World:
         self,
         change: Callable[[Edit], T],
         prepare: Callable[[WorldSnapshot], object] = lambda snapshot: None,
+        done: Callable[[T], object] = lambda result: None,
     ) -> tuple[T, WorldSnapshot]:
         """Change the model as a whole or, where ``change`` raises, not at all.
 
         One edit is made after another, and beside them poses go on: ``change`` and ``prepare``
-        may take long. ``prepare`` gets the scene as it is going to be, before it counts.
+        may take long. ``prepare`` gets the scene as it is going to be, before it counts; ``done``
+        gets what ``change`` returned when it does, before poses go on.
         Returns what ``change`` returned and the snapshot that has the change in it. Raises
         UnsupportedPairError for two half spaces that would be checked, and what ``check`` raises.
         """
@@ -178,6 +180,7 @@ class World:
                 scene.begin()
                 self._scene = scene
                 self._publish(None)
+                done(result)
                 return result, self._snapshot
 
     def commit(

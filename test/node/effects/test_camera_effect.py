@@ -56,6 +56,7 @@ class Host:
 
     group = None
     world_frame = "world"
+    recorder = None
 
     def __init__(self, lack=lambda group: ""):
         self.publishers, self.errors = {}, []

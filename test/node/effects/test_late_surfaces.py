@@ -67,6 +67,7 @@ class Host:
 
     group = None
     world_frame = "world"
+    recorder = None
 
     def __init__(self):
         self.publishers = {}

@@ -49,7 +49,7 @@ class Clients:
 
     def __init__(self):
         self.world, loader = World(), SceneLoader("", message_type, EFFECT_NAMES)
-        self._tools = Tools(loader.resolve, message_type, loader.load_request)
+        self._tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
         self.sources = {s.name: s for s in self.edit("LoadScene", text=SCENE).sources}
 
     def edit(self, name, **fields):

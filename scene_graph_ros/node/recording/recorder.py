@@ -1,0 +1,201 @@
+"""What is recorded of a node: what it takes in, what it does with that when, what it puts out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+import threading
+import time
+from typing import Any
+
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message, serialize_message
+
+from scene_graph_ros.geometry.model.ids import SourceId
+from scene_graph_ros.node.recording.events import encode, EVENTS, text_of, VERSION
+from scene_graph_ros.node.recording.spool import Spool
+from scene_graph_ros.node.runtime.names import CAMERAS, TRANSFORMS
+from scene_graph_ros.node.world.intake import TimeLimits
+from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.world import World, WorldSnapshot
+
+__all__ = ["Recorder", "Tape"]
+
+_KEY_PERIOD = 5.0
+"""Seconds between whole scenes, where a viewer can begin."""
+
+_SECRET = {"browser_token"}
+"""Parameters that a recording does not have."""
+
+
+class Tape:
+    """Takes the messages of one topic that the node publishes; a reader like any other."""
+
+    def __init__(self, spool: Spool, kind: Any, topic: str, qos: QoSProfile) -> None:
+        self._spool, self._topic, self._qos = spool, topic, qos
+        self._kind = _name_of(kind)
+        self._key_at = float("-inf")
+
+    def is_heard(self) -> bool:
+        """Tell whether the recording goes on."""
+        return self._spool.is_open
+
+    def take_key(self) -> bool:
+        """Tell whether the next message had better be the whole scene."""
+        now = time.monotonic()
+        if not self._spool.is_open or now - self._key_at < _KEY_PERIOD:
+            return False
+        self._key_at = now
+        return True
+
+    def write(self, message: Any) -> None:
+        """Take a message, serialized or not."""
+        is_raw = isinstance(message, (bytes, bytearray, memoryview))
+        data = bytes(message) if is_raw else serialize_message(message)
+        self._spool.put(self._topic, self._kind, data, qos=self._qos)
+
+
+class Recorder:
+    """Records one life of the node, from its configuration to its end.
+
+    Methods that say so are called with the world's lock held: what they record has the order in
+    which the world went through it.
+    """
+
+    def __init__(self, node: Node, folder: str, most_bytes: int) -> None:
+        """Begin; raises OSError where ``folder`` exists or can't be made."""
+        self._events = node.resolve_topic_name(EVENTS)
+        self._spool = Spool(Path(folder), self._events, most_bytes)
+        self._lock = threading.Lock()
+        self._seen: dict[tuple[str, str], Any] = {}
+        self._first: dict[str, Any] = {}
+        self._has_inputs = False
+        self._sequence = -1
+        self.folder = folder
+
+    def begin(self, parameters: Mapping[str, Any], scene: tuple[str, str], given: bool) -> None:
+        """Say what the node starts with, before it makes its world.
+
+        ``scene`` is the file it loads and its text, ``given`` whether a program made the model.
+        """
+        kept = {name: value for name, value in parameters.items() if name not in _SECRET}
+        path, text = scene
+        self._event(
+            "begin",
+            version=VERSION,
+            id=self.next_id(),
+            parameters=kept,
+            path=path,
+            text=text,
+            given=given,
+        )
+
+    def next_id(self) -> int:
+        """Return the number after which ids are given out from now on."""
+        return SourceId.get_new_id().get_value()
+
+    def tape(self, kind: Any, name: str, topic: str, qos: QoSProfile) -> Tape | None:
+        """Return what takes the messages of a topic, called ``name`` before it was resolved.
+
+        None for images and clouds of cameras, which can be made again from the rest.
+        """
+        if name == TRANSFORMS or name.startswith(CAMERAS):
+            return None
+        return Tape(self._spool, kind, topic, qos)
+
+    def received(self, channel: Any, data: bytes, world: World) -> None:
+        """Take a message that came in, in the thread that updates the world."""
+        record: SourceRecord = channel.record
+        if world.records.get(record.name) is not channel.record:
+            # The source is gone or another: the update does not look at it.
+            return
+        kind = _name_of(channel.kind)
+        key = (record.name, kind)
+        if self._seen.get(key) is not channel:
+            self._seen[key] = channel
+            self._event("channel", source=record.name, kind=kind, topic=channel.topic)
+        self._has_inputs = True
+        owner = self._first.setdefault(channel.topic, key)
+        if owner == key:
+            self._spool.put(channel.topic, kind, data)
+        else:
+            # Another source has it on its topic already.
+            self._event("input", source=record.name, kind=kind, data=text_of(data))
+
+    def updated(self, limits: TimeLimits, snapshot: WorldSnapshot) -> None:
+        """Say that what came in so far was taken; with the world's lock held."""
+        if not self._has_inputs and snapshot.sequence == self._sequence:
+            return
+        self._has_inputs, self._sequence = False, snapshot.sequence
+        self._event("update", limits=list(limits), sequence=snapshot.sequence)
+
+    def edited(
+        self, service: str, request: Any, first_id: int, *, text: tuple[str, str], ids: list[int]
+    ) -> None:
+        """Take an edit that counts from now on; with the world's lock held.
+
+        ``text`` is the file that it read, if any, with its text; ``ids`` are those in its answer.
+        """
+        plain = deserialize_message(serialize_message(request), type(request))
+        if hasattr(plain, "token"):
+            plain.token = 0
+        if hasattr(plain, "source"):
+            plain.source.token = 0
+        self._event(
+            "edit",
+            service=service,
+            id=first_id,
+            request=text_of(serialize_message(plain)),
+            path=text[0],
+            text=text[1],
+            ids=ids,
+        )
+
+    def accuracy_set(self, accuracy: str) -> None:
+        """Say that answers have this tier from now on; with the world's lock held."""
+        self._event("accuracy", value=accuracy)
+
+    def stamps_forgotten(self, after: int | None) -> None:
+        """Say that stamps after a time were forgotten; with the world's lock held.
+
+        None: all, with the messages that waited.
+        """
+        self._event("forget", after=after)
+
+    def stopped(self) -> None:
+        """Say that nothing is taken in any more, and what waited is forgotten."""
+        self._seen.clear()
+        self._first.clear()
+        self._event("stop")
+
+    def close(self) -> None:
+        """End the recording."""
+        self._spool.close()
+
+    def failure(self) -> str:
+        """Say why it ended before its time, "" where it did not."""
+        return self._spool.failure
+
+    def end(self) -> str:
+        """Say why nothing more is recorded, "" while it goes on."""
+        return self._spool.end
+
+    def counters(self) -> Mapping[str, Any]:
+        """Return what was recorded."""
+        spool = self._spool
+        return {
+            "folder": self.folder,
+            "messages": spool.written,
+            "dropped": spool.dropped,
+            "bytes": spool.size,
+        }
+
+    def _event(self, event: str, **values: Any) -> None:
+        self._spool.put(self._events, "std_msgs/msg/String", encode(event, **values))
+
+
+def _name_of(kind: Any) -> str:
+    """Return the name of a class of messages, ``package/msg/Name``."""
+    package = kind.__module__.split(".", 1)[0]
+    return f"{package}/msg/{kind.__name__}"

@@ -1,0 +1,1 @@
+"""Replays recordings of the node: `python -m scene_graph_ros.replay BAG --check`."""

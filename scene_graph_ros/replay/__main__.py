@@ -1,0 +1,120 @@
+"""`python -m scene_graph_ros.replay BAG`: checks a recording, publishes it again, repairs it."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+import sys
+
+from tqdm import tqdm
+
+from scene_graph_ros.replay.reader import Recorded, RecordingError, RecordingReader
+
+__all__ = ["main"]
+
+_CONTACTS = "scene_graph_msgs/msg/ContactArray"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return 0, 1 where contacts differ, 2 for what is no such recording."""
+    options = _parser().parse_args(arguments)
+    try:
+        reader = RecordingReader(options.bag)
+        if options.repair is not None:
+            return _repair(reader, options.repair)
+        if options.check:
+            return _check(reader, options.quiet)
+        return _publish(reader, options.rate, options.quiet)
+    except (RecordingError, OSError) as error:
+        sys.stderr.write(f"replay: {error}\n")
+        return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="python -m scene_graph_ros.replay",
+        description="Publish what a recorded node published, at the pace of then.",
+        epilog="Exit code 1: contacts differ; 2: no recording, or one that can't be replayed.",
+    )
+    parser.add_argument("bag", type=Path, metavar="BAG", help="folder of the recording")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument(
+        "--check",
+        action="store_true",
+        help="go through the recorded inputs again and compare all contacts bit for bit",
+    )
+    what.add_argument(
+        "--repair",
+        type=Path,
+        metavar="NEW",
+        help="copy what is whole of a recording that was cut off to a new folder, with an index",
+    )
+    what.add_argument(
+        "--rate", type=_rate, default=1.0, help="how many times as fast as then (default: 1)"
+    )
+    parser.add_argument("--quiet", action="store_true", help="show no progress")
+    return parser
+
+
+def _rate(text: str) -> float:
+    value = float(text)
+    if not 1e-3 <= value <= 1e3:
+        raise argparse.ArgumentTypeError(f"must be from 0.001 to 1000, not {text}")
+    return value
+
+
+def _with_progress(reader: RecordingReader, quiet: bool) -> Iterator[Recorded]:
+    """Yield the messages, and say at the end where they were cut off."""
+    with tqdm(total=reader.size, unit="B", unit_scale=True, disable=quiet or None) as progress:
+        for message in reader:
+            progress.update(reader.position - progress.n)
+            yield message
+        progress.update(reader.position - progress.n)
+    if not reader.is_complete:
+        sys.stderr.write(
+            f"replay: {reader.path} was cut off; {reader.position} of {reader.size} bytes are "
+            "whole. --repair makes a copy with an index.\n"
+        )
+
+
+def _check(reader: RecordingReader, quiet: bool) -> int:
+    from scene_graph_ros.replay.contacts import ContactCheck
+    from scene_graph_ros.replay.replay import Replay
+
+    replay, check = Replay(), None
+    for message in _with_progress(reader, quiet):
+        if replay.take(message) or message.kind != _CONTACTS or replay.snapshot is None:
+            continue
+        if check is None:
+            check = ContactCheck(replay.world.world_frame, replay.parameters.__getitem__)
+        check.compare(replay.snapshot, replay.world.effects_off, message.time, message.data)
+    _ = replay.world
+    counts = (check.equal, check.late, check.different) if check else (0, 0, 0)
+    sys.stdout.write(
+        f"{replay.inputs} inputs, {replay.edits} edits, {replay.updates} updates; contacts: "
+        f"{counts[0]} equal ({counts[1]} of them without what was late), {counts[2]} different\n"
+    )
+    if check is not None and check.different:
+        sys.stdout.write(f"the first that differs was published at {check.first_different} ns\n")
+        return 1
+    return 0
+
+
+def _publish(reader: RecordingReader, rate: float, quiet: bool) -> int:
+    from scene_graph_ros.replay.publish import publish
+
+    count = publish(_with_progress(reader, quiet), rate)
+    sys.stdout.write(f"{count} messages published\n")
+    return 0
+
+
+def _repair(reader: RecordingReader, folder: Path) -> int:
+    from scene_graph_ros.replay.repair import repair
+
+    sys.stdout.write(f"{repair(reader, folder)} messages copied to {folder}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

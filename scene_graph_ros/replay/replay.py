@@ -1,0 +1,219 @@
+"""A recorded node's world again: the same messages and edits, between the same updates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from rclpy.serialization import deserialize_message
+
+import scene_graph_msgs.srv
+from scene_graph_ros.geometry.errors import SceneGraphError
+from scene_graph_ros.geometry.model.ids import continue_after
+from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
+from scene_graph_ros.node.recording.events import bytes_of, decode, VERSION
+from scene_graph_ros.node.world.edits import EDITS, Tools
+from scene_graph_ros.node.world.inputs import Channel, message_type, TF
+from scene_graph_ros.node.world.intake import Intake, TimeLimits
+from scene_graph_ros.node.world.scene import Edit
+from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
+from scene_graph_ros.node.world.world import World, WorldSnapshot
+from scene_graph_ros.replay.reader import Recorded, RecordingError
+
+__all__ = ["Replay"]
+
+_EVENT_KIND = "std_msgs/msg/String"
+_CONFIGURATIONS = "scene_graph_msgs/msg/DeformableConfigurations"
+
+
+class Replay:
+    """Goes through a recording; `snapshot` is the world of the last update.
+
+    Ids are given out as in the node that was recorded, so a process replays once and does nothing
+    else.
+    """
+
+    def __init__(self) -> None:
+        """Wait for the beginning of a recording."""
+        self.parameters: Mapping[str, Any] = {}
+        self.snapshot: WorldSnapshot | None = None
+        self.updates = self.edits = self.inputs = 0
+        self._world: World | None = None
+        self._texts: dict[Path, str] = {}
+        self._channels: dict[tuple[str, str], SourceChannel[Any, Any]] = {}
+        self._owners: dict[str, tuple[str, str]] = {}
+
+    @property
+    def world(self) -> World:
+        """The world. Raises RecordingError before its beginning was taken."""
+        if self._world is None:
+            raise RecordingError("the recording has no beginning: no event 'begin' comes first")
+        return self._world
+
+    def take(self, message: Recorded) -> bool:
+        """Do what a message says; return False for one that the node put out.
+
+        Raises RecordingError where the world is not what it was, or can't be made again.
+        """
+        if message.kind == _EVENT_KIND:
+            self._do(message)
+            return True
+        if message.qos:
+            return False
+        key = self._owners.get(message.topic)
+        if key is None:
+            raise RecordingError(f"nothing says what takes the messages on {message.topic}")
+        self._store(key, message.data, message.time)
+        return True
+
+    def _do(self, message: Recorded) -> None:
+        try:
+            event = decode(message.data)
+            does = getattr(self, f"_on_{event.pop('event')}")
+            does(message.time, **event)
+        except RecordingError:
+            raise
+        except (
+            AttributeError,
+            LookupError,
+            TypeError,
+            ValueError,
+            OSError,
+            SceneGraphError,
+        ) as error:
+            raise RecordingError(
+                f"the event at {message.time} ns can't be replayed: {error}"
+            ) from error
+
+    def _on_begin(
+        self,
+        time: int,
+        *,
+        version: int,
+        id: int,  # noqa: A002 - the event's own name for it
+        parameters: Mapping[str, Any],
+        path: str,
+        text: str,
+        given: bool,
+    ) -> None:
+        if version != VERSION:
+            raise RecordingError(f"the recording has version {version}, this reads {VERSION}")
+        if given:
+            raise RecordingError(
+                "the node was given its model by a program, which is not in the recording: "
+                "it can be shown, not replayed"
+            )
+        continue_after(id)
+        self.parameters = parameters
+        if path:
+            self._texts[Path(path)] = text
+        self._loader = SceneLoader(
+            parameters["package_paths"], message_type, EFFECT_NAMES, self._texts
+        )
+        self._tools = Tools(
+            self._loader.resolve, message_type, self._loader.load_request, self._loader.text
+        )
+        self._world = World(None, world_frame=parameters["world_frame"])
+        self._world.set_accuracy(parameters["accuracy"])
+        if path:
+            self._world.edit(lambda edit: self._loader.load(edit, path))
+
+    def _on_edit(
+        self,
+        time: int,
+        *,
+        service: str,
+        id: int,  # noqa: A002 - the event's own name for it
+        request: str,
+        path: str,
+        text: str,
+        ids: list[int],
+    ) -> None:
+        kind = getattr(scene_graph_msgs.srv, service)
+        asked, answer = deserialize_message(bytes_of(request), kind.Request), kind.Response()
+        if path:
+            self._texts[Path(path)] = text
+            asked.resource = path
+
+        def change(edit: Edit) -> None:
+            continue_after(id)
+            if hasattr(asked, "source"):
+                # Recordings have no tokens.
+                record = edit.records.get(asked.source.name)
+                asked.source.token = 0 if record is None else record.token
+            EDITS[service](asked, answer, edit, self._tools)
+
+        self.world.edit(change)
+        got = [*getattr(answer, "frame_ids", ()), *getattr(answer, "geometry_ids", ())]
+        if [int(i) for i in got] != ids:
+            raise RecordingError(f"{service} gave out ids {got[:5]}... in place of {ids[:5]}...")
+        self.edits += 1
+
+    def _on_channel(self, time: int, *, source: str, kind: str, topic: str) -> None:
+        record = self.world.records[source]
+        if kind == _CONFIGURATIONS:
+            from scene_graph_ros.node.world.configurations import ConfigurationChannel
+
+            intake = Intake(source, _ignore, noun="geometry")
+            channel: Any = ConfigurationChannel(record, intake, self.world.world_frame)
+        else:
+            intake = Intake(source, _ignore, unknown_is_normal=record.pose_type == TF)
+            channel = Channel(record, intake, message_type(kind))
+        self._channels[source, kind] = channel
+        self._owners.setdefault(topic, (source, kind))
+
+    def _on_input(self, time: int, *, source: str, kind: str, data: str) -> None:
+        self._store((source, kind), bytes_of(data), time)
+
+    def _store(self, key: tuple[str, str], data: bytes, time: int) -> None:
+        self._channels[key].store(data, time)
+        self.inputs += 1
+
+    def _on_update(self, time: int, *, limits: list[int], sequence: int) -> None:
+        world, told = self.world, TimeLimits(*limits)
+        with world.lock:
+            moved: set[str] = set()
+            deformed: set[str] = set()
+            for (name, kind), channel in self._channels.items():
+                deforms = kind == _CONFIGURATIONS
+                target: Any = world.deformables.get(name) if deforms else None
+                if not deforms and name in world.records:
+                    target = world.frames(name)
+                if apply_kept(channel, world.records.get(name), target, told) is not None:
+                    (deformed if deforms else moved).add(name)
+            if moved or deformed:
+                world.commit(moved, time, deformed)
+        self.snapshot = world.snapshot
+        self.updates += 1
+        if world.snapshot.sequence != sequence:
+            raise RecordingError(
+                f"the update at {time} ns made version {world.snapshot.sequence} of the world, "
+                f"in the node it was version {sequence}"
+            )
+
+    def _on_accuracy(self, time: int, *, value: str) -> None:
+        self.world.set_accuracy(value)
+
+    def _on_forget(self, time: int, *, after: int | None) -> None:
+        if after is not None:
+            self.world.forget_stamps(after)
+            return
+        for channel in self._channels.values():
+            channel.take()
+        self.world.forget_stamps()
+
+    def _on_stop(self, time: int) -> None:
+        self._channels.clear()
+        self._owners.clear()
+
+    def _on_lost(self, time: int, *, count: int) -> None:
+        raise RecordingError(
+            f"at {time} ns {count} messages were dropped, since the disk was too slow: the world "
+            "from there on is not known"
+        )
+
+
+def _ignore(warning: str) -> None:
+    """Leave a warning about a message to the node that was recorded, which gave it."""
