@@ -12,7 +12,10 @@ if TYPE_CHECKING:
         make_body_shape_description,
     )
     from scene_graph_ros.planning.checker_bodies import CheckerBody
+    from scene_graph_ros.planning.checker_contexts import CollisionCheckerContext
+    from scene_graph_ros.planning.checker_interface import CollisionChecker
     from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+    from scene_graph_ros.planning.collision_checker_params import CollisionCheckerParams
     from scene_graph_ros.planning.distance_and_interpolation import (
         DistanceAndInterpolationProvider,
         LinearDistanceAndInterpolationProvider,
@@ -33,11 +36,15 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
     from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
+    from scene_graph_ros.planning.unimplemented_checker import UnimplementedCollisionChecker
 
 __all__ = [
     "BodyShapeDescription",
     "CheckerBody",
+    "CollisionChecker",
+    "CollisionCheckerContext",
     "CollisionCheckerError",
+    "CollisionCheckerParams",
     "DistanceAndInterpolationProvider",
     "EdgeMeasure",
     "EdgeStatus",
@@ -58,6 +65,7 @@ __all__ = [
     "Subgraph",
     "TimedPath",
     "TimingFailure",
+    "UnimplementedCollisionChecker",
     "get_continuous_revolute_joint_indices",
     "load_robot_diagram",
     "make_body_shape_description",
@@ -69,6 +77,9 @@ __all__ = [
 _MODULES = {
     "added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
     "checker_bodies": ("CheckerBody",),
+    "checker_contexts": ("CollisionCheckerContext",),
+    "checker_interface": ("CollisionChecker",),
+    "collision_checker_params": ("CollisionCheckerParams",),
     "collision_checker": ("SceneGraphCollisionChecker",),
     "distance_and_interpolation": (
         "DistanceAndInterpolationProvider",
@@ -87,6 +98,7 @@ _MODULES = {
     "position_space": ("get_continuous_revolute_joint_indices",),
     "robot_clearance": ("RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
+    "unimplemented_checker": ("UnimplementedCollisionChecker",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -13,6 +13,7 @@ from scene_graph_ros.planning.added_shapes import AddedShape, furnished
 from scene_graph_ros.planning.body_matrices import BodyMatrices, CHECKED, FILTERED
 from scene_graph_ros.planning.checker_bodies import CheckerBodies
 from scene_graph_ros.planning.checker_plan import CheckerPlan, make_plan, placed
+from scene_graph_ros.planning.errors import finite_number
 from scene_graph_ros.planning.robot_diagram import RobotDiagram
 
 __all__ = ["CheckerState", "make_state"]
@@ -47,6 +48,19 @@ class CheckerState(NamedTuple):
         checked = (matrices.filtered[a, b] == CHECKED) & (every.allowed | is_opened)
         plan = self.plan.with_pairs(checked, matrices.padding[a, b])
         return self._replace(matrices=matrices, plan=plan, body_of=self.bodies_of_all[checked])
+
+    def padded(self, environment: float | None, own: float | None) -> CheckerState:
+        """Return the state with paddings (m) to what is around robots, and between their bodies.
+
+        None leaves them. Raises CollisionCheckerError for what is not finite.
+        """
+        matrices = self.matrices
+        if environment is not None:
+            number = finite_number("env_collision_padding", environment)
+            matrices = matrices.with_environment_padding(number)
+        if own is not None:
+            matrices = matrices.with_robot_padding(finite_number("self_collision_padding", own))
+        return self.with_matrices(matrices)
 
     def with_added(self, added: Iterable[AddedShape]) -> CheckerState:
         """Return the state with just these shapes added to its scene."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 import math
 from typing import Any, NamedTuple
@@ -14,11 +15,11 @@ from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.planning.bodies import new_places
-from scene_graph_ros.planning.changing_checker import ChangingChecker
 from scene_graph_ros.planning.check_kernels import (
     check_configurations,
     NO_PAIR,
 )
+from scene_graph_ros.planning.checker_interface import CollisionChecker, one_configuration
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState, make_state
 from scene_graph_ros.planning.curves import turning_quaternions
@@ -32,7 +33,6 @@ from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.edge_ways import joined_measures, joined_statuses, Ways
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.planning.in_threads import in_threads
-from scene_graph_ros.planning.measuring_checker import MeasuringChecker
 from scene_graph_ros.planning.robot_clearance import (
     collision_types,
     poses_of_rows,
@@ -59,7 +59,7 @@ class ConfigurationCollisions(NamedTuple):
     """``(k,)`` metres: how much nearer than its padding the pair is."""
 
 
-class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
+class SceneGraphCollisionChecker(CollisionChecker):
     """Checks configurations and edges of robots against each other and all else in their scene.
 
     Pairs are those that the scene's filters leave, until others are set; two bodies that cannot
@@ -78,6 +78,8 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
         edge_step_size: float = 0.05,
         distance_and_interpolation_provider: DistanceAndInterpolationProvider | None = None,
         configuration_distance_function: ConfigurationDistanceFunction | None = None,
+        robot_model_instances: Iterable[str] | None = None,
+        implicit_context_parallelism: int | None = None,
     ) -> None:
         """Prepare for the robots of ``model`` at its context's present moment, or at ``snapshot``.
 
@@ -85,29 +87,25 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
         ``self_collision_padding`` between robots' own bodies; a negative one allows that they
         overlap. Where an edge's clearance is below ``tolerance`` it is undecided. Distances and
         ways are the linear provider's, or those of one of your own; then ``edge_step_size`` is how
-        long the straight pieces of a way are. Raises CollisionCheckerError for a number that is
-        not finite, or a tolerance or step size that is not positive.
+        long the straight pieces of a way are. ``robot_model_instances``, if given, must be the
+        names of all robots, and ``implicit_context_parallelism`` is how many contexts have
+        numbers. Raises CollisionCheckerError for a number that is not finite, a tolerance or step
+        size that is not positive, and a robot that is not there or missing.
         """
-        self._model, self._tree = model, model.tree
         self._tolerance = finite_number("tolerance", tolerance)
         if self._tolerance <= 0.0:
             raise CollisionCheckerError(f"tolerance must be positive, not {quoted(tolerance)}")
         state = make_state(model, model.context.snapshot if snapshot is None else snapshot)
-        ChangingChecker.__init__(
-            self, _padded(state, env_collision_padding, self_collision_padding)
-        )
-        MeasuringChecker.__init__(
-            self,
-            model.tree,
+        super().__init__(
+            model,
+            state.padded(env_collision_padding, self_collision_padding),
+            robot_model_instances=robot_model_instances,
             edge_step_size=edge_step_size,
             distance_and_interpolation_provider=distance_and_interpolation_provider,
             configuration_distance_function=configuration_distance_function,
+            implicit_context_parallelism=implicit_context_parallelism,
+            supports_parallel_checking=True,
         )
-
-    @property
-    def model(self) -> RobotDiagram:
-        """The robots and their scene."""
-        return self._model
 
     def at(
         self,
@@ -131,7 +129,7 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
             )
         result = self.clone()
         paddings = env_collision_padding, self_collision_padding
-        result._state = _padded(state.at(snapshot), *paddings)
+        result._state = state.at(snapshot).padded(*paddings)
         return result
 
     @property
@@ -162,7 +160,7 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
         Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
         for a position beyond all scenes.
         """
-        return bool(self.check_configs_collision_free(_row("q", q))[0])
+        return bool(self.check_configs_collision_free(one_configuration("q", q))[0])
 
     def check_configs_collision_free(
         self, configurations: ArrayLike, *, threads: int = 1
@@ -174,7 +172,9 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
     def find_colliding_pair(self, q: ArrayLike) -> tuple[Any, Any] | None:
         """Return the ids of a pair that is nearer than its padding at q ``(nq,)``, or None."""
         plan = self._state.plan
-        pair = int(self._first_pairs(plan, self.checked_configurations(_row("q", q)), 1)[0])
+        pair = int(
+            self._first_pairs(plan, self.checked_configurations(one_configuration("q", q)), 1)[0]
+        )
         return None if pair == NO_PAIR else plan.ids(pair)
 
     def _first_pairs(
@@ -219,7 +219,7 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
         ``pair`` are two geometry ids. Negative where the pair is further apart. Raises
         CollisionCheckerError for a pair that is not checked.
         """
-        (configuration,) = self.checked_configurations(_row("q", q))
+        (configuration,) = self.checked_configurations(one_configuration("q", q))
         state, ids = self._state, [int(each) for each in pair]
         row = state.plan.pair_of(*ids) if len(ids) == 2 else None
         if row is None:
@@ -253,7 +253,7 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
             raise CollisionCheckerError(
                 f"influence_distance must not be negative: {quoted(influence_distance)}"
             )
-        (configuration,) = self.checked_configurations(_row("q", q))
+        (configuration,) = self.checked_configurations(one_configuration("q", q))
         return robot_clearance(self._state, configuration, influence)
 
     def max_num_distances(self) -> int:
@@ -266,26 +266,19 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
         All pairs are looked at. Bodies around the robots are NO_COLLISION, whatever they touch.
         Raises as `check_config_collision_free`.
         """
-        (configuration,) = self.checked_configurations(_row("q", q))
+        (configuration,) = self.checked_configurations(one_configuration("q", q))
         return collision_types(self._state, configuration)
 
     # Edges.
 
-    def check_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> bool:
-        """Tell whether the edge between two configurations ``(nq,)`` is proven free.
-
-        It is straight, and floating joints turn the short way at one speed (slerp). Where the
-        provider has ways of its own it is these, as straight pieces (`way`), each of them proven.
-        """
-        edges = np.stack([_row("q1", q1)[0], _row("q2", q2)[0]])[np.newaxis]
-        return bool(self.check_edges_collision_free(edges)[0])
-
     def check_edges_collision_free(
         self, edges: ArrayLike, *, threads: int = 1
     ) -> NDArray[np.bool_]:
-        """Tell the same of many edges ``(n, 2, nq)``, or ``(n, m, nq)`` for curved ones.
+        """Tell whether each edge is proven free: ``(n, 2, nq)``, or ``(n, m, nq)`` for curves.
 
-        Those are Bézier curves with m control points, along which floating joints must not turn.
+        An edge is straight, and floating joints turn the short way at one speed (slerp). Where the
+        provider has ways of its own it is these, as straight pieces (`way`), each of them proven.
+        Curves are Bézier curves with m control points, along which floating joints must not turn.
         An edge that comes nearer to a collision than the checker's tolerance counts as not free.
         Raises KinematicTreeError for what is not finite, CollisionCheckerError for another shape.
         """
@@ -300,13 +293,11 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
             return prove(plan, checked, rules, threads=threads).statuses
         return joined_statuses(prove(plan, ways.pieces, rules, threads=threads).statuses, ways)
 
-    def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
-        """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
-        edges = np.stack([_row("q1", q1)[0], _row("q2", q2)[0]])[np.newaxis]
-        return self.measure_edges(edges)[0]
-
     def measure_edges(self, edges: ArrayLike, *, threads: int = 1) -> list[EdgeMeasure]:
-        """Return the same of many edges ``(n, m, nq)``; see `check_edges_collision_free`."""
+        """Return how far each edge ``(n, m, nq)`` is proven free, and what stops it.
+
+        See `check_edges_collision_free`.
+        """
         checked = self._checked_edges(edges)
         # Half of each distance is kept, as the clearance is asked for.
         rules = EdgeRules(measures=True, part=0.5, tolerance=self._tolerance)
@@ -345,17 +336,6 @@ class SceneGraphCollisionChecker(ChangingChecker, MeasuringChecker):
         return array
 
 
-def _padded(state: CheckerState, environment: float | None, own: float | None) -> CheckerState:
-    """Return the state with paddings (m) to what is around robots, and between their bodies."""
-    matrices = state.matrices
-    if environment is not None:
-        number = finite_number("env_collision_padding", environment)
-        matrices = matrices.with_environment_padding(number)
-    if own is not None:
-        matrices = matrices.with_robot_padding(finite_number("self_collision_padding", own))
-    return state.with_matrices(matrices)
-
-
 def _depth(state: CheckerState, q: NDArray[np.float64], pair: int) -> float:
     """Return how much nearer than its padding a pair (row of the plan) is at q ``(nq,)``."""
     plan = state.plan
@@ -364,14 +344,3 @@ def _depth(state: CheckerState, q: NDArray[np.float64], pair: int) -> float:
     X_WG = poses_of_rows(plan, state.snapshot, q)
     solved = solve_pairs(plan.held, X_WG, rows, math.inf, WITHIN)
     return float(plan.pairs.paddings[pair] - solved.distance[0])
-
-
-def _row(name: str, q: ArrayLike) -> NDArray[np.float64]:
-    """Return one configuration as a batch of one."""
-    try:
-        array = np.asarray(q, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise CollisionCheckerError(f"{name} must be numbers: {quoted(q)}") from error
-    if array.ndim != 1:
-        raise CollisionCheckerError(f"{name} must have shape (nq,), not {array.shape}")
-    return array[np.newaxis]

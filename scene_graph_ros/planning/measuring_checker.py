@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-import math
 from typing import Any
 
 import numpy as np
@@ -148,27 +147,31 @@ class MeasuringChecker:
         return [provider.compute_configuration_distance(q1, q2) for q1, q2 in pairs]
 
     def way(self, q1: ArrayLike, q2: ArrayLike) -> NDArray[np.float64]:
+        """Return configurations ``(n + 1, nq)`` whose straight edges are the provider's way.
+
+        A straight way is one edge, others are those between `samples`.
+        """
+        return self._along(q1, q2, 1) if self._is_straight else self.samples(q1, q2)
+
+    def samples(self, q1: ArrayLike, q2: ArrayLike) -> NDArray[np.float64]:
         """Return configurations ``(n + 1, nq)`` on the provider's way, q1 and q2 included.
 
-        They are at equal ratios, as many as make pieces of at most ``edge_step_size`` where the
-        distance is uniform. Straight ways are one piece. Raises CollisionCheckerError for a way of
-        more than `MAX_PIECES`, and what a provider of your own raises.
+        They are at equal ratios, as many as make steps of at most ``edge_step_size`` where the
+        distance is uniform. Raises CollisionCheckerError for more than `MAX_PIECES` steps, and
+        what a provider of your own raises.
         """
-        provider = self._provider
-        if self._is_straight:
-            ends = [provider.interpolate_between_configurations(q1, q2, r) for r in (0.0, 1.0)]
-            return np.stack(ends)
-        distance = provider.compute_configuration_distance(q1, q2)
-        pieces = max(1, math.ceil(distance / self._edge_step_size))
-        if pieces > MAX_PIECES:
+        distance = self._provider.compute_configuration_distance(q1, q2)
+        steps = max(1.0, np.ceil(distance / self._edge_step_size))
+        if steps > MAX_PIECES:
             raise CollisionCheckerError(
                 f"a way of {distance:g} has more than {MAX_PIECES} pieces of edge_step_size"
                 f" {self._edge_step_size:g}"
             )
-        ratios = np.arange(pieces + 1) / pieces
-        return np.stack(
-            [provider.interpolate_between_configurations(q1, q2, float(r)) for r in ratios]
-        )
+        return self._along(q1, q2, int(steps))
+
+    def _along(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> NDArray[np.float64]:
+        between = self._provider.interpolate_between_configurations
+        return np.stack([between(q1, q2, row / steps) for row in range(steps + 1)])
 
     def _functions(self) -> FunctionsProvider:
         provider = self._provider
