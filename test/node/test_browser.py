@@ -102,7 +102,7 @@ def test_a_page_sees_what_is_registered_moved_touching_and_removed(client, page,
 
     # Two balls of radius 0.5, 0.75 apart: 0.25 deep, in the middle.
     page.wish(["proximity"], contacts=True)
-    points, _, depths = page.take_until(lambda: page.contacts)
+    points, _, _, depths = page.take_until(lambda: page.contacts)
     assert points.tolist() == [pytest.approx([0.375, 0, 0], abs=1e-9)]
     assert depths.tolist() == [pytest.approx(0.25, abs=1e-6)]
 

@@ -60,7 +60,7 @@ def _vertices(data: bytes) -> Any:
 
 def _contacts(data: bytes) -> Any:
     (n,) = struct.unpack_from("<I", data)
-    return _arrays(data, 8, ("<f8", n, 3), ("<f4", n, 3), ("<f4", n, 1))
+    return _arrays(data, 8, ("<f8", n, 3), ("<f8", n, 2), ("<f4", n, 3), ("<f4", n, 1))
 
 
 def _surfaces(data: bytes) -> Any:

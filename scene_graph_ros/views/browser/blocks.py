@@ -47,7 +47,8 @@ class BlockKind(enum.IntEnum):
     VERTICES = 5
     """Integers: vertices v, 0; doubles: number, origin (3); floats (v, 3) from the origin."""
     CONTACTS = 6
-    """Integers: count n, 0; doubles (n, 3) points; floats (n, 3) normals, (n,) depths in m."""
+    """Integers: count n, 0; doubles (n, 3) points, (n, 2) ids of geometries A and B; floats (n, 3)
+    normals, (n,) depths in m."""
     SURFACES = 7
     """Integers: corners n, 0; doubles: pressure of red in Pa, origin (3); floats (n, 3) from the
     origin, three for a triangle, (n,) pressures in Pa."""
@@ -111,13 +112,20 @@ def vertices_block(number: float, p_WVs: NDArray[np.float64]) -> bytes:
 
 
 def contacts_block(
-    p_WCs: NDArray[np.float64], nhat_BA_W: NDArray[np.float64], depths: NDArray[np.float64]
+    p_WCs: NDArray[np.float64],
+    ids: NDArray[Any],
+    nhat_BA_W: NDArray[np.float64],
+    depths: NDArray[np.float64],
 ) -> bytes:
-    """Return the block of points in contact ``(n, 3)``, normals ``(n, 3)`` and depths ``(n,)``."""
+    """Return the block of points in contact ``(n, 3)``, normals ``(n, 3)`` and depths ``(n,)``.
+
+    ``ids`` ``(n, 2)`` are those of the geometries A and B.
+    """
     return _block(
         BlockKind.CONTACTS,
         struct.pack("<II", len(depths), 0),
         _bytes(p_WCs, "<f8"),
+        _bytes(ids, "<f8"),
         _bytes(nhat_BA_W, "<f4"),
         _bytes(depths, "<f4"),
     )

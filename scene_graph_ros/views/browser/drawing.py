@@ -85,6 +85,7 @@ def _entry(item: DrawItem, number: int) -> Entry:
     color = item.rgba or DEFAULT_COLOR
     return {
         "number": number,
+        "geometry": item.geometry_id,
         "path": item.path,
         "shape": item.shape.type_name,
         "color": (color.r, color.g, color.b, color.a),
@@ -224,7 +225,8 @@ class Drawing:
         if self._contacts[0] != asked:
             points, surfaces, scale = moment.contacts()
             middle = 0.5 * (points.p_WCa + points.p_WCb)
-            blocks = contacts_block(middle, points.nhat_BA_W, points.depth)
+            ids = np.stack([points.id_A, points.id_B], axis=1)
+            blocks = contacts_block(middle, ids, points.nhat_BA_W, points.depth)
             if surfaces is not None:
                 # Only where something presses.
                 from scene_graph_ros.views.surfaces import triangles_of

@@ -36,7 +36,12 @@ def test_blocks_of_any_length_stand_behind_each_other():
             scene_block({"a": "é"}),
             mesh_block(5, np.arange(9.0).reshape(3, 3), triangles),
             poses_block(np.array([2.0**40 + 1]), X_WG),
-            contacts_block(np.ones((1, 3)), np.array([(0.0, 0.0, 1.0)]), np.array([0.25])),
+            contacts_block(
+                np.ones((1, 3)),
+                np.array([(2**40, 3)]),
+                np.array([(0.0, 0.0, 1.0)]),
+                np.array([0.25]),
+            ),
             vertices_block(9, np.array([(1e6, 0.0, 0.0), (1e6 + 0.5, 1.0, 2.0)])),
             time_block(0, 1, 1),
         )
@@ -52,7 +57,7 @@ def test_blocks_of_any_length_stand_behind_each_other():
     assert position.tolist() == [1e6 + 0.1, -2.0, 3.0]
     # Of a turn by a about z: (0, 0, sin(a/2), cos(a/2)).
     assert rotation.tolist() == pytest.approx([0, 0, 0.5**0.5, 0.5**0.5], abs=1e-7)
-    assert [each.tolist() for each in contacts] == [[[1, 1, 1]], [[0, 0, 1]], [0.25]]
+    assert [each.tolist() for each in contacts] == [[[1, 1, 1]], [[2**40, 3]], [[0, 0, 1]], [0.25]]
     assert vertices[0] == 9
     assert vertices[1].tolist() == [[1e6, 0, 0], [1e6 + 0.5, 1, 2]]
 
@@ -71,12 +76,12 @@ def test_surfaces_have_a_pressure_at_each_corner():
 def test_nothing_is_a_block_too():
     """No contacts, a mesh without triangles, no vertices."""
     empty = np.empty((0, 3))
-    message = contacts_block(empty, empty, np.empty(0)) + mesh_block(
+    message = contacts_block(empty, np.empty((0, 2)), empty, np.empty(0)) + mesh_block(
         1, empty, np.empty((0, 3), dtype=np.int64)
     )
     message += vertices_block(2, empty)
     contacts, mesh, vertices = (content for _, content in read_blocks(message))
-    assert [len(each) for each in contacts] == [0, 0, 0]
+    assert [len(each) for each in contacts] == [0, 0, 0, 0]
     assert (len(mesh[1]), len(mesh[2]), len(vertices[1])) == (0, 0, 0)
 
 

@@ -197,14 +197,16 @@ def test_contacts_are_told_to_those_who_ask(stage, page):
     page.see(stage.moment())
     assert page.contacts is None
     page.see(stage.moment(), Wish(contacts=True))
-    points, normals, depths = page.contacts
+    points, ids, normals, depths = page.contacts
+    assert ids.tolist() == [[int(stage.geometries[name]) for name in "ab"]]
+    assert {entry["geometry"] for entry in page.items.values()} == set(ids.ravel())
     assert points.tolist() == [pytest.approx([0.75, 0, 0], abs=1e-12)]
     # Out of B into A, towards -x.
     assert normals.tolist() == [pytest.approx([-1, 0, 0], abs=1e-6)]
     assert depths.tolist() == [pytest.approx(0.5, abs=1e-6)]
     stage.move("b", (3.0, 0, 0))
     page.see(stage.moment(), Wish(contacts=True))
-    assert [len(each) for each in page.contacts] == [0, 0, 0]
+    assert [len(each) for each in page.contacts] == [0, 0, 0, 0]
 
 
 def test_surfaces_are_told_with_contacts(stage, page):

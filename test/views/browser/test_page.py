@@ -175,6 +175,45 @@ def test_contacts_are_shown_when_they_are_ticked(tab, stage, show):
     assert of_color(tab, 2)[2] < blue
 
 
+def test_a_click_tells_what_is_there(tab, stage, show):
+    """The one in front, where it is, what it touches and how deep; Escape or elsewhere: none."""
+    stage.add("other", Sphere(0.5), (0.6, 0.0, 0.0), rgba=(0.0, 0.0, 1.0))
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 2)
+    said = "document.querySelector('#selection').textContent"
+
+    def click(x, y):
+        for kind, buttons in (("pointerdown", 1), ("pointerup", 0)):
+            place = f"clientX: {x}, clientY: {y}, button: 0, buttons: {buttons}, pointerId: 1"
+            tab.value(
+                f"document.querySelector('#view').dispatchEvent(new PointerEvent('{kind}',"
+                f" {{{place}, bubbles: true}}))"
+            )
+
+    x, y, _ = of_color(tab, 2)
+    click(x, y)
+    tab.wait_for(f"{said}.includes('arm/other_frame/other')")
+    assert "0.6000 0.0000 0.0000 m" in tab.value(said)
+    assert "tick contacts" in tab.value(said)
+    tab.value("document.querySelector('#contacts').click()")
+    # Two balls of radius 0.5, 0.6 apart.
+    tab.wait_for(f"{said}.includes('400 mmarm/ball_frame/ball')")
+    shown.offer(lambda: stage.move("other", (0.8, 0.0, 0.0)))
+    tab.wait_for(f"{said}.includes('0.8000 0.0000') && {said}.includes('200 mm')")
+    hidden = "document.querySelector('#selection').hidden"
+    tab.value("window.dispatchEvent(new KeyboardEvent('keydown', {key: 'Escape'}))")
+    tab.wait_for(hidden)
+    click(x, y)
+    tab.wait_for(f"!{hidden}")
+    click(SIZE[0] - 3, 3)
+    tab.wait_for(hidden)
+    click(x, y)
+    tab.wait_for(f"!{hidden}")
+    shown.offer(lambda: stage.remove("other"))
+    tab.wait_for(hidden)
+
+
 def test_what_a_camera_sees_is_in_a_corner(tab, stage, show):
     """When the camera is chosen; another picture takes its place, nothing hides it."""
 

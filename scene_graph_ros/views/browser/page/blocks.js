@@ -43,7 +43,7 @@ const READERS = {
   [CONTACTS](reader) {
     const [count] = reader.take(Uint32Array, 2);
     return { kind: "contacts", count, points: reader.take(Float64Array, 3 * count),
-      normals: reader.take(Float32Array, 3 * count), depths: reader.take(Float32Array, count) };
+      pairs: reader.take(Float64Array, 2 * count), normals: reader.take(Float32Array, 3 * count), depths: reader.take(Float32Array, count) };
   },
   [SURFACES](reader) {
     const [count] = reader.take(Uint32Array, 2);

@@ -5,9 +5,13 @@ import { cross, plus, projection, unit } from "./vectors.js";
 const FIELD_OF_VIEW = 0.8;  // rad, from bottom to top
 const HIGHEST = 1.55;  // rad, just below straight down
 const NEAREST = 1e-6;  // m
+const CLICK = 4;  // pixels: a press that moves no farther is no drag
+
+const apart = (one, two) => Math.hypot(one.clientX - two.clientX, one.clientY - two.clientY);
 
 export class Camera {
-  constructor(canvas, onChange) {
+  // onClick gets the event of a press that was no drag.
+  constructor(canvas, onChange, onClick) {
     this.target = [0, 0, 0];
     this.distance = 3;
     this.azimuth = -0.9;
@@ -18,6 +22,11 @@ export class Camera {
       canvas.setPointerCapture(event.pointerId);
       canvas.focus();
       this.pointers.set(event.pointerId, event);
+      this.pressed = event.button === 0 && this.pointers.size === 1 ? event : null;
+    });
+    canvas.addEventListener("pointerup", (event) => {
+      if (this.pressed && apart(this.pressed, event) < CLICK) onClick(event);
+      this.pressed = null;
     });
     for (const name of ["pointerup", "pointercancel"]) {
       canvas.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
@@ -36,12 +45,12 @@ export class Camera {
     const dx = event.clientX - before.clientX, dy = event.clientY - before.clientY;
     if (this.pointers.size === 2) {
       const [other] = [...this.pointers.values()].filter((p) => p.pointerId !== event.pointerId);
-      const apart = (p) => Math.hypot(p.clientX - other.clientX, p.clientY - other.clientY) || 1;
-      this.zoom(apart(before) / apart(event));
+      this.zoom((apart(before, other) || 1) / (apart(event, other) || 1));
       this.move(dx / 2, dy / 2, height);
     } else if (event.buttons & 2 || event.buttons & 4 || event.shiftKey) {
       this.move(dx, dy, height);
-    } else {
+    } else if (!this.pressed || apart(this.pressed, event) >= CLICK) {
+      this.pressed = null;
       this.azimuth -= 0.007 * dx;
       this.elevation = Math.max(-HIGHEST, Math.min(HIGHEST, this.elevation + 0.007 * dy));
     }

@@ -4,6 +4,7 @@ import { Camera } from "./camera.js";
 import { Connection } from "./connection.js";
 import { Picture } from "./picture.js";
 import { Renderer } from "./renderer.js";
+import { Selection } from "./selection.js";
 import { Tree } from "./tree.js";
 import { World } from "./world.js";
 
@@ -25,7 +26,8 @@ class Rate {
 
 const renderer = new Renderer($("#view"));
 const world = new World(renderer);
-const camera = new Camera($("#view"), redraw);
+const camera = new Camera($("#view"), redraw, select);
+const selection = new Selection($("#selection"), world);
 const tree = new Tree($("#tree"), redraw);
 let isDue = false, isFitted = false, pictures = 0;
 
@@ -42,6 +44,14 @@ function draw() {
   const background = root.dataset.theme === "light" ? [0.953, 0.957, 0.965] : [0.078, 0.09, 0.11];
   renderer.draw(camera, world.picture(camera.view(1).eye), background);
   document.body.dataset.pictures = pictures;
+}
+
+function select(event) {
+  const ratio = $("#view").width / $("#view").clientWidth;
+  const { bodies } = world.picture(camera.view(1).eye);
+  const found = renderer.bodyAt(camera, bodies, ratio * event.offsetX, ratio * event.offsetY);
+  selection.select(found < 0 ? null : bodies[found].number);
+  redraw();
 }
 
 function fit() {
@@ -96,7 +106,10 @@ $("#theme").addEventListener("click", () => {
 root.dataset.theme = matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
 window.addEventListener("resize", redraw);
 window.addEventListener("keydown", (event) => {
-  if (event.key === "f" && event.target.tagName !== "INPUT") fit();
+  if (event.target.tagName === "INPUT") return;
+  if (event.key === "f") fit();
+  if (event.key === "Escape") selection.select(null);
+  redraw();
 });
 $("#view").addEventListener("webglcontextlost", () => {
   $("#status").textContent = "graphics lost: reload";
@@ -112,5 +125,6 @@ setInterval(() => {
     $("#updates").textContent = `${updateRate.value(time.sequence).toFixed(0)} Hz`;
   }
   $("#pictures").textContent = `${pictureRate.value(pictures).toFixed(0)} Hz`;
+  selection.follow();
   $("#contact-count").textContent = world.contacts ? world.contacts.count : "-";
 }, 250);

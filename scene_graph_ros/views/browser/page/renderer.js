@@ -1,7 +1,7 @@
 // Draws bodies, planes and contacts with WebGL 2.
 
 import { FORMS } from "./forms.js";
-import { BODY, PLANE, SURFACE } from "./shaders.js";
+import { BODY, PICK, PLANE, SURFACE } from "./shaders.js";
 import { dot, minus, plus, turn } from "./vectors.js";
 
 const FLOATS = 15;  // of a body: position 3, rotation 4, stretch 4, color 4
@@ -83,6 +83,7 @@ export class Renderer {
     if (!this.gl) throw new Error("this browser has no WebGL 2");
     const { gl } = this;
     this.body = program(gl, BODY);
+    this.pick = program(gl, PICK);
     this.plane = program(gl, PLANE);
     this.surface = program(gl, SURFACE);
     this.triangles = { array: gl.createVertexArray(), corners: gl.createBuffer(),
@@ -156,9 +157,42 @@ export class Renderer {
     gl.drawArrays(gl.TRIANGLES, 0, count);
   }
 
-  drawBodies(view, bodies) {
-    this.gl.useProgram(this.body.program);
-    this.gl.uniformMatrix4fv(this.body.uniforms.u_matrix, false, view.matrix);
+  // Returns which of the bodies is in front at a place of the canvas (in its pixels, from above); -1
+  // where none is.
+  bodyAt(camera, bodies, x, y) {
+    const { gl, canvas } = this, { width, height } = canvas;
+    const frame = gl.createFramebuffer();
+    const [color, depth] = [gl.createRenderbuffer(), gl.createRenderbuffer()];
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    [[color, gl.RGBA8, gl.COLOR_ATTACHMENT0],
+      [depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]].forEach(([buffer, kind, place]) => {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+      gl.renderbufferStorage(gl.RENDERBUFFER, kind, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+    });
+    const at = [Math.round(x), height - 1 - Math.round(y)];
+    gl.viewport(0, 0, width, height);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(...at, 1, 1);
+    gl.clearColor(0, 0, 0, 0);
+    gl.depthMask(true);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.enable(gl.DEPTH_TEST);
+    gl.disable(gl.BLEND);
+    const numbered = bodies.map((body, k) => ({ ...body, color: asColor(k + 1) }));
+    this.drawBodies(camera.view(width / Math.max(height, 1)), numbered, this.pick);
+    const seen = new Uint8Array(4);
+    gl.readPixels(...at, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, seen);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteFramebuffer(frame);
+    [color, depth].forEach((buffer) => gl.deleteRenderbuffer(buffer));
+    return seen[0] + 256 * seen[1] + 65536 * seen[2] - 1;
+  }
+
+  drawBodies(view, bodies, { program, uniforms } = this.body) {
+    this.gl.useProgram(program);
+    this.gl.uniformMatrix4fv(uniforms.u_matrix, false, view.matrix);
     const numbers = new Map();
     for (const { batch, position, rotation, stretch, color } of bodies) {
       if (!numbers.has(batch)) numbers.set(batch, []);
@@ -187,3 +221,6 @@ export class Renderer {
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }
 }
+
+// A number as a colour of three bytes.
+const asColor = (n) => [(n & 255) / 255, ((n >> 8) & 255) / 255, ((n >> 16) & 255) / 255, 1];

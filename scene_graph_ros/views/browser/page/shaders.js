@@ -39,6 +39,15 @@ export const BODY = {
     }`,
 };
 
+// Of what is in front, its number in the colour.
+export const PICK = {
+  vertex: BODY.vertex,
+  fragment: `${HEAD}
+    in vec4 v_color;
+    out vec4 color;
+    void main() { color = v_color; }`,
+};
+
 // A plane without end: a square around the point of it that is nearest to the eye, so large that
 // its edge has faded. Lines are counted from the origin of the half space.
 export const PLANE = {

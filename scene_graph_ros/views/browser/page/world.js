@@ -16,6 +16,7 @@ export class World {
     this.hidden = new Set();
     this.contacts = this.surfaces = null;
     this.time = null;
+    this.selected = null;  // the number of an item
   }
 
   // Takes a message; tells whether there are other items than before.
@@ -92,8 +93,23 @@ export class World {
   picture(eye) {
     const placed = [...this.items.values()].filter((i) => i.isShown && i.position && !i.reason);
     const planes = placed.filter((item) => item.form === "half_space");
-    const bodies = placed.filter((item) => item.form !== "half_space");
+    const bodies = placed.filter((item) => item.form !== "half_space").map((item) => (
+      item.number === this.selected ? { ...item, color: brighter(item.color) } : item));
     return { bodies, planes, marks: this.marks(eye), surfaces: this.surfaces };
+  }
+
+  // Returns what touches an item's geometry: the other's name, and how deep in m; deepest first.
+  touching({ geometry }) {
+    const { count = 0, pairs, depths } = this.contacts ?? {}, result = [];
+    for (let k = 0; k < count; k++) {
+      const pair = [pairs[2 * k], pairs[2 * k + 1]];
+      if (!pair.includes(geometry)) continue;
+      const other = pair[0] === geometry ? pair[1] : pair[0];
+      const item = [...this.items.values()].find((each) => each.geometry === other);
+      result.push({ name: item ? item.path.slice(1).join("/") : `geometry ${other}`,
+        depth: depths[k] });
+    }
+    return result.sort((one, two) => two.depth - one.depth);
   }
 
   marks(eye) {
@@ -127,6 +143,7 @@ export class World {
   }
 }
 
+const brighter = (color) => [...color.slice(0, 3).map((c) => 0.45 * c + 0.55), color[3]];
 const nameOf = ({ path }) => path.join("\n");
 
 function farthest(vertices) {
