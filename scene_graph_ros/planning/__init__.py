@@ -36,6 +36,10 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
     from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
+    from scene_graph_ros.planning.robot_diagram_builder import (
+        DiagramBuiltError,
+        RobotDiagramBuilder,
+    )
     from scene_graph_ros.planning.unimplemented_checker import UnimplementedCollisionChecker
 
 __all__ = [
@@ -45,6 +49,7 @@ __all__ = [
     "CollisionCheckerContext",
     "CollisionCheckerError",
     "CollisionCheckerParams",
+    "DiagramBuiltError",
     "DistanceAndInterpolationProvider",
     "EdgeMeasure",
     "EdgeStatus",
@@ -61,6 +66,7 @@ __all__ = [
     "RobotClearance",
     "RobotCollisionType",
     "RobotDiagram",
+    "RobotDiagramBuilder",
     "SceneGraphCollisionChecker",
     "Subgraph",
     "TimedPath",
@@ -98,6 +104,7 @@ _MODULES = {
     "position_space": ("get_continuous_revolute_joint_indices",),
     "robot_clearance": ("RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
+    "robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
     "unimplemented_checker": ("UnimplementedCollisionChecker",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

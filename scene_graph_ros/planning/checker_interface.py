@@ -218,7 +218,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         self.update_context_positions(model_context, q2)
         return self.check_edge_collision_free(q1, q2)
 
-    def measure_context_edge_collision_free(
+    def measure_context_edge(
         self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
     ) -> EdgeMeasure:
         """Measure an edge; the context's positions are the end's afterwards."""

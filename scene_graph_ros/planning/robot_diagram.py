@@ -48,11 +48,23 @@ class RobotDiagram:
             raise KinematicTreeError(f"scene {scene.name!r} has no robot to plan for")
         context = scene_graph.create_default_context()
         scene.set_initial_poses(context)
+        return cls.of_loaded(robots, scene_graph, context, name=scene.name)
+
+    @classmethod
+    def of_loaded(
+        cls,
+        robots: Mapping[str, LoadedRobot],
+        scene_graph: SceneGraph,
+        context: Context,
+        *,
+        name: str = "scene",
+    ) -> RobotDiagram:
+        """Return robots by name; only of several do the names of joints begin with the robot's."""
         if len(robots) == 1:
             (robot,) = robots.values()
             tree = robot.model.kinematic_tree(robot.semantics).at(robot.X_WB)
             return cls(scene_graph, context, tree, MappingProxyType(dict(robot.link_frames)))
-        return cls.of_robots(robots, scene_graph, context, name=scene.name)
+        return cls.of_robots(robots, scene_graph, context, name=name)
 
     @classmethod
     def of_robots(

@@ -89,6 +89,10 @@ def test_a_query_object_of_a_context_stays_as_it_was(slide):
     checker.update_context_positions(context, [0.8])
     assert context.query_object().has_collisions()
     assert not before.has_collisions()
+    assert checker.measure_context_edge(context, [0.0], [1.0]).alpha == pytest.approx(
+        0.7, abs=2e-6
+    )
+    assert context.q.tolist() == [1.0]
     with pytest.raises(ValueError, match="read-only"):
         context.q[0] = 3.0
 
