@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+import threading
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,7 @@ class MeasuringChecker:
         elif distance_and_interpolation_provider is not None:
             provider = _provider(distance_and_interpolation_provider)
         self._provider = provider
+        self._provider_changes = threading.Lock()
         self.edge_step_size = edge_step_size
 
     @property
@@ -84,7 +86,9 @@ class MeasuringChecker:
         self, provider: DistanceAndInterpolationProvider
     ) -> None:
         """Use another provider. Functions that were set are used no more."""
-        self._provider = _provider(provider)
+        checked = _provider(provider)
+        with self._provider_changes:
+            self._provider = checked
 
     def set_configuration_distance_function(
         self, distance_function: ConfigurationDistanceFunction
@@ -96,7 +100,8 @@ class MeasuringChecker:
         """
         self._not_own("distance_function", distance_function)
         function = _callable("distance_function", distance_function)
-        self._provider = self._functions().with_distance(function)
+        with self._provider_changes:
+            self._provider = self._functions().with_distance(function)
 
     def set_configuration_interpolation_function(
         self, interpolation_function: ConfigurationInterpolationFunction | None
@@ -105,7 +110,8 @@ class MeasuringChecker:
         if interpolation_function is not None:
             self._not_own("interpolation_function", interpolation_function)
             _callable("interpolation_function", interpolation_function)
-        self._provider = self._functions().with_interpolation(interpolation_function)
+        with self._provider_changes:
+            self._provider = self._functions().with_interpolation(interpolation_function)
 
     def compute_configuration_distance(self, q1: ArrayLike, q2: ArrayLike) -> float:
         """Return the provider's distance from q1 to q2 ``(nq,)``."""

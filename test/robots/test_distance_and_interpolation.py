@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from scene_graph_ros.planning import (
     load_robot_diagram,
     SceneGraphCollisionChecker,
 )
+from scene_graph_ros.planning.distance_and_interpolation import FunctionsProvider
 
 
 class Detour(DistanceAndInterpolationProvider):
@@ -312,3 +314,25 @@ def test_a_function_that_throws_ends_its_own_call_only(tmp_path):
         found = list(pool.map(ask, range(30)))
     assert found == [True if k % 3 else "no way there" for k in range(30)]
     assert checker.check_config_collision_free([0.0])
+
+
+def test_changes_from_two_threads_are_both_there(tmp_path, monkeypatch):
+    """The second begins while the first is under way, and is not lost."""
+    checker = SceneGraphCollisionChecker(
+        diagram(tmp_path, SLIDE, BALL), configuration_distance_function=lambda q1, q2: 0.0
+    )
+    second = threading.Thread(
+        target=checker.set_configuration_interpolation_function, args=(lambda a, b, r: 2.0 * a,)
+    )
+    change = FunctionsProvider.with_distance
+
+    def slow_change(self, function):
+        second.start()
+        second.join(0.2)
+        return change(self, function)
+
+    monkeypatch.setattr(FunctionsProvider, "with_distance", slow_change)
+    checker.set_configuration_distance_function(lambda q1, q2: 7.0)
+    second.join()
+    assert checker.compute_configuration_distance([1.0], [1.0]) == 7.0
+    assert checker.interpolate_between_configurations([1.0], [1.0], 0.5) == 2.0
