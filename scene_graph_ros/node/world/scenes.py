@@ -33,7 +33,7 @@ class SceneLoader:
         """``package_paths`` are folders separated by colons.
 
         ``effect_names`` are the effects that a scene may switch off; ``texts`` has what files say
-        that are not to be read.
+        that are not to be read, by their paths.
         """
         self._texts = {} if texts is None else texts
         self._folders = tuple(Path(part) for part in package_paths.split(":") if part)
@@ -79,8 +79,8 @@ class SceneLoader:
         # Reading files needs pydantic and the XML readers: only where a scene is loaded.
         from scene_graph_ros.scene_files import load_scene, load_scene_text
 
-        path = self.resolve(resource).absolute() if self._texts and resource else Path()
-        if path in self._texts:
+        path = Path(resource)
+        if resource and path in self._texts:
             scene = load_scene_text(
                 self._texts[path], label=resource, base=path, package_dirs=self._folders
             )

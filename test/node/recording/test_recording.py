@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 import resource
 import signal
 import subprocess
@@ -14,6 +13,7 @@ from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
 from node_harness import diagnostics_values, environment, ROOT, RUN_NODE, wait_until
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
+from recordings import counted, DEADLINE, replay, size_of
 from rosbags.rosbag2 import Reader
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
@@ -31,31 +31,6 @@ from scene_graph_ros.scene_files import load_scene
 
 CELL = ROOT / "config" / "scenes" / "panda_cell.yaml"
 JOINTS = [f"panda_joint{number}" for number in range(1, 8)]
-DEADLINE = 120.0
-
-
-def replay(domain, *arguments):
-    """Run the command; return its exit code and all that it said."""
-    done = subprocess.run(
-        [sys.executable, "-m", "scene_graph_ros.replay", "--quiet", *map(str, arguments)],
-        env=environment(domain),
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE,
-        check=False,
-    )
-    return done.returncode, done.stdout + done.stderr
-
-
-def counted(said):
-    """Return inputs, edits, updates and contacts: equal, late, different."""
-    return [int(number) for number in re.findall(r"\d+", said.splitlines()[0])]
-
-
-def size_of(folder):
-    """Return the bytes of a recording so far."""
-    return sum(path.stat().st_size for path in folder.glob("*.mcap"))
 
 
 def move_robot(client, steps, start=0):
