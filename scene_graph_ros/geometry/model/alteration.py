@@ -22,7 +22,7 @@ from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.spatial.poses import as_pose, compose, inverse
 
-__all__ = ["assign_role", "change_shape", "rename_frame", "rename_geometry"]
+__all__ = ["assign_role", "change_parent", "change_shape", "rename_frame", "rename_geometry"]
 
 
 def assign_role(
@@ -103,6 +103,29 @@ def _move_children(state: GeometryState, geometry_id: GeometryId) -> set[Role]:
             roles.update(child.properties)
             pending.append(child_id)
     return roles
+
+
+def change_parent(
+    state: GeometryState, source_id: SourceId, frame_id: FrameId, parent_id: FrameId
+) -> None:
+    """Have a frame of the source hang on another frame, of any source, with all below it."""
+    if state.frame(frame_id).id == WORLD_FRAME_ID:
+        raise OwnershipError("the world frame hangs on nothing")
+    record, parent = state.own_frame(source_id, frame_id), state.frame(parent_id)
+    below = [frame_id]
+    for each in below:
+        below.extend(state.frame_children[each])
+    if parent.id in below:
+        raise NameConflictError(
+            f"frame {record.name!r} cannot hang on {parent.name!r}, which is it or below it"
+        )
+    del state.frame_children[record.parent_id][frame_id]
+    state.frame_children[parent.id][frame_id] = None
+    state.frames[frame_id] = dataclasses.replace(record, parent_id=parent.id)
+    for each in below:
+        # Parents come before children.
+        state.frames[each] = state.frames.pop(each)
+    state.changed(frames=True)
 
 
 def rename_frame(state: GeometryState, source_id: SourceId, frame_id: FrameId, name: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -49,13 +49,17 @@ class RoleArrays(NamedTuple):
     and is at its origin, so that all poses are those of frames; else None."""
 
 
-def frame_layout(records: Iterable[FrameRecord], sources: Iterable[SourceId]) -> FrameLayout:
-    """Lay out frames that are given with parents before children, the world first."""
+def frame_layout(
+    records: Iterable[FrameRecord], source_frames: Mapping[SourceId, Iterable[FrameId]]
+) -> FrameLayout:
+    """Lay out frames that are given with parents before children, the world first.
+
+    ``source_frames`` are those of each source in the order of their registration.
+    """
     frames = tuple(records)
     row = {record.id: i for i, record in enumerate(frames)}
-    rows: dict[SourceId, list[int]] = {source_id: [] for source_id in sources}
-    for i, record in enumerate(frames[1:], start=1):
-        rows[record.source_id].append(i)
+    world = frames[0].id
+    rows = {s: [row[i] for i in own if i != world] for s, own in source_frames.items()}
     parent = np.array([row[record.parent_id] for record in frames], dtype=np.int64)
     return FrameLayout(
         ids=tuple(record.id for record in frames),

@@ -354,6 +354,24 @@ class SceneGraph(RendererRegistry, NotCopied):
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 
+    def change_parent(
+        self,
+        source_id: SourceId,
+        frame_id: FrameId,
+        parent_id: FrameId,
+        *,
+        context: Context | None = None,
+    ) -> None:
+        """Have a frame hang on another one, also of another source, with all that is below it.
+
+        So a gripper's link carries what is grasped. Its pose ``X_PF`` is by now in the new parent,
+        with the same numbers: set it. It is removed with its parent. Raises OwnershipError unless
+        the frame is the source's, UnknownIdError for an unknown frame, NameConflictError for a
+        parent that is below it.
+        """
+        with self._owner(context).changing() as state:
+            alteration.change_parent(state, source_id, frame_id, parent_id)
+
     def rename_frame(
         self, source_id: SourceId, frame_id: FrameId, name: str, *, context: Context | None = None
     ) -> None:

@@ -260,7 +260,7 @@ class GeometryState:
 
 @derived(Part.FRAMES)
 def _layout(state: GeometryState) -> FrameLayout:
-    return frame_layout(state.frames.values(), state.source_names)
+    return frame_layout(state.frames.values(), state.source_frames)
 
 
 def _rows_of(role: Role) -> Callable[[GeometryState], RoleArrays]:

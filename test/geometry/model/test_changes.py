@@ -242,3 +242,35 @@ def test_renaming_a_geometry(world):
 def test_world_frame_is_the_same_everywhere():
     """Two scene graphs have the same id for the world."""
     assert SceneGraph().world_frame_id() == SceneGraph.world_frame_id()
+
+
+def test_a_frame_hangs_on_another_ones_frame():
+    """With its pose in it and all below it; whose it is, it stays. It is removed with that."""
+    scene_graph = SceneGraph()
+    thing, robot = (scene_graph.register_source(name) for name in ("thing", "robot"))
+    cup = scene_graph.register_frame(thing, GeometryFrame("cup"))
+    lid = scene_graph.register_frame(thing, GeometryFrame("lid"), parent=cup)
+    hand = scene_graph.register_frame(robot, GeometryFrame("hand"))
+    context = scene_graph.create_default_context()
+    X = [np.eye(4) for _ in range(3)]
+    for axis, pose in enumerate(X):
+        pose[axis, 3] = 1.0
+    scene_graph.change_parent(thing, cup, hand, context=context)
+    context.set_frame_poses(thing, np.array(X[:2]))
+    context.set_frame_poses(robot, np.array(X[2:]))
+    inspector = context.inspector()
+    assert inspector.get_parent_frame(cup) == hand
+    assert inspector.get_child_frames(hand) == [cup]
+    assert inspector.frames_for_source(thing) == [cup, lid]
+    assert inspector.get_owning_source_name(cup) == "thing"
+    np.testing.assert_array_equal(context.snapshot.pose_in_world(lid), X[2] @ X[0] @ X[1])
+    # Another context's model is as it was.
+    assert scene_graph.model_inspector().get_parent_frame(cup) != hand
+    with pytest.raises(OwnershipError, match="cup"):
+        scene_graph.change_parent(robot, cup, hand, context=context)
+    with pytest.raises(NameConflictError, match="'cup' cannot hang on 'lid'"):
+        scene_graph.change_parent(thing, cup, lid, context=context)
+    with pytest.raises(OwnershipError, match="world"):
+        scene_graph.change_parent(thing, inspector.world_frame_id(), hand, context=context)
+    scene_graph.remove_frame(robot, hand, context=context)
+    assert inspector.frames_for_source(thing) == []
