@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msg_adapters.arrays import float64s_to_msg, int64s_to_msg, uint64s_to_msg
+from msg_adapters.arrays import float64s_to_msg, int64s_to_msg, uint8s_to_msg, uint64s_to_msg
 from msg_adapters.errors import MessageError
 from msg_adapters.names import legend, SceneNames
-from scene_graph_msgs.msg import CollisionTable, RobotConfigurations
+from scene_graph_msgs.msg import ClearanceTable, CollisionTable, RobotConfigurations
 from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
@@ -20,6 +20,7 @@ from scene_graph_ros.located import suggestion
 
 __all__ = [
     "RobotNames",
+    "clearance_table_to_msg",
     "collision_table_to_msg",
     "configurations_from_msg",
     "configurations_to_msg",
@@ -142,5 +143,31 @@ def collision_table_to_msg(
         id_b=int64s_to_msg(ids[:, 1]),
         depth=float64s_to_msg(depths),
         at=float64s_to_msg(at),
+        geometries=legend(names, ids),
+    )
+
+
+def clearance_table_to_msg(
+    rows: ArrayLike,
+    pairs: Sequence[tuple[Any, Any]],
+    kinds: ArrayLike,
+    distances: ArrayLike,
+    jacobians: NDArray[np.float64] | None,
+    position_names: Sequence[str],
+    names: SceneNames | None,
+) -> ClearanceTable:
+    """Return padded distances of pairs of geometry ids, and their derivatives ``(k, nq)``.
+
+    Without ``jacobians`` nothing is told of positions; without ``names`` the legend stays empty.
+    """
+    ids = np.array([sorted((int(a), int(b))) for a, b in pairs], dtype=np.int64).reshape(-1, 2)
+    return ClearanceTable(
+        row=uint64s_to_msg(rows),
+        id_a=int64s_to_msg(ids[:, 0]),
+        id_b=int64s_to_msg(ids[:, 1]),
+        kind=uint8s_to_msg(np.asarray(kinds, dtype=np.uint8)),
+        distance=float64s_to_msg(distances),
+        position_names=[] if jacobians is None else list(position_names),
+        jacobian=float64s_to_msg([] if jacobians is None else jacobians.reshape(-1)),
         geometries=legend(names, ids),
     )

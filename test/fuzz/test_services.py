@@ -61,7 +61,10 @@ SCENE = """
 version: 1
 name: s
 sources: [{name: arm}, {name: table}]
-frames: [{name: base, source: arm}, {name: hand, source: arm, parent: base}]
+frames:
+  - {name: base, source: arm}
+  - {name: hand, source: arm, parent: base}
+  - {name: cup, source: arm}
 geometries:
   - {name: ball, source: arm, frame: base, shape: {type: sphere, radius: 0.4}}
   - {name: box, source: arm, frame: hand, shape: {type: box, size: [0.5, 0.6, 0.7]}}
@@ -98,6 +101,19 @@ VALID: dict[str, dict[str, Any]] = {
         ),
         "assign": 1,
     },
+    "AttachFrame": {
+        "source": OWNER,
+        "frame": "hand",
+        "link": "slide/ball",
+        "touch_links": ["ball"],
+        "with_pose": True,
+        "pose": pose(x=0.5),
+    },
+    "CheckClearance": {
+        "configurations": RobotConfigurations(names=["rail"], positions=[0.0, 1.0]),
+        "influence_distance": 2.0,
+        "with_jacobians": True,
+    },
     "CheckConfigurations": {
         "configurations": RobotConfigurations(names=["rail"], positions=[0.0, 1.0]),
         "environment_padding": 0.01,
@@ -112,6 +128,7 @@ VALID: dict[str, dict[str, Any]] = {
     "ComputeSignedDistancePair": {"geometries_a": ["ball"], "geometries_b": ["box"]},
     "ComputeSignedDistancePairwise": {"max_distance": [1.0]},
     "ComputeSignedDistanceToPoint": {"points": [0.1, 0.2, 0.3], "threshold": [1.0]},
+    "DetachFrame": {"source": OWNER, "frame": "cup"},
     "DescribeScene": {"with_shapes": True, "with_properties": True},
     "FindCollisionCandidates": {},
     "GetDeformableConfigurations": {},
@@ -239,6 +256,9 @@ def new_world() -> World:
         edit.add_cameras(loaded.cameras)
 
     world.edit(own)
+    held = scene_graph_msgs.srv.AttachFrame.Request(source=OWNER, frame="cup", link="ball")
+    answer = scene_graph_msgs.srv.AttachFrame.Response()
+    world.edit(lambda edit: EDITS["AttachFrame"](held, answer, edit, None))
     return world
 
 

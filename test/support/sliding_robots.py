@@ -35,15 +35,18 @@ SECOND = """
 """
 
 
-def rail_scene(folder: Path, *, two: bool = False) -> Path:
-    """Write a scene with a robot, or two, and a post in the way of the first; return the file."""
+def rail_scene(folder: Path, *, two: bool = False, more: str = "") -> Path:
+    """Write a scene with a robot, or two, and a post in the way of the first; return the file.
+
+    ``more`` are further geometries.
+    """
     urdf = folder / "slide.urdf"
     urdf.write_text(SLIDE)
     text = RAILS % urdf
     if two:
         text = text.replace("frames:", f"{SECOND % urdf}frames:".lstrip("\n"))
     path = folder / "rails.yaml"
-    path.write_text(text)
+    path.write_text(text + more)
     return path
 
 

@@ -237,7 +237,7 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
     EffectDeclaration(
         "planning",
         _by_request("planning"),
-        "a request to check_configurations or check_edges, or a goal of plan_path",
+        "a request to check configurations, edges or clearance, or a goal of plan_path",
     ),
 )
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from msg_adapters.arrays import float64s_to_msg, uint8s_to_msg
 from msg_adapters.errors import MessageError
 from msg_adapters.robot_configurations import (
+    clearance_table_to_msg,
     collision_table_to_msg,
     configurations_from_msg,
     count_rows,
@@ -19,12 +20,17 @@ from msg_adapters.robot_configurations import (
 from scene_graph_msgs.srv import CheckEdges
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.services.queries import Asked
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
-from scene_graph_ros.planning import EdgeMeasure, SceneGraphCollisionChecker
+from scene_graph_ros.planning import EdgeMeasure, RobotClearance, SceneGraphCollisionChecker
 from scene_graph_ros.planning.position_limits import beyond_limits
 
-__all__ = ["check_configurations", "check_edges"]
+__all__ = ["check_clearance", "check_configurations", "check_edges"]
+
+
+_COLUMNS = 8
+"""Numbers of a Jacobian that count as one more row of an answer."""
 
 
 class _Collisions(NamedTuple):
@@ -66,6 +72,40 @@ class _Question(NamedTuple):
         """How many share the rows: one, where they share the worlds."""
         asked = self.asked
         return int(asked.limit("query_threads")) if len(asked.options.configurations) == 1 else 1
+
+
+def check_clearance(request: Any, response: Any, asked: Asked) -> None:
+    """Answer CheckClearance. A configuration costs about as much as an edge, and counts as one."""
+    count = count_rows(request.configurations) * len(asked.options.configurations)
+    asked.require("max_edges_per_request", count, "configurations")
+    question = _question(request, request.configurations, "configurations", asked)
+    influence = request.influence_distance
+    if not 0.0 <= influence <= MAX_COORDINATE:
+        raise MessageError(
+            f"influence_distance must be a number from 0 to {MAX_COORDINATE:g}, not {influence}"
+        )
+    width = question.q.shape[1] if request.with_jacobians else 0
+
+    def answer(world: QueryObject) -> list[RobotClearance]:
+        checker, tables = question.checker(world), []
+        for q in question.q:
+            tables.append(checker.calc_robot_clearance(q, influence))
+            asked.tally.add(tables[-1].size * (1 + width // _COLUMNS))
+        return tables
+
+    tables = [each for answers in asked.each(answer) for each in answers]
+    jacobians = np.concatenate(
+        [np.empty((0, question.q.shape[1])), *(t.jacobians for t in tables)]
+    )
+    response.clearances = clearance_table_to_msg(
+        np.repeat(np.arange(len(tables)), [table.size for table in tables]),
+        [pair for table in tables for pair in table.pairs],
+        [kind.value for table in tables for kind in table.collision_types],
+        np.concatenate([np.empty(0), *(table.distances for table in tables)]),
+        jacobians if request.with_jacobians else None,
+        question.robots.tree.position_names,
+        asked.legend,
+    )
 
 
 def check_configurations(request: Any, response: Any, asked: Asked) -> None:

@@ -310,6 +310,7 @@ def _of_planning(name: str) -> Query:
 
 
 QUERIES: dict[str, Query] = {
+    "CheckClearance": _of_planning("check_clearance"),
     "CheckConfigurations": _of_planning("check_configurations"),
     "CheckEdges": _of_planning("check_edges"),
     "ComputeContactSurfaces": Query(_on_demand("contact_surfaces"), kernels="surfaces"),

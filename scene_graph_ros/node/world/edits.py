@@ -270,6 +270,20 @@ def remove_camera(request: Any, response: Any, edit: Edit, tools: Tools) -> None
     edit.remove_cameras(_owner(request, edit), request.cameras)
 
 
+def attach_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
+    """Answer AttachFrame; what knows of robots is imported with the first of them."""
+    from scene_graph_ros.node.world import attaching
+
+    attaching.attach_frame(request, response, edit)
+
+
+def detach_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
+    """Answer DetachFrame."""
+    from scene_graph_ros.node.world import attaching
+
+    attaching.detach_frame(request, response, edit)
+
+
 def load_scene(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer LoadScene."""
     if bool(request.resource) == bool(request.text):
@@ -281,6 +295,8 @@ def load_scene(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
 EDITS: dict[str, Handler] = {
     "ApplyCollisionFilter": apply_filter,
     "AssignRole": assign_role,
+    "AttachFrame": attach_frame,
+    "DetachFrame": detach_frame,
     "LoadScene": load_scene,
     "RegisterAnchoredGeometry": register_anchored_geometry,
     "RegisterCamera": register_camera,

@@ -124,8 +124,9 @@ class TimeLimits(NamedTuple):
 class SourceFrames:
     """The frames of one source in registration order, with their newest poses.
 
-    ``X_PF`` is ``(n, 4, 4)``; ``stamps`` ``(n,)`` nanoseconds. ``foreign`` maps names of other
-    sources' frames to the source that owns them.
+    ``X_PF`` is ``(n, 4, 4)``; ``stamps`` ``(n,)`` nanoseconds. Frames with ids in ``attached`` are
+    carried by a link: their poses count only where they say that they are in it. ``foreign`` maps
+    names of other sources' frames to the source that owns them.
     """
 
     source: str
@@ -135,6 +136,7 @@ class SourceFrames:
     X_PF: np.ndarray
     stamps: np.ndarray
     foreign: dict[str, str] = field(default_factory=dict)
+    attached: frozenset[Any] = frozenset()
     rows: dict[str, int] = field(init=False)
     row_of_id: dict[Any, int] = field(init=False)
 
@@ -238,9 +240,11 @@ class Intake:
         for index in plan.strangers:
             self._name_stranger(batch.names[index], frames)
         for index in plan.misplaced:
-            claimed, actual = batch.parents[index], frames.parents[plan.rows[index]]
+            claimed, row = batch.parents[index], plan.rows[index]
+            relation = "is attached to" if frames.ids[row] in frames.attached else "has the parent"
             detail = (
-                f"the pose is given in {quoted(claimed)}, the frame's parent is {quoted(actual)}"
+                f"the pose is given in {quoted(claimed)}, the frame {relation}"
+                f" {quoted(frames.parents[row])}"
             )
             self.fault(Fault.WRONG_PARENT, batch.names[index], detail)
         valid = plan.usable & self._in_time(plan, stamps, limits)
@@ -357,7 +361,7 @@ class Intake:
         misplaced = tuple(
             index
             for index, (row, claimed) in enumerate(zip(rows.tolist(), parents, strict=True))
-            if row >= 0 and claimed not in ("", frames.parents[row])
+            if row >= 0 and claimed not in _parents_of(frames, row)
         )
         usable = rows >= 0
         usable[list(misplaced)] = False
@@ -388,3 +392,9 @@ class Intake:
                 problem, detail = limits.describe(status, stamp, int(newest[rows[index]]))
                 self.fault(problem, plan.names[index], f"a pose {detail}")
         return statuses == IN_TIME
+
+
+def _parents_of(frames: SourceFrames, row: int) -> tuple[str, ...]:
+    """Return the names of the frame in which poses of a frame may be given."""
+    parent = frames.parents[row]
+    return (parent,) if frames.ids[row] in frames.attached else ("", parent)

@@ -26,9 +26,11 @@ from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene_robots import SceneRobots
 
 if TYPE_CHECKING:
+    from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+    from scene_graph_ros.geometry.model.snapshot import Snapshot
     from scene_graph_ros.geometry.perception import CameraDescription
 
-__all__ = ["Edit", "Scene", "SourceRecord"]
+__all__ = ["Attachment", "Edit", "Scene", "SourceRecord"]
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,19 @@ class SourceRecord:
     configuration_topic: str = ""
 
 
+@dataclass(frozen=True)
+class Attachment:
+    """A frame that a robot's link carries.
+
+    ``parent`` is what it hung on, and hangs on again; ``pairs`` are filtered as long as it is
+    carried.
+    """
+
+    link: str
+    parent: FrameId
+    pairs: tuple[tuple[GeometryId, GeometryId], ...]
+
+
 @dataclass
 class Edit:
     """A change of the model in the making, on a copy: it counts when it ends without error."""
@@ -59,6 +74,11 @@ class Edit:
     cameras: dict[str, CameraDescription] = field(default_factory=dict)
     has_changes: bool = True
     names_before: SceneNames | None = None
+    attachments: dict[FrameId, Attachment] = field(default_factory=dict)
+    rehung: set[FrameId] = field(default_factory=set)
+    """Frames whose poses are in another parent from now on: they begin at their initial ones."""
+    moment: Snapshot | None = None
+    """Where all is while the edit is made."""
 
     def names(self) -> SceneNames:
         """Return the names of the model as it is now: ask again after a change."""
@@ -141,18 +161,21 @@ class Scene:
         self.scene_graph, self.records = edit.scene_graph, edit.records
         self.filter_owners, self.effects_off = edit.filter_owners, frozenset(edit.effects_off)
         self.cameras: Mapping[str, CameraDescription] = dict(edit.cameras)
+        self._rehung = frozenset(edit.rehung)
         self.version: int = 0 if before is None else before.version + 1
         inspector = self.scene_graph.model_inspector()
         self.context: Context = self.scene_graph.create_default_context()
+        there = set(inspector.get_all_frame_ids())
+        self.attachments = {f: a for f, a in edit.attachments.items() if f in there}
         between_steps()
         self.names = SceneNames(self.context.snapshot.inspector, edit.names_before)
         between_steps()
         known = {} if before is None else before.frames
         self.frames: dict[str, SourceFrames] = {}
         for name, record in self.records.items():
-            self.frames[name] = _frames_of(
-                record, inspector, edit.initial_poses, known.get(name), world_frame
-            )
+            frames = _frames_of(record, inspector, edit, known.get(name), world_frame)
+            frames.attached = frozenset(f for f in frames.ids if f in self.attachments)
+            self.frames[name] = frames
         self._owners: dict[str, str] = {}
         for name, frames in self.frames.items():
             self._owners.update(dict.fromkeys(frames.names, name))
@@ -170,6 +193,8 @@ class Scene:
             set(self.effects_off),
             cameras=dict(self.cameras),
             names_before=self.names,
+            attachments=dict(self.attachments),
+            moment=self.context.snapshot,
         )
 
     def take_poses(self, before: Scene | None) -> None:
@@ -177,7 +202,7 @@ class Scene:
         for name, frames in self.frames.items():
             old = None if before is None else before.frames.get(name)
             if old is not None and old is not frames:
-                _bring_poses(old, frames)
+                _bring_poses(old, frames, self._rehung)
             if frames.names:
                 self.context.set_frame_poses(self.records[name].id, frames.X_PF)
         for name, deformables in self.deformables.items():
@@ -209,19 +234,20 @@ class Scene:
 def _frames_of(
     record: SourceRecord,
     inspector: Any,
-    initial_poses: Mapping[Any, np.ndarray],
+    edit: Edit,
     old: SourceFrames | None,
     world_frame: str,
 ) -> SourceFrames:
     ids = tuple(sorted(inspector.frames_for_source(record.id)))
     names = tuple(inspector.get_name(frame_id) for frame_id in ids)
     parents = _parents(ids, inspector, world_frame)
-    if old is not None and (old.ids, old.names, old.parents) == (ids, names, parents):
+    is_as_before = old is not None and (old.ids, old.names, old.parents) == (ids, names, parents)
+    if old is not None and is_as_before and edit.rehung.isdisjoint(ids):
         return old
     X_PF = np.tile(np.eye(4), (len(ids), 1, 1))
     for row, frame_id in enumerate(ids):
-        if frame_id in initial_poses:
-            X_PF[row] = initial_poses[frame_id]
+        if frame_id in edit.initial_poses:
+            X_PF[row] = edit.initial_poses[frame_id]
     stamps = np.full(len(ids), UNSTAMPED, dtype=np.int64)
     return SourceFrames(record.name, ids, names, parents, X_PF, stamps)
 
@@ -232,8 +258,9 @@ def _parents(ids: Iterable[Any], inspector: Any, world_frame: str) -> tuple[str,
     return tuple(world_frame if p == world else inspector.get_name(p) for p in parents)
 
 
-def _bring_poses(old: SourceFrames, new: SourceFrames) -> None:
+def _bring_poses(old: SourceFrames, new: SourceFrames, rehung: frozenset[FrameId]) -> None:
     """Put frames where they were, also those whose place in the order is another by now."""
     rows = np.array([old.row_of_id.get(frame_id, -1) for frame_id in new.ids], dtype=np.int64)
-    kept = rows >= 0
+    stays = np.array([frame_id not in rehung for frame_id in new.ids], dtype=np.bool_)
+    kept = (rows >= 0) & stays
     new.X_PF[kept], new.stamps[kept] = old.X_PF[rows[kept]], old.stamps[rows[kept]]

@@ -321,3 +321,58 @@ def test_any_number_of_threads_gives_the_same_response(world):
         one = answer(world, "CheckConfigurations", **asked)
         assert answer(world, "CheckConfigurations", {"query_threads": 3}, **asked) == one
         assert set(one.outcomes) == {FREE, COLLIDES}
+
+
+def test_clearances_in_batches(world):
+    """Distances less their paddings, with how the rail changes them; what is far is left out."""
+    found = answer(
+        world,
+        "CheckClearance",
+        configurations=at(0.0, 0.5, 1.75, -5.0),
+        environment_padding=0.05,
+        influence_distance=0.5,
+        with_jacobians=True,
+    ).clearances
+    # Centres are 1 - q apart, radii 0.3 together.
+    assert list(found.row) == [1, 2]
+    np.testing.assert_allclose(found.distance, [0.15, 0.4], atol=1e-12)
+    assert list(found.kind) == [found.ENVIRONMENT] * 2
+    assert found.position_names == ["slide/rail"]
+    np.testing.assert_allclose(found.jacobian, [-1.0, 1.0], atol=1e-12)
+    assert names_of(found, 0) == {"post", "ball_collision_0"}
+    quiet = answer(world, "CheckClearance", configurations=at(0.65)).clearances
+    np.testing.assert_allclose(quiet.distance, [0.05], atol=1e-12)
+    assert not len(quiet.jacobian) and not quiet.position_names
+    none = answer(world, "CheckClearance", configurations=at(-5.0)).clearances
+    assert not len(none.row) and not len(none.distance)
+
+
+def test_clearances_of_poses_to_try_and_of_two_robots(world, two):
+    """Rows go on from one world to the next; the other robot is no surrounding."""
+    found = answer(
+        world, "CheckClearance", options=post_at(1.0, 5.0), configurations=at(0.65, 4.65)
+    ).clearances
+    assert list(found.row) == [0, 3]
+    np.testing.assert_allclose(found.distance, [0.05, 0.05], atol=1e-12)
+    found = answer(
+        two, "CheckClearance", influence_distance=6.0, self_padding=0.5, with_jacobians=True
+    ).clearances
+    kinds = dict(zip(found.kind, found.distance, strict=True))
+    # The rails are 5 m apart; both balls are where the rails are at their present places.
+    assert set(kinds) == {found.SELF, found.ENVIRONMENT}
+    assert len(found.jacobian) == 2 * len(found.row)
+
+
+def test_clearances_that_make_no_sense_are_refused(world):
+    """With the field and the value."""
+    for value in (-0.1, float("nan"), float("inf")):
+        with pytest.raises(MessageError, match="influence_distance must be a number from 0"):
+            answer(world, "CheckClearance", influence_distance=value)
+    with pytest.raises(UnknownIdError, match="no robot has a position 'x'"):
+        answer(world, "CheckClearance", configurations=at(0.0, name="x"))
+    limits = {"max_edges_per_request": 5}
+    with pytest.raises(TooLargeError, match="configurations: 6 are more than max_edges"):
+        answer(world, "CheckClearance", limits, configurations=at(*range(6)))
+    limits = {"max_rows_per_response": 1}
+    with pytest.raises(TooLargeError, match="rows of the answer: 2 are more than max_rows"):
+        answer(world, "CheckClearance", limits, configurations=at(0.7, 0.7))
