@@ -39,6 +39,16 @@ def test_the_hand_goes_from_one_compartment_into_the_next():
     assert len(rows) > 2
 
 
+def test_a_box_in_the_hand_takes_another_way():
+    """The path without it would hit, the one that is found does not."""
+    done = run("--grasp", "--timeout", "100")
+    assert done.returncode == 0, done.stdout + done.stderr
+    hit, found, *_ = done.stdout.splitlines()
+    assert "edges collide: grasp/" in hit
+    assert int(hit.split(" of ")[0].split()[-1]) >= 1
+    assert float(found.split("proven to keep ")[1].split(" mm")[0]) >= 5.0
+
+
 def test_without_time_there_is_a_reason():
     """And an exit code."""
     done = run("--timeout", "0")
