@@ -168,6 +168,17 @@ class ChangingChecker:
         pair = self._pair(bodyA, bodyB)
         self._set_matrices(lambda m: m.with_padding_between(*pair, padding))
 
+    def set_paddings_between(self, paddings: Mapping[tuple[AnyBody, AnyBody], float]) -> None:
+        """Set what several pairs of bodies have to keep, in m, all at once."""
+        pairs = [(*self._pair(*bodies), padding) for bodies, padding in paddings.items()]
+
+        def change(matrices: BodyMatrices) -> BodyMatrices:
+            for a, b, padding in pairs:
+                matrices = matrices.with_padding_between(a, b, padding)
+            return matrices
+
+        self._set_matrices(change)
+
     def get_padding_matrix(self) -> NDArray[np.float64]:
         """Return all paddings ``(n, n)`` of n bodies, in m."""
         return self._state.matrices.padding_matrix()

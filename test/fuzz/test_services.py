@@ -141,6 +141,12 @@ VALID: dict[str, dict[str, Any]] = {
         "with_trajectory": True,
         "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
     },
+    "SetPadding": {
+        "source": OWNER,
+        "frames_a": ["cup", "cup"],
+        "frames_b": ["base", "world"],
+        "paddings": [0.02, -0.01],
+    },
     "RegisterAnchoredGeometry": {
         "source": OWNER,
         "geometries": [sphere("lamp", at=pose(x=1.0))],
@@ -189,6 +195,7 @@ class Host:
     def __init__(self) -> None:
         self.node = self
         self.failures: list[str] = []
+        self.recorder = None
         self.values = {parameter.name: parameter.default for parameter in PARAMETERS} | LIMITS
 
     def parameter(self, name: str) -> Any:

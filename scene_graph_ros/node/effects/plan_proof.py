@@ -102,7 +102,7 @@ class PathInWorld:
         who = f"{names.geometry_path(first)} and {names.geometry_path(second)}"
         what = "are too near for a proof"
         if measure.status is EdgeStatus.COLLIDES:
-            padded = bool(self.path.environment_padding or self.path.self_padding)
+            padded = bool(self.checker.plan.pairs.paddings.any())
             millimetres = f"{1e3 * depth:.4g} mm"
             what = (
                 f"are {millimetres} nearer than their padding"

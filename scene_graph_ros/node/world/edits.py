@@ -284,6 +284,13 @@ def detach_frame(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     attaching.detach_frame(request, response, edit)
 
 
+def set_padding(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
+    """Answer SetPadding."""
+    from scene_graph_ros.node.world import paddings
+
+    paddings.set_padding(request, response, edit)
+
+
 def load_scene(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     """Answer LoadScene."""
     if bool(request.resource) == bool(request.text):
@@ -310,4 +317,5 @@ EDITS: dict[str, Handler] = {
     "RemoveGeometry": remove_geometry,
     "RemoveRole": remove_role,
     "RemoveSource": remove_source,
+    "SetPadding": set_padding,
 }

@@ -17,6 +17,7 @@ from scene_graph_ros.planning.checker_plan import carrier
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.geometry.model.context import Context
+    from scene_graph_ros.geometry.model.ids import FrameId
 
 __all__ = ["PlanningRobots"]
 
@@ -33,12 +34,22 @@ class PlanningRobots:
         scene_graph: SceneGraph,
         context: Context,
         snapshot: Snapshot,
+        paddings: Mapping[tuple[FrameId, FrameId], float],
     ) -> None:
-        """Prepare for loaded robots by name; raises UnknownIdError where there is none."""
+        """Prepare for loaded robots by name; raises UnknownIdError where there is none.
+
+        ``paddings`` (m) are those of single pairs of frames, which no request's replaces.
+        """
         if not robots:
             raise UnknownIdError("the scene has no robot to plan for")
         diagram = RobotDiagram.of_robots(robots, scene_graph, context)
         self._checker = SceneGraphCollisionChecker(diagram, snapshot=snapshot)
+        bodies = self._checker.bodies
+        known = {body.frame_id for body in bodies if self._checker.is_part_of_robot(body)}
+        # What a robot does not carry any more has none, until one does again.
+        self._paddings: Mapping[Any, float] = {
+            p: value for p, value in paddings.items() if known.intersection(p)
+        }
         self.model_version = snapshot.model_version
         self.tree = diagram.tree
         self.positions = RobotNames("position", self.tree.position_names, robots)
@@ -74,11 +85,14 @@ class PlanningRobots:
         self, snapshot: Snapshot, *, environment_padding: float, self_padding: float
     ) -> SceneGraphCollisionChecker:
         """Return a checker for a moment of the model, with paddings in metres."""
-        return self._checker.at(
+        result = self._checker.at(
             snapshot,
             env_collision_padding=environment_padding,
             self_collision_padding=self_padding,
         )
+        if self._paddings:
+            result.set_paddings_between(self._paddings)
+        return result
 
 
 def _rows(

@@ -75,6 +75,8 @@ class Edit:
     has_changes: bool = True
     names_before: SceneNames | None = None
     attachments: dict[FrameId, Attachment] = field(default_factory=dict)
+    paddings: dict[tuple[FrameId, FrameId], float] = field(default_factory=dict)
+    """Metres, of single pairs of frames."""
     rehung: set[FrameId] = field(default_factory=set)
     """Frames whose poses are in another parent from now on: they begin at their initial ones."""
     moment: Snapshot | None = None
@@ -167,6 +169,7 @@ class Scene:
         self.context: Context = self.scene_graph.create_default_context()
         there = set(inspector.get_all_frame_ids())
         self.attachments = {f: a for f, a in edit.attachments.items() if f in there}
+        self.paddings = {p: value for p, value in edit.paddings.items() if there.issuperset(p)}
         between_steps()
         self.names = SceneNames(self.context.snapshot.inspector, edit.names_before)
         between_steps()
@@ -182,7 +185,7 @@ class Scene:
         ids = {name: record.id for name, record in self.records.items()}
         self.deformables = deformables_by_source(inspector, ids)
         robots = {n: record.robot for n, record in self.records.items() if record.robot}
-        self.robots = SceneRobots(robots, self.scene_graph, self.context)
+        self.robots = SceneRobots(robots, self.scene_graph, self.context, self.paddings)
 
     def begin_edit(self) -> Edit:
         """Return a change that has changed nothing yet."""
@@ -194,6 +197,7 @@ class Scene:
             cameras=dict(self.cameras),
             names_before=self.names,
             attachments=dict(self.attachments),
+            paddings=dict(self.paddings),
             moment=self.context.snapshot,
         )
 

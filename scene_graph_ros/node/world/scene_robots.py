@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.geometry.model.context import Context
+    from scene_graph_ros.geometry.model.ids import FrameId
     from scene_graph_ros.geometry.model.snapshot import Snapshot
     from scene_graph_ros.node.world.planning_robots import PlanningRobots
 
@@ -22,9 +23,15 @@ class SceneRobots:
     """All robots, each a source by whose name it goes."""
 
     def __init__(
-        self, robots: Mapping[str, Any], scene_graph: SceneGraph, context: Context
+        self,
+        robots: Mapping[str, Any],
+        scene_graph: SceneGraph,
+        context: Context,
+        paddings: Mapping[tuple[FrameId, FrameId], float],
     ) -> None:
+        """Take robots, their scene, and the paddings (m) of single pairs of frames."""
         self.robots, self.scene_graph, self.context = robots, scene_graph, context
+        self._paddings = paddings
         self._lock = threading.Lock()
         self._planning: PlanningRobots | None = None
 
@@ -43,5 +50,5 @@ class SceneRobots:
             known = self._planning
             if known is None or known.model_version != snapshot.model_version:
                 about = self.robots, self.scene_graph, self.context
-                known = self._planning = PlanningRobots(*about, snapshot)
+                known = self._planning = PlanningRobots(*about, snapshot, self._paddings)
             return known

@@ -199,3 +199,48 @@ def test_requests_that_make_no_sense_change_nothing(world):
     attach(world)
     with pytest.raises(NameConflictError, match="'post' is attached to 'slide/ball' already"):
         attach(world)
+
+
+def test_paddings_of_single_pairs(world):
+    """They hold whatever a request says for all others, until they are taken back."""
+    free = srv.CheckConfigurations.Response.FREE
+
+    def outcomes(*rails, **fields):
+        found = answer(world, "CheckConfigurations", configurations=at(*rails), **fields)
+        return (np.array(found.outcomes) == free).tolist()
+
+    pair = {"frames_a": ["post"], "frames_b": ["slide/ball"]}
+    edit(world, "SetPadding", **pair, paddings=[0.2])
+    assert outcomes(0.49, 0.51) == [True, False]
+    # The wall is not of the pair: the ball touches it where the rail is at 3.6.
+    assert outcomes(0.49, 0.51, 3.39, 3.41, environment_padding=0.2) == [True, False, True, False]
+    assert outcomes(0.49, 0.51, 3.49, 3.51, environment_padding=0.1) == [True, False, True, False]
+    found = answer(world, "CheckClearance", configurations=at(0.4)).clearances
+    np.testing.assert_allclose(found.distance, [0.1], atol=1e-12)
+    edit(world, "SetPadding", **pair, paddings=[-0.1])
+    assert outcomes(0.79, 0.81, environment_padding=0.3) == [True, False]
+    edit(world, "SetPadding", **pair, paddings=[float("nan")])
+    assert outcomes(0.69, 0.71) == [True, False]
+    # What is carried keeps its own from what is anchored.
+    attach(world)
+    carried = {"frames_a": ["world"], "frames_b": ["post"]}
+    edit(world, "SetPadding", **carried, paddings=[0.4])
+    assert outcomes(1.09, 1.11) == [True, False]
+    edit(world, "DetachFrame", frame="post")
+    assert outcomes(3.59, 3.61) == [True, False]
+
+
+def test_paddings_that_make_no_sense_change_nothing(world):
+    """With the field and the names."""
+    version = world.snapshot.scene_version
+    for error, words, a, b, value in (
+        (UnknownIdError, "'pots'", "pots", "ball", [0.1]),
+        (MessageError, "'post' and 'post' are one frame", "post", "post", [0.1]),
+        (MessageError, "neither of 'post' and 'world' is moved", "post", "world", [0.1]),
+        (OwnershipError, "neither of 'ball' and 'world' is of source", "ball", "world", [0.1]),
+        (MessageError, "have 1, 1 and 2 entries", "post", "ball", [0.1, 0.2]),
+        (MessageError, "paddings must be a number up to", "post", "ball", [float("inf")]),
+    ):
+        with pytest.raises(error, match=words):
+            edit(world, "SetPadding", frames_a=[a], frames_b=[b], paddings=value)
+    assert world.snapshot.scene_version == version
