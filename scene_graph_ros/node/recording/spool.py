@@ -17,7 +17,7 @@ from scene_graph_ros.node.runtime.own_threads import stop_at_exit
 __all__ = ["Spool"]
 
 _MOST_WAITING = 1 << 26
-"""Bytes that may wait for the disk, 64 MiB: a second of the fastest scenes there are."""
+"""Bytes that may wait for the disk, 64 MiB: some twenty seconds of the demo's cell in motion."""
 
 _OVERHEAD = 200
 """Bytes that a message takes in memory beside its own."""
