@@ -71,10 +71,10 @@ LEAST_FLOW = 0.015
 """Less is not drawn."""
 
 
-def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """Return the options of the command line."""
+def options_of_a_way(description: str | None, picture: str) -> argparse.ArgumentParser:
+    """Return the options of who looks for a ball's way; ``picture`` is a name in the checkout."""
     parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+        description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     scene = ROOT / "config" / "scenes" / "panda_cell.yaml"
     parser.add_argument("--scene", type=Path, default=scene)
@@ -85,15 +85,15 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--sample", action="append", help="where a region begins, besides both ends", **place
     )
-    parser.add_argument("--output", type=Path, default=ROOT / "path_through_regions.png")
+    parser.add_argument("--output", type=Path, default=ROOT / picture)
     parser.add_argument("--width", type=int, default=CAMERA.width, help="of the picture, pixels")
     parser.add_argument("--no-picture", action="store_true", help="only find the way")
-    return parser.parse_args(arguments)
+    return parser
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Grow, join, solve, and draw."""
-    options = parse(arguments)
+    options = options_of_a_way(__doc__, "path_through_regions.png").parse_args(arguments)
     query = scene_of(options.scene)
     ball = Hyperellipsoid.make_hypersphere(options.radius, np.zeros(3))
     obstacles = make_iris_obstacles(query)

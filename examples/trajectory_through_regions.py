@@ -17,7 +17,6 @@ from collections.abc import Sequence
 import dataclasses
 from fractions import Fraction
 import itertools
-from pathlib import Path
 import sys
 import time
 
@@ -27,13 +26,11 @@ from path_through_regions import (
     CAMERA,
     END,
     FLOW,
-    GOAL,
+    options_of_a_way,
     PATH,
-    RADIUS,
     rod,
     SAMPLES,
     sphere,
-    START,
     THICK,
 )
 from picture import trace
@@ -59,7 +56,6 @@ from scene_graph_ros.planning.trajectories import (
 )
 from scene_graph_ros.scene_files import SceneFileError
 
-ROOT = Path(__file__).parents[1]
 ORDER = 4
 SPEED = 0.5
 """m/s, along each axis."""
@@ -73,30 +69,11 @@ DRAWN = 240
 """Places at which the curve is drawn, and the distance to the scene is measured."""
 
 
-def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
-    """Return the options of the command line."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    scene = ROOT / "config" / "scenes" / "panda_cell.yaml"
-    parser.add_argument("--scene", type=Path, default=scene)
-    place = {"type": float, "nargs": 3, "metavar": ("X", "Y", "Z")}
-    parser.add_argument("--start", default=START, help="where the way begins, metres", **place)
-    parser.add_argument("--goal", default=GOAL, help="where it ends, metres", **place)
-    parser.add_argument("--radius", type=float, default=RADIUS, help="of the ball, metres")
-    parser.add_argument("--speed", type=float, default=SPEED, help="along each axis, m/s")
-    parser.add_argument(
-        "--sample", action="append", help="where a region begins, besides both ends", **place
-    )
-    parser.add_argument("--output", type=Path, default=ROOT / "trajectory_through_regions.png")
-    parser.add_argument("--width", type=int, default=CAMERA.width, help="of the picture, pixels")
-    parser.add_argument("--no-picture", action="store_true", help="only find the trajectory")
-    return parser.parse_args(arguments)
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Grow, solve, prove, retime and draw."""
-    options = parse(arguments)
+    parser = options_of_a_way(__doc__, "trajectory_through_regions.png")
+    parser.add_argument("--speed", type=float, default=SPEED, help="along each axis, m/s")
+    options = parser.parse_args(arguments)
     query = scene_of(options.scene)
     ends = (options.start, options.goal)
     grown = grow(query, (*ends, *(options.sample or SAMPLES)))
