@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rclpy.serialization import deserialize_message
 
 import scene_graph_msgs.srv
@@ -130,6 +131,7 @@ class Replay:
         path: str,
         text: str,
         ids: list[int],
+        rehung: Mapping[str, list[float]],
     ) -> None:
         kind = getattr(scene_graph_msgs.srv, service)
         asked, answer = deserialize_message(bytes_of(request), kind.Request), kind.Response()
@@ -144,6 +146,8 @@ class Replay:
                 record = edit.records.get(asked.source.name)
                 asked.source.token = 0 if record is None else record.token
             EDITS[service](asked, answer, edit, self._tools)
+            for frame in edit.rehung:
+                edit.initial_poses[frame] = np.reshape(rehung[str(int(frame))], (4, 4))
 
         self.world.edit(change)
         got = [*getattr(answer, "frame_ids", ()), *getattr(answer, "geometry_ids", ())]

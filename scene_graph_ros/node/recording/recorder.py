@@ -131,11 +131,20 @@ class Recorder:
         self._event("update", limits=list(limits), sequence=snapshot.sequence)
 
     def edited(
-        self, service: str, request: Any, first_id: int, *, text: tuple[str, str], ids: list[int]
+        self,
+        service: str,
+        request: Any,
+        first_id: int,
+        *,
+        text: tuple[str, str],
+        ids: list[int],
+        rehung: dict[int, list[float]],
     ) -> None:
         """Take an edit that counts from now on; with the world's lock held.
 
-        ``text`` is the file that it read, if any, with its text; ``ids`` are those in its answer.
+        ``text`` is the file that it read, if any, with its text; ``ids`` are those in its answer;
+        ``rehung`` has the poses, row by row, of frames that hang on others from now on, which
+        depend on when the edit began.
         """
         plain = deserialize_message(serialize_message(request), type(request))
         if hasattr(plain, "token"):
@@ -150,6 +159,7 @@ class Recorder:
             path=text[0],
             text=text[1],
             ids=ids,
+            rehung=rehung,
         )
 
     def accuracy_set(self, accuracy: str) -> None:

@@ -229,14 +229,16 @@ class Services:
             return snapshot
         text = self._tools.scene_text(request.resource if name == "LoadScene" else "")
 
-        def change(edit: Edit) -> int:
+        def change(edit: Edit) -> tuple[int, dict[int, list[float]]]:
             first_id = recorder.next_id()
             handler(request, response, edit, self._tools)
-            return first_id
+            return first_id, {int(f): edit.initial_poses[f].ravel().tolist() for f in edit.rehung}
 
-        def done(first_id: int) -> None:
+        def done(changed: tuple[int, dict[int, list[float]]]) -> None:
+            first_id, rehung = changed
             ids = [*getattr(response, "frame_ids", ()), *getattr(response, "geometry_ids", ())]
-            recorder.edited(name, request, first_id, text=text, ids=[int(i) for i in ids])
+            numbers = [int(i) for i in ids]
+            recorder.edited(name, request, first_id, text=text, ids=numbers, rehung=rehung)
 
         _, snapshot = self._world.edit(change, self._effects.prepare, done=done)
         return snapshot

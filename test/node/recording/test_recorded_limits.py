@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+import string
 import subprocess
 import sys
 import threading
@@ -164,18 +166,25 @@ def test_a_replay_of_other_files_differs(start_node, domain, tmp_path):
 def test_the_size_limit_ends_a_recording_in_order(start_node, client, domain, tmp_path):
     """It has an index, and diagnostics say that it is over."""
     folder, limit = tmp_path / "bag", 1_000_000
-    scene = ROOT / "config" / "scenes" / "panda_cell.yaml"
+    (tmp_path / "scene.yaml").write_text(BALLS)
     node = start_node(
         {
-            "scene": scene,
+            "scene": tmp_path / "scene.yaml",
             "record": folder,
             "record_max_bytes": limit,
             "diagnostics_rate": 20.0,
-            "min_update_rate": 1000.0,
         },
         fresh=True,
     )
     listener = client.listen(DiagnosticArray, "/diagnostics")
+    # Text that hardly gets shorter: the first is kept as a whole, with the second it is too much.
+    letters = string.ascii_letters + string.digits
+    noise = "".join(random.Random(1).choices(letters, k=600_000))
+    for name in ("one", "two"):
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(f"version: 1\nsources: [{{name: {name}}}]\n# {noise}\n")
+        answer = client.call("LoadScene", resource=str(path))
+        assert answer.status.code == 0, answer.status
 
     def ended(message):
         return any(
@@ -186,12 +195,13 @@ def test_the_size_limit_ends_a_recording_in_order(start_node, client, domain, tm
     found = listener.wait_for(ended, "the end of the recording")
     assert int(diagnostics_values(found, "effect: record")["dropped"]) == 0
     client.forget(listener)
-    assert size_of(folder) <= limit + 100_000  # the index comes on top
+    assert 400_000 < size_of(folder) <= limit + 100_000  # the index comes on top
     with Reader(folder) as bag:
         assert bag.message_count > 0
     assert node.is_alive()
     code, said = replay(domain, folder, "--check")
     assert code == 0, said
+    assert counted(said)[1] == 1, said
     assert node.stop() == 0
 
 

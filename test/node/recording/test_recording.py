@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import resource
 import signal
 import subprocess
 import sys
+import threading
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
@@ -81,6 +83,45 @@ def add_ball(client, name):
     assert found.status.code == 0, found.status
     client.destroy(publisher)
     return handle
+
+
+def test_what_is_grasped_while_the_robot_moves_is_where_it_was(
+    start_node, client, domain, tmp_path
+):
+    """Attached and let go where the hand is when the edit begins; updates do not wait for it."""
+    folder = tmp_path / "bag"
+    node = start_node({"scene": CELL, "record": folder}, fresh=True)
+    handle = add_ball(client, "guest")
+    publisher = client.publisher(JointState, "/joint_states")
+    is_over = threading.Event()
+
+    def go_on():
+        for step in itertools.count():
+            message = JointState(name=JOINTS)
+            message.header.stamp = client.now()
+            message.position = [0.8 * math.sin(0.02 * step + joint) for joint in range(7)]
+            publisher.publish(message)
+            if is_over.wait(0.002):
+                return
+
+    mover = threading.Thread(target=go_on)
+    mover.start()
+    try:
+        grasp = {"source": handle, "frame": "f"}
+        for _ in range(10):
+            attached = client.call("AttachFrame", link="panda_hand", **grasp)
+            assert attached.status.code == 0, attached.status
+            assert client.call("DetachFrame", **grasp).status.code == 0
+    finally:
+        is_over.set()
+        mover.join()
+    assert node.stop() == 0
+    client.destroy(publisher)
+    code, said = replay(domain, folder, "--check")
+    assert code == 0, said
+    _, edits, updates, equal, _, different = counted(said)
+    assert (edits, different) == (23, 0), said
+    assert equal >= updates > 20
 
 
 def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, domain, tmp_path):
