@@ -124,53 +124,6 @@ def test_what_is_grasped_while_the_robot_moves_is_where_it_was(
     assert equal >= updates > 20
 
 
-def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, domain, tmp_path):
-    """The Panda's cell, moved and edited: contacts of the replay are those that went out."""
-    folder = tmp_path / "bag"
-    node = start_node({"scene": CELL, "record": folder}, fresh=True)
-    heard = client.listen(ContactArray, "contacts")
-    move_robot(client, 100)
-    handle = add_ball(client, "guest")
-    move_robot(client, 100, start=100)
-    last = wait_until(lambda: heard.newest, "contacts")
-    stamps = {bytes(serialize_message(last.header.stamp))}
-    before = size_of(folder)
-    wait_until(lambda: size_of(folder) > before, "another chunk")
-    before = size_of(folder)
-    wait_until(lambda: size_of(folder) > before, "the chunk after it")
-    assert node.stop(signal.SIGKILL) != 0
-    client.forget(heard)
-
-    code, said = replay(domain, folder, "--check")
-    assert code == 0, said
-    assert "was cut off" in said
-    inputs, edits, updates, equal, _, different = counted(said)
-    assert (inputs, edits, different) == (201, 3, 0), said
-    assert updates > 3
-    assert equal >= updates
-
-    reader = RecordingReader(folder)
-    recorded = list(reader)
-    assert not reader.is_complete
-    assert [m.time for m in recorded] == sorted({m.time for m in recorded})
-    contacts = [m.data for m in recorded if m.kind.endswith("/ContactArray")]
-    assert any(
-        bytes(serialize_message(deserialize_message(data, ContactArray).header.stamp)) in stamps
-        for data in contacts
-    )
-    assert str(handle.token).encode() not in b"".join(m.data for m in recorded)
-
-    repaired = tmp_path / "repaired"
-    code, said = replay(domain, folder, "--repair", repaired)
-    assert code == 0, said
-    with Reader(repaired) as bag:
-        read = [(c.topic, c.msgtype, t, bytes(data)) for c, t, data in bag.messages()]
-    assert read == [(m.topic, m.kind, m.time, m.data) for m in recorded]
-    code, said = replay(domain, repaired, "--check")
-    assert code == 0, said
-    assert "was cut off" not in said
-
-
 def test_an_ordinary_end_leaves_a_bag_that_rosbags_reads(start_node, domain, tmp_path):
     """Nobody listened: the recording itself asks for contacts and for the whole scene."""
     folder = tmp_path / "deep" / "bag"
@@ -278,3 +231,53 @@ def test_what_is_no_recording_is_refused_with_the_reason(domain, tmp_path, make,
     assert (code, len(said.splitlines())) == (2, 1), said
     assert reason in said
     assert str(folder) in said
+
+
+def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, domain, tmp_path):
+    """The Panda's cell, moved and edited: contacts of the replay are those that went out.
+
+    The last test: for a while a client takes the killed node's services for those of the next one.
+    """
+    folder = tmp_path / "bag"
+    node = start_node({"scene": CELL, "record": folder}, fresh=True)
+    heard = client.listen(ContactArray, "contacts")
+    move_robot(client, 100)
+    handle = add_ball(client, "guest")
+    move_robot(client, 100, start=100)
+    last = wait_until(lambda: heard.newest, "contacts")
+    stamps = {bytes(serialize_message(last.header.stamp))}
+    before = size_of(folder)
+    wait_until(lambda: size_of(folder) > before, "another chunk")
+    before = size_of(folder)
+    wait_until(lambda: size_of(folder) > before, "the chunk after it")
+    assert node.stop(signal.SIGKILL) != 0
+    client.forget(heard)
+
+    code, said = replay(domain, folder, "--check")
+    assert code == 0, said
+    assert "was cut off" in said
+    inputs, edits, updates, equal, _, different = counted(said)
+    assert (inputs, edits, different) == (201, 3, 0), said
+    assert updates > 3
+    assert equal >= updates
+
+    reader = RecordingReader(folder)
+    recorded = list(reader)
+    assert not reader.is_complete
+    assert [m.time for m in recorded] == sorted({m.time for m in recorded})
+    contacts = [m.data for m in recorded if m.kind.endswith("/ContactArray")]
+    assert any(
+        bytes(serialize_message(deserialize_message(data, ContactArray).header.stamp)) in stamps
+        for data in contacts
+    )
+    assert str(handle.token).encode() not in b"".join(m.data for m in recorded)
+
+    repaired = tmp_path / "repaired"
+    code, said = replay(domain, folder, "--repair", repaired)
+    assert code == 0, said
+    with Reader(repaired) as bag:
+        read = [(c.topic, c.msgtype, t, bytes(data)) for c, t, data in bag.messages()]
+    assert read == [(m.topic, m.kind, m.time, m.data) for m in recorded]
+    code, said = replay(domain, repaired, "--check")
+    assert code == 0, said
+    assert "was cut off" not in said
