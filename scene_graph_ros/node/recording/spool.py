@@ -51,7 +51,7 @@ class Spool:
         self._waiting_bytes = 0
         self._last = 0
         self._lost = 0
-        self._is_closing = False
+        self._is_closing = self._is_over = False
         self.dropped = 0
         self.written = 0
         self.size = self._bag.size
@@ -64,7 +64,7 @@ class Spool:
     @property
     def is_open(self) -> bool:
         """Whether messages are still taken."""
-        return not (self.end or self._is_closing)
+        return not (self._is_over or self._is_closing)
 
     def put(self, topic: str, kind: str, data: bytes, *, qos: QoSProfile | None = None) -> None:
         """Take a message; safe from any thread. What finds no room is dropped and counted."""
@@ -97,15 +97,16 @@ class Spool:
 
     def _run(self) -> None:
         try:
-            while not self._is_closing:
+            while self.is_open:
                 with self._changed:
                     self._changed.wait_for(lambda: self._is_closing, _FLUSH_PERIOD)
                 self._write()
                 self._bag.flush()
                 self.size = self._bag.size
-                if self.end:
-                    break
+            self._write()  # what came while the last was written
             self._bag.close()
+            if self._is_over:
+                self.end = f"the recording has record_max_bytes, {self._most_bytes}, and ended"
         except Exception as error:  # noqa: BLE001 - the node outlives its recording, and says so
             self._fail(error)
 
@@ -116,19 +117,21 @@ class Spool:
                 item = self._waiting.popleft()
                 self._waiting_bytes -= len(item.data) + _OVERHEAD
             if self._bag.size + len(item.data) > self._most_bytes:
-                self.end = f"the recording has record_max_bytes, {self._most_bytes}, and ended"
-                with self._changed:
-                    self._waiting.clear()
+                self._take_no_more()
                 return
             self._bag.write(*item)
             self.written += 1
 
-    def _fail(self, error: Exception) -> None:
-        self.failure = f"the recording ended: {type(error).__name__}: {error}"
-        self.end = self.failure
+    def _take_no_more(self) -> None:
         with self._changed:
+            self._is_over = True
             self._waiting.clear()
+
+    def _fail(self, error: Exception) -> None:
+        self._take_no_more()
+        reason = f"the recording ended: {type(error).__name__}: {error}"
         try:
             self._bag.abort()
         except OSError as second:
-            self.failure += f"; what is whole of it could not be kept apart: {second}"
+            reason += f"; what is whole of it could not be kept apart: {second}"
+        self.failure = self.end = reason
