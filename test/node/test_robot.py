@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import ctypes
-import importlib.util
 import math
-from pathlib import Path
-import sys
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Quaternion, Transform, TransformStamped, Vector3
-from node_harness import diagnostics_values, TF_PREFIX, wait_until
+from node_harness import diagnostics_values, wait_until
 import pytest
 from sensor_msgs.msg import JointState
+from tf_messages import tf_message_class, TF_PREFIX, TF_SITE_PACKAGES
 
 from msg_adapters.stamps import stamp_from_msg, stamp_to_msg
 
@@ -141,30 +138,10 @@ def test_a_robot_imports_nothing_but_ours(client, robot):
     assert "Traceback" not in robot.output()
 
 
-def _site_packages():
-    version = f"python{sys.version_info[0]}.{sys.version_info[1]}"
-    return TF_PREFIX / "lib" / version / "site-packages"
-
-
 @pytest.fixture(scope="module")
 def tf_message():
-    """Return the class of TF messages: installed, or from the test workspace."""
-    if importlib.util.find_spec("tf2_msgs") is None:
-        if not _site_packages().is_dir():
-            pytest.skip("tf2_msgs is neither installed nor in the test workspace (`make setup`)")
-        sys.path.append(str(_site_packages()))
-        _preload(sorted((TF_PREFIX / "lib").glob("libtf2_msgs__*.so")))
-    return importlib.import_module("tf2_msgs.msg").TFMessage
-
-
-def _preload(libraries: list[Path]) -> None:
-    """Load libraries that need each other, as their folder is not on this process's path."""
-    for _ in range(len(libraries)):
-        for library in libraries:
-            try:
-                ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
-            except OSError:
-                continue
+    """Return the class of TF messages."""
+    return tf_message_class()
 
 
 def test_tf_moves_its_frames_and_ignores_those_of_others(
@@ -175,7 +152,7 @@ def test_tf_moves_its_frames_and_ignores_those_of_others(
     scene = tmp_path / "tf.yaml"
     scene.write_text(TF_SCENE)
     extra = {
-        "PYTHONPATH": str(_site_packages()),
+        "PYTHONPATH": str(TF_SITE_PACKAGES),
         "LD_LIBRARY_PATH": str(TF_PREFIX / "lib"),
         "AMENT_PREFIX_PATH": str(TF_PREFIX),
     }

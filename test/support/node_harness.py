@@ -29,7 +29,6 @@ import scene_graph_msgs.srv
 ROOT = Path(__file__).parents[2]
 PATIENT = {"shutdown_timeout": 20.0}
 """Parameters of nodes in tests: on a busy machine an end in order may take its time."""
-TF_PREFIX = Path(sys.prefix) / "test_workspace"
 
 WITH_ITS_PARENT = ["setpriv", "--pdeathsig", "KILL", "--"]
 """Runs a command that is killed when the tests end, however: it would answer others' tests."""

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState, MultiDOFJointState
+from tf_messages import tf_message_class
 
 from msg_adapters.poses import (
     joints_from_msg,
@@ -401,16 +402,10 @@ def test_transforms_with_stamps_and_names_between_their_numbers(rng):
 
 
 def test_transforms_with_stamps_of_their_own(rng):
-    """As a TFMessage has them: several stamps, names between the numbers.
-
-    The message stands for tf2_msgs/TFMessage, which need not be installed: its bytes are those of
-    its list of transforms, here one after the other with the offsets that serializing gives.
-    """
-    tf2_msgs = pytest.importorskip("tf2_msgs.msg")
+    """As a TFMessage has them: several stamps, names between the numbers."""
+    kind = tf_message_class()
     names = ["a", "bcd", "efghij"]
-    message = tf2_msgs.TFMessage(
-        transforms=[stamped(rng, name, STAMP + i) for i, name in enumerate(names)]
-    )
+    message = kind(transforms=[stamped(rng, name, STAMP + i) for i, name in enumerate(names)])
     wire = taught("tf2_msgs/msg/TFMessage", message)
     message.transforms = [stamped(rng, name, STAMP - i) for i, name in enumerate(names)]
     data, layout = known(wire, message)
