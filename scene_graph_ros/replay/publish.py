@@ -17,7 +17,10 @@ from scene_graph_ros.replay.reader import Recorded
 __all__ = ["publish"]
 
 _DISCOVERY = 1.0
-"""Seconds that readers have to find the topics before the first message."""
+"""Seconds that readers have at most to find a topic before its first message."""
+
+_LOOK = 0.01
+"""Seconds between two looks whether one has."""
 
 
 def publish(messages: Iterable[Recorded], rate: float) -> int:
@@ -41,8 +44,7 @@ def publish(messages: Iterable[Recorded], rate: float) -> int:
                     _class(message.kind), message.topic, _profile(message.qos)
                 )
                 publishers[message.topic] = publisher
-                time.sleep(_DISCOVERY)
-                begin += _DISCOVERY
+                begin += _await_reader(publisher)
             if first is None:
                 begin, first = time.monotonic(), message.time
             wait = begin + (message.time - first) * 1e-9 / rate - time.monotonic()
@@ -56,6 +58,14 @@ def publish(messages: Iterable[Recorded], rate: float) -> int:
         node.destroy_node()
         rclpy.shutdown(context=context)
     return count
+
+
+def _await_reader(publisher: Any) -> float:
+    """Wait until somebody listens, or nobody seems to; return how long that took, in seconds."""
+    begin = time.monotonic()
+    while not publisher.get_subscription_count() and time.monotonic() < begin + _DISCOVERY:
+        time.sleep(_LOOK)
+    return time.monotonic() - begin
 
 
 def _class(kind: str) -> Any:
