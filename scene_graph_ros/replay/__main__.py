@@ -1,4 +1,4 @@
-"""`python -m scene_graph_ros.replay BAG`: checks a recording, publishes it again, repairs it."""
+"""`python -m scene_graph_ros.replay BAG`: checks, publishes, shows or repairs a recording."""
 
 from __future__ import annotations
 
@@ -23,6 +23,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         reader = RecordingReader(options.bag)
         if options.repair is not None:
             return _repair(reader, options.repair)
+        if options.html is not None:
+            return _page(reader, options.html, options.fps, options.quiet)
         if options.check:
             return _check(reader, options.quiet)
         return _publish(reader, options.rate, options.quiet)
@@ -51,7 +53,16 @@ def _parser() -> argparse.ArgumentParser:
         help="copy what is whole of a recording that was cut off to a new folder, with an index",
     )
     what.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write one page that shows the recording along a time line, in any browser",
+    )
+    what.add_argument(
         "--rate", type=_rate, default=1.0, help="how many times as fast as then (default: 1)"
+    )
+    parser.add_argument(
+        "--fps", type=_rate, default=30.0, help="moments a second in the page (default: 30)"
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
     return parser
@@ -106,6 +117,20 @@ def _publish(reader: RecordingReader, rate: float, quiet: bool) -> int:
 
     count = publish(_with_progress(reader, quiet), rate)
     sys.stdout.write(f"{count} messages published\n")
+    return 0
+
+
+def _page(reader: RecordingReader, path: Path, fps: float, quiet: bool) -> int:
+    from scene_graph_ros.replay.page import write_page
+
+    def warn(reason: str) -> None:
+        sys.stderr.write(f"replay: {reason}\n")
+
+    page = write_page(_with_progress(reader, quiet), path, fps, warn)
+    sys.stdout.write(
+        f"{page.count()} moments of {page.seconds():.1f} s in {path}, "
+        f"{1e-6 * path.stat().st_size:.1f} MB\n"
+    )
     return 0
 
 

@@ -20,9 +20,10 @@ from scene_graph_ros.node.effects.point_contact import contact_message
 from scene_graph_ros.node.effects.state import load
 from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["ContactCheck"]
+__all__ = ["SURFACES", "ContactCheck", "answer_of", "effects_on"]
 
-_SURFACES, _DEFORMABLE, _POINTS = "contact_surfaces", "deformable_contact", "point_contact"
+SURFACES = "contact_surfaces"
+_DEFORMABLE, _POINTS = "deformable_contact", "point_contact"
 
 
 class ContactCheck:
@@ -56,19 +57,15 @@ class ContactCheck:
 
     def _messages(self, snapshot: WorldSnapshot, effects_off: frozenset[str]) -> list[bytes]:
         """Return the message, and those that say less where something is late."""
-        demand = Demand(snapshot.inspector, {}, snapshot.cameras, self._parameter)
-        on = {
-            effect.name: effect
-            for effect in EFFECTS
-            if effect.answer is not None and effect.name not in effects_off
-            if effect.asked_by(demand)
-        }
-        surfaces = [_answer(on, _SURFACES, snapshot), None] if _SURFACES in on else [None]
-        deforms = [_answer(on, _DEFORMABLE, snapshot), None] if _DEFORMABLE in on else [None]
+        on = effects_on(snapshot, effects_off, self._parameter)
+        surfaces = [answer_of(on, SURFACES, snapshot), None] if SURFACES in on else [None]
+        deforms = [answer_of(on, _DEFORMABLE, snapshot), None] if _DEFORMABLE in on else [None]
         messages = []
         for found in surfaces:
             for deformable in deforms:
-                faces, points = (None, _answer(on, _POINTS, snapshot)) if found is None else found
+                faces, points = (
+                    (None, answer_of(on, _POINTS, snapshot)) if found is None else found
+                )
                 if points is not None:
                     message = contact_message(self._wire, snapshot, points, faces, deformable)
                     messages.append(bytes(message))
@@ -97,7 +94,21 @@ def _values(value: Any) -> Iterator[bytes]:
         yield struct.pack("<Q", len(text)) + text
 
 
-def _answer(on: Mapping[str, EffectDeclaration], name: str, snapshot: WorldSnapshot) -> Any:
+def effects_on(
+    snapshot: WorldSnapshot, effects_off: frozenset[str], parameter: Callable[[str], Any]
+) -> Mapping[str, EffectDeclaration]:
+    """Return the effects by name that compute something and that the scene asks for."""
+    demand = Demand(snapshot.inspector, {}, snapshot.cameras, parameter)
+    return {
+        effect.name: effect
+        for effect in EFFECTS
+        if effect.answer is not None and effect.name not in effects_off
+        if effect.asked_by(demand)
+    }
+
+
+def answer_of(on: Mapping[str, EffectDeclaration], name: str, snapshot: WorldSnapshot) -> Any:
+    """Return what an effect finds in a snapshot, None for one that is not on."""
     declaration = on.get(name)
     if declaration is None or declaration.answer is None:
         return None

@@ -5,73 +5,16 @@ Imported only where the parameter `browser` asks for it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from typing import Any
 
-from scene_graph_ros.geometry.query.query_object import QueryObject
-from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.effect import Host
+from scene_graph_ros.node.effects.moment import SnapshotMoment
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.server import BrowserView
-from scene_graph_ros.views.moment import Contacts
 
 __all__ = ["Browser"]
-
-
-class _Moment(NamedTuple):
-    """A snapshot, and the newest contact surfaces: where these are late, of an earlier one."""
-
-    snapshot: WorldSnapshot
-    found: Found | None
-    pressure_scale: float
-    look: Callable[[str, WorldSnapshot], bytes]
-
-    @property
-    def query(self) -> QueryObject:
-        """Answers about the snapshot."""
-        return self.snapshot.query
-
-    @property
-    def inspector(self) -> Any:
-        """Introspects its model."""
-        return self.snapshot.inspector
-
-    @property
-    def scene_version(self) -> int:
-        """That of the snapshot."""
-        return self.snapshot.scene_version
-
-    @property
-    def sequence(self) -> int:
-        """That of the snapshot."""
-        return self.snapshot.sequence
-
-    @property
-    def stamp(self) -> int:
-        """That of the snapshot."""
-        return self.snapshot.stamp
-
-    @property
-    def contact_sequence(self) -> int:
-        """That of the snapshot whose surfaces there are."""
-        return -1 if self.found is None else self.found.snapshot.sequence
-
-    @property
-    def cameras(self) -> tuple[str, ...]:
-        """Those of the snapshot."""
-        return tuple(sorted(self.snapshot.cameras))
-
-    def picture(self, camera: str) -> bytes:
-        """Return what a camera sees in the snapshot."""
-        return self.look(camera, self.snapshot)
-
-    def contacts(self) -> Contacts:
-        """Return what touches: surfaces and the points beside them are of the same snapshot."""
-        if self.found is None:
-            return Contacts(self.snapshot.ask(QueryObject.compute_point_pair_penetration))
-        surfaces, points = self.found.answer
-        return Contacts(points, surfaces, self.pressure_scale)
 
 
 class Browser:
@@ -128,7 +71,7 @@ class Browser:
             self._host.answer("surfaces", snapshot)
             found = self._host.newest_answer("surfaces")
         scale = self._host.parameter("pressure_scale")
-        self._view.offer(_Moment(snapshot, found, scale, self._look))
+        self._view.offer(SnapshotMoment(snapshot, found, scale, self._look))
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Do nothing: pages see that they are no longer connected."""

@@ -231,6 +231,9 @@ def test_what_is_no_recording_is_refused_with_the_reason(domain, tmp_path, make,
     assert (code, len(said.splitlines())) == (2, 1), said
     assert reason in said
     assert str(folder) in said
+    page = tmp_path / "page.html"
+    assert replay(domain, folder, "--html", page)[0] == 2
+    assert not page.exists()
 
 
 def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, domain, tmp_path):
@@ -271,6 +274,19 @@ def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, d
         for data in contacts
     )
     assert str(handle.token).encode() not in b"".join(m.data for m in recorded)
+
+    page = tmp_path / "page.html"
+    code, said = replay(domain, folder, "--html", page)
+    assert code == 0, said
+    assert str(page) in said
+    moments = counted(said)[0]
+    assert 3 < moments <= updates
+    content = page.read_text()
+    assert content.count("</script>") == 2
+    code, said = replay(domain, folder, "--html", page)
+    assert code == 2, said
+    assert str(page) in said
+    assert page.read_text() == content
 
     repaired = tmp_path / "repaired"
     code, said = replay(domain, folder, "--repair", repaired)

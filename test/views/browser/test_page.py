@@ -10,6 +10,7 @@ import pytest
 
 from msg_adapters.png import png
 from scene_graph_ros.geometry import Sphere
+from scene_graph_ros.views.browser.page_file import PageFile
 from scene_graph_ros.views.browser.server import BrowserView
 
 SIZE = (700, 320)
@@ -281,3 +282,76 @@ def test_the_page_comes_back_with_the_node(browser, stage, show):
     assert again.view.has_pages()
     # Attempts that were refused meanwhile, and nothing else.
     assert all("ERR_CONNECTION_REFUSED" in problem for problem in browser.problems)
+
+
+@pytest.fixture
+def file(stage, tmp_path):
+    """A page in a file: a red ball goes to the right for two seconds, 0.01 m a moment."""
+    stage.add("ball", Sphere(0.5), rgba=(1.0, 0.0, 0.0))
+    stage.add("guest", Sphere(0.1), roles=("proximity",))
+    page = PageFile(lambda *what: pytest.fail(str(what)))
+    for k in range(101):
+        stage.move("ball", (0.0078 * k, 0.0062 * k, 0.0))
+        page.add(stage.moment(), 0.02 * k)
+    path = tmp_path / "page.html"
+    path.write_text(page.html())
+    return path
+
+
+def go_to(tab, seconds):
+    """Move the time line."""
+    tab.value(
+        "(() => { const line = document.querySelector('#timeline input');"
+        f"line.value = {seconds}; line.dispatchEvent(new Event('input')); }})()"
+    )
+
+
+def test_a_file_shows_any_time_of_its_time_line(tab, file):
+    """To the right and back again, before and after whole moments; the label says when."""
+    tab.open(file.as_uri())
+    wait_for_items(tab, 1)
+    begin = of_color(tab, 0)
+    for k in (20, 70, 30, 0):
+        go_to(tab, 0.02 * k)
+        label = tab.value("document.querySelector('#timeline output').textContent")
+        assert label == f"{0.02 * k:.2f} of 2.00 s"
+        seen = wait_until_seen(
+            tab, lambda x, y, area, k=k: area and abs(x - begin[0] - 2.26 * k) < 30.0
+        )
+        assert seen[1] == pytest.approx(begin[1], abs=30.0)
+
+
+def test_a_file_shows_roles_and_contacts_that_are_asked_for(tab, file):
+    """The ball and its guest collide at first, and no longer at the end."""
+    tab.open(file.as_uri())
+    wait_for_items(tab, 1)
+    count = "document.querySelector('#contact-count').textContent"
+    tab.value("document.querySelector('#contacts').click()")
+    tab.wait_for(f"{count} === '1'")
+    go_to(tab, 2.0)
+    tab.wait_for(f"{count} === '0'")
+    tab.value("document.querySelector('[data-role=proximity]').click()")
+    wait_for_items(tab, 3)
+    tab.value("document.querySelector('[data-role=illustration]').click()")
+    wait_for_items(tab, 2)
+
+
+def test_a_file_is_played_to_its_end(tab, file):
+    """Ten times as fast, and from the beginning again."""
+    tab.open(file.as_uri())
+    wait_for_items(tab, 1)
+    tab.value("document.querySelector('#timeline select').value = '10'")
+    label = "document.querySelector('#timeline output').textContent"
+    for _ in range(2):
+        tab.value("document.querySelector('#timeline button').click()")
+        tab.wait_for(f"{label} === '2.00 of 2.00 s'")
+        assert tab.wait_for("document.querySelector('#timeline button').textContent") == "Play"
+
+
+def test_a_damaged_file_says_so(tab, file):
+    """Another byte in the compressed data."""
+    text = file.read_text()
+    at = text.index('"data":"') + 60
+    file.write_text(text[:at] + ("A" if text[at] != "A" else "B") + text[at + 1 :])
+    tab.open(file.as_uri())
+    assert tab.wait_for("document.querySelector('#status').textContent.match(/^damaged: .+/)?.[0]")

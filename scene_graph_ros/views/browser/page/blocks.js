@@ -57,10 +57,10 @@ const READERS = {
   },
 };
 
-// Returns the blocks of a message; throws for one of an unknown kind.
-export function readBlocks(buffer) {
+// Returns the blocks of a message, or of that part of a buffer; throws for one of an unknown kind.
+export function readBlocks(buffer, begin = 0, end = buffer.byteLength) {
   const view = new DataView(buffer), blocks = [];
-  for (let place = 0; place < buffer.byteLength;) {
+  for (let place = begin; place < end;) {
     const kind = view.getUint32(place, true), length = view.getUint32(place + 4, true);
     const read = READERS[kind];
     if (!read) throw new Error(`unknown kind of block: ${kind}`);

@@ -3,6 +3,7 @@
 import { Camera } from "./camera.js";
 import { Connection } from "./connection.js";
 import { Picture } from "./picture.js";
+import { Recording } from "./recording.js";
 import { Renderer } from "./renderer.js";
 import { Selection } from "./selection.js";
 import { Tree } from "./tree.js";
@@ -85,10 +86,14 @@ function take(blocks) {
 }
 
 const picture = new Picture($("#picture"), $("#looking"), (camera) => connection.ask({ camera }));
-const connection = new Connection(take, (isOpen, text) => {
+const say = (isOpen, text) => {
   $("#status").textContent = text;
   $("#status").toggleAttribute("data-is-open", isOpen);
-});
+};
+// A file has what it shows in it.
+const recorded = $("#recording");
+const connection = recorded
+  ? new Recording(recorded, $("#timeline"), take, say) : new Connection(take, say);
 
 for (const box of document.querySelectorAll("[data-role]")) {
   box.addEventListener("change", () => {

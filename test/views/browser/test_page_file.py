@@ -1,0 +1,107 @@
+"""A page in one file: what it has in it is what a page was told, each block once."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+
+from browser_page import PageClient
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry import Sphere
+from scene_graph_ros.views.browser.page_file import PageFile
+
+
+class FileReader(PageClient):
+    """What the page in a file knows at one of its moments."""
+
+    def __init__(self, html):
+        text = re.search(r'<script type="application/json" id="recording">(.*?)</script>', html)[1]
+        self.content = json.loads(text)
+        self.data = zlib.decompress(base64.b64decode(self.content["data"]), 31)
+
+    def message(self, numbers):
+        """Return a message, put together again."""
+        begins = self.content["begins"]
+        return b"".join(self.data[begins[n] : begins[n + 1]] for n in numbers)
+
+    def go(self, index):
+        """Begin at the last whole moment before that one."""
+        self.forget()
+        begin = max(int(k) for k in self.content["wholes"] if int(k) <= index)
+        self.learn(self.message(self.content["wholes"][str(begin)]))
+        for numbers in self.content["changes"][begin + 1 : index + 1]:
+            self.learn(self.message(numbers))
+
+
+@pytest.fixture
+def page():
+    """A page of nothing so far; nothing is left out of it."""
+    left_out = []
+    yield PageFile(lambda *what: left_out.append(what))
+    assert not left_out
+
+
+def test_each_moment_is_as_it_was_wherever_one_begins(stage, page):
+    """150 moments of a ball that moves, and of another that comes and goes, in any order."""
+    stage.add("ball", Sphere(0.5))
+    expected = []
+    for k in range(150):
+        stage.move("ball", (0.001 * k, 0.0, 0.0))
+        if k == 40:
+            stage.add("guest", Sphere(0.1), (0.0, 0.2, 0.0), roles=("proximity",))
+        if k == 100:
+            stage.remove("guest")
+        page.add(stage.moment(), 5.0 + 0.1 * k)
+        expected.append((0.001 * k, 40 <= k < 100))
+    assert (page.count(), page.seconds()) == (150, pytest.approx(14.9))
+    reader = FileReader(page.html())
+    assert np.allclose(reader.content["times"], 0.1 * np.arange(150), atol=1e-6)
+    assert list(reader.content["wholes"]) == ["0", "64", "128"]
+    for index in (149, 0, 63, 64, 65, 40, 39, 100, 99, 128, 127):
+        reader.go(index)
+        x, has_guest = expected[index]
+        for role in ("illustration", "proximity"):
+            ball = reader.named("ball", role)
+            assert reader.poses[ball["number"]][0].tolist() == [x, 0.0, 0.0]
+        assert (reader.named("guest") is not None) == has_guest
+        assert len(reader.contacts[-1]) == has_guest
+
+
+def test_a_block_is_in_the_file_once(stage, page):
+    """What does not change costs a time and a few numbers."""
+    stage.add("ball", Sphere(0.5))
+    moments = [stage.moment() for _ in range(130)]
+    for k, moment in enumerate(moments):
+        page.add(moment, float(k))
+    reader = FileReader(page.html())
+    # 130 times; one scene, which every whole moment has; one place; no contacts.
+    assert len(reader.content["begins"]) - 1 == 130 + 3
+    assert len(set(map(tuple, reader.content["wholes"].values()))) == 3
+
+
+def test_no_name_ends_the_script(stage, page):
+    """Names are text, whatever they look like."""
+    name = "</script><!--<script>"
+    stage.add(name, Sphere(0.5))
+    page.add(stage.moment(), 0.0)
+    html = page.html()
+    assert html.count("</script>") == html.count("<script ") == 2
+    reader = FileReader(html)
+    reader.go(0)
+    assert reader.named(name, "illustration") is not None
+
+
+def test_the_file_needs_no_other(stage, page):
+    """Neither modules nor styles nor anything else is loaded; each module is there once."""
+    stage.add("ball", Sphere(0.5))
+    page.add(stage.moment(), 0.0)
+    html = page.html()
+    assert not re.search(r"^\s*(import|export)\b", html, re.MULTILINE)
+    assert not re.search(r"""(src|href)=["'](?!data:,)""", html)
+    modules = re.findall(r"^const (\w+)Module = ", html, re.MULTILINE)
+    assert len(modules) == len(set(modules)) > 10
+    assert modules[-1] == "main"
