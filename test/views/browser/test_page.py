@@ -350,6 +350,16 @@ def test_a_file_is_played_to_its_end(tab, file):
         assert tab.value(label) == "2.00 of 2.00 s"
 
 
+def test_arrows_go_from_moment_to_moment(tab, file):
+    """Two on and one back; at the beginning none is before."""
+    tab.open(file.as_uri())
+    wait_for_items(tab, 1)
+    label = "document.querySelector('#timeline output').textContent"
+    for key, seconds in (("Left", 0.0), ("Right", 0.02), ("Right", 0.04), ("Left", 0.02)):
+        tab.value(f"window.dispatchEvent(new KeyboardEvent('keydown', {{key: 'Arrow{key}'}}))")
+        assert tab.value(label) == f"{seconds:.2f} of 2.00 s"
+
+
 def test_a_damaged_file_says_so(tab, file):
     """Another byte in the compressed data."""
     text = file.read_text()

@@ -23,17 +23,22 @@ export class Recording {
     this.slider.max = this.end;
     this.slider.addEventListener("input", () => this.go(Number(this.slider.value)));
     this.button.addEventListener("click", () => this.play(!this.isPlaying));
-    window.addEventListener("keydown", (event) => {
-      if (event.key !== " " || ["INPUT", "BUTTON", "SELECT"].includes(event.target.tagName)) return;
-      event.preventDefault();
-      this.play(!this.isPlaying);
-    });
+    window.addEventListener("keydown", (event) => this.press(event));
     bar.hidden = false;
     this.onState(true, "unpacking");
     this.unpack(data).then(() => {
       this.onState(true, "recording");
       this.go(0);
     }, (error) => this.onState(false, `damaged: ${error.message}`));
+  }
+
+  press(event) {
+    if (["INPUT", "BUTTON", "SELECT"].includes(event.target.tagName)) return;
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+    if (event.key !== " " && !step) return;
+    event.preventDefault();
+    this.play(step ? false : !this.isPlaying);
+    if (step) this.go(this.times[this.shown + step] ?? this.time);
   }
 
   async unpack(data) {
