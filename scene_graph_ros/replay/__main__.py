@@ -14,17 +14,21 @@ from scene_graph_ros.replay.reader import Recorded, RecordingError, RecordingRea
 __all__ = ["main"]
 
 _CONTACTS = "scene_graph_msgs/msg/ContactArray"
+_FPS = 30.0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, 1 where contacts differ, 2 for what is no such recording."""
-    options = _parser().parse_args(arguments)
+    parser = _parser()
+    options = parser.parse_args(arguments)
+    if options.fps is not None and options.html is None:
+        parser.error("--fps is for --html FILE")
     try:
         reader = RecordingReader(options.bag)
         if options.repair is not None:
             return _repair(reader, options.repair)
         if options.html is not None:
-            return _page(reader, options.html, options.fps, options.quiet)
+            return _page(reader, options.html, options.fps or _FPS, options.quiet)
         if options.check:
             return _check(reader, options.quiet)
         return _publish(reader, options.rate, options.quiet)
@@ -62,7 +66,7 @@ def _parser() -> argparse.ArgumentParser:
         "--rate", type=_rate, default=1.0, help="how many times as fast as then (default: 1)"
     )
     parser.add_argument(
-        "--fps", type=_rate, default=30.0, help="moments a second in the page (default: 30)"
+        "--fps", type=_rate, help=f"moments a second in the page (default: {_FPS:g})"
     )
     parser.add_argument("--quiet", action="store_true", help="show no progress")
     return parser

@@ -236,6 +236,13 @@ def test_what_is_no_recording_is_refused_with_the_reason(domain, tmp_path, make,
     assert not page.exists()
 
 
+def test_a_pace_of_moments_is_for_a_page(domain, tmp_path):
+    """Nothing is ignored without a word."""
+    code, said = replay(domain, tmp_path, "--check", "--fps", "10")
+    assert code == 2
+    assert "--fps is for --html FILE" in said
+
+
 def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, domain, tmp_path):
     """The Panda's cell, moved and edited: contacts of the replay are those that went out.
 
