@@ -11,6 +11,7 @@ import threading
 from diagnostic_msgs.msg import DiagnosticArray
 from node_harness import diagnostics_values, environment, ROOT, wait_until
 import numpy as np
+from page_files import FileReader
 import pytest
 from recordings import counted, replay, size_of
 from rosbags.rosbag2 import Reader
@@ -80,6 +81,15 @@ def test_compliant_and_loaded_geometry_is_replayed(start_node, client, domain, t
     _, edits, _, equal, late, different = counted(said)
     assert (edits, different) == (1, 0), said
     assert equal > late
+
+    page = tmp_path / "page.html"
+    code, said = replay(domain, folder, "--html", page)
+    assert code == 0, said
+    reader = FileReader(page.read_text())
+    reader.go(counted(said)[0] - 1)
+    scale, corners, pressures = reader.surfaces
+    assert len(corners) == len(pressures) > 0
+    assert 0.0 < pressures.max() < scale
 
     # Published again, for whoever listens by then.
     command = [sys.executable, "-m", "scene_graph_ros.replay", str(folder), "--rate", "20"]

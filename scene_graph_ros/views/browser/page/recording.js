@@ -82,18 +82,18 @@ export class Recording {
 
   play(isPlaying) {
     this.isPlaying = isPlaying;
+    cancelAnimationFrame(this.frame);
     this.button.textContent = isPlaying ? "Pause" : "Play";
     if (!isPlaying) return;
     if (this.time >= this.end) this.go(0);
     let before = performance.now();
     const step = (now) => {
-      if (!this.isPlaying) return;
       this.go(this.time + Number(this.pace.value) * (now - before) / 1000);
       before = now;
-      if (this.time < this.end) requestAnimationFrame(step);
+      if (this.time < this.end) this.frame = requestAnimationFrame(step);
       else this.play(false);
     };
-    requestAnimationFrame(step);
+    this.frame = requestAnimationFrame(step);
   }
 
   // Shows something else.
