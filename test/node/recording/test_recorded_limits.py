@@ -141,6 +141,17 @@ def test_configurations_are_replayed(start_node, client, domain, tmp_path):
     assert (inputs, different) == (3, 0), said
     assert equal >= late + 3
 
+    page = tmp_path / "page.html"
+    code, said = replay(domain, folder, "--html", page)
+    assert code == 0, said
+    reader = FileReader(page.read_text())
+    reader.go(counted(said)[0] - 1)
+    vertices = reader.vertices[reader.named("sponge", "proximity")["number"]]
+    # Of its surface, in an order of their own: each is one of the mesh's.
+    far = np.linalg.norm(vertices[:, None] - down, axis=2).min(axis=1)
+    assert far.max() < 1e-6
+    assert vertices[:, 2].min() == pytest.approx(-0.03, abs=1e-6)
+
 
 def test_a_replay_of_other_files_differs(start_node, domain, tmp_path):
     """The check can fail: a recording whose scene says another radius has other contacts."""
