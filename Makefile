@@ -26,6 +26,9 @@ CORE_TESTS = $(wildcard test/geometry test/planning test/views test/numerics)
 ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/))) \
   test/test_warmup.py
 
+# For runs that take as long as they are told to.
+ENDLESS := --timeout 0 -o faulthandler_timeout=0
+
 # A file's tests share a process, and with it nodes; files begin in the order in which they stand.
 # Where a process crashes the run ends, and says at which test: with another in its place it hangs.
 IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations=25
@@ -91,7 +94,7 @@ EFFORT ?= 50
 SEARCH_SEED := $(shell date +%s)
 
 search: all-kernels  ## search and soak fifty times as long as tests do (EFFORT=), and a million new pairs
-	SEARCH_EFFORT=$(EFFORT) ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto -m search --timeout 0 \
+	SEARCH_EFFORT=$(EFFORT) ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto -m search $(ENDLESS) \
 	  $(CORE_TESTS) test/benchmarks
 	$(RUN) test/numerics/search.py --count 1000000 --seed $(SEARCH_SEED)
 	$(RUN) test/numerics/search.py --count 100000 --seed $(SEARCH_SEED) --meshes
@@ -101,7 +104,7 @@ FUZZERS := $(wildcard test/fuzz/test_*.py)
 
 fuzz: all-kernels  ## try random input for an hour; SECONDS= for another time, FUZZ_SEED= for one case
 	FUZZ_SECONDS=$$(( $(SECONDS) / $(words $(FUZZERS)) )) ROS_PYTHON_CHECK_FIELDS=1 \
-	  $(RUN) -m pytest -q -s --timeout 0 $(FUZZERS)
+	  $(RUN) -m pytest -q -s $(ENDLESS) $(FUZZERS)
 
 workspace: environment  ## build both packages with colcon, and use what is installed
 	@$(BOOTSTRAP) --workspace
