@@ -1,6 +1,9 @@
 """What holds for all tests."""
 
 from hypothesis import settings
+from transports import use_udp
+
+use_udp()
 
 pytest_plugins = ["budgets"]
 

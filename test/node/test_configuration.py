@@ -9,6 +9,7 @@ from pathlib import Path
 import subprocess
 import sys
 import types
+from xml.etree import ElementTree
 
 import pytest
 import yaml
@@ -101,6 +102,18 @@ def test_the_launch_file_chooses_udp_unless_the_environment_chooses(description)
     )
     (variable,) = ours.kwargs["additional_env"]
     assert variable == "FASTDDS_BUILTIN_TRANSPORTS"
+
+
+def test_both_files_of_profiles_say_the_same_of_responses():
+    """Tests talk by UDP: what holds with the one holds with what the node takes by default."""
+
+    def services(path):
+        (writer,) = (e for e in ElementTree.parse(path).iter() if e.tag.endswith("data_writer"))
+        assert writer.attrib["profile_name"] == "service"
+        return [(e.tag, (e.text or "").strip()) for e in writer.iter()]
+
+    by_default = ROOT / "scene_graph_ros" / "node" / "fast_dds.xml"
+    assert services(by_default) == services(ROOT / "config" / "udp_on_this_machine.xml")
 
 
 def test_files_that_the_launch_file_names_exist(description):

@@ -22,6 +22,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rclpy.subscription import Subscription
 from spinning import DEADLINE, SpinningThread, wait_until
+from transports import UDP
 
 from msg_adapters.stamps import stamp_from_msg
 import scene_graph_msgs.srv
@@ -48,7 +49,7 @@ def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str
         **os.environ,
         "PYTHONPATH": os.pathsep.join(part for part in path if part),
         "PYTHONUNBUFFERED": "1",
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        **UDP,
         "ROS_DOMAIN_ID": str(domain),
         "ROS_PYTHON_CHECK_FIELDS": "1",
     }
