@@ -47,7 +47,7 @@ def test_every_mechanism_is_explained():
 def test_every_file_of_the_narrow_phase_is_named():
     """And no file that is not there."""
     folder = ROOT / "scene_graph_ros" / "geometry" / "narrowphase"
-    files = {path.name for path in folder.glob("*.py")} - {"__init__.py"}
+    files = {path.name for path in folder.rglob("*.py")} - {"__init__.py"}
     named = set(re.findall(r"`(?:\w+/)*(\w+\.py)`", TEXT))
     assert files - named == set()
     others = {path.name for path in (ROOT / "scene_graph_ros").rglob("*.py")}

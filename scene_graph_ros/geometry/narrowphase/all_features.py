@@ -8,24 +8,22 @@ themselves the one that separates the cores most is taken.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import (
+from scene_graph_ros.geometry.narrowphase.cores import box, cylinder
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     BOX,
     CYLINDER,
     ELLIPSOID,
     HULL,
     IDENTITY,
     ORIGIN,
-    placed_support,
     SEGMENT,
     TRIANGLE,
-    triangle_corners,
 )
+from scene_graph_ros.geometry.narrowphase.cores.questions import clamp, feature_at, placed_support
+from scene_graph_ros.geometry.narrowphase.cores.triangle import triangle_corners
 from scene_graph_ros.geometry.narrowphase.features import (
-    box_feature,
     curved_support,
-    cylinder_feature,
     FACE,
-    feature_at,
     feature_support,
     LINE,
     NONE,
@@ -35,7 +33,7 @@ from scene_graph_ros.geometry.narrowphase.features import (
 )
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.nearest_places import nearest_places
-from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, clamp, contact, separation
+from scene_graph_ros.geometry.narrowphase.refine import AMPLIFIED, contact, separation
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     any_orthogonal,
@@ -165,10 +163,10 @@ def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
     none = (NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0)
     if core[0] == CYLINDER:
         if index == 0:
-            return cylinder_feature(core, R, p, LINE, True)
+            return cylinder.feature(core, R, p, LINE, True)
         if index <= 2:
-            return cylinder_feature(core, R, p, RIM, index == 1)
-        return cylinder_feature(core, R, p, FACE, index == 3) if index <= 4 else none
+            return cylinder.feature(core, R, p, RIM, index == 1)
+        return cylinder.feature(core, R, p, FACE, index == 3) if index <= 4 else none
     if index == 0:
         return feature_at(core, R, p, S, ids, lam, count, side, d)
     if core[0] == ELLIPSOID:
@@ -190,7 +188,7 @@ def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
         k = (index - 2) % 3
         is_face = index >= 5
         corner = rotate_inverse(R, d)
-        return box_feature(
+        return box.feature(
             core, R, p, (k == 0) != is_face, (k == 1) != is_face, (k == 2) != is_face, corner
         )
     return none

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
-from scene_graph_ros.geometry.narrowphase.cores import HULL, is_curved
+from scene_graph_ros.geometry.narrowphase.cores.kinds import HULL, is_curved
 from scene_graph_ros.geometry.narrowphase.epa import (
     COARSE_GAP,
     epa,

@@ -28,9 +28,9 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_lanes,
     store_number,
 )
-from scene_graph_ros.geometry.narrowphase.cores import ORIGIN
-from scene_graph_ros.geometry.narrowphase.growth import growth, known_reach
-from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
+from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.questions import growth, lane_support
+from scene_graph_ros.geometry.narrowphase.growth import known_reach
 from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
 from scene_graph_ros.geometry.spatial.vectors import (
     add,

@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
-from scene_graph_ros.geometry.narrowphase.features import feature_at
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.questions import feature_at
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.minima import (
@@ -36,13 +36,7 @@ from scene_graph_ros.geometry.narrowphase.polytope import (
 )
 from scene_graph_ros.geometry.narrowphase.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.simplex import closest_on_simplex, weighted_points
-from scene_graph_ros.geometry.spatial.vectors import (
-    axpy,
-    dot,
-    norm,
-    scale,
-    subtract,
-)
+from scene_graph_ros.geometry.spatial.vectors import axpy, dot, norm, scale, subtract
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,
     FLAT_MINIMUM,

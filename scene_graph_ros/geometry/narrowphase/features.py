@@ -16,24 +16,17 @@ where the smooth ones of both features agree with the cores' (equations in ``pol
 
 import math
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import (
-    BOX,
-    CYLINDER,
-    ELLIPSOID,
-    ORIGIN,
-)
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
-    column,
     cross,
     dot,
     norm,
     rotate,
     rotate_inverse,
     scale,
-    subtract,
     unit,
 )
 
@@ -44,10 +37,7 @@ __all__ = [
     "RIM",
     "SMOOTH",
     "VERTEX",
-    "box_feature",
     "curved_support",
-    "cylinder_feature",
-    "feature_at",
     "feature_support",
 ]
 
@@ -57,126 +47,6 @@ RIM = 2
 FACE = 3
 SMOOTH = 4
 NONE = 5
-
-CAP_SHARE = 0.98
-"""A contact of a cap within this share of its radius is first taken for one of its face."""
-
-
-@lean_kernel
-def cylinder_feature(core, R, p, kind, upper):
-    """Return a cylinder's side (LINE), or one of its ends' RIM or FACE."""
-    radius, half = core[3][0], core[3][1]
-    axis = column(R, 2)
-    if kind == LINE:
-        return LINE, p, axis, radius, -half, half
-    outward = axis if upper else scale(-1.0, axis)
-    return kind, axpy(half, outward, p), outward, radius, 0.0, 0.0
-
-
-@lean_kernel
-def _side_of(value):
-    return -1.0 if value < 0.0 else 1.0
-
-
-@lean_kernel
-def box_feature(core, R, p, free_x, free_y, free_z, corner):
-    """Return the vertex, edge or face of a box that contains ``corner`` and the free directions.
-
-    ``corner`` is a corner in the box's frame; it tells the signs of the coordinates not free.
-    """
-    h = core[3]
-    count = int(free_x) + int(free_y) + int(free_z)
-    c = (
-        0.0 if free_x else math.copysign(h[0], corner[0]),
-        0.0 if free_y else math.copysign(h[1], corner[1]),
-        0.0 if free_z else math.copysign(h[2], corner[2]),
-    )
-    at = add(rotate(R, c), p)
-    if count == 0:
-        return VERTEX, at, ORIGIN, 0.0, 0.0, 0.0
-    if count == 1:
-        k = 0 if free_x else (1 if free_y else 2)
-        return LINE, at, column(R, k), 0.0, -h[k], h[k]
-    if count == 2:
-        k = 0 if not free_x else (1 if not free_y else 2)
-        return FACE, at, scale(_side_of(c[k]), column(R, k)), 0.0, 0.0, 0.0
-    return NONE, at, ORIGIN, 0.0, 0.0, 0.0
-
-
-@lean_kernel
-def _point(S, row, side):
-    return (S[row, side], S[row, side + 1], S[row, side + 2])
-
-
-@lean_kernel
-def _box_feature_at(core, R, p, S, ids, count, side):
-    owner = side // 3 - 1
-    first = ids[0, owner]
-    varies = 0
-    for i in range(1, count):
-        varies |= ids[i, owner] ^ first
-    corner = rotate_inverse(R, subtract(_point(S, 0, side), p))
-    return box_feature(core, R, p, varies & 1 != 0, varies & 2 != 0, varies & 4 != 0, corner)
-
-
-@lean_kernel
-def _cylinder_feature_at(core, R, p, S, lam, count, side):
-    axis = column(R, 2)
-    z = 0.0
-    extreme = 0.0
-    witness = ORIGIN
-    for i in range(count):
-        q = subtract(_point(S, i, side), p)
-        along = dot(axis, q)
-        if along * z < 0.0:
-            return cylinder_feature(core, R, p, LINE, True)
-        z = along
-        extreme = max(extreme, abs(along))
-        witness = axpy(lam[i], q, witness)
-    radial = norm(axpy(-dot(axis, witness), axis, witness))
-    kind = FACE if radial < CAP_SHARE * core[3][0] else RIM
-    return cylinder_feature(core, R, p, kind, z > 0.0)
-
-
-@lean_kernel
-def _polytope_feature_at(S, ids, count, side, d):
-    """Return the feature spanned by the distinct corners of one body in a simplex."""
-    owner = side // 3 - 1
-    a = _point(S, 0, side)
-    i = 1
-    while i < count and ids[i, owner] == ids[0, owner]:
-        i += 1
-    if i >= count:
-        return VERTEX, a, ORIGIN, 0.0, 0.0, 0.0
-    b = _point(S, i, side)
-    k = i + 1
-    while k < count and (ids[k, owner] == ids[0, owner] or ids[k, owner] == ids[i, owner]):
-        k += 1
-    e = subtract(b, a)
-    if k >= count:
-        length = norm(e)
-        half = 0.5 * length
-        middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]))
-        return LINE, middle, unit(e, d), 0.0, -half, half
-    n = unit(cross(e, subtract(_point(S, k, side), a)), d)
-    return FACE, a, n if dot(n, d) > 0.0 else scale(-1.0, n), 0.0, 0.0, 0.0
-
-
-@inlined_kernel
-def feature_at(core, R, p, S, ids, lam, count, side, d):
-    """Return the feature of a core that a simplex of the Minkowski difference points to.
-
-    ``side`` is the first column of the core's points in S (3 for A, 6 for B), ``d`` the direction
-    out of the core at the contact.
-    """
-    kind = core[0]
-    if kind == ELLIPSOID:
-        return SMOOTH, p, ORIGIN, 0.0, 0.0, 0.0
-    if kind == CYLINDER:
-        return _cylinder_feature_at(core, R, p, S, lam, count, side)
-    if kind == BOX:
-        return _box_feature_at(core, R, p, S, ids, count, side)
-    return _polytope_feature_at(S, ids, count, side, d)
 
 
 @inlined_kernel

@@ -8,7 +8,7 @@ lower bound v . w / |v|. The gap between both certifies the answer and ends the 
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import placed_support, support
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support, support
 from scene_graph_ros.geometry.narrowphase.simplex import closest_on_simplex, CONTAINS
 from scene_graph_ros.geometry.spatial.vectors import dot, scale, subtract
 from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING

@@ -4,33 +4,25 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import is_beyond_face
-from scene_graph_ros.geometry.narrowphase.cores import (
+from scene_graph_ros.geometry.narrowphase.cores import box, cylinder
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     BOX,
     CYLINDER,
     ELLIPSOID,
     HULL,
     IDENTITY,
     ORIGIN,
-    placed_support,
     SEGMENT,
 )
-from scene_graph_ros.geometry.narrowphase.features import (
-    box_feature,
-    cylinder_feature,
-    FACE,
-    LINE,
-    NONE,
-    RIM,
-    SMOOTH,
-    VERTEX,
-)
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support, vertex_of
+from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NONE, RIM, SMOOTH, VERTEX
 from scene_graph_ros.geometry.narrowphase.other_depths import (
     ARC,
     are_swapped,
     FACE_OF_P,
     PLANE_OF_Q,
 )
-from scene_graph_ros.geometry.narrowphase.polytope_rows import LAST, vertex_of
+from scene_graph_ros.geometry.narrowphase.polytope_rows import LAST
 from scene_graph_ros.geometry.narrowphase.refine import contact
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -69,11 +61,11 @@ def _line(a, b):
 def _face(core, R, p, hulls, f, d):
     """Return the face f of a polytope, or the end of a cylinder that faces along d."""
     if core[0] == CYLINDER:
-        return cylinder_feature(core, R, p, FACE, dot(column(R, 2), d) > 0.0)
+        return cylinder.feature(core, R, p, FACE, dot(column(R, 2), d) > 0.0)
     if core[0] == BOX:
         k = f // 2
         s = -1.0 if f & 1 else 1.0
-        return box_feature(core, R, p, k != 0, k != 1, k != 2, (s, s, s))
+        return box.feature(core, R, p, k != 0, k != 1, k != 2, (s, s, s))
     if core[0] == HULL:
         at = face_range(hulls, core[1])[0] + FACE_STRIDE * f
         c = int(hulls[int(hulls[at + 4]) + 1])
@@ -90,10 +82,10 @@ def _edge(core, R, p, hulls, k):
         i = k // 4
         s, t = -1.0 if k & 1 else 1.0, -1.0 if k & 2 else 1.0
         if i == 0:
-            return box_feature(core, R, p, True, False, False, (0.0, s, t))
+            return box.feature(core, R, p, True, False, False, (0.0, s, t))
         if i == 1:
-            return box_feature(core, R, p, False, True, False, (t, 0.0, s))
-        return box_feature(core, R, p, False, False, True, (s, t, 0.0))
+            return box.feature(core, R, p, False, True, False, (t, 0.0, s))
+        return box.feature(core, R, p, False, False, True, (s, t, 0.0))
     if core[0] == HULL:
         e = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
         a, b = int(hulls[e]), int(hulls[e + 3])
@@ -113,8 +105,8 @@ def _beside(core, R, p, hulls, d, tie):
     if core[0] == CYLINDER:
         along = dot(column(R, 2), d)
         if abs(along) * core[3][1] <= tie:
-            return cylinder_feature(core, R, p, LINE, True)
-        return cylinder_feature(core, R, p, RIM, along > 0.0)
+            return cylinder.feature(core, R, p, LINE, True)
+        return cylinder.feature(core, R, p, RIM, along > 0.0)
     x, _ = placed_support(core, hulls, R, p, d, -1)
     return VERTEX, x, ORIGIN, 0.0, 0.0, 0.0
 
@@ -139,7 +131,7 @@ def _features(core_P, R_P, p_P, core_Q, R_Q, p_Q, hulls, d, where, index, tie, S
     if where == ARC:
         x, y = (S[LAST, 0], S[LAST, 1], S[LAST, 2]), (S[LAST, 3], S[LAST, 4], S[LAST, 5])
         if core_Q[0] == CYLINDER and x[2] * y[2] < 0.0:
-            other = cylinder_feature(core_Q, R_Q, p_Q, LINE, True)
+            other = cylinder.feature(core_Q, R_Q, p_Q, LINE, True)
         elif core_Q[0] == CYLINDER or norm(subtract(x, y)) <= tie:
             other = _beside(core_Q, R_Q, p_Q, hulls, scale(-1.0, d), tie)
         else:
@@ -148,7 +140,7 @@ def _features(core_P, R_P, p_P, core_Q, R_Q, p_Q, hulls, d, where, index, tie, S
     corner = vertex_of(core_P, R_P, p_P, hulls, index)
     return (
         (VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0),
-        cylinder_feature(core_Q, R_Q, p_Q, LINE, True),
+        cylinder.feature(core_Q, R_Q, p_Q, LINE, True),
     )
 
 

@@ -14,13 +14,16 @@ is less deep, they are lifted along that. All else is left to GJK and EPA at the
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.narrowphase.cores import (
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     BOX,
     CYLINDER,
     HULL,
     IDENTITY,
     is_curved,
     ORIGIN,
+)
+from scene_graph_ros.geometry.narrowphase.cores.questions import (
+    edge_count,
     placed_support,
     support,
 )
@@ -36,7 +39,6 @@ from scene_graph_ros.geometry.narrowphase.other_depths import (
     NONE_LESS,
     UNDECIDED,
 )
-from scene_graph_ros.geometry.narrowphase.polytope_rows import edge_count
 from scene_graph_ros.geometry.narrowphase.refine import (
     refine_inlined,
     separation,

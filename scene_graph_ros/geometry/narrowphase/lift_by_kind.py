@@ -8,7 +8,7 @@ calls which find out again and again what they have to do.
 from typing import Any
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel, merged_kernel
-from scene_graph_ros.geometry.narrowphase.cores import (
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     BOX,
     CYLINDER,
     ELLIPSOID,

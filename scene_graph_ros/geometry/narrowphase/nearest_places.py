@@ -10,13 +10,7 @@ import math
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.features import LINE, RIM
 from scene_graph_ros.geometry.narrowphase.slide import back_on, solve_semidefinite, tangents
-from scene_graph_ros.geometry.spatial.vectors import (
-    axpy,
-    cross,
-    dot,
-    subtract,
-    unit,
-)
+from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, subtract, unit
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["nearest_places"]

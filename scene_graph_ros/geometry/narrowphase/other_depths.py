@@ -20,29 +20,31 @@ Everything is in Q's frame.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import (
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     BOX,
     CYLINDER,
     ELLIPSOID,
     HULL,
     IDENTITY,
     ORIGIN,
+)
+from scene_graph_ros.geometry.narrowphase.cores.questions import (
+    edge_count,
+    face_count,
+    face_of,
     placed_support,
     support,
+    vertex_count,
+    vertex_of,
 )
 from scene_graph_ros.geometry.narrowphase.polytope_rows import (
     BELOW,
     BELOW_CENTRE,
     DEPTH,
-    edge_count,
-    edge_of,
-    face_count,
-    face_of,
+    edge_rows,
     fill,
     FIRST_FACE,
     LAST,
-    vertex_count,
-    vertex_of,
 )
 from scene_graph_ros.geometry.narrowphase.vertices_in_ellipsoid import are_vertices_deeper
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -183,7 +185,7 @@ def _visit_arcs(core_P, R_P, p_P, core_Q, hulls, best, tie, S):
     for k in range(edge_count(core_P, hulls)):
         if best[1] < 0.0:
             break
-        near, far, v = edge_of(core_P, R_P, p_P, hulls, k)
+        near, far, v = edge_rows(core_P, R_P, p_P, hulls, k)
         enough = best[1] + tie
         if (
             min(S[near, BELOW], S[far, BELOW]) < enough

@@ -10,7 +10,7 @@ An edge or a cylinder's side forces n to be orthogonal to it, a face fixes n alt
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import IDENTITY
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY
 from scene_graph_ros.geometry.narrowphase.features import (
     curved_support,
     FACE,

@@ -9,48 +9,23 @@ ones it proves that the depth is stationary.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import (
-    BOX,
-    CYLINDER,
-    ELLIPSOID,
-    IDENTITY,
-    is_curved,
-    ORIGIN,
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.questions import (
+    clamp,
+    corner_feature,
+    feature_at,
+    neighbor,
     placed_support,
     support,
-    TRIANGLE,
-    triangle_corners,
 )
-from scene_graph_ros.geometry.narrowphase.features import (
-    box_feature,
-    cylinder_feature,
-    FACE,
-    feature_at,
-    LINE,
-    NONE,
-    RIM,
-    VERTEX,
-)
+from scene_graph_ros.geometry.narrowphase.features import NONE
 from scene_graph_ros.geometry.narrowphase.polish import contact_of_features
 from scene_graph_ros.geometry.narrowphase.slide import slide
-from scene_graph_ros.geometry.spatial.vectors import (
-    add,
-    axpy,
-    column,
-    cross,
-    dot,
-    norm,
-    rotate,
-    rotate_inverse,
-    scale,
-    subtract,
-    unit,
-)
+from scene_graph_ros.geometry.spatial.vectors import axpy, dot, norm, scale, subtract
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
 
 __all__ = [
     "AMPLIFIED",
-    "clamp",
     "contact",
     "refine",
     "refine_inlined",
@@ -70,10 +45,6 @@ SLIDE_REACH = 1e-6
 """Relative to the pair's size: witnesses of right features miss each other by less, as a rim seen
 along its axis to 1e-10 rad amplifies rounding; more says that the features are wrong."""
 
-INSIDE_CONE = 1e-3
-"""Radians. A normal further than this from both ends of a rim's quarter turn is a rim's: another
-feature must be what is wrong with a contact."""
-
 
 @inlined_kernel
 def separation_inlined(core_A, core_B, R, p, hulls, n):
@@ -87,174 +58,6 @@ def separation_inlined(core_A, core_B, R, p, hulls, n):
 def separation(core_A, core_B, R, p, hulls, n):
     """Do the same as ``separation_inlined``, as a call."""
     return separation_inlined(core_A, core_B, R, p, hulls, n)
-
-
-@lean_kernel
-def _clip(x, h):
-    return max(-h, min(h, x))
-
-
-@lean_kernel
-def _clamp_to_triangle(o, u, v, a):
-    """Return the point a of the plane through o, u and v, or o where it is out of the triangle."""
-    e, f = subtract(u, o), subtract(v, o)
-    m = cross(e, f)
-    q = subtract(a, o)
-    mm = dot(m, m)
-    s = dot(cross(q, f), m)
-    t = dot(cross(e, q), m)
-    slack = POLISH_RESIDUAL * EPSILON * mm
-    if s < -slack or t < -slack or s + t > mm + slack:
-        return o
-    return a
-
-
-@lean_kernel
-def _clamp_to_simplex(S, ids, count, side, a):
-    """Do the same for the triangle of the core's corners in a simplex."""
-    owner = side // 3 - 1
-    i = 1
-    while i < count and ids[i, owner] == ids[0, owner]:
-        i += 1
-    k = i + 1
-    while k < count and (ids[k, owner] == ids[0, owner] or ids[k, owner] == ids[i, owner]):
-        k += 1
-    return _clamp_to_triangle(
-        (S[0, side], S[0, side + 1], S[0, side + 2]),
-        (S[i, side], S[i, side + 1], S[i, side + 2]),
-        (S[k, side], S[k, side + 1], S[k, side + 2]),
-        a,
-    )
-
-
-@inlined_kernel
-def clamp(core, R, p, feature, S, ids, count, side, a):
-    """Return the point a moved onto the feature's extent on the core."""
-    kind = core[0]
-    if feature[0] == VERTEX or kind == ELLIPSOID or feature[0] == RIM:
-        return a
-    if feature[0] == FACE and feature[4] > 0.0:  # its row is known: see all_features
-        return a
-    h = core[3]
-    if kind == BOX:
-        q = rotate_inverse(R, subtract(a, p))
-        q = (_clip(q[0], h[0]), _clip(q[1], h[1]), _clip(q[2], h[2]))
-        return add(rotate(R, q), p)
-    if feature[0] == LINE:
-        q = subtract(a, feature[1])
-        s = dot(feature[2], q)
-        return axpy(max(feature[4], min(feature[5], s)) - s, feature[2], a)
-    if kind == CYLINDER:
-        q = subtract(a, feature[1])
-        radial = norm(q)
-        return a if radial <= feature[3] else axpy(feature[3] / radial, q, feature[1])
-    if kind == TRIANGLE:
-        o, u, v = triangle_corners(core, R, p)
-        return _clamp_to_triangle(o, u, v, a)
-    return _clamp_to_simplex(S, ids, count, side, a)
-
-
-@lean_kernel
-def _switch_cylinder(core, R, p, feature, a, d, allowed):
-    """Follow the contact around the edges of a cylinder's side and caps."""
-    radius, half = core[3][0], core[3][1]
-    axis = column(R, 2)
-    along = dot(axis, subtract(a, p))
-    slope = dot(axis, d)
-    if feature[0] == LINE:
-        if abs(along) > half:
-            return cylinder_feature(core, R, p, RIM, along > 0.0)
-        if abs(slope) * half > allowed:
-            return cylinder_feature(core, R, p, RIM, slope > 0.0)
-        return feature
-    upper = dot(axis, feature[2]) > 0.0
-    if feature[0] == FACE:
-        tilt = cross(axis, d)
-        if norm(subtract(a, feature[1])) > radius or norm(tilt) * radius > allowed:
-            return cylinder_feature(core, R, p, RIM, upper)
-        return feature
-    # At the border of a rim's quarter turn, the contact is one of what lies beyond.
-    if dot(d, feature[2]) < INSIDE_CONE:
-        return cylinder_feature(core, R, p, LINE, upper)
-    if norm(cross(axis, d)) < INSIDE_CONE:
-        return cylinder_feature(core, R, p, FACE, upper)
-    return feature
-
-
-@lean_kernel
-def _is_free(at, corner, slope, h, allowed):
-    """Return whether a box's contact may move along one axis, given that coordinate of it.
-
-    ``at``, ``corner`` and ``slope`` are that of the contact, the feature and the direction.
-    """
-    if abs(corner) < 0.5 * h:
-        return abs(at) <= h and abs(slope) * h <= allowed
-    return corner * slope < 0.0
-
-
-@lean_kernel
-def _switch_box(core, R, p, feature, a, d, allowed):
-    """Free the coordinates whose side of the box faces away from d, fix those beyond the box."""
-    h = core[3]
-    q = rotate_inverse(R, subtract(a, p))
-    c = rotate_inverse(R, subtract(feature[1], p))
-    n = rotate_inverse(R, d)
-    free_x = _is_free(q[0], c[0], n[0], h[0], allowed)
-    free_y = _is_free(q[1], c[1], n[1], h[1], allowed)
-    free_z = _is_free(q[2], c[2], n[2], h[2], allowed)
-    # A coordinate inside the box that has become fixed goes to the side that faces along d.
-    corner = (
-        n[0] if abs(q[0]) <= h[0] else q[0],
-        n[1] if abs(q[1]) <= h[1] else q[1],
-        n[2] if abs(q[2]) <= h[2] else q[2],
-    )
-    return box_feature(core, R, p, free_x, free_y, free_z, corner)
-
-
-@lean_kernel
-def _switch_polytope(feature, a, d, furthest, allowed):
-    """Go to an end of an edge, or along an edge to the corner ``furthest`` along d."""
-    c = feature[1]
-    if feature[0] == LINE:
-        e, half = feature[2], feature[5]
-        s = dot(e, subtract(a, c))
-        slope = dot(e, d)
-        if abs(s) > half:
-            return VERTEX, axpy(math.copysign(half, s), e, c), ORIGIN, 0.0, 0.0, 0.0
-        if abs(slope) * half > allowed:
-            return VERTEX, axpy(math.copysign(half, slope), e, c), ORIGIN, 0.0, 0.0, 0.0
-        return feature
-    e = subtract(furthest, c)
-    if feature[0] == FACE:
-        if dot(e, d) > allowed or norm(cross(feature[2], d)) * norm(e) > allowed:
-            return VERTEX, furthest, ORIGIN, 0.0, 0.0, 0.0
-        return feature
-    if dot(e, d) > allowed:
-        half = 0.5 * norm(e)
-        return LINE, axpy(0.5, e, c), unit(e, d), 0.0, -half, half
-    return feature
-
-
-@lean_kernel
-def _switch(core, hulls, R, p, feature, a, d, allowed):
-    """Return the neighboring feature that a rejected contact at a, outward d, points to."""
-    if core[0] == CYLINDER:
-        return _switch_cylinder(core, R, p, feature, a, d, allowed)
-    if core[0] == BOX:
-        return _switch_box(core, R, p, feature, a, d, allowed)
-    if core[0] == ELLIPSOID:
-        return feature
-    furthest, _ = placed_support(core, hulls, R, p, d, -1)
-    return _switch_polytope(feature, a, d, furthest, allowed)
-
-
-@lean_kernel
-def _corner_feature(core, hulls, R, p, feature, d):
-    """Return the corner of a polytope that lies furthest along d; ``feature`` if it has none."""
-    if is_curved(core):
-        return feature
-    corner, _ = placed_support(core, hulls, R, p, d, -1)
-    return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0
 
 
 @inlined_kernel
@@ -320,8 +123,8 @@ def refine_inlined(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, coun
         feature_A = feature_at(core_A, IDENTITY, ORIGIN, S, ids, lam, count, 3, d)
         feature_B = feature_at(core_B, R, p, S, ids, lam, count, 6, n)
         if guess > 0:
-            feature_A = _corner_feature(core_A, hulls, IDENTITY, ORIGIN, feature_A, d)
-            feature_B = _corner_feature(core_B, hulls, R, p, feature_B, n)
+            feature_A = corner_feature(core_A, hulls, IDENTITY, ORIGIN, feature_A, d)
+            feature_B = corner_feature(core_B, hulls, R, p, feature_B, n)
         before_A, before_B = feature_A, feature_B
         for _ in range(MAX_SWITCHES):
             if feature_A[0] == NONE or feature_B[0] == NONE:
@@ -337,10 +140,10 @@ def refine_inlined(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, coun
                 nearly = (m, q_A, q_B, distance, error, stiffness)
             if distance > highest:
                 best, highest = m, distance
-            next_A = _switch(
+            next_A = neighbor(
                 core_A, hulls, IDENTITY, ORIGIN, feature_A, a_free, scale(-1.0, m), allowed
             )
-            next_B = _switch(core_B, hulls, R, p, feature_B, b_free, m, allowed)
+            next_B = neighbor(core_B, hulls, R, p, feature_B, b_free, m, allowed)
             is_same = next_A == feature_A and next_B == feature_B
             if is_same or (next_A == before_A and next_B == before_B):  # to and fro
                 break

@@ -11,16 +11,16 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
-from scene_graph_ros.geometry.narrowphase.cores import (
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     BOX,
     CYLINDER,
     HULL,
     IDENTITY,
     ORIGIN,
-    placed_support,
     TRIANGLE,
-    triangle_corners,
 )
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
+from scene_graph_ros.geometry.narrowphase.cores.triangle import triangle_corners
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.refine import separation

@@ -9,7 +9,7 @@ along it, which is solved by Gauss and Newton's method over the places along the
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, RIM, SMOOTH
 from scene_graph_ros.geometry.spatial.vectors import (
     add,

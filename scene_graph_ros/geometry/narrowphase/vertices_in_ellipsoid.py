@@ -13,9 +13,13 @@ Frames are those of ``polytope_rows``.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN, placed_support
-from scene_graph_ros.geometry.narrowphase.inner_ball import inner_radius
-from scene_graph_ros.geometry.narrowphase.polytope_rows import vertex_count, vertex_of
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.questions import (
+    inner_radius,
+    placed_support,
+    vertex_count,
+    vertex_of,
+)
 from scene_graph_ros.geometry.spatial.vectors import axpy, dot, norm, scale, subtract, unit
 from scene_graph_ros.geometry.tolerances import NEIGHBORHOOD
 

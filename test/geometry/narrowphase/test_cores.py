@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.narrowphase.cores import TRIANGLE
+from scene_graph_ros.geometry.narrowphase.cores.kinds import TRIANGLE
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.tables.hull_blocks import CLIMB_LIMIT, vertex_number, vertex_place
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table

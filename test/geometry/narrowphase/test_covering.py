@@ -7,13 +7,7 @@ import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import (
-    every,
-    LANES,
-    load_lanes,
-    select,
-    store_lanes,
-)
+from scene_graph_ros.geometry.compiled.lanes import every, LANES, load_lanes, select, store_lanes
 from scene_graph_ros.geometry.narrowphase import covering
 from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
 from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED

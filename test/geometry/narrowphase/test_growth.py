@@ -6,6 +6,7 @@ import pytest
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.narrowphase import growth
+from scene_graph_ros.geometry.narrowphase.cores import questions
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 CYLINDER = Cylinder(0.1, 0.3)
@@ -76,7 +77,7 @@ def growth_of(shape, q, m):
     """Return (frame, growth) of a core around the normal m at its point q, in that frame."""
     table = build_shape_table([shape], [False])
     F = frame(m)
-    known = read(growth.growth)(
+    known = read(questions.growth)(
         plain_core(table, 0),
         table.hulls.blocks,
         tuple(F.ravel()),

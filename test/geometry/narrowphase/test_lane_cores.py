@@ -8,9 +8,9 @@ import pytest
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, store_lanes
-from scene_graph_ros.geometry.narrowphase import cores
-from scene_graph_ros.geometry.narrowphase.cores import POINT, support, TRIANGLE
-from scene_graph_ros.geometry.narrowphase.lane_cores import lane_support
+from scene_graph_ros.geometry.narrowphase.cores import kinds
+from scene_graph_ros.geometry.narrowphase.cores.kinds import POINT, TRIANGLE
+from scene_graph_ros.geometry.narrowphase.cores.questions import lane_support, support
 
 KINDS = {"POINT", "SEGMENT", "BOX", "CYLINDER", "ELLIPSOID", "HULL", "TRIANGLE"}
 NO_KINDS = {"CURVED", "IDENTITY", "ORIGIN"}
@@ -54,9 +54,9 @@ CORES = {
 
 
 def test_every_kind_of_core_is_tried():
-    """A kind that is added to ``cores`` is to be added here, and to ``lane_support``."""
-    assert {name for name in cores.__all__ if name.isupper()} == KINDS | NO_KINDS
-    assert {core[0] for core, _ in CORES.values()} == {getattr(cores, name) for name in KINDS}
+    """A kind that is added to ``kinds`` is to be added here, and to ``lane_support``."""
+    assert {name for name in kinds.__all__ if name.isupper()} == KINDS | NO_KINDS
+    assert {core[0] for core, _ in CORES.values()} == {getattr(kinds, name) for name in KINDS}
 
 
 @pytest.mark.parametrize("name", CORES)

@@ -6,7 +6,7 @@ from overlapping_pairs import is_found
 import pytest
 
 from scene_graph_ros.geometry import Box, Cylinder, Ellipsoid
-from scene_graph_ros.geometry.narrowphase.cores import BOX, IDENTITY, ORIGIN, TRIANGLE
+from scene_graph_ros.geometry.narrowphase.cores.kinds import BOX, IDENTITY, ORIGIN, TRIANGLE
 from scene_graph_ros.geometry.narrowphase.lift import lifted_contact
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN, POINT
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN, POINT
 from scene_graph_ros.geometry.narrowphase.features import LINE, RIM, VERTEX
 from scene_graph_ros.geometry.narrowphase.nearest_places import nearest_places
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.narrowphase.cores import ELLIPSOID, IDENTITY, ORIGIN, POINT
+from scene_graph_ros.geometry.narrowphase.cores.kinds import ELLIPSOID, IDENTITY, ORIGIN, POINT
 from scene_graph_ros.geometry.narrowphase.features import LINE, RIM, SMOOTH, VERTEX
 from scene_graph_ros.geometry.narrowphase.slide import slide
 

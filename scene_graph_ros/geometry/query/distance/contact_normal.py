@@ -21,7 +21,8 @@ from scene_graph_ros.geometry.compiled.kernel import (
     merged_kernel,
 )
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
-from scene_graph_ros.geometry.narrowphase.cores import placed_support, TRIANGLE
+from scene_graph_ros.geometry.narrowphase.cores.kinds import TRIANGLE
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
 from scene_graph_ros.geometry.query.distance.triangle_triangle import distance_triangle_triangle
 from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
 from scene_graph_ros.geometry.spatial.vectors import (

@@ -7,7 +7,7 @@ import numpy as np
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance_in, new_workspace
-from scene_graph_ros.geometry.narrowphase.cores import (
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     BOX,
     CYLINDER,
     ELLIPSOID,
@@ -50,7 +50,7 @@ _simplex, _weights, _corners = (stack_array(part.shape, part.dtype) for part in 
 
 @inlined_kernel
 def core_of(table, i):
-    """Return the core (see ``narrowphase.cores``) of row i; a mesh gives its convex hull."""
+    """Return the core (see ``narrowphase.cores.kinds``) of row i; a mesh gives its convex hull."""
     kind = table.kind[i]
     x, y, z = table.size[i, 0], table.size[i, 1], table.size[i, 2]
     if kind == SPHERE_KIND:

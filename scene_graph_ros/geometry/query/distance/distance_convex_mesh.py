@@ -29,7 +29,8 @@ from scene_graph_ros.geometry.compiled.kernel import (
 )
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
-from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support
+from scene_graph_ros.geometry.narrowphase.cores.kinds import HULL
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
 from scene_graph_ros.geometry.query.distance.contact_normal import (
     corners_of,
     normal_to_core,

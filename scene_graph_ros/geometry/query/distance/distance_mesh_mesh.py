@@ -21,7 +21,8 @@ import numpy as np
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
-from scene_graph_ros.geometry.narrowphase.cores import HULL, placed_support
+from scene_graph_ros.geometry.narrowphase.cores.kinds import HULL
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
 from scene_graph_ros.geometry.query.distance.contact_normal import (
     corners_of,
     normal_of_triangles,

@@ -9,7 +9,7 @@ ends at its edge, a cap at its side.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import curved_support, SMOOTH
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
 from scene_graph_ros.geometry.query.point.point_mesh import border_feature, nearest_triangle

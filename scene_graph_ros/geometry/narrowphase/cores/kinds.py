@@ -1,0 +1,54 @@
+"""The kinds of cores: convex shapes without their radius.
+
+A core is the tuple ``(core_kind, hull, radius, params)``: an integer of this module, where its
+hull's block starts in the array ``hulls`` (see ``meshes.hull_blocks``; or -1), the radius by which
+the core is inflated (m) and nine floats (m, in the core's own frame):
+
+========== ==================================================================
+POINT      the point's coordinates (zeros for a sphere)
+SEGMENT    half length along z
+BOX        half extents
+CYLINDER   radius, half length along z
+ELLIPSOID  semi-axes
+HULL       nothing: the vertices are those of the block that starts at ``hull``
+TRIANGLE   its three vertices
+========== ==================================================================
+
+What a kind answers to the narrow phase's questions is in the file of its name; `questions` asks.
+"""
+
+from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+
+__all__ = [
+    "BOX",
+    "CURVED",
+    "CYLINDER",
+    "ELLIPSOID",
+    "HULL",
+    "IDENTITY",
+    "ORIGIN",
+    "POINT",
+    "SEGMENT",
+    "TRIANGLE",
+    "is_curved",
+]
+
+POINT = 0
+SEGMENT = 1
+BOX = 2
+CYLINDER = 3
+ELLIPSOID = 4
+HULL = 5
+TRIANGLE = 6
+
+CURVED = -1
+"""The index of a support point that is no vertex."""
+
+IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+@lean_kernel
+def is_curved(core):
+    """Return whether the core has infinitely many support points."""
+    return core[0] == CYLINDER or core[0] == ELLIPSOID
