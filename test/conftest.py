@@ -1,9 +1,9 @@
 """What holds for all tests."""
 
 from hypothesis import settings
-from transports import use_udp
+from transports import use_transports
 
-use_udp()
+use_transports()
 
 pytest_plugins = ["budgets"]
 

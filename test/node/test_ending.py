@@ -12,7 +12,7 @@ import sys
 
 from node_harness import DEADLINE, environment, NodeProcess, ROOT, wait_until
 import pytest
-from transports import SHARED_MEMORY
+from transports import BY_HAND
 
 from scene_graph_ros.node.runtime.ending import TIMEOUT
 
@@ -99,7 +99,7 @@ def test_an_end_in_order_leaves_no_shared_memory(domain):
     """What Fast DDS shares with other processes is given back; what others had is theirs."""
     shared = Path("/dev/shm")
     before = {str(path) for path in shared.glob("fastrtps_*")}
-    node = NodeProcess(domain, extra_environment=SHARED_MEMORY, fresh=True)
+    node = NodeProcess(domain, extra_environment=BY_HAND, fresh=True)
     node.wait_for_output("running:")
     maps = Path(f"/proc/{node.process.pid}/maps").read_text()
     segments = set(re.findall(rf"{shared}/fastrtps_[0-9a-f]{{16}}", maps)) - before

@@ -18,6 +18,7 @@ from node_harness import (
     environment,
     NodeProcess,
     ROOT,
+    RUN_NODE,
     wait_until,
 )
 import pytest
@@ -31,6 +32,7 @@ from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
 from spinning import SpinningThread
+from transports import BY_HAND, PROFILES
 
 from scene_graph_msgs.msg import ContactArray, Status
 import scene_graph_msgs.srv as srv
@@ -347,6 +349,22 @@ def run_node(domain, *arguments):
         timeout=4 * DEADLINE,
         check=False,
     )
+
+
+TELL_PROFILES = f"""
+import os, rclpy
+begin = rclpy.init
+def init(**options):
+    print("profiles:", os.environ[{PROFILES!r}], flush=True)
+    begin(**options)
+rclpy.init = init
+"""
+
+
+def test_a_node_brings_its_own_profiles_of_fast_dds(start_node):
+    """Where nobody names a file of them; other tests do, so that they would not show it."""
+    node = start_node(extra_environment=BY_HAND, program=TELL_PROFILES + RUN_NODE)
+    assert f"profiles: {ROOT / 'scene_graph_ros' / 'node' / 'fast_dds.xml'}\n" in node.output()
 
 
 def test_help_names_the_parameters(domain):

@@ -22,7 +22,7 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from rclpy.subscription import Subscription
 from spinning import DEADLINE, SpinningThread, wait_until
-from transports import UDP
+from transports import TRANSPORTS
 
 from msg_adapters.stamps import stamp_from_msg
 import scene_graph_msgs.srv
@@ -42,18 +42,21 @@ PATH_LISTS = ("AMENT_PREFIX_PATH", "LD_LIBRARY_PATH", "PYTHONPATH")
 """Variables of which a test's value goes before what is there; of others it counts alone."""
 
 
-def environment(domain: int, extra: Mapping[str, str] | None = None) -> dict[str, str]:
-    """Return the environment of a process on an isolated domain."""
+def environment(domain: int, extra: Mapping[str, str | None] | None = None) -> dict[str, str]:
+    """Return the environment of a process on an isolated domain; None takes a variable away."""
     path = [str(ROOT), os.environ.get("PYTHONPATH", "")]
     values = {
         **os.environ,
         "PYTHONPATH": os.pathsep.join(part for part in path if part),
         "PYTHONUNBUFFERED": "1",
-        **UDP,
+        **TRANSPORTS,
         "ROS_DOMAIN_ID": str(domain),
         "ROS_PYTHON_CHECK_FIELDS": "1",
     }
     for name, value in (extra or {}).items():
+        if value is None:
+            values.pop(name, None)
+            continue
         before = values.get(name, "") if name in PATH_LISTS else ""
         values[name] = os.pathsep.join(part for part in (value, before) if part)
     return values
@@ -83,7 +86,7 @@ class NodeProcess:
         parameters: Mapping[str, Any] | None = None,
         *,
         remaps: Iterable[str] = (),
-        extra_environment: Mapping[str, str] | None = None,
+        extra_environment: Mapping[str, str | None] | None = None,
         program: str = RUN_NODE,
         fresh: bool = False,
     ) -> None:

@@ -10,23 +10,25 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-__all__ = ["SHARED_MEMORY", "UDP", "use_udp"]
+__all__ = ["BY_HAND", "PROFILES", "TRANSPORTS", "use_transports"]
 
-_ROOT = Path(__file__).parents[2]
+RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 
-UDP = {
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "SYSTEM_DEFAULT",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": str(_ROOT / "config" / "udp_on_this_machine.xml"),
+_UDP = {
+    # With LOCALHOST rmw_fastrtps would choose transports itself; the file keeps to this machine.
+    RANGE: "SYSTEM_DEFAULT",
+    PROFILES: str(Path(__file__).parents[2] / "config" / "udp_on_this_machine.xml"),
 }
-"""Variables of the environment: with LOCALHOST rmw_fastrtps would choose transports itself."""
+_IS_FAST_DDS = os.environ.get("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp").startswith("rmw_fastrtps")
 
-SHARED_MEMORY = {
-    "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-    "FASTRTPS_DEFAULT_PROFILES_FILE": str(_ROOT / "scene_graph_ros" / "node" / "fast_dds.xml"),
-}
-"""What a node talks by that is started by hand and kept to this machine."""
+TRANSPORTS = _UDP if _IS_FAST_DDS else {RANGE: "LOCALHOST"}
+"""Variables of the environment; other middleware does not read that file."""
+
+BY_HAND: dict[str, str | None] = {RANGE: "LOCALHOST", PROFILES: None}
+"""What a node is given that is started by hand and kept to this machine: no file of profiles."""
 
 
-def use_udp() -> None:
+def use_transports() -> None:
     """Have this process, and those that it starts, talk so."""
-    os.environ.update(UDP)
+    os.environ.update(TRANSPORTS)
