@@ -292,7 +292,7 @@ def convex_distance_in(work, core_A, core_B, R_AB, p_AB, hulls, max_distance, to
 
 @kernel
 def convex_distance(core_A, core_B, R_AB, p_AB, hulls, max_distance, tolerance):
-    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided by) of two cores (``cores``).
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided by) of two ``cores.kinds``.
 
     Positions are in A's frame, from its origin (m). ``gap`` is the difference of the upper and
     the lower bound of the distance; the answer is taken as soon as it is at most ``tolerance``

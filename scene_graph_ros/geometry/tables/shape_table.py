@@ -52,7 +52,7 @@ class Hulls(NamedTuple):
     """(h,) int64: where the block of hull k starts in ``blocks``."""
     blocks: np.ndarray
     """(P,) float64: vertices, neighbors and planes once more, in one array, as the general convex
-    algorithm reads them (``meshes.hull_blocks``). Nine arrays in the arguments of each of its
+    algorithm reads them (``tables.hull_blocks``). Nine arrays in the arguments of each of its
     functions take longer to copy than most of what they compute."""
 
 

@@ -70,7 +70,7 @@ def inner_radius(h, q, m):
 @lean_kernel
 def growth(radius, half, q, m, t, u, flat, near):
     """Return the growth of the side, a rim or an end."""
-    kt, ku, uu = growth_of_segment(half, q, m, t, u, flat)
+    _, _, _, _, _, kt, ku, uu = growth_of_segment(half, q, m, t, u, flat)
     across = math.sqrt(m[0] * m[0] + m[1] * m[1])
     if across * radius <= flat:
         rest = max(radius - math.sqrt(q[0] * q[0] + q[1] * q[1]), 0.0)

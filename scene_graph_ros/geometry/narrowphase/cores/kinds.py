@@ -1,7 +1,7 @@
 """The kinds of cores: convex shapes without their radius.
 
 A core is the tuple ``(core_kind, hull, radius, params)``: an integer of this module, where its
-hull's block starts in the array ``hulls`` (see ``meshes.hull_blocks``; or -1), the radius by which
+hull's block starts in the array ``hulls`` (see ``tables.hull_blocks``; or -1), the radius by which
 the core is inflated (m) and nine floats (m, in the core's own frame):
 
 ========== ==================================================================

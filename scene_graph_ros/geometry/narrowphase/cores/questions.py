@@ -146,8 +146,7 @@ def growth(core, hulls, R, p, q, m, size):
     if kind == CYLINDER:
         return cylinder.growth(params[0], params[1], q, m, t, u, flat, near)
     if kind == SEGMENT:
-        kt, ku, uu = segment.growth(params[0], q, m, t, u, flat)
-        return 0.0, 0.0, 0.0, 0.0, 0.0, kt, ku, uu
+        return segment.growth(params[0], q, m, t, u, flat)
     if kind == BOX:
         return box.growth(params, q, m, t, u, flat)
     if kind == HULL:

@@ -4,7 +4,7 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import every, with_sign
-from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along
+from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHING
 from scene_graph_ros.geometry.spatial.vectors import any_orthogonal, column, cross, dot, scale
 
 __all__ = [
@@ -40,10 +40,11 @@ def lane_support(params, d):
 
 @lean_kernel
 def growth(half, q, m, t, u, flat):
-    """Return (tt, tu, uu) of the line of that half length along the third axis."""
+    """Return the growth of the line of that half length along the third axis."""
     if abs(m[2]) * half > flat:
-        return 0.0, 0.0, 0.0
-    return along(max(half - abs(q[2]), 0.0), t[2], u[2])
+        return NOTHING
+    kt, ku, uu = along(max(half - abs(q[2]), 0.0), t[2], u[2])
+    return 0.0, 0.0, 0.0, 0.0, 0.0, kt, ku, uu
 
 
 @inlined_kernel

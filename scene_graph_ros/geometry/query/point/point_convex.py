@@ -1,6 +1,6 @@
 """Signed distance from a point to a convex hull, solid or degenerate.
 
-Hulls are read from ``Hulls.blocks`` (``meshes.hull_blocks``): ``start`` is where a block begins,
+Hulls are read from ``Hulls.blocks`` (``tables.hull_blocks``): ``start`` is where a block begins,
 and a place that of a vertex in the array.
 """
 
