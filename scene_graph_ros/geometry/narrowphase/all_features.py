@@ -8,19 +8,8 @@ themselves the one that separates the cores most is taken.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.narrowphase.cores import box, cylinder
-from scene_graph_ros.geometry.narrowphase.cores.kinds import (
-    BOX,
-    CYLINDER,
-    ELLIPSOID,
-    HULL,
-    IDENTITY,
-    ORIGIN,
-    SEGMENT,
-    TRIANGLE,
-)
-from scene_graph_ros.geometry.narrowphase.cores.questions import clamp, feature_at, placed_support
-from scene_graph_ros.geometry.narrowphase.cores.triangle import triangle_corners
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.questions import candidate, clamp
 from scene_graph_ros.geometry.narrowphase.features import (
     curved_support,
     FACE,
@@ -29,7 +18,6 @@ from scene_graph_ros.geometry.narrowphase.features import (
     NONE,
     RIM,
     SMOOTH,
-    VERTEX,
 )
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.nearest_places import nearest_places
@@ -38,7 +26,6 @@ from scene_graph_ros.geometry.spatial.vectors import (
     add,
     any_orthogonal,
     axpy,
-    column,
     cross,
     dot,
     norm,
@@ -49,9 +36,6 @@ from scene_graph_ros.geometry.spatial.vectors import (
     unit,
 )
 from scene_graph_ros.geometry.tables.hull_blocks import (
-    face_range,
-    FACE_STRIDE,
-    list_of_neighbors,
     vertex,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, NEAR_CONTACT, POLISH_RESIDUAL
@@ -74,40 +58,6 @@ ROUNDS = 3
 
 
 @lean_kernel
-def _normal(hulls, at):
-    """Return the normal of the face at a place of a hull's block."""
-    return (hulls[at], hulls[at + 1], hulls[at + 2])
-
-
-@lean_kernel
-def _hull_edge(hulls, R, p, corner, index):
-    """Return an edge of a hull at the vertex at ``corner``, or a feature of kind NONE."""
-    neighbors = list_of_neighbors(hulls, corner)
-    if index >= int(hulls[neighbors]):
-        return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
-    a = vertex(hulls, corner)
-    h = scale(0.5, subtract(vertex(hulls, int(hulls[neighbors + 1 + index])), a))
-    half = norm(h)
-    return LINE, add(rotate(R, add(a, h)), p), rotate(R, unit(h, ORIGIN)), 0.0, -half, half
-
-
-@lean_kernel
-def _hull_face(hulls, hull, R, p, d):
-    """Return the face of a hull that faces along d most; ``low`` is its place, plus one."""
-    along, best = -math.inf, -1
-    local = rotate_inverse(R, d)
-    first, last = face_range(hulls, hull)
-    for f in range(first, last, FACE_STRIDE):
-        cosine = dot(_normal(hulls, f), local)
-        if cosine > along:
-            along, best = cosine, f
-    if best < 0:
-        return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
-    c = vertex(hulls, int(hulls[int(hulls[best + 4]) + 1]))
-    return FACE, add(rotate(R, c), p), rotate(R, _normal(hulls, best)), 0.0, best + 1.0, 0.0
-
-
-@lean_kernel
 def _edge_before(hulls, feature, R, p, x, allowed):
     """Return a hull's face, or that edge of it beyond which the point x of its plane lies most.
 
@@ -117,7 +67,7 @@ def _edge_before(hulls, feature, R, p, x, allowed):
     if feature[0] != FACE or not feature[4] > 0.0:
         return best
     face = int(feature[4]) - 1
-    n = _normal(hulls, face)
+    n = (hulls[face], hulls[face + 1], hulls[face + 2])
     q = rotate_inverse(R, subtract(x, p))
     corners = int(hulls[face + 4])
     last = corners + int(hulls[corners])
@@ -140,58 +90,6 @@ def _edge_before(hulls, feature, R, p, x, allowed):
 def is_beyond_face(hulls, feature, R, p, x, allowed):
     """Return whether the point x of the plane of a hull's face is outside of its polygon."""
     return _edge_before(hulls, feature, R, p, x, allowed)[0] != feature[0]
-
-
-@lean_kernel
-def _triangle_feature(core, R, p, d, index):
-    """Return a triangle's face (0) or one of its edges (1 to 3), or a feature of kind NONE."""
-    o, u, v = triangle_corners(core, R, p)
-    if index == 0:
-        n = unit(cross(subtract(u, o), subtract(v, o)), d)
-        return FACE, o, n if dot(n, d) > 0.0 else scale(-1.0, n), 0.0, 0.0, 0.0
-    if index > 3:
-        return NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0
-    x, y = (o, u) if index == 1 else ((u, v) if index == 2 else (v, o))
-    h = scale(0.5, subtract(y, x))
-    half = norm(h)
-    return LINE, add(x, h), unit(h, d), 0.0, -half, half
-
-
-@lean_kernel
-def _candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
-    """Return a feature of a core that may face along d, or one of kind NONE."""
-    none = (NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0)
-    if core[0] == CYLINDER:
-        if index == 0:
-            return cylinder.feature(core, R, p, LINE, True)
-        if index <= 2:
-            return cylinder.feature(core, R, p, RIM, index == 1)
-        return cylinder.feature(core, R, p, FACE, index == 3) if index <= 4 else none
-    if index == 0:
-        return feature_at(core, R, p, S, ids, lam, count, side, d)
-    if core[0] == ELLIPSOID:
-        return none
-    if index == 1:
-        corner, _ = placed_support(core, hulls, R, p, d, -1)
-        return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0
-    if core[0] == HULL:
-        if index == 2:
-            return _hull_face(hulls, core[1], R, p, d)
-        _, corner_at = placed_support(core, hulls, R, p, d, -1)
-        return _hull_edge(hulls, R, p, corner_at, index - 3)
-    if core[0] == TRIANGLE:
-        return _triangle_feature(core, R, p, d, index - 2)
-    if core[0] == SEGMENT and index == 2:
-        half = core[3][0]
-        return LINE, p, column(R, 2), 0.0, -half, half
-    if core[0] == BOX and index <= 7:
-        k = (index - 2) % 3
-        is_face = index >= 5
-        corner = rotate_inverse(R, d)
-        return box.feature(
-            core, R, p, (k == 0) != is_face, (k == 1) != is_face, (k == 2) != is_face, corner
-        )
-    return none
 
 
 @lean_kernel
@@ -317,11 +215,11 @@ def _polish_from(core_A, core_B, R, p, hulls, n, a, b, size, S, ids, lam, count)
     ahead, furthest = n, highest + allowed
     d = scale(-1.0, n)
     for i in range(CANDIDATES):
-        feature_A = _candidate(core_A, hulls, IDENTITY, ORIGIN, S, ids, lam, count, 3, d, i)
+        feature_A = candidate(core_A, hulls, IDENTITY, ORIGIN, S, ids, lam, count, 3, d, i)
         if feature_A[0] == NONE:
             continue
         for j in range(CANDIDATES):
-            feature_B = _candidate(core_B, hulls, R, p, S, ids, lam, count, 6, n, j)
+            feature_B = candidate(core_B, hulls, R, p, S, ids, lam, count, 6, n, j)
             if feature_B[0] == NONE:
                 continue
             how = _ALL_FEATURES

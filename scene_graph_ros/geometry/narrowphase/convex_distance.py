@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
-from scene_graph_ros.geometry.narrowphase.cores.kinds import HULL, is_curved
+from scene_graph_ros.geometry.narrowphase.cores.questions import is_curved, is_listed
 from scene_graph_ros.geometry.narrowphase.epa import (
     COARSE_GAP,
     epa,
@@ -97,7 +97,7 @@ def _overlap(core_A, core_B, R, p, hulls, tolerance, count, S, ids, lam):
             distance = min(separation(core_A, core_B, R, p, hulls, n), 0.0)
             return distance, a, b, n, False, 0.0, _EPA
     settle_gap = 0.0
-    has_hull = core_A[0] == HULL or core_B[0] == HULL
+    has_hull = is_listed(core_A) or is_listed(core_B)
     if is_curved(core_A) or is_curved(core_B):
         settle_gap = FINE_GAP if has_hull else COARSE_GAP
     decided_by, n, a, b, depth, lower, unique = epa(

@@ -29,7 +29,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_number,
 )
 from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
-from scene_graph_ros.geometry.narrowphase.cores.questions import growth, lane_support
+from scene_graph_ros.geometry.narrowphase.cores.questions import lane_support, placed_growth
 from scene_graph_ros.geometry.narrowphase.growth import known_reach
 from scene_graph_ros.geometry.narrowphase.other_depths import LESS, NONE_LESS, UNDECIDED
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -246,8 +246,8 @@ def look_everywhere(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
     less = depth - TIE * EPSILON * size
     more = depth + INNER_BALL_SPARE * size
     reach = known_reach(
-        growth(core_A, hulls, F, ORIGIN, rotate(F, a), (-1.0, 0.0, 0.0), size),
-        growth(core_B, hulls, R, p, rotate(F, b), (1.0, 0.0, 0.0), size),
+        placed_growth(core_A, hulls, F, ORIGIN, rotate(F, a), (-1.0, 0.0, 0.0), size),
+        placed_growth(core_B, hulls, R, p, rotate(F, b), (1.0, 0.0, 0.0), size),
         more,
     )
     if reach == 0.0:

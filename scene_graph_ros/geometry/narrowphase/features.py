@@ -34,6 +34,7 @@ __all__ = [
     "FACE",
     "LINE",
     "NONE",
+    "NO_FEATURE",
     "RIM",
     "SMOOTH",
     "VERTEX",
@@ -47,6 +48,9 @@ RIM = 2
 FACE = 3
 SMOOTH = 4
 NONE = 5
+
+NO_FEATURE = (NONE, ORIGIN, ORIGIN, 0.0, 0.0, 0.0)
+"""Where there is none of what was asked for."""
 
 
 @inlined_kernel

@@ -9,7 +9,7 @@ least of all, with no search for others.
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
-from scene_graph_ros.geometry.narrowphase.cores.questions import inner_radius
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_inner_radius
 from scene_graph_ros.geometry.spatial.vectors import scale
 from scene_graph_ros.geometry.tolerances import INNER_BALL_SPARE
 
@@ -23,5 +23,5 @@ def is_least_depth(core_A, core_B, R, p, hulls, a, b, n, depth, size):
     a, b, n, depth: witnesses and unit normal out of B into A of cores that overlap (m).
     """
     needed = depth + INNER_BALL_SPARE * size
-    found = inner_radius(core_A, IDENTITY, ORIGIN, hulls, a, scale(-1.0, n))
-    return found > needed or found + inner_radius(core_B, R, p, hulls, b, n) > needed
+    found = placed_inner_radius(core_A, IDENTITY, ORIGIN, hulls, a, scale(-1.0, n))
+    return found > needed or found + placed_inner_radius(core_B, R, p, hulls, b, n) > needed

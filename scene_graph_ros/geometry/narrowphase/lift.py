@@ -14,20 +14,21 @@ is less deep, they are lifted along that. All else is left to GJK and EPA at the
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.narrowphase.cores.kinds import (
-    BOX,
-    CYLINDER,
-    HULL,
-    IDENTITY,
-    is_curved,
-    ORIGIN,
-)
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.questions import (
     edge_count,
+    has_plane_across,
+    is_curved,
+    is_listed,
+    is_simple,
     placed_support,
+    plane_count,
+    plane_of,
+    side,
     support,
 )
 from scene_graph_ros.geometry.narrowphase.covering import look_everywhere
+from scene_graph_ros.geometry.narrowphase.features import NONE
 from scene_graph_ros.geometry.narrowphase.gjk import CONVERGED, FAR, gjk_inlined, OVERLAP
 from scene_graph_ros.geometry.narrowphase.inner_ball import is_least_depth
 from scene_graph_ros.geometry.narrowphase.known_features import contact_of_known
@@ -57,7 +58,6 @@ from scene_graph_ros.geometry.spatial.vectors import (
     transpose,
     unit,
 )
-from scene_graph_ros.geometry.tables.hull_blocks import face_range, FACE_STRIDE, SCAN_LIMIT
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,
     FLAT_MINIMUM,
@@ -94,12 +94,6 @@ NEXT_GUESS = FIRST_GUESS * FIRST_GUESS
 
 
 @inlined_kernel
-def _is_simple(core, hulls):
-    """Return whether a core's features are few enough to be guessed, and its support is fast."""
-    return core[0] != HULL or hulls[core[1]] <= SCAN_LIMIT
-
-
-@inlined_kernel
 def _try(core_A, core_B, R, p, hulls, n, distance, best):
     """Return the larger of the known separation and that along the line of n, and its normal."""
     if dot(n, p) > 0.0:
@@ -111,12 +105,11 @@ def _try(core_A, core_B, R, p, hulls, n, distance, best):
 @inlined_kernel
 def _try_faces(core_A, core_B, R, p, hulls, distance, best):
     """Return the larger of the known separation and those along the normals of A's faces."""
-    first, last = face_range(hulls, core_A[1])
-    for f in range(first, last, FACE_STRIDE):
-        out = (hulls[f], hulls[f + 1], hulls[f + 2])
+    for k in range(plane_count(core_A, hulls)):
+        out, offset = plane_of(core_A, hulls, k)
         if dot(out, p) > 0.0:  # the others face away from B
             b, _ = placed_support(core_B, hulls, R, p, scale(-1.0, out), -1)
-            along = dot(out, b) - hulls[f + 3]
+            along = dot(out, b) - offset
             if along > distance:
                 distance, best = along, scale(-1.0, out)
     return distance, best
@@ -125,7 +118,7 @@ def _try_faces(core_A, core_B, R, p, hulls, distance, best):
 @inlined_kernel
 def _across_cylinder(core_B, R, p):
     """Return the direction across the axis of a cylinder A in which a curved B may leave it."""
-    if core_B[0] == CYLINDER:
+    if side(core_B, R, p)[0] != NONE:
         axis = column(R, 2)
         return unit((-axis[1], axis[0], 0.0), (1.0, 0.0, 0.0))
     return unit((-p[0], -p[1], 0.0), (1.0, 0.0, 0.0))
@@ -136,21 +129,21 @@ def _first_direction(core_A, core_B, R, p, hulls):
     """Return (separation, n) of the best of the line of origins and the normals of planes."""
     n = unit(scale(-1.0, p), (1.0, 0.0, 0.0))
     distance = separation_inlined(core_A, core_B, R, p, hulls, n)
-    if core_A[0] == HULL and distance < 0.0:
+    if is_listed(core_A) and distance < 0.0:
         distance, n = _try_faces(core_A, core_B, R, p, hulls, distance, n)
-    if core_B[0] == HULL and distance < 0.0:
+    if is_listed(core_B) and distance < 0.0:
         q = scale(-1.0, rotate_inverse(R, p))
         m = rotate_inverse(R, scale(-1.0, n))
         distance, m = _try_faces(core_B, core_A, transpose(R), q, hulls, distance, m)
         n = rotate(R, scale(-1.0, m))
     for k in range(3):
-        if core_A[0] == BOX or (core_A[0] == CYLINDER and k == 2):
+        if has_plane_across(core_A, k):
             axis = column(IDENTITY, k)
             distance, n = _try(core_A, core_B, R, p, hulls, axis, distance, n)
-        if core_B[0] == BOX or (core_B[0] == CYLINDER and k == 2):
+        if has_plane_across(core_B, k):
             axis = column(R, k)
             distance, n = _try(core_A, core_B, R, p, hulls, axis, distance, n)
-    if core_A[0] == CYLINDER and is_curved(core_B):
+    if side(core_A, IDENTITY, ORIGIN)[0] != NONE and is_curved(core_B):
         across = _across_cylinder(core_B, R, p)
         distance, n = _try(core_A, core_B, R, p, hulls, across, distance, n)
     return distance, n
@@ -299,7 +292,7 @@ def lifted_contact(core_A, core_B, R, p, hulls, limit, S, ids, lam):
     distance is exact to ``error`` (m) and the normal unique.
     """
     a = b = (0.0, 0.0, 0.0)
-    if not (_is_simple(core_A, hulls) and _is_simple(core_B, hulls)):
+    if not (is_simple(core_A, hulls) and is_simple(core_B, hulls)):
         return _OPEN, 0.0, a, b, a, math.inf
     distance, n = _first_direction(core_A, core_B, R, p, hulls)
     if distance < 0.0 and are_polytopes_or_cylinders(core_A, core_B, hulls):

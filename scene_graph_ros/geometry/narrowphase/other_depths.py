@@ -21,18 +21,23 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores.kinds import (
-    BOX,
-    CYLINDER,
-    ELLIPSOID,
-    HULL,
+    CORNERS_ACROSS_SIDE,
+    CORNERS_OF_ELLIPSOID,
+    CORNERS_UNKNOWN,
     IDENTITY,
     ORIGIN,
 )
 from scene_graph_ros.geometry.narrowphase.cores.questions import (
+    contains_origin,
+    corner_ways,
     edge_count,
     face_count,
     face_of,
+    is_curved,
     placed_support,
+    plane_count,
+    plane_of,
+    side,
     support,
     vertex_count,
     vertex_of,
@@ -111,7 +116,7 @@ def _visit_faces(core_P, R_P, p_P, core_Q, hulls, y, best, tie, S):
         row = FIRST_FACE + f
         d, offset = face_of(core_P, R_P, p_P, hulls, f)
         below = offset - dot(y, d)
-        below_centre = below if core_Q[0] == HULL else offset
+        below_centre = offset if contains_origin(core_Q) else below
         depth = math.inf
         if max(below, below_centre) < best[1] + tie:
             q, _ = support(core_Q, hulls, scale(-1.0, d), -1)
@@ -141,7 +146,7 @@ def _visit_arc(v, core_Q, hulls, near, far, best, index, tie, S):
     w = subtract(v, (S[near, 3], S[near, 4], S[near, 5]))
     for c in range(6):
         S[0, c] = S[far, c]
-    is_smooth = core_Q[0] == CYLINDER or core_Q[0] == ELLIPSOID
+    is_smooth = is_curved(core_Q)
     top = 0
     for _ in range(MAX_CUTS):
         e = (S[top, 0], S[top, 1], S[top, 2])
@@ -198,16 +203,8 @@ def _visit_arcs(core_P, R_P, p_P, core_Q, hulls, best, tie, S):
 @inlined_kernel
 def _visit_planes(core_P, R_P, p_P, core_Q, hulls, best, tie):
     """Return what is known after the planes of Q: faces, or the ends of a cylinder."""
-    planes, offset = 0, 0.0
-    if core_Q[0] == HULL or core_Q[0] == BOX:
-        planes = face_count(core_Q, hulls)
-    elif core_Q[0] == CYLINDER:
-        planes, offset = 2, core_Q[3][1]
-    for f in range(planes):
-        if core_Q[0] == CYLINDER:
-            out = (0.0, 0.0, -1.0 if f & 1 else 1.0)
-        else:
-            out, offset = face_of(core_Q, IDENTITY, ORIGIN, hulls, f)
+    for f in range(plane_count(core_Q, hulls)):
+        out, offset = plane_of(core_Q, hulls, f)
         d = scale(-1.0, out)
         x, _ = placed_support(core_P, hulls, R_P, p_P, d, -1)
         best = _better(best, offset + dot(d, x), d, PLANE_OF_Q, f, tie)
@@ -217,13 +214,14 @@ def _visit_planes(core_P, R_P, p_P, core_Q, hulls, best, tie):
 @inlined_kernel
 def _visit_side(core_P, R_P, p_P, core_Q, hulls, best, tie):
     """Return what is known after the directions across a cylinder Q in which vertices leave it."""
+    radius = side(core_Q, IDENTITY, ORIGIN)[3]
     for k in range(vertex_count(core_P, hulls)):
         v = vertex_of(core_P, R_P, p_P, hulls, k)
-        room = core_Q[3][0] - best[1] - tie
+        room = radius - best[1] - tie
         if room <= 0.0 or v[0] * v[0] + v[1] * v[1] > room * room:
             d = unit((-v[0], -v[1], 0.0), (1.0, 0.0, 0.0))
             x, _ = placed_support(core_P, hulls, R_P, p_P, d, -1)
-            best = _better(best, dot(d, x) + core_Q[3][0], d, SIDE_OF_Q, k, tie)
+            best = _better(best, dot(d, x) + radius, d, SIDE_OF_Q, k, tie)
     return best
 
 
@@ -233,12 +231,13 @@ def _look(core_P, R_P, p_P, core_Q, hulls, y, least, known, tie, S):
     best = (NONE_LESS, least, known, FACE_OF_P, 0)
     best = _visit_faces(core_P, R_P, p_P, core_Q, hulls, y, best, tie, S)
     best = _visit_planes(core_P, R_P, p_P, core_Q, hulls, best, tie)
-    if core_Q[0] == CYLINDER:
+    ways = corner_ways(core_Q, hulls)
+    if ways == CORNERS_ACROSS_SIDE:
         best = _visit_side(core_P, R_P, p_P, core_Q, hulls, best, tie)
     best = _visit_arcs(core_P, R_P, p_P, core_Q, hulls, best, tie, S)  # none if they are apart
     if (
         best[0] == NONE_LESS
-        and core_Q[0] == ELLIPSOID
+        and ways == CORNERS_OF_ELLIPSOID
         and not are_vertices_deeper(core_P, R_P, p_P, core_Q, hulls, y, least, known, tie)
     ):
         return UNDECIDED, least, known, FACE_OF_P, 0
@@ -256,9 +255,10 @@ def are_swapped(core_A, core_B, hulls):
 def are_polytopes_or_cylinders(core_A, core_B, hulls):
     """Return whether all directions of a pair can be looked through without knowing a contact."""
     edges_A, edges_B = edge_count(core_A, hulls), edge_count(core_B, hulls)
-    return (edges_A > 0 and (edges_B > 0 or core_B[0] == CYLINDER)) or (
-        edges_B > 0 and core_A[0] == CYLINDER
-    )
+    ways_A, ways_B = corner_ways(core_A, hulls), corner_ways(core_B, hulls)
+    if ways_B == CORNERS_ACROSS_SIDE:
+        return edges_A > 0
+    return edges_B > 0 and (edges_A > 0 or ways_A == CORNERS_ACROSS_SIDE)
 
 
 @inlined_kernel
@@ -278,8 +278,7 @@ def look_for_less(core_A, core_B, R, p, hulls, a, b, n, depth, size, S):
         core_P, core_Q = core_A, core_B
         R_QP, p_QP = transpose(R), scale(-1.0, rotate_inverse(R, p))
         y, out = rotate_inverse(R, subtract(b, p)), scale(-1.0, rotate_inverse(R, n))
-    is_other = core_Q[0] == CYLINDER or core_Q[0] == ELLIPSOID or edge_count(core_Q, hulls) > 0
-    if edge_count(core_P, hulls) == 0 or not is_other:
+    if edge_count(core_P, hulls) == 0 or corner_ways(core_Q, hulls) == CORNERS_UNKNOWN:
         return UNDECIDED, n, FACE_OF_P, 0
     status, _, d, where, index = _look(
         core_P, R_QP, p_QP, core_Q, hulls, y, depth, out, TIE * EPSILON * size, S

@@ -11,32 +11,29 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.all_features import polish_all
-from scene_graph_ros.geometry.narrowphase.cores.kinds import (
-    BOX,
-    CYLINDER,
-    HULL,
-    IDENTITY,
-    ORIGIN,
-    TRIANGLE,
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.questions import (
+    has_oblique_planes,
+    has_plane_across,
+    is_listed,
+    placed_support,
+    plane_count,
+    plane_of,
+    side,
 )
-from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
-from scene_graph_ros.geometry.narrowphase.cores.triangle import triangle_corners
+from scene_graph_ros.geometry.narrowphase.features import NONE
 from scene_graph_ros.geometry.narrowphase.gjk import store_support
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.refine import separation
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
-    cross,
     dot,
     rotate,
     rotate_inverse,
     scale,
-    subtract,
     transpose,
-    unit,
 )
-from scene_graph_ros.geometry.tables.hull_blocks import face_range, FACE_STRIDE
 from scene_graph_ros.geometry.tolerances import EPSILON, SAME_DIRECTION, TIE
 
 __all__ = ["polish_from_everywhere", "separation_of_faces"]
@@ -57,25 +54,16 @@ is not polished. Between two of those around an axis, a depth varies by less."""
 
 @lean_kernel
 def _best_face(core_A, core_B, R, p, hulls, n):
-    """Return (is given, the direction into the hull A at its face that is the least deep in B).
+    """Return (is given, the direction into A at its plane that is the least deep in B).
 
-    A triangle is a hull with two faces.
+    Of A's planes that are not across its frame's axes.
     """
     highest, best = -math.inf, n
-    if core_A[0] == TRIANGLE:
-        o, u, v = triangle_corners(core_A, IDENTITY, ORIGIN)
-        up = unit(cross(subtract(u, o), subtract(v, o)), n)
-        for out in (up, scale(-1.0, up)):
+    if has_oblique_planes(core_A, hulls):
+        for k in range(plane_count(core_A, hulls)):
+            out, offset = plane_of(core_A, hulls, k)
             b, _ = placed_support(core_B, hulls, R, p, scale(-1.0, out), -1)
-            along = dot(out, subtract(b, o))
-            if along > highest:
-                highest, best = along, scale(-1.0, out)
-    if core_A[0] == HULL:
-        first, last = face_range(hulls, core_A[1])
-        for f in range(first, last, FACE_STRIDE):
-            out = (hulls[f], hulls[f + 1], hulls[f + 2])
-            b, _ = placed_support(core_B, hulls, R, p, scale(-1.0, out), -1)
-            along = dot(out, b) - hulls[f + 3]
+            along = dot(out, b) - offset
             if along > highest:
                 highest, best = along, scale(-1.0, out)
     return highest > -math.inf, best
@@ -102,12 +90,13 @@ def separation_of_faces(core_A, core_B, R, p, hulls, n):
     for k in range(6):
         core = core_A if k < 3 else core_B
         axis = column(IDENTITY if k < 3 else R, k % 3)
-        if core[0] == BOX or (core[0] == CYLINDER and k % 3 == 2):
+        if has_plane_across(core, k % 3):
             for m in (axis, scale(-1.0, axis)):
                 if dot(m, n) < SAME_DIRECTION:
                     highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
     for k in range(2):
-        if (core_B if k == 1 else core_A)[0] == TRIANGLE:
+        core = core_B if k == 1 else core_A
+        if has_oblique_planes(core, hulls) and not is_listed(core):
             _, m = _best_face_of_either(core_A, core_B, R, p, hulls, n, k == 1)
             if dot(m, n) < SAME_DIRECTION:
                 highest = max(highest, separation(core_A, core_B, R, p, hulls, m))
@@ -122,7 +111,7 @@ def _direction(core, R, index):
         return True, axis if index % 2 == 0 else scale(-1.0, axis)
     angle = 2.0 * math.pi * (index - AXES) / AROUND
     n = axpy(math.sin(angle), column(R, 1), scale(math.cos(angle), column(R, 0)))
-    return core[0] == CYLINDER, n
+    return side(core, R, ORIGIN)[0] != NONE, n
 
 
 @lean_kernel

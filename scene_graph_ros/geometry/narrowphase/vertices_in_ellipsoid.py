@@ -15,7 +15,7 @@ import math
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.questions import (
-    inner_radius,
+    placed_inner_radius,
     placed_support,
     vertex_count,
     vertex_of,
@@ -141,7 +141,7 @@ def are_vertices_deeper(core_P, R_P, p_P, core_Q, hulls, y, least, known, tie):
 
     What is looked at are the directions between the normals of the faces around a vertex.
     """
-    radius = inner_radius(core_Q, IDENTITY, ORIGIN, hulls, y, scale(-1.0, known))
+    radius = placed_inner_radius(core_Q, IDENTITY, ORIGIN, hulls, y, scale(-1.0, known))
     centre = axpy(radius, known, y)
     for k in range(vertex_count(core_P, hulls)):
         v = vertex_of(core_P, R_P, p_P, hulls, k)

@@ -77,7 +77,7 @@ def growth_of(shape, q, m):
     """Return (frame, growth) of a core around the normal m at its point q, in that frame."""
     table = build_shape_table([shape], [False])
     F = frame(m)
-    known = read(questions.growth)(
+    known = read(questions.placed_growth)(
         plain_core(table, 0),
         table.hulls.blocks,
         tuple(F.ravel()),

@@ -60,7 +60,7 @@ def test_ball_is_inside_and_cannot_be_larger(shape):
     core = plain_core(build_shape_table([shape], [False]), 0)
     for q, m in contacts(shape):
         q, m = np.array(q), np.array(m, dtype=float)
-        radius = read(questions.inner_radius)(
+        radius = read(questions.placed_inner_radius)(
             core, IDENTITY, ORIGIN, np.zeros(0), tuple(q), tuple(m)
         )
         bound = largest_ball(shape, q, m)
@@ -77,7 +77,7 @@ def test_ball_at_a_face_of_a_hull():
     for f in range(0, len(hulls.face_offsets), 5):
         rows = hulls.face_vertices[slice(*hulls.face_vertex_start[f : f + 2])]
         q, m = hulls.vertices[rows].mean(axis=0), hulls.face_normals[f]
-        radius = read(questions.inner_radius)(
+        radius = read(questions.placed_inner_radius)(
             core, IDENTITY, ORIGIN, hulls.blocks, tuple(q), tuple(m)
         )
         centre = q - radius * m
@@ -92,7 +92,7 @@ def test_no_ball_at_edges_and_corners():
     box = plain_core(build_shape_table([Box(0.2, 0.2, 0.2)], [False]), 0)
     rim = plain_core(build_shape_table([Cylinder(0.1, 0.2)], [False]), 0)
     s = np.sqrt(0.5)
-    radius = read(questions.inner_radius)
+    radius = read(questions.placed_inner_radius)
     none = np.zeros(0)
     assert radius(box, IDENTITY, ORIGIN, none, (0.1, 0.1, 0.0), (s, s, 0.0)) == 0.0
     assert radius(rim, IDENTITY, ORIGIN, none, (0.1, 0.0, 0.1), (s, 0.0, s)) == 0.0

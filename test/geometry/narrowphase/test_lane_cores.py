@@ -1,19 +1,18 @@
 """Support points of a core in eight directions are those of one direction at a time."""
 
-from convex_bodies import rounded_hull
+from cores_of_kinds import CORES
 import numpy as np
-from overlapping_pairs import Pair
 import pytest
 
-from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, store_lanes
 from scene_graph_ros.geometry.narrowphase.cores import kinds
-from scene_graph_ros.geometry.narrowphase.cores.kinds import POINT, TRIANGLE
 from scene_graph_ros.geometry.narrowphase.cores.questions import lane_support, support
+from scene_graph_ros.geometry.narrowphase.cores.registry import FILES
 
 KINDS = {"POINT", "SEGMENT", "BOX", "CYLINDER", "ELLIPSOID", "HULL", "TRIANGLE"}
 NO_KINDS = {"CURVED", "IDENTITY", "ORIGIN"}
+WAYS = {"CORNERS_ACROSS_SIDE", "CORNERS_NOWHERE", "CORNERS_OF_ELLIPSOID", "CORNERS_UNKNOWN"}
 
 
 @kernel
@@ -34,29 +33,11 @@ def one_by_one(core, hulls, room):
         room[3, j], room[4, j], room[5, j] = x
 
 
-def core_of(shape):
-    """Return the core of a shape, and the hulls it may be one of."""
-    pair = Pair(shape, shape, np.eye(4))
-    return pair.cores[0], pair.hulls
-
-
-NO_HULLS = np.zeros(8)
-CORES = {
-    "point": ((POINT, -1, 0.0, (0.1, -0.2, 0.3, *np.zeros(6))), NO_HULLS),
-    "triangle": ((TRIANGLE, -1, 0.0, (0.1, 0.0, 0.2, -0.1, 0.3, 0.0, 0.0, -0.2, -0.1)), NO_HULLS),
-    "segment": core_of(Capsule(0.05, 0.3)),
-    "box": core_of(Box(0.2, 0.3, 0.14)),
-    "cylinder": core_of(Cylinder(0.1, 0.25)),
-    "ellipsoid": core_of(Ellipsoid(0.1, 0.13, 0.16)),
-    "small hull": core_of(rounded_hull(0.3, 12)),
-    "hull": core_of(rounded_hull(0.3, 30)),
-}
-
-
 def test_every_kind_of_core_is_tried():
-    """A kind that is added to ``kinds`` is to be added here, and to ``lane_support``."""
-    assert {name for name in kinds.__all__ if name.isupper()} == KINDS | NO_KINDS
-    assert {core[0] for core, _ in CORES.values()} == {getattr(kinds, name) for name in KINDS}
+    """A kind that is added to ``kinds`` is to be added here, and has a file that answers."""
+    assert {name for name in kinds.__all__ if name.isupper()} == KINDS | NO_KINDS | WAYS
+    numbers = {getattr(kinds, name) for name in KINDS}
+    assert {core[0] for core, _ in CORES.values()} == numbers == set(FILES)
 
 
 @pytest.mark.parametrize("name", CORES)

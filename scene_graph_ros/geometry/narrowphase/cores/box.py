@@ -4,10 +4,17 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import with_sign
-from scene_graph_ros.geometry.narrowphase.cores.corners import simplex_corner
+from scene_graph_ros.geometry.narrowphase.cores.corners import simplex_corner, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along
-from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
-from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NONE, VERTEX
+from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_NOWHERE, IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.without import (
+    contains_origin,
+    is_curved,
+    is_listed,
+    is_simple,
+    side,
+)
+from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE, NONE, VERTEX
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
@@ -21,30 +28,39 @@ from scene_graph_ros.geometry.spatial.vectors import (
 from scene_graph_ros.geometry.tolerances import PARALLEL
 
 __all__ = [
-    "EDGES",
-    "FACES",
-    "VERTICES",
-    "clamp",
+    "candidate",
+    "clamp_to",
+    "contains_origin",
+    "corner_ways",
+    "edge_count",
+    "edge_feature",
     "edge_of",
+    "face_count",
+    "face_feature",
     "face_of",
-    "feature",
     "feature_at",
     "growth",
+    "has_plane_across",
     "inner_radius",
+    "is_curved",
+    "is_listed",
+    "is_simple",
     "lane_support",
+    "local_vertex",
     "neighbor",
+    "plane_count",
+    "plane_of",
+    "side",
     "support",
-    "vertex_of",
+    "touched",
+    "vertex_count",
 ]
-
-EDGES = 12
-FACES = 6
-VERTICES = 8
 
 
 @inlined_kernel
-def support(params, d):
+def support(core, hulls, d, hint):
     """Return (point, index) of a corner."""
+    params = core[3]
     x = math.copysign(params[0], d[0])
     y = math.copysign(params[1], d[1])
     z = math.copysign(params[2], d[2])
@@ -52,8 +68,9 @@ def support(params, d):
 
 
 @inlined_kernel
-def lane_support(params, d):
+def lane_support(core, hulls, d):
     """Return corners of it."""
+    params = core[3]
     return (
         with_sign(params[0], d[0]),
         with_sign(params[1], d[1]),
@@ -62,8 +79,9 @@ def lane_support(params, d):
 
 
 @lean_kernel
-def inner_radius(h, q, m):
+def inner_radius(core, hulls, q, m):
     """Return the radius (m) of the largest ball inside that touches a face at q."""
+    h = core[3]
     x, y, z = abs(m[0]), abs(m[1]), abs(m[2])
     spare_x, spare_y, spare_z = h[0] - abs(q[0]), h[1] - abs(q[1]), h[2] - abs(q[2])
     if x + y <= PARALLEL:
@@ -76,8 +94,9 @@ def inner_radius(h, q, m):
 
 
 @lean_kernel
-def growth(h, q, m, t, u, flat):
+def growth(core, hulls, q, m, t, u, flat, near):
     """Return the growth of a face, an edge or a corner."""
+    h = core[3]
     kt = ku = uu = 0.0
     for c in range(3):
         if abs(m[c]) * h[c] <= flat:
@@ -87,8 +106,9 @@ def growth(h, q, m, t, u, flat):
 
 
 @inlined_kernel
-def face_of(params, R, p, f):
+def face_of(core, R, p, hulls, f):
     """Return (outward unit normal, offset from the origin) of a face."""
+    params = core[3]
     d = column(R, f // 2)
     if f & 1:
         d = scale(-1.0, d)
@@ -96,8 +116,9 @@ def face_of(params, R, p, f):
 
 
 @inlined_kernel
-def edge_of(params, R, p, k):
+def edge_of(core, R, p, hulls, k):
     """Return (one face, the other face, a point) of an edge."""
+    params = core[3]
     i, j = (k // 4 + 1) % 3, (k // 4 + 2) % 3
     v = axpy(-params[i] if k & 1 else params[i], column(R, i), p)
     v = axpy(-params[j] if k & 2 else params[j], column(R, j), v)
@@ -105,8 +126,9 @@ def edge_of(params, R, p, k):
 
 
 @inlined_kernel
-def vertex_of(params, k):
+def local_vertex(core, hulls, k):
     """Return a corner."""
+    params = core[3]
     return (
         params[0] if k & 1 else -params[0],
         params[1] if k & 2 else -params[1],
@@ -145,7 +167,7 @@ def feature(core, R, p, free_x, free_y, free_z, corner):
 
 
 @lean_kernel
-def feature_at(core, R, p, S, ids, count, side):
+def feature_at(core, R, p, S, ids, lam, count, side, d):
     """Return the feature that contains all corners of a simplex."""
     owner = side // 3 - 1
     first = ids[0, owner]
@@ -162,8 +184,9 @@ def _clip(x, h):
 
 
 @inlined_kernel
-def clamp(h, R, p, a):
+def clamp_to(core, R, p, feature, S, ids, count, side, a):
     """Return the point a moved into the box."""
+    h = core[3]
     q = rotate_inverse(R, subtract(a, p))
     q = (_clip(q[0], h[0]), _clip(q[1], h[1]), _clip(q[2], h[2]))
     return add(rotate(R, q), p)
@@ -181,7 +204,7 @@ def _is_free(at, corner, slope, h, allowed):
 
 
 @lean_kernel
-def neighbor(core, R, p, now, a, d, allowed):
+def neighbor(core, hulls, R, p, now, a, d, allowed):
     """Free the coordinates whose side of the box faces away from d, fix those beyond the box."""
     h = core[3]
     q = rotate_inverse(R, subtract(a, p))
@@ -197,3 +220,89 @@ def neighbor(core, R, p, now, a, d, allowed):
         n[2] if abs(q[2]) <= h[2] else q[2],
     )
     return feature(core, R, p, free_x, free_y, free_z, corner)
+
+
+@inlined_kernel
+def edge_count(core, hulls):
+    """Return 12."""
+    return 12
+
+
+@inlined_kernel
+def face_count(core, hulls):
+    """Return 6."""
+    return 6
+
+
+@inlined_kernel
+def vertex_count(core, hulls):
+    """Return 8."""
+    return 8
+
+
+@inlined_kernel
+def has_plane_across(core, k):
+    """Return True."""
+    return True
+
+
+@inlined_kernel
+def plane_count(core, hulls):
+    """Return 6."""
+    return 6
+
+
+@inlined_kernel
+def plane_of(core, hulls, k):
+    """Return (outward unit normal, offset from the origin) of a face."""
+    return face_of(core, IDENTITY, ORIGIN, hulls, k)
+
+
+@inlined_kernel
+def corner_ways(core, hulls):
+    """Return that there are none: it has corners itself."""
+    return CORNERS_NOWHERE
+
+
+@lean_kernel
+def face_feature(core, R, p, hulls, k, d):
+    """Return the face k."""
+    axis = k // 2
+    s = -1.0 if k & 1 else 1.0
+    return feature(core, R, p, axis != 0, axis != 1, axis != 2, (s, s, s))
+
+
+@lean_kernel
+def edge_feature(core, R, p, hulls, k):
+    """Return the edge k."""
+    axis = k // 4
+    s, t = -1.0 if k & 1 else 1.0, -1.0 if k & 2 else 1.0
+    if axis == 0:
+        return feature(core, R, p, True, False, False, (0.0, s, t))
+    if axis == 1:
+        return feature(core, R, p, False, True, False, (t, 0.0, s))
+    return feature(core, R, p, False, False, True, (s, t, 0.0))
+
+
+@lean_kernel
+def touched(core, hulls, R, p, d, tie):
+    """Return a corner."""
+    corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    return vertex_at(add(rotate(R, corner), p))
+
+
+@lean_kernel
+def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+    """Return what the simplex tells, a corner, one of its edges, or one of its faces."""
+    if index == 0:
+        return feature_at(core, R, p, S, ids, lam, count, side, d)
+    if index == 1:
+        return touched(core, hulls, R, p, d, 0.0)
+    if index > 7:
+        return NO_FEATURE
+    k = (index - 2) % 3
+    is_face = index >= 5
+    corner = rotate_inverse(R, d)
+    return feature(
+        core, R, p, (k == 0) != is_face, (k == 1) != is_face, (k == 2) != is_face, corner
+    )

@@ -2,19 +2,36 @@
 
 import math
 
-from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, VERTEX
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, norm, scale, subtract, unit
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL
 
 __all__ = [
-    "clamp_to_simplex",
+    "clamp_to",
+    "clamp_to_line",
     "clamp_to_triangle",
     "feature_at",
+    "line",
     "neighbor",
     "simplex_corner",
+    "vertex_at",
 ]
+
+
+@inlined_kernel
+def vertex_at(a):
+    """Return the corner at the point a."""
+    return VERTEX, a, ORIGIN, 0.0, 0.0, 0.0
+
+
+@lean_kernel
+def line(a, b):
+    """Return the edge between two points."""
+    e = subtract(b, a)
+    half = 0.5 * norm(e)
+    return LINE, axpy(0.5, e, a), unit(e, ORIGIN), 0.0, -half, half
 
 
 @lean_kernel
@@ -24,7 +41,7 @@ def simplex_corner(S, row, side):
 
 
 @lean_kernel
-def feature_at(S, ids, count, side, d):
+def feature_at(core, R, p, S, ids, lam, count, side, d):
     """Return the feature spanned by the distinct corners of one body in a simplex."""
     owner = side // 3 - 1
     a = simplex_corner(S, 0, side)
@@ -62,9 +79,24 @@ def clamp_to_triangle(o, u, v, a):
     return a
 
 
+@inlined_kernel
+def clamp_to_line(feature, a):
+    """Return the point a moved along a LINE until it is between its ends."""
+    q = subtract(a, feature[1])
+    s = dot(feature[2], q)
+    return axpy(max(feature[4], min(feature[5], s)) - s, feature[2], a)
+
+
+@inlined_kernel
+def clamp_to(core, R, p, feature, S, ids, count, side, a):
+    """Return the point a moved onto a LINE, or into the triangle of a simplex' corners."""
+    if feature[0] == LINE:
+        return clamp_to_line(feature, a)
+    return _clamp_to_simplex(S, ids, count, side, a)
+
+
 @lean_kernel
-def clamp_to_simplex(S, ids, count, side, a):
-    """Do the same as ``clamp_to_triangle`` for the triangle of the core's corners in a simplex."""
+def _clamp_to_simplex(S, ids, count, side, a):
     owner = side // 3 - 1
     i = 1
     while i < count and ids[i, owner] == ids[0, owner]:

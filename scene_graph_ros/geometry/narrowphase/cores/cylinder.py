@@ -4,12 +4,28 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import with_sign
-from scene_graph_ros.geometry.narrowphase.cores.corners import simplex_corner
+from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to_line, simplex_corner
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHING
-from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
+    CORNERS_ACROSS_SIDE,
+    CURVED,
+    ORIGIN,
+)
 from scene_graph_ros.geometry.narrowphase.cores.lane_roots import inverse_root
-from scene_graph_ros.geometry.narrowphase.cores.segment import growth as growth_of_segment
-from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, RIM
+from scene_graph_ros.geometry.narrowphase.cores.segment import growth_along
+from scene_graph_ros.geometry.narrowphase.cores.without import (
+    contains_origin,
+    edge_count,
+    edge_feature,
+    edge_of,
+    face_count,
+    face_of,
+    is_listed,
+    is_simple,
+    local_vertex,
+    vertex_count,
+)
+from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE, RIM
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
@@ -22,14 +38,32 @@ from scene_graph_ros.geometry.spatial.vectors import (
 from scene_graph_ros.geometry.tolerances import PARALLEL
 
 __all__ = [
-    "clamp_to_end",
-    "feature",
+    "candidate",
+    "clamp_to",
+    "contains_origin",
+    "corner_ways",
+    "edge_count",
+    "edge_feature",
+    "edge_of",
+    "face_count",
+    "face_feature",
+    "face_of",
     "feature_at",
     "growth",
+    "has_plane_across",
     "inner_radius",
+    "is_curved",
+    "is_listed",
+    "is_simple",
     "lane_support",
+    "local_vertex",
     "neighbor",
+    "plane_count",
+    "plane_of",
+    "side",
     "support",
+    "touched",
+    "vertex_count",
 ]
 
 CAP_SHARE = 0.98
@@ -41,25 +75,28 @@ feature must be what is wrong with a contact."""
 
 
 @lean_kernel
-def support(params, d):
-    """Return a point of a rim, or the middle of an end."""
+def support(core, hulls, d, hint):
+    """Return (point, index) of a point of a rim, or the middle of an end."""
+    params = core[3]
     z = math.copysign(params[1], d[2])
     radial = math.sqrt(d[0] * d[0] + d[1] * d[1])
     if radial > 0.0:
-        return (params[0] * d[0] / radial, params[0] * d[1] / radial, z)
-    return (0.0, 0.0, z)
+        return (params[0] * d[0] / radial, params[0] * d[1] / radial, z), CURVED
+    return (0.0, 0.0, z), CURVED
 
 
 @inlined_kernel
-def lane_support(params, d):
+def lane_support(core, hulls, d):
     """Return points of the rims."""
+    params = core[3]
     inverse = params[0] * inverse_root(d[0] * d[0] + d[1] * d[1])
     return inverse * d[0], inverse * d[1], with_sign(params[1], d[2])
 
 
 @lean_kernel
-def inner_radius(h, q, m):
+def inner_radius(core, hulls, q, m):
     """Return the radius (m) of the largest ball inside that touches the side or an end at q."""
+    h = core[3]
     if abs(m[2]) <= PARALLEL:
         return min(h[0], h[1] - abs(q[2]))
     if abs(m[0]) + abs(m[1]) <= PARALLEL:
@@ -68,9 +105,10 @@ def inner_radius(h, q, m):
 
 
 @lean_kernel
-def growth(radius, half, q, m, t, u, flat, near):
+def growth(core, hulls, q, m, t, u, flat, near):
     """Return the growth of the side, a rim or an end."""
-    _, _, _, _, _, kt, ku, uu = growth_of_segment(half, q, m, t, u, flat)
+    radius, half = core[3][0], core[3][1]
+    _, _, _, _, _, kt, ku, uu = growth_along(half, q, m, t, u, flat)
     across = math.sqrt(m[0] * m[0] + m[1] * m[1])
     if across * radius <= flat:
         rest = max(radius - math.sqrt(q[0] * q[0] + q[1] * q[1]), 0.0)
@@ -94,7 +132,7 @@ def feature(core, R, p, kind, upper):
 
 
 @lean_kernel
-def feature_at(core, R, p, S, lam, count, side):
+def feature_at(core, R, p, S, ids, lam, count, side, d):
     """Return the side, a rim or an end that a simplex suggests."""
     axis = column(R, 2)
     z = 0.0
@@ -114,15 +152,17 @@ def feature_at(core, R, p, S, lam, count, side):
 
 
 @inlined_kernel
-def clamp_to_end(end, a):
-    """Return the point a of the plane of an end moved into its disc."""
-    q = subtract(a, end[1])
+def clamp_to(core, R, p, feature, S, ids, count, side, a):
+    """Return the point a moved onto the side's line, or from the plane of an end into its disc."""
+    if feature[0] == LINE:
+        return clamp_to_line(feature, a)
+    q = subtract(a, feature[1])
     radial = norm(q)
-    return a if radial <= end[3] else axpy(end[3] / radial, q, end[1])
+    return a if radial <= feature[3] else axpy(feature[3] / radial, q, feature[1])
 
 
 @lean_kernel
-def neighbor(core, R, p, now, a, d, allowed):
+def neighbor(core, hulls, R, p, now, a, d, allowed):
     """Follow the contact around the edges of a cylinder's side and caps."""
     radius, half = core[3][0], core[3][1]
     axis = column(R, 2)
@@ -146,3 +186,64 @@ def neighbor(core, R, p, now, a, d, allowed):
     if norm(cross(axis, d)) < INSIDE_CONE:
         return feature(core, R, p, FACE, upper)
     return now
+
+
+@inlined_kernel
+def is_curved(core):
+    """Return True."""
+    return True
+
+
+@inlined_kernel
+def has_plane_across(core, k):
+    """Return whether the axis is the one through its ends."""
+    return k == 2
+
+
+@inlined_kernel
+def plane_count(core, hulls):
+    """Return 2: its ends."""
+    return 2
+
+
+@inlined_kernel
+def plane_of(core, hulls, k):
+    """Return (outward unit normal, offset from the origin) of an end, the upper one first."""
+    return (0.0, 0.0, -1.0 if k & 1 else 1.0), core[3][1]
+
+
+@inlined_kernel
+def corner_ways(core, hulls):
+    """Return that corners leave it across its side."""
+    return CORNERS_ACROSS_SIDE
+
+
+@inlined_kernel
+def side(core, R, p):
+    """Return its side."""
+    return feature(core, R, p, LINE, True)
+
+
+@lean_kernel
+def face_feature(core, R, p, hulls, k, d):
+    """Return the end that faces along d."""
+    return feature(core, R, p, FACE, dot(column(R, 2), d) > 0.0)
+
+
+@lean_kernel
+def touched(core, hulls, R, p, d, tie):
+    """Return the side where d is across it to a tie, else a rim."""
+    slope = dot(column(R, 2), d)
+    if abs(slope) * core[3][1] <= tie:
+        return feature(core, R, p, LINE, True)
+    return feature(core, R, p, RIM, slope > 0.0)
+
+
+@lean_kernel
+def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+    """Return the side, the rims or the ends."""
+    if index == 0:
+        return feature(core, R, p, LINE, True)
+    if index <= 2:
+        return feature(core, R, p, RIM, index == 1)
+    return feature(core, R, p, FACE, index == 3) if index <= 4 else NO_FEATURE

@@ -4,14 +4,28 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import every, select
+from scene_graph_ros.geometry.narrowphase.cores import corners
+from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to, feature_at, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHING
-from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.kinds import (
+    CORNERS_NOWHERE,
+    CORNERS_UNKNOWN,
+    IDENTITY,
+    ORIGIN,
+)
+from scene_graph_ros.geometry.narrowphase.cores.without import (
+    has_plane_across,
+    is_curved,
+    side,
+)
+from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     cross,
     dot,
     norm,
     rotate,
+    rotate_inverse,
     scale,
     subtract,
     unit,
@@ -22,6 +36,7 @@ from scene_graph_ros.geometry.tables.hull_blocks import (
     face_range,
     FACE_STRIDE,
     furthest_vertex,
+    list_of_neighbors,
     SCAN_LIMIT,
     vertex,
     vertex_place,
@@ -29,29 +44,46 @@ from scene_graph_ros.geometry.tables.hull_blocks import (
 from scene_graph_ros.geometry.tolerances import PARALLEL, SAME_DIRECTION
 
 __all__ = [
+    "candidate",
+    "clamp_to",
+    "contains_origin",
+    "corner_ways",
     "edge_count",
+    "edge_feature",
     "edge_of",
     "face_count",
+    "face_feature",
     "face_of",
+    "feature_at",
     "growth",
+    "has_plane_across",
     "inner_radius",
+    "is_curved",
+    "is_listed",
+    "is_simple",
     "lane_support",
+    "local_vertex",
+    "neighbor",
+    "plane_count",
+    "plane_of",
+    "side",
     "support",
+    "touched",
     "vertex_count",
-    "vertex_of",
 ]
 
 
 @inlined_kernel
-def support(hulls, hull, d, hint):
+def support(core, hulls, d, hint):
     """Return (point, index) of a vertex."""
-    k = furthest_vertex(hulls, hull, d, hint)
+    k = furthest_vertex(hulls, core[1], d, hint)
     return vertex(hulls, k), k
 
 
 @inlined_kernel
-def lane_support(hulls, hull, d):
-    """Return the corners of a hull that lie furthest along directions d."""
+def lane_support(core, hulls, d):
+    """Return corners of it."""
+    hull = core[1]
     height = every(-math.inf)
     x = y = z = every(0.0)
     for k in range(int(hulls[hull])):
@@ -68,11 +100,11 @@ def lane_support(hulls, hull, d):
 
 
 @lean_kernel
-def inner_radius(hulls, hull, q, m):
+def inner_radius(core, hulls, q, m):
     """Return the radius (m) of the largest ball inside that touches a face at q."""
     radius, spare = math.inf, 0.0
     is_on_face = False
-    first, last = face_range(hulls, hull)
+    first, last = face_range(hulls, core[1])
     for f in range(first, last, FACE_STRIDE):
         n = (hulls[f], hulls[f + 1], hulls[f + 2])
         cosine = dot(n, m)
@@ -115,8 +147,9 @@ def _room_on_face(hulls, hull, q, m, middle, corners, flat):
 
 
 @lean_kernel
-def growth(hulls, hull, q, m, t, u, flat):
+def growth(core, hulls, q, m, t, u, flat, near):
     """Return the growth of the edge or the face of a hull that is orthogonal to m."""
+    hull = core[1]
     count, total, a, b = _on_plane(hulls, hull, q, m, flat)
     if count > 2:
         middle = scale(1.0 / count, total)
@@ -131,8 +164,9 @@ def growth(hulls, hull, q, m, t, u, flat):
 
 
 @inlined_kernel
-def edge_count(hulls, hull):
+def edge_count(core, hulls):
     """Return how many edges it has, 0 where they are too many to be looked at one by one."""
+    hull = core[1]
     if hulls[hull] > SCAN_LIMIT:
         return 0
     first, last = edge_range(hulls, hull)
@@ -140,34 +174,149 @@ def edge_count(hulls, hull):
 
 
 @inlined_kernel
-def face_count(hulls, hull):
+def face_count(core, hulls):
     """Return how many faces it has."""
-    return int(hulls[hull + 1])
+    return int(hulls[core[1] + 1])
 
 
 @inlined_kernel
-def vertex_count(hulls, hull):
+def vertex_count(core, hulls):
     """Return how many vertices it has."""
-    return int(hulls[hull])
+    return int(hulls[core[1]])
 
 
 @inlined_kernel
-def face_of(hulls, hull, R, p, f):
+def face_of(core, R, p, hulls, f):
     """Return (outward unit normal, offset from the origin) of a face."""
-    k = face_range(hulls, hull)[0] + FACE_STRIDE * f
+    k = face_range(hulls, core[1])[0] + FACE_STRIDE * f
     d = rotate(R, (hulls[k], hulls[k + 1], hulls[k + 2]))
     return d, hulls[k + 3] + dot(p, d)
 
 
 @inlined_kernel
-def edge_of(hulls, hull, R, p, k):
+def edge_of(core, R, p, hulls, k):
     """Return (one face, the other face, a point) of an edge."""
-    e = edge_range(hulls, hull)[0] + EDGE_STRIDE * k
+    e = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
     v = add(rotate(R, vertex(hulls, int(hulls[e]))), p)
     return int(hulls[e + 1]), int(hulls[e + 2]), v
 
 
 @inlined_kernel
-def vertex_of(hulls, hull, k):
+def local_vertex(core, hulls, k):
     """Return a vertex."""
-    return vertex(hulls, vertex_place(hull, k))
+    return vertex(hulls, vertex_place(core[1], k))
+
+
+@inlined_kernel
+def is_simple(core, hulls):
+    """Return whether its vertices are few."""
+    return hulls[core[1]] <= SCAN_LIMIT
+
+
+@inlined_kernel
+def is_listed(core):
+    """Return True."""
+    return True
+
+
+@inlined_kernel
+def contains_origin(core):
+    """Return False: its frame may be anywhere."""
+    return False
+
+
+@inlined_kernel
+def plane_count(core, hulls):
+    """Return how many faces it has."""
+    return int(hulls[core[1] + 1])
+
+
+@inlined_kernel
+def plane_of(core, hulls, k):
+    """Return (outward unit normal, offset from the origin) of a face."""
+    return face_of(core, IDENTITY, ORIGIN, hulls, k)
+
+
+@inlined_kernel
+def corner_ways(core, hulls):
+    """Return that there are none, unless it is flat, or has too many edges to be looked at."""
+    return CORNERS_NOWHERE if edge_count(core, hulls) > 0 else CORNERS_UNKNOWN
+
+
+@lean_kernel
+def _normal(hulls, at):
+    """Return the normal of the face at a place of the block."""
+    return (hulls[at], hulls[at + 1], hulls[at + 2])
+
+
+@lean_kernel
+def _face(hulls, R, p, at):
+    """Return the face at a place of the block; ``low`` is that place, plus one."""
+    c = vertex(hulls, int(hulls[int(hulls[at + 4]) + 1]))
+    return FACE, add(rotate(R, c), p), rotate(R, _normal(hulls, at)), 0.0, at + 1.0, 0.0
+
+
+@lean_kernel
+def face_feature(core, R, p, hulls, k, d):
+    """Return the face k."""
+    return _face(hulls, R, p, face_range(hulls, core[1])[0] + FACE_STRIDE * k)
+
+
+@lean_kernel
+def edge_feature(core, R, p, hulls, k):
+    """Return the edge k."""
+    at = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
+    a = add(rotate(R, vertex(hulls, int(hulls[at]))), p)
+    b = add(rotate(R, vertex(hulls, int(hulls[at + 3]))), p)
+    return corners.line(a, b)
+
+
+@lean_kernel
+def touched(core, hulls, R, p, d, tie):
+    """Return a corner."""
+    corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    return vertex_at(add(rotate(R, corner), p))
+
+
+@lean_kernel
+def neighbor(core, hulls, R, p, now, a, d, allowed):
+    """Go to an end of an edge, or along one to another corner."""
+    return corners.neighbor(now, a, d, touched(core, hulls, R, p, d, 0.0)[1], allowed)
+
+
+@lean_kernel
+def _edge_at(hulls, R, p, corner, index):
+    """Return an edge at the vertex at ``corner``, or a feature of kind NONE."""
+    neighbors = list_of_neighbors(hulls, corner)
+    if index >= int(hulls[neighbors]):
+        return NO_FEATURE
+    a = vertex(hulls, corner)
+    h = scale(0.5, subtract(vertex(hulls, int(hulls[neighbors + 1 + index])), a))
+    half = norm(h)
+    return LINE, add(rotate(R, add(a, h)), p), rotate(R, unit(h, ORIGIN)), 0.0, -half, half
+
+
+@lean_kernel
+def _face_along(hulls, hull, R, p, d):
+    """Return the face that faces along d most."""
+    along, best = -math.inf, -1
+    local = rotate_inverse(R, d)
+    first, last = face_range(hulls, hull)
+    for f in range(first, last, FACE_STRIDE):
+        cosine = dot(_normal(hulls, f), local)
+        if cosine > along:
+            along, best = cosine, f
+    return _face(hulls, R, p, best) if best >= 0 else NO_FEATURE
+
+
+@lean_kernel
+def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+    """Return what the simplex tells, a corner, a face, or one of the corner's edges."""
+    if index == 0:
+        return feature_at(core, R, p, S, ids, lam, count, side, d)
+    local, corner_at = support(core, hulls, rotate_inverse(R, d), -1)
+    if index == 1:
+        return vertex_at(add(rotate(R, local), p))
+    if index == 2:
+        return _face_along(hulls, core[1], R, p, d)
+    return _edge_at(hulls, R, p, corner_at, index - 3)

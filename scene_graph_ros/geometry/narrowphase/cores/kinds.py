@@ -14,13 +14,16 @@ HULL       nothing: the vertices are those of the block that starts at ``hull``
 TRIANGLE   its three vertices
 ========== ==================================================================
 
-What a kind answers to the narrow phase's questions is in the file of its name; `questions` asks.
+What a kind answers to the narrow phase's questions is in the file of its name; `registry` says
+which that is, and `questions` asks.
 """
-
-from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 
 __all__ = [
     "BOX",
+    "CORNERS_ACROSS_SIDE",
+    "CORNERS_NOWHERE",
+    "CORNERS_OF_ELLIPSOID",
+    "CORNERS_UNKNOWN",
     "CURVED",
     "CYLINDER",
     "ELLIPSOID",
@@ -30,7 +33,6 @@ __all__ = [
     "POINT",
     "SEGMENT",
     "TRIANGLE",
-    "is_curved",
 ]
 
 POINT = 0
@@ -47,8 +49,10 @@ CURVED = -1
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 ORIGIN = (0.0, 0.0, 0.0)
 
-
-@lean_kernel
-def is_curved(core):
-    """Return whether the core has infinitely many support points."""
-    return core[0] == CYLINDER or core[0] == ELLIPSOID
+CORNERS_UNKNOWN = 0
+CORNERS_NOWHERE = 1
+CORNERS_ACROSS_SIDE = 2
+CORNERS_OF_ELLIPSOID = 3
+"""In which directions other than normals of its planes a corner of a polytope may leave a core
+by a way that is locally the shortest: it is not known, in none (the core is a polytope itself),
+across its side, or where ``vertices_in_ellipsoid`` finds them."""

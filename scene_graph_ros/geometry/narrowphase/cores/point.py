@@ -1,18 +1,98 @@
 """A point."""
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import every
+from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to, feature_at, vertex_at
+from scene_graph_ros.geometry.narrowphase.cores.without import (
+    corner_ways,
+    edge_count,
+    edge_feature,
+    edge_of,
+    face_count,
+    face_feature,
+    face_of,
+    growth,
+    has_plane_across,
+    inner_radius,
+    is_curved,
+    is_listed,
+    is_simple,
+    local_vertex,
+    plane_count,
+    plane_of,
+    side,
+    vertex_count,
+)
+from scene_graph_ros.geometry.narrowphase.features import NO_FEATURE
+from scene_graph_ros.geometry.spatial.vectors import add, rotate
 
-__all__ = ["lane_support", "support"]
+__all__ = [
+    "candidate",
+    "clamp_to",
+    "contains_origin",
+    "corner_ways",
+    "edge_count",
+    "edge_feature",
+    "edge_of",
+    "face_count",
+    "face_feature",
+    "face_of",
+    "feature_at",
+    "growth",
+    "has_plane_across",
+    "inner_radius",
+    "is_curved",
+    "is_listed",
+    "is_simple",
+    "lane_support",
+    "local_vertex",
+    "neighbor",
+    "plane_count",
+    "plane_of",
+    "side",
+    "support",
+    "touched",
+    "vertex_count",
+]
 
 
 @inlined_kernel
-def support(params):
+def support(core, hulls, d, hint):
     """Return (point, index): the point."""
-    return (params[0], params[1], params[2]), 0
+    c = core[3]
+    return (c[0], c[1], c[2]), 0
 
 
 @inlined_kernel
-def lane_support(params):
+def lane_support(core, hulls, d):
     """Return the point, whatever the directions."""
-    return every(params[0]), every(params[1]), every(params[2])
+    c = core[3]
+    return every(c[0]), every(c[1]), every(c[2])
+
+
+@lean_kernel
+def contains_origin(core):
+    """Return whether it is the origin."""
+    c = core[3]
+    return c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0
+
+
+@lean_kernel
+def touched(core, hulls, R, p, d, tie):
+    """Return the point."""
+    c = core[3]
+    return vertex_at(add(rotate(R, (c[0], c[1], c[2])), p))
+
+
+@lean_kernel
+def neighbor(core, hulls, R, p, now, a, d, allowed):
+    """Return the same feature."""
+    return now
+
+
+@lean_kernel
+def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+    """Return the point twice: as the simplex knows it, and from its coordinates."""
+    if index == 0:
+        return feature_at(core, R, p, S, ids, lam, count, side, d)
+    return touched(core, hulls, R, p, d, 0.0) if index == 1 else NO_FEATURE

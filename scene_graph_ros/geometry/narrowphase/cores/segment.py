@@ -4,42 +4,88 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import every, with_sign
+from scene_graph_ros.geometry.narrowphase.cores import corners
+from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to, feature_at, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHING
-from scene_graph_ros.geometry.spatial.vectors import any_orthogonal, column, cross, dot, scale
+from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_NOWHERE
+from scene_graph_ros.geometry.narrowphase.cores.without import (
+    contains_origin,
+    has_plane_across,
+    inner_radius,
+    is_curved,
+    is_listed,
+    is_simple,
+    plane_count,
+    plane_of,
+    side,
+)
+from scene_graph_ros.geometry.narrowphase.features import LINE, NO_FEATURE
+from scene_graph_ros.geometry.spatial.vectors import (
+    add,
+    any_orthogonal,
+    column,
+    cross,
+    dot,
+    rotate,
+    rotate_inverse,
+    scale,
+)
 
 __all__ = [
-    "EDGES",
-    "FACES",
-    "VERTICES",
+    "candidate",
+    "clamp_to",
+    "contains_origin",
+    "corner_ways",
+    "edge_count",
+    "edge_feature",
     "edge_of",
+    "face_count",
+    "face_feature",
     "face_of",
+    "feature_at",
     "growth",
+    "growth_along",
+    "has_plane_across",
+    "inner_radius",
+    "is_curved",
+    "is_listed",
+    "is_simple",
     "lane_support",
+    "local_vertex",
+    "neighbor",
+    "plane_count",
+    "plane_of",
+    "side",
     "support",
-    "vertex_of",
+    "touched",
+    "vertex_count",
 ]
 
-EDGES = 4
-FACES = 4
-VERTICES = 2
+PARTS = 4
 """A segment has one edge and no face: directions around it divide the circle of its normals."""
 
 
 @inlined_kernel
-def support(params, d):
+def support(core, hulls, d, hint):
     """Return (point, index) of an end."""
-    z = math.copysign(params[0], d[2])
+    z = math.copysign(core[3][0], d[2])
     return (0.0, 0.0, z), int(z > 0.0)
 
 
 @inlined_kernel
-def lane_support(params, d):
+def lane_support(core, hulls, d):
     """Return ends of it."""
-    return every(0.0), every(0.0), with_sign(params[0], d[2])
+    return every(0.0), every(0.0), with_sign(core[3][0], d[2])
+
+
+@inlined_kernel
+def growth(core, hulls, q, m, t, u, flat, near):
+    """Return the growth of the line."""
+    return growth_along(core[3][0], q, m, t, u, flat)
 
 
 @lean_kernel
-def growth(half, q, m, t, u, flat):
+def growth_along(half, q, m, t, u, flat):
     """Return the growth of the line of that half length along the third axis."""
     if abs(m[2]) * half > flat:
         return NOTHING
@@ -48,7 +94,7 @@ def growth(half, q, m, t, u, flat):
 
 
 @inlined_kernel
-def face_of(R, p, f):
+def face_of(core, R, p, hulls, f):
     """Return (unit normal, offset from the origin): four directions around it stand for faces."""
     axis = column(R, 2)
     d = any_orthogonal(axis)
@@ -60,12 +106,73 @@ def face_of(R, p, f):
 
 
 @inlined_kernel
-def edge_of(p, k):
+def edge_of(core, R, p, hulls, k):
     """Return (one face, the next face around, a point of both)."""
-    return k, (k + 1) % EDGES, p
+    return k, (k + 1) % PARTS, p
 
 
 @inlined_kernel
-def vertex_of(params, k):
+def local_vertex(core, hulls, k):
     """Return an end."""
-    return (0.0, 0.0, params[0] if k & 1 else -params[0])
+    half = core[3][0]
+    return (0.0, 0.0, half if k & 1 else -half)
+
+
+@inlined_kernel
+def edge_count(core, hulls):
+    """Return into how many parts directions around it are divided."""
+    return PARTS
+
+
+@inlined_kernel
+def face_count(core, hulls):
+    """Return how many directions around it stand for faces."""
+    return PARTS
+
+
+@inlined_kernel
+def vertex_count(core, hulls):
+    """Return 2."""
+    return 2
+
+
+@inlined_kernel
+def corner_ways(core, hulls):
+    """Return that there are none: its ends are corners."""
+    return CORNERS_NOWHERE
+
+
+@lean_kernel
+def edge_feature(core, R, p, hulls, k):
+    """Return the line."""
+    half = core[3][0]
+    return LINE, p, column(R, 2), 0.0, -half, half
+
+
+@lean_kernel
+def face_feature(core, R, p, hulls, k, d):
+    """Return the line: its faces are directions around it."""
+    return edge_feature(core, R, p, hulls, k)
+
+
+@lean_kernel
+def touched(core, hulls, R, p, d, tie):
+    """Return an end."""
+    end, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    return vertex_at(add(rotate(R, end), p))
+
+
+@lean_kernel
+def neighbor(core, hulls, R, p, now, a, d, allowed):
+    """Go to an end, or from there to the line."""
+    return corners.neighbor(now, a, d, touched(core, hulls, R, p, d, 0.0)[1], allowed)
+
+
+@lean_kernel
+def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+    """Return what the simplex tells, an end, or the line."""
+    if index == 0:
+        return feature_at(core, R, p, S, ids, lam, count, side, d)
+    if index == 1:
+        return touched(core, hulls, R, p, d, 0.0)
+    return edge_feature(core, R, p, hulls, 0) if index == 2 else NO_FEATURE

@@ -2,14 +2,74 @@
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import every, select
-from scene_graph_ros.geometry.spatial.vectors import add, rotate
+from scene_graph_ros.geometry.narrowphase.cores import corners
+from scene_graph_ros.geometry.narrowphase.cores.corners import feature_at, vertex_at
+from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.without import (
+    corner_ways,
+    edge_count,
+    edge_feature,
+    edge_of,
+    face_count,
+    face_feature,
+    face_of,
+    growth,
+    has_plane_across,
+    inner_radius,
+    is_curved,
+    is_listed,
+    is_simple,
+    local_vertex,
+    side,
+    vertex_count,
+)
+from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE
+from scene_graph_ros.geometry.spatial.vectors import (
+    add,
+    cross,
+    dot,
+    norm,
+    rotate,
+    rotate_inverse,
+    scale,
+    subtract,
+    unit,
+)
 
-__all__ = ["lane_support", "support", "triangle_corners"]
+__all__ = [
+    "candidate",
+    "clamp_to",
+    "contains_origin",
+    "corner_ways",
+    "edge_count",
+    "edge_feature",
+    "edge_of",
+    "face_count",
+    "face_feature",
+    "face_of",
+    "feature_at",
+    "growth",
+    "has_plane_across",
+    "inner_radius",
+    "is_curved",
+    "is_listed",
+    "is_simple",
+    "lane_support",
+    "local_vertex",
+    "neighbor",
+    "plane_count",
+    "plane_of",
+    "side",
+    "support",
+    "touched",
+    "vertex_count",
+]
 
 
 @lean_kernel
-def support(params, d):
+def support(core, hulls, d, hint):
     """Return (point, index) of a corner."""
+    params = core[3]
     h0 = params[0] * d[0] + params[1] * d[1] + params[2] * d[2]
     h1 = params[3] * d[0] + params[4] * d[1] + params[5] * d[2]
     h2 = params[6] * d[0] + params[7] * d[1] + params[8] * d[2]
@@ -21,8 +81,9 @@ def support(params, d):
 
 
 @inlined_kernel
-def lane_support(params, d):
-    """Return the vertices of a triangle that lie furthest along directions d."""
+def lane_support(core, hulls, d):
+    """Return corners of it."""
+    params = core[3]
     x, y, z = every(params[0]), every(params[1]), every(params[2])
     height = params[0] * d[0] + params[1] * d[1] + params[2] * d[2]
     for k in (3, 6):
@@ -37,8 +98,14 @@ def lane_support(params, d):
     return x, y, z
 
 
+@inlined_kernel
+def contains_origin(core):
+    """Return False: its corners may be anywhere."""
+    return False
+
+
 @lean_kernel
-def triangle_corners(core, R, p):
+def _corners(core, R, p):
     """Return the corners of a TRIANGLE at pose (R, p)."""
     c = core[3]
     return (
@@ -46,3 +113,59 @@ def triangle_corners(core, R, p):
         add(rotate(R, (c[3], c[4], c[5])), p),
         add(rotate(R, (c[6], c[7], c[8])), p),
     )
+
+
+@inlined_kernel
+def plane_count(core, hulls):
+    """Return 2: its plane, from either side."""
+    return 2
+
+
+@lean_kernel
+def plane_of(core, hulls, k):
+    """Return (unit normal, offset from the origin) of its plane; one without an area has any."""
+    o, u, v = _corners(core, IDENTITY, ORIGIN)
+    up = unit(cross(subtract(u, o), subtract(v, o)), (0.0, 0.0, 1.0))
+    out = scale(-1.0, up) if k & 1 else up
+    return out, dot(out, o)
+
+
+@inlined_kernel
+def clamp_to(core, R, p, feature, S, ids, count, side, a):
+    """Return the point a moved onto an edge; its first corner where a is out of the triangle."""
+    if feature[0] == LINE:
+        return corners.clamp_to_line(feature, a)
+    o, u, v = _corners(core, R, p)
+    return corners.clamp_to_triangle(o, u, v, a)
+
+
+@lean_kernel
+def touched(core, hulls, R, p, d, tie):
+    """Return a corner."""
+    corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    return vertex_at(add(rotate(R, corner), p))
+
+
+@lean_kernel
+def neighbor(core, hulls, R, p, now, a, d, allowed):
+    """Go to an end of an edge, or along one to another corner."""
+    return corners.neighbor(now, a, d, touched(core, hulls, R, p, d, 0.0)[1], allowed)
+
+
+@lean_kernel
+def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+    """Return what the simplex tells, a corner, the face, or one of the edges."""
+    if index == 0:
+        return feature_at(core, R, p, S, ids, lam, count, side, d)
+    if index == 1:
+        return touched(core, hulls, R, p, d, 0.0)
+    o, u, v = _corners(core, R, p)
+    if index == 2:
+        n = unit(cross(subtract(u, o), subtract(v, o)), d)
+        return FACE, o, n if dot(n, d) > 0.0 else scale(-1.0, n), 0.0, 0.0, 0.0
+    if index > 5:
+        return NO_FEATURE
+    x, y = (o, u) if index == 3 else ((u, v) if index == 4 else (v, o))
+    h = scale(0.5, subtract(y, x))
+    half = norm(h)
+    return LINE, add(x, h), unit(h, d), 0.0, -half, half

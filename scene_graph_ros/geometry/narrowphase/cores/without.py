@@ -1,0 +1,153 @@
+"""Answers of cores that lack what is asked for: right for every core, or a feature of kind NONE.
+
+A kind takes from here what it has nothing of its own for. Where an answer is only asked of cores
+that count more than zero of something, it says so.
+"""
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.narrowphase.cores.growth_forms import NOTHING
+from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_UNKNOWN, ORIGIN
+from scene_graph_ros.geometry.narrowphase.features import NO_FEATURE
+
+__all__ = [
+    "clamp_to",
+    "contains_origin",
+    "corner_ways",
+    "edge_count",
+    "edge_feature",
+    "edge_of",
+    "face_count",
+    "face_feature",
+    "face_of",
+    "growth",
+    "has_plane_across",
+    "inner_radius",
+    "is_curved",
+    "is_listed",
+    "is_simple",
+    "local_vertex",
+    "plane_count",
+    "plane_of",
+    "side",
+    "vertex_count",
+]
+
+
+@inlined_kernel
+def is_curved(core):
+    """Return False."""
+    return False
+
+
+@inlined_kernel
+def is_simple(core, hulls):
+    """Return True."""
+    return True
+
+
+@inlined_kernel
+def is_listed(core):
+    """Return False."""
+    return False
+
+
+@inlined_kernel
+def contains_origin(core):
+    """Return True: that of its frame is its centre."""
+    return True
+
+
+@inlined_kernel
+def inner_radius(core, hulls, q, m):
+    """Return 0: no ball is known."""
+    return 0.0
+
+
+@inlined_kernel
+def growth(core, hulls, q, m, t, u, flat, near):
+    """Return that no growth is known."""
+    return NOTHING
+
+
+@inlined_kernel
+def edge_count(core, hulls):
+    """Return 0."""
+    return 0
+
+
+@inlined_kernel
+def face_count(core, hulls):
+    """Return 0."""
+    return 0
+
+
+@inlined_kernel
+def vertex_count(core, hulls):
+    """Return 0."""
+    return 0
+
+
+@inlined_kernel
+def face_of(core, R, p, hulls, f):
+    """Return no normal and no offset; never asked."""
+    return ORIGIN, 0.0
+
+
+@inlined_kernel
+def edge_of(core, R, p, hulls, k):
+    """Return no faces and no point; never asked."""
+    return 0, 0, ORIGIN
+
+
+@inlined_kernel
+def local_vertex(core, hulls, k):
+    """Return the origin; never asked."""
+    return ORIGIN
+
+
+@inlined_kernel
+def has_plane_across(core, k):
+    """Return False."""
+    return False
+
+
+@inlined_kernel
+def plane_count(core, hulls):
+    """Return 0."""
+    return 0
+
+
+@inlined_kernel
+def plane_of(core, hulls, k):
+    """Return no normal and no offset; never asked."""
+    return ORIGIN, 0.0
+
+
+@inlined_kernel
+def corner_ways(core, hulls):
+    """Return that they are not known."""
+    return CORNERS_UNKNOWN
+
+
+@inlined_kernel
+def side(core, R, p):
+    """Return no feature."""
+    return NO_FEATURE
+
+
+@inlined_kernel
+def face_feature(core, R, p, hulls, k, d):
+    """Return no feature."""
+    return NO_FEATURE
+
+
+@inlined_kernel
+def edge_feature(core, R, p, hulls, k):
+    """Return no feature."""
+    return NO_FEATURE
+
+
+@inlined_kernel
+def clamp_to(core, R, p, feature, S, ids, count, side, a):
+    """Return a: features without an extent hold every point."""
+    return a
