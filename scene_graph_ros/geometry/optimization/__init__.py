@@ -32,12 +32,19 @@ from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
+from scene_graph_ros.geometry.optimization.sets.conic_program import (
+    Cone,
+    ConicConstraint,
+    ConicProgram,
+    ConicSolution,
+)
 from scene_graph_ros.geometry.optimization.sets.convex_hull import ConvexHull
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
+from scene_graph_ros.geometry.optimization.sets.membership import Membership
 from scene_graph_ros.geometry.optimization.sets.minkowski_sum import MinkowskiSum
 from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
     check_if_satisfies_convexity_radius,
@@ -54,6 +61,10 @@ __all__ = [
     "AffineSubspace",
     "CartesianProduct",
     "Certificate",
+    "Cone",
+    "ConicConstraint",
+    "ConicProgram",
+    "ConicSolution",
     "ConvexHull",
     "ConvexSet",
     "ConvexSetError",
@@ -69,6 +80,7 @@ __all__ = [
     "Intersection",
     "IrisOptions",
     "IrisRegion",
+    "Membership",
     "MinkowskiSum",
     "PathBound",
     "Point",

@@ -13,11 +13,17 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.sets.arguments import as_points, as_vector
+from scene_graph_ros.geometry.optimization.sets.conic_program import ConicConstraint, ConicProgram
 from scene_graph_ros.geometry.optimization.sets.decisions import is_bounded, is_empty
 from scene_graph_ros.geometry.optimization.sets.generic import (
     inner_point,
     project_on_set,
     support_of_lift,
+)
+from scene_graph_ros.geometry.optimization.sets.membership import (
+    add_point_in_nonnegative_scaling,
+    add_point_in_set,
+    Membership,
 )
 from scene_graph_ros.geometry.optimization.sets.sampled_volume import (
     sample_volume,
@@ -237,6 +243,29 @@ class ConvexSet(abc.ABC):
         the box are inside. Raises ConvexSetError for a set that is unbounded or has no dimensions.
         """
         return sample_volume(self, generator, desired_rel_accuracy, max_num_samples)
+
+    def add_point_in_set_constraints(self, program: ConicProgram, x: Any) -> Membership:
+        """Ask in a program that its variables ``x (n,)`` are a point of the set.
+
+        Returns the variables and constraints that were added. Raises ConvexSetError in no
+        dimensions.
+        """
+        return add_point_in_set(self, program, x)
+
+    def add_point_in_nonnegative_scaling_constraints(
+        self, program: ConicProgram, *point_and_scale: Any
+    ) -> list[ConicConstraint]:
+        """Ask in a program that a point is in a multiple of the set, which is at least 0.
+
+        ``(program, x, t)``: variables ``x (n,)`` in t times the set, t one variable.
+        ``(program, A, b, c, d, x, t)``: ``A x + b`` in ``c . t + d`` times it, of variables
+        ``x (k,)`` and ``t (p,)``, ``A (n, k)``, ``b (n,)``, ``c (p,)`` and a number d.
+
+        Where the multiple is 0, the point is a direction in which the set goes on for ever, or 0;
+        of an empty set one that breaks none of its rows. Returns the constraints that were added.
+        Raises ConvexSetError in no dimensions.
+        """
+        return add_point_in_nonnegative_scaling(self, program, point_and_scale)
 
     def to_shape_with_pose(self) -> tuple[Shape, np.ndarray]:
         """Return a shape and its pose ``(4, 4)`` that are the set, in three dimensions.

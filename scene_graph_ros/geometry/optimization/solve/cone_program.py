@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import enum
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,6 +41,11 @@ class Cone(enum.IntEnum):
     NONNEGATIVE = 1
     SECOND_ORDER = 2
     """The first row is no shorter than all the others together."""
+    SEMIDEFINITE = 3
+    """The upper triangle of a symmetric matrix without negative eigenvalues, column after column,
+    what is beside the diagonal times the root of 2."""
+    EXPONENTIAL = 4
+    """Three rows (u, v, w) with ``v exp(u / v) <= w`` and v > 0, and limits of such."""
 
 
 class Rows(NamedTuple):
@@ -84,7 +90,8 @@ class ConeProgram:
         }
         self._constants: dict[Cone, list[np.ndarray]] = {cone: [] for cone in Cone}
         self._counts = dict.fromkeys(Cone, 0)
-        self._sizes: list[int] = []
+        # How many rows each of the other cones has.
+        self._sizes: dict[Cone, list[int]] = {cone: [] for cone in Cone if cone > Cone.NONNEGATIVE}
 
     def variables(self, count: int) -> np.ndarray:
         """Return the indices ``(count,)`` of new variables."""
@@ -125,8 +132,8 @@ class ConeProgram:
             self._entries[cone].append((i + first, columns, values))
         self._constants[cone].append(constant)
         self._counts[cone] += count
-        if cone is Cone.SECOND_ORDER:
-            self._sizes.append(count)
+        if cone in self._sizes:
+            self._sizes[cone].append(count)
         return Rows(cone, first, count)
 
     def cost_of(self, x: np.ndarray) -> float:
@@ -171,9 +178,11 @@ class ConeProgram:
         residual = best[0]
         accepted = max(_ACCEPTED, _ACCEPTED_ROUGH) if is_rough else _ACCEPTED
         if not residual <= accepted:
+            endless = "; its cost may go down for ever" if "Dual" in str(found.status) else ""
+            off = f"largest residual {residual:.1e}, accepted {accepted:g}"
             raise SolverError(
                 f"{what}: the program of {shape[1]} variables and {shape[0]} rows was not solved"
-                f" ({found.status}, largest residual {residual:.1e}, accepted {accepted:g})"
+                f" ({found.status}, {off}){endless}"
             )
         is_ray, x, z = best[1]
         duals = tuple(np.split(z, offsets[1:-1]))
@@ -205,14 +214,17 @@ def _ask_clarabel(
         import clarabel
     except ImportError:
         raise SolverError(
-            f"{what}: graphs of convex sets are solved by the package clarabel, which is not"
+            f"{what}: programs over cones are solved by the package clarabel, which is not"
             " installed; pip install clarabel"
         ) from None
     counts, sizes = cones
     asked = [clarabel.ZeroConeT(counts[Cone.ZERO])] if counts[Cone.ZERO] else []
     if counts[Cone.NONNEGATIVE]:
         asked.append(clarabel.NonnegativeConeT(counts[Cone.NONNEGATIVE]))
-    asked += [clarabel.SecondOrderConeT(size) for size in sizes]
+    asked += [clarabel.SecondOrderConeT(size) for size in sizes[Cone.SECOND_ORDER]]
+    orders = [math.isqrt(2 * size) for size in sizes[Cone.SEMIDEFINITE]]
+    asked += [clarabel.PSDTriangleConeT(order) for order in orders]
+    asked += [clarabel.ExponentialConeT() for _ in sizes[Cone.EXPONENTIAL]]
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = _MOST_ITERATIONS
