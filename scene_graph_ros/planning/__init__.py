@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         RobotDiagramBuilder,
     )
     from scene_graph_ros.planning.unimplemented_checker import UnimplementedCollisionChecker
+    from scene_graph_ros.planning.walking.zmp_planner import ZmpPlanner, ZmpPlannerError
 
 __all__ = [
     "BodyShapeDescription",
@@ -72,6 +73,8 @@ __all__ = [
     "TimedPath",
     "TimingFailure",
     "UnimplementedCollisionChecker",
+    "ZmpPlanner",
+    "ZmpPlannerError",
     "get_continuous_revolute_joint_indices",
     "load_robot_diagram",
     "make_body_shape_description",
@@ -106,6 +109,7 @@ _MODULES = {
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
     "robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
     "unimplemented_checker": ("UnimplementedCollisionChecker",),
+    "walking.zmp_planner": ("ZmpPlanner", "ZmpPlannerError"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

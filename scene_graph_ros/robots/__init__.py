@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.robots.registration import register_robot
     from scene_graph_ros.robots.robot_model import RobotModel
     from scene_graph_ros.robots.semantic_model import SemanticModel
+    from scene_graph_ros.robots.tree_inertias import tree_inertias, TreeInertias
 
 __all__ = [
     "JointStateError",
@@ -21,8 +22,10 @@ __all__ = [
     "Kinematics",
     "RobotModel",
     "SemanticModel",
+    "TreeInertias",
     "adjacent_pairs",
     "register_robot",
+    "tree_inertias",
 ]
 
 _MODULES = {
@@ -32,6 +35,7 @@ _MODULES = {
     "registration": ("register_robot",),
     "robot_model": ("RobotModel",),
     "semantic_model": ("SemanticModel",),
+    "tree_inertias": ("TreeInertias", "tree_inertias"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.located import Location
 
 __all__ = [
+    "Inertial",
     "Joint",
     "JointType",
     "Link",
@@ -75,13 +76,26 @@ class LinkGeometry:
 
 
 @dataclass(frozen=True, eq=False)
+class Inertial:
+    """A link's mass, kg, and its inertia ``(3, 3)``, kg m^2, about the centre of mass at ``p_LI``.
+
+    ``p_LI`` ``(3,)`` and the axes of ``I_L`` are those of the link.
+    """
+
+    mass: float
+    p_LI: NDArray[np.float64]
+    I_L: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
 class Link:
-    """A link; geometry is in the order of the file."""
+    """A link; geometry is in the order of the file. ``inertial`` is None where none is said."""
 
     name: str
     collisions: tuple[LinkGeometry, ...]
     visuals: tuple[LinkGeometry, ...]
     location: Location
+    inertial: Inertial | None = None
 
 
 @dataclass(frozen=True)

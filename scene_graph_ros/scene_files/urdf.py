@@ -1,7 +1,7 @@
 """Read URDF files.
 
-Everything about geometry and kinematics is checked; inertia, transmissions, sensors and the
-extensions of simulators are passed over.
+Everything about geometry and kinematics is checked. An inertia that can't be is a warning, and its
+link has none. Transmissions, sensors and the extensions of simulators are passed over.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.tolerances import MIN_SCALE
 from scene_graph_ros.located import Location, SceneFileError
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.robot_parts import (
+    Inertial,
     Joint,
     JointType,
     Link,
@@ -28,6 +29,7 @@ from scene_graph_ros.robots.robot_parts import (
     Pose,
     PrimitiveShape,
 )
+from scene_graph_ros.scene_files.inertials import inertial_of
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 from scene_graph_ros.scene_files.urdf_tree import (
     arrange_joints,
@@ -134,7 +136,16 @@ class _Reader:
             collisions=self._geometries(element, "collision"),
             visuals=self._geometries(element, "visual"),
             location=element.location(),
+            inertial=self._inertial(element),
         )
+
+    def _inertial(self, link: XmlElement) -> Inertial | None:
+        """Read a link's inertia: who asks for geometry alone isn't stopped by a bad one."""
+        try:
+            return inertial_of(link)
+        except SceneFileError as error:
+            self.warnings.append(str(error))
+            return None
 
     def _geometries(self, link: XmlElement, tag: str) -> tuple[LinkGeometry, ...]:
         """Read a link's geometry; names are made unique, as URDF does not ask them to be."""

@@ -294,3 +294,32 @@ def test_angles_are_radians_about_fixed_axes():
     x, z = math.cos(b) * x + math.sin(b) * z, -math.sin(b) * x + math.cos(b) * z
     x, y = math.cos(c) * x - math.sin(c) * y, math.sin(c) * x + math.cos(c) * y
     np.testing.assert_allclose(R[:, 2], [x, y, z], atol=1e-15)
+
+
+INERTIAL = """<inertial><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/><mass value="2"/>
+<inertia ixx="1" ixy="0.1" ixz="0.2" iyy="3" iyz="0.3" izz="5"/></inertial>"""
+
+
+def test_a_links_inertia_is_given_in_its_own_axes():
+    """A quarter turn about z swaps x and y, and turns the signs of what is mixed with one."""
+    inertial = load_urdf(chain(link=INERTIAL)).links["a"].inertial
+    assert inertial.mass == 2.0
+    assert inertial.p_LI.tolist() == [1.0, 2.0, 3.0]
+    wanted = [[3.0, -0.1, -0.3], [-0.1, 1.0, 0.2], [-0.3, 0.2, 5.0]]
+    np.testing.assert_allclose(inertial.I_L, wanted, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("bad", "words"),
+    [
+        (('<mass value="2"/>', ""), "missing <mass>"),
+        (('value="2"', 'value="-2"'), "mass.value: must not be negative, got -2"),
+        (('ixy="0.1"', ""), "inertia.ixy: missing attribute"),
+    ],
+)
+def test_an_inertia_that_cannot_be_is_a_warning(bad, words):
+    """Who asks for geometry is not stopped: the link has no inertia then."""
+    robot = load_urdf(chain(link=INERTIAL.replace(*bad)))
+    assert robot.links["a"].inertial is None
+    assert robot.links["b"].inertial is None
+    assert any(words in warning for warning in robot.warnings)

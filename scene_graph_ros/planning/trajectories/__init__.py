@@ -4,6 +4,9 @@ from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
 from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
+from scene_graph_ros.planning.trajectories.exponential_plus_piecewise_polynomial import (
+    ExponentialPlusPiecewisePolynomial,
+)
 from scene_graph_ros.planning.trajectories.motion_limits import (
     find_excess,
     LimitExcess,
@@ -21,6 +24,7 @@ __all__ = [
     "BezierCurve",
     "BsplineTrajectory",
     "CompositeTrajectory",
+    "ExponentialPlusPiecewisePolynomial",
     "LimitExcess",
     "MotionLimits",
     "PathParameterizedTrajectory",

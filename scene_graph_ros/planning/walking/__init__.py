@@ -1,0 +1,1 @@
+"""How a robot on legs moves its centre of mass above its footsteps."""
