@@ -54,6 +54,7 @@ from scene_graph_ros.geometry.optimization.sets.partition import partition_conve
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
 from scene_graph_ros.geometry.optimization.sets.sampled_volume import SampledVolume
+from scene_graph_ros.geometry.optimization.sets.spectrahedron import Spectrahedron
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 
 __all__ = [
@@ -89,6 +90,7 @@ __all__ = [
     "SampledVolume",
     "Separation",
     "SolverError",
+    "Spectrahedron",
     "Support",
     "VPolytope",
     "Vertex",

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
+from scene_graph_ros.geometry.optimization.solve.cones import holds, is_cut
 from scene_graph_ros.geometry.optimization.solve.cutting import Cut, rows_with_cuts
 
 __all__ = ["Certificate", "Decision"]
@@ -32,9 +33,10 @@ class Certificate:
       `contained_in` it is in the one set and not in the other.
     - ``farkas``: weights of the rows, at least 0 for inequalities; the weighted sum of the rows
       has no variables and a negative right side, so that no point fulfils them.
-      Where sets are curved, rows of ``cuts`` come last, planes beside which a ball of the lift is.
-    - ``undecided``: a point that is outside a curved set by ``gap`` of its radius, where nothing
-      was proven; such sets touch, or nearly do.
+      Where sets are curved, rows of ``cuts`` come last, planes behind which a cone of the lift is.
+    - ``undecided``: a point that is outside a curved set by ``gap`` of its radius, or of its
+      largest eigenvalue, where nothing was proven; such sets touch, or nearly do. For `is_bounded`
+      a direction.
     - ``recession``: a direction that leads on for ever from any point of the set, as ``point``.
     - ``multipliers``: for `is_bounded`, weights of the rows, positive for inequalities, whose
       weighted sum has no variables, of rows that span all directions; or weights for each of
@@ -64,12 +66,14 @@ class Certificate:
         of = sets or self.of
         asked = of[:1] if self.question == "contained_in" else of
         lift = shared_point([s.lift() for s in asked], of[0].ambient_dimension)
-        if self.kind == "undecided" or not all(_is_in_unit_ball(cut.u) for cut in self.cuts):
+        if self.kind == "undecided" or not all(is_cut(lift.cones[c.cone], c.u) for c in self.cuts):
             return False
         if self.kind == "point":
             return self._verify_point(lift, of)
         is_of_directions = self.question == "is_bounded" and self.kind != "farkas"
-        rows = _ExactRows(lift.directions if is_of_directions else rows_with_cuts(lift, self.cuts))
+        start = lift.directions if is_of_directions else lift.rows
+        cuts = () if self.kind == "recession" else self.cuts
+        rows = _ExactRows(rows_with_cuts(lift, cuts, start))
         check = getattr(self, f"_verify_{self.kind}")
         return bool(check(rows, of))
 
@@ -89,13 +93,15 @@ class Certificate:
         return has_signs and not any(rows.sums(self.exact)) and _dot(self.exact, rows.b) < 0
 
     def _verify_recession(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
+        lift = shared_point([of[0].lift()], of[0].ambient_dimension)
         rates = [_dot(row, self.exact) for row in rows.A]
         return (
             any(self.exact[: of[0].ambient_dimension])
             and not any(rates[: rows.split])
             and all(rate <= 0 for rate in rates)
             and self.point is not None
-            and _is_point(shared_point([of[0].lift()], of[0].ambient_dimension), self.point)
+            and _is_point(lift, self.point)
+            and all(holds(matrix, self.exact) for matrix in lift.matrices)  # type: ignore[arg-type]
         )
 
     def _verify_multipliers(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
@@ -135,19 +141,9 @@ def _length_bound(row: Sequence[Fraction]) -> Fraction:
     return Fraction(float(np.linalg.norm([float(v) for v in row])))
 
 
-def _is_in_unit_ball(u: np.ndarray) -> bool:
-    return sum(Fraction(v) ** 2 for v in u.tolist()) <= 1
-
-
 def _is_point(lift: Lift, x: Any) -> bool:
-    """Tell whether x fulfils all rows of a lift and is in all its balls."""
-    if not _ExactRows(lift.rows).hold(x):
-        return False
-    for ball in lift.balls:
-        radius = Fraction(1) if ball.scale < 0 else x[ball.scale]
-        if radius < 0 or sum(x[k] ** 2 for k in ball.columns) > radius**2:
-            return False
-    return True
+    """Tell whether x fulfils all rows of a lift and is in all its cones."""
+    return _ExactRows(lift.rows).hold(x) and all(holds(cone, x) for cone in lift.cones)
 
 
 class _ExactRows:

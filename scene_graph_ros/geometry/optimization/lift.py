@@ -1,4 +1,4 @@
-"""A set as what rows and balls leave of more variables: the first of them are its points."""
+"""A set as what rows and cones leave of more variables: the first of them are its points."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.solve.rows import Rows
 
-__all__ = ["Ball", "Lift", "equations", "joined", "shared_point"]
+__all__ = ["Ball", "Lift", "Semidefinite", "equations", "joined", "shared_point"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,18 +22,39 @@ class Ball:
 
 
 @dataclass(frozen=True, eq=False)
+class Semidefinite:
+    """The symmetric matrix of the variables ``columns (N, N)`` has no negative eigenvalue.
+
+    Beside the mirrored ones its entries are variables of their own.
+    """
+
+    columns: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Lift:
-    """All x of which there is a z with ``E (x, z) = f``, ``A (x, z) <= b`` and some in balls.
+    """All x of which there is a z with ``E (x, z) = f``, ``A (x, z) <= b`` and some in cones.
 
     ``E`` is ``(k, n + e)`` and ``A`` ``(m, n + e)`` for n coordinates and e further variables;
-    all numbers are those that the set was given, unrounded. Without balls the set is flat.
+    all numbers are those that the set was given, unrounded. Without balls and semidefinite
+    matrices, which are the ``cones``, the set is flat.
     """
 
     E: np.ndarray
     f: np.ndarray
     A: np.ndarray
     b: np.ndarray
-    balls: tuple[Ball, ...] = ()
+    cones: tuple[Ball | Semidefinite, ...] = ()
+
+    @functools.cached_property
+    def balls(self) -> tuple[Ball, ...]:
+        """Those of the cones that are balls."""
+        return tuple(cone for cone in self.cones if isinstance(cone, Ball))
+
+    @functools.cached_property
+    def matrices(self) -> tuple[Semidefinite, ...]:
+        """Those of the cones that are matrices."""
+        return tuple(cone for cone in self.cones if isinstance(cone, Semidefinite))
 
     @property
     def num_variables(self) -> int:
@@ -52,7 +73,7 @@ class Lift:
         """The rows of the directions that lead on for ever, behind equations for balls.
 
         What is in a ball stays; so does a ball's scale, which is between 0 and 1 in all lifts.
-        Right sides play no part.
+        Right sides play no part; matrices stay semidefinite beside these rows.
         """
         held = [k for ball in self.balls for k in (*ball.columns, ball.scale) if k >= 0]
         still = np.eye(self.num_variables)[sorted(set(held))]
@@ -65,19 +86,21 @@ class Lift:
         E = np.zeros((len(self.f), num_variables))
         A = np.zeros((len(self.b), num_variables))
         E[:, columns], A[:, columns] = self.E, self.A
-        balls = tuple(
-            Ball(columns[ball.columns], -1 if ball.scale < 0 else int(columns[ball.scale]))
-            for ball in self.balls
-        )
-        return Lift(E, self.f, A, self.b, balls)
+        return Lift(E, self.f, A, self.b, tuple(_moved(cone, columns) for cone in self.cones))
+
+
+def _moved(cone: Ball | Semidefinite, columns: np.ndarray) -> Ball | Semidefinite:
+    if isinstance(cone, Semidefinite):
+        return Semidefinite(columns[cone.columns])
+    return Ball(columns[cone.columns], -1 if cone.scale < 0 else int(columns[cone.scale]))
 
 
 def joined(lifts: Sequence[Lift]) -> Lift:
-    """Return all rows and balls of lifts that have the same variables."""
+    """Return all rows and cones of lifts that have the same variables, in order."""
     E, f, A, b = (
         np.concatenate([getattr(lift, name) for lift in lifts]) for name in ("E", "f", "A", "b")
     )
-    return Lift(E, f, A, b, tuple(ball for lift in lifts for ball in lift.balls))
+    return Lift(E, f, A, b, tuple(cone for lift in lifts for cone in lift.cones))
 
 
 def equations(E: np.ndarray, f: np.ndarray) -> Lift:

@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.optimization import (
     MinkowskiSum,
     Point,
     SolverError,
+    Spectrahedron,
     VPolytope,
 )
 
@@ -41,6 +42,7 @@ BOUNDED = {
     "mapped product": CartesianProduct([BALL], A=[[1.0, 0.5], [0.0, 2.0]], b=[0.1, 0.2]),
     "intersection": Intersection([BALL, BOX]),
     "hull": ConvexHull([BALL, Point([3.0, 3.0])]),
+    "spectrahedron": Spectrahedron([[[1, 0], [0, 2]], [[1, 0], [0, -1]], [[0, 1], [1, 0]]]),
     "hull of a hull": ConvexHull([ConvexHull([BALL, Point([3.0, 3.0])]), TRIANGLE]),
 }
 # Sets that go on for ever, with ways in which they do and others.
@@ -51,6 +53,11 @@ UNBOUNDED = {
     "sum": (MinkowskiSum([BALL, RAY]), [[1.0, 0.0]], [[-1.0, 0.0], [0.0, 1.0]]),
     "intersection": (Intersection([QUADRANT, RAY]), [[1.0, 0.0]], [[0.0, 1.0]]),
     "closed hull": (ConvexHull([Point([0.0, 5.0]), RAY]), [[1.0, 0.0]], [[-1.0, 0.0], [1.0, 1.0]]),
+    "above a parabola": (
+        Spectrahedron([[[1, 0], [0, 0]], [[0, 1], [1, 0]], [[0, 0], [0, 1]]]),
+        [[0.0, 1.0]],
+        [[0.0, -1.0], [1.0, 1.0]],
+    ),
     "product": (
         CartesianProduct([HPolyhedron([[1.0]], [0.0]), Hyperrectangle([0.0], [1.0])]),
         [[-1.0, 0.0]],
@@ -157,7 +164,7 @@ def test_optima_are_supports(kind, size):
     solution = program.solve()
     truth = BOUNDED[kind].support([2.0, -3.0]).value * size
     assert -solution.cost == pytest.approx(truth, abs=1e-7 * 4.0 * size)
-    assert of.point_in_set(solution.value(x), 1e-6 * size)
+    assert BOUNDED[kind].point_in_set(solution.value(x) / size, 1e-6)
 
 
 def test_no_dimensions_no_constraints():
@@ -212,6 +219,9 @@ def test_semidefinite_matrices():
     assert solution.cost == pytest.approx(3.0, abs=1e-7)
     np.testing.assert_allclose(solution.value(X), [[1.5, 1.5], [1.5, 1.5]], atol=1e-5)
     assert above.cone is Cone.SEMIDEFINITE
+    # Moving the bound by d moves the least trace by d . multipliers.
+    dual = solution.dual(above)
+    np.testing.assert_allclose(dual, [0.5, 1.0, 0.5], atol=1e-6)
     assert above.violation(np.zeros(3)) == pytest.approx(3.0)
 
 

@@ -7,6 +7,7 @@ import functools
 
 import numpy as np
 
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Ball
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
@@ -242,6 +243,11 @@ def _side_by_side(blocks: list[np.ndarray]) -> np.ndarray:
 def _from_lift(of: ConvexSet, center: np.ndarray, half: np.ndarray, extent: float) -> PlacedSet:
     """Return a set of any kind by its lift: further variables about those of one of its points."""
     lift, n = of.lifted, of.ambient_dimension
+    if lift.matrices:
+        raise ConvexSetError(
+            "GraphOfConvexSets: a set of semidefinite matrices can't be a vertex; take an"
+            " ellipsoid or a polytope inside it"
+        )
     at = np.array([float(v) for v in of.found.vector])
     at[:n] = center
     in_balls = [k for ball in lift.balls for k in (*ball.columns, ball.scale) if k >= 0]

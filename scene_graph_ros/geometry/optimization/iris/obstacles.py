@@ -27,7 +27,7 @@ from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 from scene_graph_ros.geometry.optimization.solve.cutting import (
     Cut,
-    find_in_balls,
+    find_in_cones,
     tangent_cuts,
 )
 from scene_graph_ros.geometry.optimization.solve.nearest_by_support import nearest_by_support
@@ -232,7 +232,7 @@ class Obstacles:
             kind = "farkas" if weights[len(normal)] < -Fraction(side) else "undecided"
             return Certificate(kind, weights, "intersects_with", (face, each))
         both = shared_point([face.lifted, each.lifted], len(normal))
-        found = find_in_balls(both, _tangent_cuts(each, normal))
+        found = find_in_cones(both, _tangent_cuts(each, normal))
         return Certificate(
             found.kind,
             found.vector,
@@ -286,17 +286,17 @@ def _weights_of_corners(V: np.ndarray, normal: np.ndarray, side: float) -> tuple
 
 
 def _tangent_cuts(each: ConvexSet, normal: np.ndarray) -> list[Cut]:
-    """Return the planes at the balls of a lift where ``normal . x`` is least.
+    """Return the planes at the cones of a lift where ``normal . x`` is least.
 
     Alone they bound it, to rounding, in an ellipsoid; in others they are where to begin.
     """
     lift, n = each.lifted, len(normal)
-    if not lift.balls:
+    if not lift.cones:
         return []
     # Further variables follow from the point in ellipsoids; in others they are one choice.
     x = each.support(-normal).point
     rest = np.linalg.lstsq(lift.E[:, n:], lift.f - lift.E[:, :n] @ x)[0]
-    return tangent_cuts(lift.balls, np.append(x, rest))
+    return tangent_cuts(lift.cones, np.append(x, rest))
 
 
 def _within(each: Any, box: Hyperrectangle) -> Any:

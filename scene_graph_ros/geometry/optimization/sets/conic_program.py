@@ -16,16 +16,18 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_vector
+from scene_graph_ros.geometry.optimization.solve.blocks import (
+    Block,
+    for_the_solver,
+    upper_triangle,
+)
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Cone,
     ConeProgram,
     ConeSolution,
+    Rows,
 )
-from scene_graph_ros.geometry.optimization.solve.equilibration import (
-    Block,
-    equilibrated,
-    widened_blocks,
-)
+from scene_graph_ros.geometry.optimization.solve.equilibration import equilibrated, widened_blocks
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["Cone", "ConicConstraint", "ConicProgram", "ConicSolution"]
@@ -46,6 +48,11 @@ class ConicConstraint:
     variables: np.ndarray
     matrix: np.ndarray
     constant: np.ndarray
+
+    @property
+    def block(self) -> Block:
+        """The same as a tuple."""
+        return self.cone, self.variables, self.matrix, self.constant
 
     def rows_at(self, values: np.ndarray) -> np.ndarray:
         """Return the rows ``(m,)`` at values of all variables of the program."""
@@ -77,7 +84,7 @@ class ConicSolution:
 
     ``values (n,)`` and ``cost`` are NaN for the latter. ``violation`` is the largest of all
     constraints at the values; ``residual`` what the solver's equations are off by, relative to
-    the size of the program: of the proof where there are no values.
+    the size of the program: of the proof where there are no values. `dual` has multipliers.
     """
 
     is_feasible: bool
@@ -85,6 +92,19 @@ class ConicSolution:
     cost: float
     violation: float
     residual: float
+    duals: dict[int, np.ndarray]
+
+    def dual(self, constraint: ConicConstraint) -> np.ndarray:
+        """Return the multipliers ``(m,)`` of a constraint's rows, to rounding of the solver.
+
+        The cost less all multipliers times rows has its least value at the values. Raises
+        ConvexSetError where there are no values, and for a constraint of another program.
+        """
+        if id(constraint) not in self.duals:
+            raise ConvexSetError(
+                "ConicSolution.dual: constraint must be one of a program that has a solution"
+            )
+        return self.duals[id(constraint)]
 
     def value(self, variables: Any) -> np.ndarray:
         """Return the values of some variables, in an array of their shape."""
@@ -238,57 +258,52 @@ class ConicProgram:
         widened; if it is above rounding, there are no values. Raises SolverError where it is not,
         also where the cost has no least value.
         """
-        blocks = [_for_the_solver(constraint) for constraint in self._constraints]
-        scaled, sizes = equilibrated(blocks, self._size)
+        blocks = [for_the_solver(constraint.block) for constraint in self._constraints]
+        scaled, sizes, factors = equilibrated(blocks, self._size)
         goal = np.zeros(self._size)
         for columns, c in self._costs:
             np.add.at(goal, columns, c * sizes[columns])
+        length = float(np.abs(goal).max(initial=0.0)) or 1.0
         try:
-            found = _solve_scaled(scaled, goal, "ConicProgram.solve")
+            found, rows = _solve_scaled(scaled, goal / length, "ConicProgram.solve")
         except SolverError:
             widened, more = widened_blocks(scaled, self._size)
-            least = _solve_scaled(widened, more, "ConicProgram.solve")
+            least, rows = _solve_scaled(widened, more, "ConicProgram.solve")
             if least.x[-1] <= _WIDENED:
                 raise
             found = replace(least, is_feasible=False)
         if not found.is_feasible:
             nowhere = np.full(self._size, np.nan)
-            return ConicSolution(False, nowhere, math.nan, math.nan, found.residual)
+            return ConicSolution(False, nowhere, math.nan, math.nan, found.residual, {})
         values = sizes * found.x
         violation = max((c.violation(values) for c in self._constraints), default=0.0)
-        return ConicSolution(True, values, self.cost(values), violation, found.residual)
+        duals = {
+            id(constraint): length * _for_the_rows(constraint.cone, found.dual(each) * factor)
+            for constraint, each, factor in zip(self._constraints, rows, factors, strict=True)
+        }
+        return ConicSolution(True, values, self.cost(values), violation, found.residual, duals)
 
 
-def _for_the_solver(constraint: ConicConstraint) -> Block:
-    """Return a constraint's block; what is beside a matrix's diagonal times the root of 2."""
-    matrix, constant = constraint.matrix, constraint.constant
-    if constraint.cone is Cone.SEMIDEFINITE:
-        i, j = upper_triangle(math.isqrt(2 * len(constant)))
-        factors = np.where(i == j, 1.0, math.sqrt(2.0))
-        matrix, constant = matrix * factors[:, None], constant * factors
-    return constraint.cone, constraint.variables, matrix, constant
-
-
-def _solve_scaled(blocks: Sequence[Block], goal: np.ndarray, what: str) -> ConeSolution:
+def _solve_scaled(
+    blocks: Sequence[Block], goal: np.ndarray, what: str
+) -> tuple[ConeSolution, list[Rows]]:
     program = ConeProgram()
     x = program.variables(len(goal))
-    for cone, columns, matrix, constant in blocks:
-        program.add_rows(cone, [(x[columns], matrix)], constant)
-    length = float(np.abs(goal).max(initial=0.0))
-    program.add_cost(x, goal / length if length else goal)
-    return program.solve(what)
+    rows = [program.add_rows(cone, [(x[k], matrix)], side) for cone, k, matrix, side in blocks]
+    program.add_cost(x, goal)
+    return program.solve(what), rows
+
+
+def _for_the_rows(cone: Cone, dual: np.ndarray) -> np.ndarray:
+    """Return multipliers of a block for the solver as those of the rows that were given."""
+    _, _, factors, _ = for_the_solver((cone, np.zeros(1), np.ones((len(dual), 1)), dual))
+    return dual * factors[:, 0]
 
 
 def _as_count(value: Any, label: str) -> int:
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
         raise ConvexSetError(f"{label} must be a whole number, at least 0, not {quoted(value)}")
     return int(value)
-
-
-def upper_triangle(order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rows and columns of a matrix's upper triangle, column after column."""
-    j, i = np.tril_indices(order)
-    return i, j
 
 
 def triangle_of(matrix: np.ndarray) -> np.ndarray:

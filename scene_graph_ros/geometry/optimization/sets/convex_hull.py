@@ -84,5 +84,7 @@ def _scaled(lift: Lift, first: int, share: int, total: int) -> Lift:
     moved = lift.placed(np.arange(first, first + lift.num_variables), total)
     E, A = moved.E.copy(), moved.A.copy()
     E[:, share], A[:, share] = -moved.f, -moved.b
-    balls = tuple(Ball(b.columns, share if b.scale < 0 else b.scale) for b in moved.balls)
-    return Lift(E, np.zeros(len(E)), A, np.zeros(len(A)), balls)
+    cones = tuple(
+        Ball(c.columns, share) if isinstance(c, Ball) and c.scale < 0 else c for c in moved.cones
+    )
+    return Lift(E, np.zeros(len(E)), A, np.zeros(len(A)), cones)

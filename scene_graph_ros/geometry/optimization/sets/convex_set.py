@@ -29,7 +29,7 @@ from scene_graph_ros.geometry.optimization.sets.sampled_volume import (
     sample_volume,
     SampledVolume,
 )
-from scene_graph_ros.geometry.optimization.solve.cutting import find_in_balls, Found
+from scene_graph_ros.geometry.optimization.solve.cutting import find_in_cones, Found
 from scene_graph_ros.geometry.optimization.solve.maximize import maximize
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -72,11 +72,15 @@ class ConvexSet(abc.ABC):
     @functools.cached_property
     def found(self) -> Found:
         """A point of the lift, or what shows that there is none, kept."""
-        return find_in_balls(shared_point([self.lifted], self._ambient_dimension))
+        return find_in_cones(shared_point([self.lifted], self._ambient_dimension))
 
     @abc.abstractmethod
     def _outside(self, points: np.ndarray) -> np.ndarray:
         """Return how far points ``(m, n)`` are outside by the measure of the kind, 0 inside."""
+
+    def _holds(self, points: np.ndarray) -> np.ndarray:
+        """Tell which points ``(m, n)`` are inside, as floats see it."""
+        return self._outside(points) <= 0.0
 
     def clone(self) -> ConvexSet:
         """Return the set: it never changes."""
@@ -184,7 +188,7 @@ class ConvexSet(abc.ABC):
         return self._support(d)
 
     def _support(self, d: np.ndarray) -> Support:
-        if self.lifted.balls:
+        if self.lifted.cones:
             return support_of_lift(self, d)
         rows, n = self.lifted.rows, self.ambient_dimension
         start = inner_point(self, "support")[0]

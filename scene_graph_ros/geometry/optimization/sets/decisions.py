@@ -8,9 +8,9 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
 from scene_graph_ros.geometry.optimization.lift import shared_point
-from scene_graph_ros.geometry.optimization.solve.cutting import find_in_balls
+from scene_graph_ros.geometry.optimization.solve.cutting import find_in_cones, rows_with_cuts
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_point
-from scene_graph_ros.geometry.optimization.solve.recession import recession
+from scene_graph_ros.geometry.optimization.solve.recession_in_cones import recession_in_cones
 from scene_graph_ros.geometry.optimization.solve.rows import Rows
 
 __all__ = ["is_bounded", "is_empty"]
@@ -21,15 +21,20 @@ def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
     if len(sets) == 1:
         found = sets[0].found
     else:
-        found = find_in_balls(shared_point([s.lifted for s in sets], sets[0].ambient_dimension))
+        found = find_in_cones(shared_point([s.lifted for s in sets], sets[0].ambient_dimension))
     shown = Certificate(found.kind, found.vector, question, sets, cuts=found.cuts, gap=found.gap)
     return Decision(found.kind == "farkas", shown)
 
 
 def is_bounded(asked: Any) -> Decision:
-    """Decide whether a set is bounded; one that is empty is."""
-    rows, n = asked.lifted.directions, asked.ambient_dimension
-    proof = recession(rows)
+    """Decide whether a set is bounded; one that is empty is. What is undecided counts as not."""
+    lift = shared_point([asked.lifted], asked.ambient_dimension)
+    n = asked.ambient_dimension
+    proof, cuts, gap = recession_in_cones(lift)
+    rows = rows_with_cuts(lift, cuts, lift.directions)
+    if proof.kind == "undecided":
+        shown = Certificate("undecided", proof.vector, "is_bounded", (asked,), gap=gap)
+        return Decision(False, shown)
     if proof.kind == "recession":
         # Further variables alone may go on for ever while the points don't.
         way = proof.vector if any(proof.vector[:n]) else _way_of_points(rows, n)
@@ -40,8 +45,10 @@ def is_bounded(asked: Any) -> Decision:
             point = empty.certificate.exact
             shown = Certificate("recession", way, "is_bounded", (asked,), point=point)  # type: ignore[arg-type]
             return Decision(False, shown)
-        return Decision(True, Certificate("multipliers", tuple(way), "is_bounded", (asked,)))
-    return Decision(True, Certificate(proof.kind, proof.vector, "is_bounded", (asked,)))
+        shown = Certificate("multipliers", tuple(way), "is_bounded", (asked,), cuts=cuts)
+        return Decision(True, shown)
+    shown = Certificate(proof.kind, proof.vector, "is_bounded", (asked,), cuts=cuts)
+    return Decision(True, shown)
 
 
 def _way_of_points(rows: Rows, n: int) -> Any:

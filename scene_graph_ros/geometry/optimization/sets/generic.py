@@ -10,12 +10,12 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverE
 from scene_graph_ros.geometry.optimization.lift import Ball, joined, Lift
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
 from scene_graph_ros.geometry.optimization.solve.cutting import (
-    maximize_in_balls,
+    maximize_in_cones,
     Reached,
 )
 from scene_graph_ros.geometry.optimization.solve.nearest_by_support import nearest_by_support
 
-__all__ = ["inner_point", "nearest_in_form", "project_on_set", "support_of_lift"]
+__all__ = ["check_gaps", "inner_point", "nearest_in_form", "project_on_set", "support_of_lift"]
 
 _PROMISED = 1e-9
 """Relative to the size of what is asked: a larger gap is an error."""
@@ -44,7 +44,7 @@ def support_of_lift(asked: Any, d: np.ndarray) -> Support:
     inner, cuts = inner_point(asked, "support")
     c = np.zeros(lift.num_variables)
     c[:n] = d
-    reached = maximize_in_balls(lift, c, inner, cuts)
+    reached = maximize_in_cones(lift, c, inner, cuts)
     if reached.ray is not None:
         return Support(np.inf, reached.ray[:n], 0.0)
     gap = max(0.0, reached.upper - reached.value)
@@ -82,15 +82,15 @@ def nearest_in_form(asked: Any, A: np.ndarray, p: np.ndarray) -> tuple[float, np
     c = np.zeros(E.shape[1])
     c[-1] = -1.0
     size = float(np.linalg.norm(w))
-    reached = maximize_in_balls(whole, c, start, [*cuts, *box])
+    reached = maximize_in_cones(whole, c, start, [*cuts, *box])
     return _checked(reached, asked, A, p, size)
 
 
 def _box_cuts(whole: Lift) -> list[Any]:
     from scene_graph_ros.geometry.optimization.solve.cutting import Cut
 
-    last = len(whole.balls) - 1
-    units = np.eye(len(whole.balls[last].columns))
+    last = len(whole.cones) - 1
+    units = np.eye(len(whole.cones[last].columns))
     return [Cut(last, sign * u) for sign in (1.0, -1.0) for u in units]
 
 
@@ -112,16 +112,22 @@ def _check_gap(gap: float, size: float, asked: Any, p: np.ndarray) -> None:
         )
 
 
+def check_gaps(asked: Any, points: Any, nearest: Any, distances: Any, gaps: Any) -> None:
+    """Raise SolverError where a gap of a nearest point is larger than promised."""
+    for p, x, distance, gap in zip(points, nearest, distances, gaps, strict=True):
+        size = float(np.abs(np.append(p, x)).max(initial=0.0))
+        if distance > _AT_SURFACE * size:
+            _check_gap(gap, size, asked, p)
+
+
 def project_on_set(asked: Any, points: np.ndarray) -> Projection:
     """Return the nearest points of a set: by its supports if these are finite, else by cuts."""
     n = asked.ambient_dimension
     if asked.is_bounded():
         found = [nearest_by_support(asked.support, p) for p in points] if n else []
         found = found or [(0.0, p, 0.0) for p in points]
-        for (distance, x, gap), p in zip(found, points, strict=True):
-            size = float(np.abs(np.append(p, x)).max(initial=0.0))
-            if distance > _AT_SURFACE * size:
-                _check_gap(gap, size, asked, p)
+        distances, nearest, gaps = zip(*found, strict=True) if found else ((), (), ())
+        check_gaps(asked, points, nearest, distances, gaps)
     else:
         found = [nearest_in_form(asked, np.eye(n), p) for p in points]
     return Projection(

@@ -14,11 +14,8 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Lift
 from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_vector
-from scene_graph_ros.geometry.optimization.sets.conic_program import (
-    Cone,
-    ConicConstraint,
-    ConicProgram,
-)
+from scene_graph_ros.geometry.optimization.sets.conic_program import ConicConstraint, ConicProgram
+from scene_graph_ros.geometry.optimization.solve.blocks import blocks_of
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
@@ -91,31 +88,8 @@ def _add_lift(
     """Ask for all rows and cones of a lift, of a multiple of it where there is a scale."""
     more = program.add_variables(lift.num_variables - len(point))
     z = np.concatenate([point, more])
-    added = []
-    for cone, matrix, side in ((Cone.ZERO, lift.E, -lift.f), (Cone.NONNEGATIVE, -lift.A, lift.b)):
-        if len(side):
-            added.append(program.add_constraint(cone, *_homogeneous(matrix, side, z, scale)))
-    if scale is not None:
-        one = np.array([[1.0]])
-        added.append(program.add_constraint(Cone.NONNEGATIVE, one, np.zeros(1), [scale]))
-    for ball in lift.balls:
-        size = len(ball.columns)
-        matrix, constant = np.zeros((size + 1, size + 1)), np.zeros(size + 1)
-        matrix[1:, :size] = np.eye(size)
-        radius = int(z[ball.scale]) if ball.scale >= 0 else scale
-        numbers = z[ball.columns]
-        if radius is None:
-            constant[0], matrix = 1.0, matrix[:, :size]
-        else:
-            matrix[0, size], numbers = 1.0, np.append(numbers, radius)
-        added.append(program.add_constraint(Cone.SECOND_ORDER, matrix, constant, numbers))
+    added = [
+        program.add_constraint(cone, matrix, constant, columns)
+        for cone, columns, matrix, constant in blocks_of(lift, z, scale)
+    ]
     return Membership(more, added)
-
-
-def _homogeneous(
-    matrix: np.ndarray, side: np.ndarray, z: np.ndarray, scale: int | None
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a matrix, a constant and variables: the side times the scale where there is one."""
-    if scale is None:
-        return matrix, side, z
-    return np.column_stack([matrix, side]), np.zeros(len(side)), np.append(z, scale)

@@ -17,9 +17,6 @@ __all__ = ["SampledVolume", "sample_volume"]
 _BATCH = 1000
 """Points that are asked at once."""
 
-_INSIDE = 0.0
-"""Distance: a point counts where it is inside."""
-
 
 class SampledVolume(NamedTuple):
     """An estimate, its relative standard error, NaN without a point inside, and the points."""
@@ -55,7 +52,7 @@ def sample_volume(
     while count < most:
         batch = min(_BATCH, most - count)
         points = lb + generator.random((batch, n)) * widths
-        hits += int(asked.point_in_set(points, _INSIDE).sum())
+        hits += int(asked._holds(points).sum())
         count += batch
         if hits:
             error = math.sqrt((1.0 - hits / count) / hits)

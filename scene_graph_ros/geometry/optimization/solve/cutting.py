@@ -1,8 +1,8 @@
-"""Points, and optima, of rows and balls: each ball is cut out by planes, more where it matters.
+"""Points, and optima, of rows and cones: each cone is cut out by planes, more where it matters.
 
-A cut ``u . w <= t`` with ``|u| <= 1`` holds in the ball ``|w| <= t``. The centre of the largest
-ball within rows and cuts is asked; where it is outside a ball, a cut through it is added (Elzinga
-and Moore, "A central cutting plane algorithm", 1975). For optima the best point is cut off instead
+What planes there are `cones` says. The centre of the largest ball within rows and cuts is asked;
+where it is outside a cone, a cut through it is added (Elzinga and Moore, "A central cutting plane
+algorithm", 1975). For optima the best point is cut off instead
 (Kelley 1960), and what is inside on the way to it counts. Rows and cuts together are linear, so
 that what is proven of them is exact.
 """
@@ -15,13 +15,25 @@ from fractions import Fraction
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.lift import Ball, Lift
+from scene_graph_ros.geometry.optimization.lift import Lift, Semidefinite
+from scene_graph_ros.geometry.optimization.solve.cones import (
+    Cone,
+    cut_row,
+    excess,
+    first_cuts,
+    holds,
+    new_cuts,
+    share_of_way,
+    shortened,
+)
 from scene_graph_ros.geometry.optimization.solve.feasibility import (
     exact_point,
     find_deepest,
     find_point,
 )
 from scene_graph_ros.geometry.optimization.solve.maximize import maximize
+from scene_graph_ros.geometry.optimization.solve.proof import Proof
+from scene_graph_ros.geometry.optimization.solve.proposals import Proposal, propose
 from scene_graph_ros.geometry.optimization.solve.rows import Rows
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -29,8 +41,9 @@ __all__ = [
     "Cut",
     "Found",
     "Reached",
-    "find_in_balls",
-    "maximize_in_balls",
+    "find_in_cones",
+    "maximize_in_cones",
+    "proposed_cuts",
     "rows_with_cuts",
     "tangent_cuts",
 ]
@@ -51,11 +64,15 @@ _ROUNDING = 16.0 * EPSILON
 """Relative to an optimum: a gap that is rounding."""
 
 
+_NEAR_PROPOSAL = 1e-5
+"""Relative to the largest eigenvalue: those below it are planes that a solver's point is at."""
+
+
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """The plane ``u . w <= scale`` of a ball, ``u (k,)`` no longer than 1."""
+    """A plane of one of a lift's cones, in the words of `cones`: ``u (k,)``."""
 
-    ball: int
+    cone: int
     u: np.ndarray
 
 
@@ -86,101 +103,64 @@ class Reached:
     size: float = 0.0
 
 
-def _unit(w: np.ndarray) -> np.ndarray:
-    """Return a vector of at most unit length, as exactly as floats can say."""
-    u = w / np.linalg.norm(w)
-    return u * (1.0 - 4.0 * len(u) * EPSILON)
+def _cuts(cones: Sequence[Cone], x: np.ndarray, least: float = 0.0) -> list[Cut]:
+    return [Cut(k, u) for k, cone in enumerate(cones) for u in new_cuts(cone, x, least)]
 
 
-def _first_cuts(balls: Sequence[Ball]) -> list[Cut]:
-    """Return the box around each ball."""
-    return [
-        Cut(k, sign * e)
-        for k, ball in enumerate(balls)
-        for sign in (1.0, -1.0)
-        for e in np.eye(len(ball.columns))
-    ]
+def rows_with_cuts(lift: Lift, cuts: Sequence[Cut], rows: Rows | None = None) -> Rows:
+    """Return the rows of a lift, or others of its variables, and those of the cuts behind them."""
+    start = lift.rows if rows is None else rows
+    found = [cut_row(lift.cones[cut.cone], cut.u, lift.num_variables) for cut in cuts]
+    A = np.array([row for row, _ in found]).reshape(len(cuts), lift.num_variables)
+    b = np.array([side for _, side in found])
+    return Rows(np.concatenate([start.A, A]), np.append(start.b, b), start.num_equalities)
 
 
-def rows_with_cuts(lift: Lift, cuts: Sequence[Cut]) -> Rows:
-    """Return the rows of a lift and those of the cuts behind them."""
-    A = np.zeros((len(cuts), lift.num_variables))
-    b = np.zeros(len(cuts))
-    for row, cut in enumerate(cuts):
-        ball = lift.balls[cut.ball]
-        A[row, ball.columns] = cut.u
-        if ball.scale < 0:
-            b[row] = 1.0
-        else:
-            A[row, ball.scale] = -1.0
-    rows = lift.rows
-    return Rows(np.concatenate([rows.A, A]), np.append(rows.b, b), rows.num_equalities)
+def tangent_cuts(cones: Sequence[Cone], x: np.ndarray) -> list[Cut]:
+    """Return the planes of cones on the side of a point ``(k,)``, wherever it is."""
+    return _cuts(cones, x, -np.inf)
 
 
-def _radius(ball: Ball, x: np.ndarray) -> float:
-    return 1.0 if ball.scale < 0 else float(x[ball.scale])
+def _is_in_cones(cones: Sequence[Cone], x: Sequence[Fraction]) -> bool:
+    return all(holds(cone, x) for cone in cones)
 
 
-def _excess(ball: Ball, x: np.ndarray) -> float:
-    """Return how far a point is outside a ball, beside a radius of 1 or less."""
-    return float(np.linalg.norm(x[ball.columns])) - _radius(ball, x)
-
-
-def _new_cuts(balls: Sequence[Ball], x: np.ndarray, least: float = 0.0) -> list[Cut]:
-    return [
-        Cut(k, _unit(x[ball.columns]))
-        for k, ball in enumerate(balls)
-        if _excess(ball, x) > least * abs(_radius(ball, x)) and x[ball.columns].any()
-    ]
-
-
-def tangent_cuts(balls: Sequence[Ball], x: np.ndarray) -> list[Cut]:
-    """Return the planes of balls on the side of a point ``(k,)``, wherever it is."""
-    return _new_cuts(balls, x, -np.inf)
-
-
-def _is_in_balls(balls: Sequence[Ball], x: Sequence[Fraction]) -> bool:
-    for ball in balls:
-        radius = Fraction(1) if ball.scale < 0 else x[ball.scale]
-        if radius < 0 or sum(x[k] ** 2 for k in ball.columns) > radius**2:
-            return False
-    return True
-
-
-def find_in_balls(lift: Lift, first: Sequence[Cut] = ()) -> Found:
+def find_in_cones(lift: Lift, first: Sequence[Cut] = ()) -> Found:
     """Return a point of a lift, proof that there is none, or that neither was found.
 
     ``first`` are cuts to begin with, of whoever knows where it matters.
     """
-    if not lift.balls:
+    if not lift.cones:
         proof = find_point(lift.rows)
         return Found(proof.kind, proof.vector, (), 0.0)
-    cuts, best = [*_first_cuts(lift.balls), *first], np.inf
-    x_best = np.zeros(lift.num_variables)
+    cones = lift.cones
+    cuts = [Cut(k, u) for k, cone in enumerate(cones) for u in first_cuts(cone)] + list(first)
+    best, x_best = np.inf, np.zeros(lift.num_variables)
+    if lift.matrices:
+        proposed = propose(lift, None)
+        point = None if proposed is None else exact_point(lift.rows, proposed.x)
+        if point is not None and _is_in_cones(cones, point):
+            return Found("point", point, (), 0.0)
+        cuts += proposed_cuts(lift, proposed)
     for _ in range(_MOST_ROUNDS):
         rows = rows_with_cuts(lift, cuts)
         deepest = find_deepest(rows)
         x = deepest.x
         if deepest.radius <= 0.0:
             proof = find_point(rows)
-            if proof.kind == "farkas" or _is_in_balls(lift.balls, proof.vector):
+            if proof.kind == "farkas" or _is_in_cones(cones, proof.vector):
                 return Found(proof.kind, proof.vector, tuple(cuts), 0.0)
             x = np.array([float(v) for v in proof.vector])
-        excess = max(_excess(ball, x) for ball in lift.balls)
-        if excess <= 0.0:
-            point = exact_point(rows, x)
-            if point is None:
-                proof = find_point(rows)
-                if proof.kind == "farkas":
-                    return Found(proof.kind, proof.vector, tuple(cuts), 0.0)
-                point = proof.vector
-            if _is_in_balls(lift.balls, point):
-                return Found("point", point, tuple(cuts), 0.0)
-        if excess < best:
-            best, x_best = excess, x
+        outside = max(excess(cone, x) for cone in cones)
+        if outside <= 0.0:
+            proof = _proof_at(rows, x)
+            if proof.kind == "farkas" or _is_in_cones(cones, proof.vector):
+                return Found(proof.kind, proof.vector, tuple(cuts), 0.0)
+        if outside < best:
+            best, x_best = outside, x
         if best <= _CLOSE and deepest.radius <= _CLOSE * deepest.cap:
             break
-        added = _new_cuts(lift.balls, x, -_CLOSE)
+        added = _cuts(cones, x, -_CLOSE)
         if not added:
             break
         cuts += added
@@ -188,38 +168,48 @@ def find_in_balls(lift: Lift, first: Sequence[Cut] = ()) -> Found:
     return Found("undecided", vector, tuple(cuts), max(best, 0.0))
 
 
-def _way_inside(balls: Sequence[Ball], inner: np.ndarray, outer: np.ndarray) -> float:
-    """Return the share of the way to an outer point at which the first ball ends."""
-    share = 1.0
-    for ball in balls:
-        w, dw = inner[ball.columns], (outer - inner)[ball.columns]
-        r = 1.0 if ball.scale < 0 else inner[ball.scale]
-        dr = 0.0 if ball.scale < 0 else (outer - inner)[ball.scale]
-        # |w + s dw|^2 = (r + s dr)^2, whose constant term is negative.
-        a, b, c = dw @ dw - dr * dr, dw @ w - dr * r, w @ w - r * r
-        if a <= 0.0 and b <= 0.0:
-            continue
-        root = b * b - a * c
-        if root < 0.0:
-            continue
-        root = np.sqrt(root)
-        at = -c / (b + root) if b >= 0.0 else (root - b) / a
-        if at >= 0.0:
-            share = min(share, at)
-    return share
+def _proof_at(rows: Rows, x: np.ndarray) -> Proof:
+    """Return x as a point of rows exactly, or what `find_point` says."""
+    point = exact_point(rows, x)
+    return find_point(rows) if point is None else Proof("point", point)
 
 
-def maximize_in_balls(
+def proposed_cuts(lift: Lift, proposed: Proposal | None) -> list[Cut]:
+    """Return cuts of what the solver of cone programs proposes."""
+    if proposed is None:
+        return []
+    found = [Cut(k, shortened(u)) for k, u in proposed.planes]
+    return found + _cuts(lift.cones, proposed.x, -_NEAR_PROPOSAL)
+
+
+def _cuts_of_ray(lift: Lift, ray: np.ndarray) -> list[Cut]:
+    """Return planes that cut off a direction in which a matrix does not stay semidefinite."""
+    return [
+        Cut(k, u)
+        for k, cone in enumerate(lift.cones)
+        if isinstance(cone, Semidefinite)
+        for u in new_cuts(cone, ray, _CLOSE)
+    ]
+
+
+def maximize_in_cones(
     lift: Lift, c: np.ndarray, inner: np.ndarray, cuts: Sequence[Cut]
 ) -> Reached:
     """Return the largest ``c . x``, from a point inside, until the bound is near."""
     cuts, best = list(cuts), Reached(float(c @ inner), inner, np.inf, None)
+    if lift.matrices:
+        cuts += proposed_cuts(lift, propose(lift, c))
     size, idle = 0.0, 0
     for _ in range(_MOST_ROUNDS):
         optimum = maximize(rows_with_cuts(lift, cuts), c, inner)
         if optimum.ray is not None:
-            return Reached(np.inf, inner, np.inf, optimum.ray)
-        share = _way_inside(lift.balls, inner, optimum.x)
+            # Planes bound a matrix less than the cone does, and its directions, too.
+            more = _cuts_of_ray(lift, optimum.ray)
+            if not more:
+                return Reached(np.inf, inner, np.inf, optimum.ray)
+            cuts += more
+            continue
+        share = min((share_of_way(cone, inner, optimum.x) for cone in lift.cones), default=1.0)
         x = inner + share * (optimum.x - inner)
         value = float(c @ x)
         size = size or max(0.0, optimum.upper - best.value)
@@ -233,7 +223,7 @@ def maximize_in_balls(
         is_near = upper - best.value <= _GAP * size + _ROUNDING * abs(upper)
         if is_near or idle > _MOST_IDLE:
             break
-        added = _new_cuts(lift.balls, optimum.x) + _new_cuts(lift.balls, x, -1e-9)
+        added = _cuts(lift.cones, optimum.x) + _cuts(lift.cones, x, -1e-9)
         if not added:
             break
         cuts += added

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from scene_graph_ros.geometry.optimization.solve.blocks import Block
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 
-__all__ = ["Block", "equilibrated", "widened_blocks"]
-
-Block = tuple[Cone, np.ndarray, np.ndarray, np.ndarray]
-"""A cone, columns ``(k,)``, a matrix ``(m, k)`` and a constant ``(m,)``."""
+__all__ = ["equilibrated", "widened_blocks"]
 
 _PASSES = 3
 """Of geometric means; two are enough for most (Fulkerson and Wolfe 1962)."""
 
 
-def equilibrated(blocks: Sequence[Block], size: int) -> tuple[list[Block], np.ndarray]:
-    """Return the same blocks of variables ``x / sizes``, and the sizes ``(size,)``.
+def equilibrated(
+    blocks: Sequence[Block], size: int
+) -> tuple[list[Block], np.ndarray, list[np.ndarray]]:
+    """Return the same blocks of variables ``x / sizes``, the sizes ``(size,)``, rows' factors.
 
     Each linear row, and each block of another cone as a whole, times a power of two. Cones stay
     what they are: also where all constants are divided by one number, which is the largest
@@ -37,28 +37,36 @@ def equilibrated(blocks: Sequence[Block], size: int) -> tuple[list[Block], np.nd
         with np.errstate(invalid="ignore"):
             columns -= np.rint(np.where(np.isfinite(high), 0.5 * (high + low), 0.0))
     result: list[Block] = []
-    largest = 0.0
+    factors, largest = [], 0.0
     for (cone, numbers, matrix, constant), log in zip(blocks, logs, strict=True):
         rows = np.exp2(-np.rint(_row_sizes(cone, log + columns[numbers])))
         scaled = matrix * rows[:, None] * np.exp2(columns[numbers])
         result.append((cone, numbers, scaled, constant * rows))
+        factors.append(rows)
         named = (
             scaled.any(axis=1) if cone <= Cone.NONNEGATIVE else np.full(len(rows), scaled.any())
         )
         largest = max(largest, float(np.abs(constant * rows)[named].max(initial=0.0)))
     extent = np.exp2(np.ceil(np.log2(largest))) if largest > 0.0 else 1.0
     result = [(cone, numbers, matrix, side / extent) for cone, numbers, matrix, side in result]
-    return result, np.exp2(columns) * extent
+    return result, np.exp2(columns) * extent, [rows / extent for rows in factors]
 
 
-def widened_blocks(blocks: Sequence[Block], size: int) -> tuple[list[Block], np.ndarray]:
+def widened_blocks(
+    blocks: Sequence[Block], size: int, narrowest: float = 0.0
+) -> tuple[list[Block], np.ndarray]:
     """Return blocks that all have points, of one more variable, and its goal ``(size + 1,)``.
 
     The last variable is by how much each row, radius, eigenvalue or exponential may be less than
-    asked; its least value is 0 where the blocks themselves have a point.
+    asked; its least value is at most 0 where the blocks themselves have a point, and no less than
+    ``-narrowest``. Equations are not widened where it may be negative.
     """
-    widened: list[Block] = [(Cone.NONNEGATIVE, np.array([size]), np.ones((1, 1)), np.zeros(1))]
-    for cone, numbers, matrix, constant in blocks:
+    least = np.array([narrowest])
+    widened: list[Block] = [(Cone.NONNEGATIVE, np.array([size]), np.ones((1, 1)), least)]
+    for cone, columns, matrix, constant in blocks:
+        if cone is Cone.ZERO and narrowest > 0.0:
+            widened.append((cone, columns, matrix, constant))
+            continue
         signs = (1.0, -1.0) if cone is Cone.ZERO else (1.0,)
         share = np.ones(len(constant))
         if cone is Cone.SECOND_ORDER:
@@ -71,7 +79,7 @@ def widened_blocks(blocks: Sequence[Block], size: int) -> tuple[list[Block], np.
             share[:] = -1.0, 1.0, 1.0
         kind = Cone.NONNEGATIVE if cone is Cone.ZERO else cone
         widened += [
-            (kind, np.append(numbers, size), np.column_stack([s * matrix, share]), s * constant)
+            (kind, np.append(columns, size), np.column_stack([s * matrix, share]), s * constant)
             for s in signs
         ]
     return widened, np.append(np.zeros(size), 1.0)
