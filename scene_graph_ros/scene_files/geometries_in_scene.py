@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING
 
 from scene_graph_ros.geometry import GeometryFrame, GeometryInstance
 from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError
+from scene_graph_ros.geometry.model.perception_properties import check_appearance
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.scene_files.application import Application
 from scene_graph_ros.scene_files.instances import (
     find_embedded_mesh,
+    find_picture,
     instance_from_spec,
     pose_from_spec,
 )
@@ -63,6 +65,7 @@ def add_geometries(to: Application) -> None:
             X_FG = pose_from_spec(spec.pose, f"of geometry {spec.name!r}")
         with to.located("geometries", index, "shape"):
             instance = instance_from_spec(spec, X_FG, to.resolve, is_seen=bool(to.spec.cameras))
+        _find_picture(to, instance, index, deforms=spec.deformable is not None)
         if spec.frame == "world":
             instance.set_name(to.prefix + spec.name)
         if spec.deformable is not None:
@@ -70,6 +73,17 @@ def add_geometries(to: Application) -> None:
         else:
             geometry_id = _add_rigid(to, source, frame_id, instance, index)
         to.geometries[f"{spec.source}/{spec.frame}/{spec.name}"] = geometry_id
+
+
+def _find_picture(
+    to: Application, instance: GeometryInstance, index: int, *, deforms: bool
+) -> None:
+    """Have the picture that a geometry is covered with read now, so that errors have a place."""
+    seen = instance.perception_properties()
+    if seen is not None and seen.has_property("phong", "diffuse_map"):
+        with to.located("geometries", index, "roles", "perception", "phong", "diffuse_map"):
+            find_picture(seen, to.resolve)
+            check_appearance(instance.shape(), seen, instance.name(), deforms=deforms)
 
 
 def _add_rigid(

@@ -48,6 +48,7 @@ from scene_graph_ros.scene_files.schema_shapes import (
 
 __all__ = [
     "find_embedded_mesh",
+    "find_picture",
     "hydroelastic_of",
     "instance_from_spec",
     "perception_from_spec",
@@ -109,7 +110,8 @@ def instance_from_spec(
     """Return the geometry with its roles at ``X_PG`` ``(4, 4)`` in its frame.
 
     Where the file names no roles it has the perception role if it ``is_seen`` by cameras.
-    Files that its properties name are not looked for yet: see ``find_embedded_mesh``.
+    Files that its properties name are not looked for yet: see ``find_embedded_mesh`` and
+    ``find_picture``.
     """
     instance = GeometryInstance(X_PG, shape_from_spec(spec.shape, resolve), spec.name)
     for role in _PROPERTIES:
@@ -158,6 +160,18 @@ def find_embedded_mesh(
     address = properties.get_property_or_default(DEFORMABLE_GROUP, EMBEDDED_MESH, None)
     if isinstance(address, str):
         properties.update_property(DEFORMABLE_GROUP, EMBEDDED_MESH, str(resolve(address)))
+
+
+def find_picture(properties: GeometryProperties | None, resolve: Callable[[str], Path]) -> None:
+    """Replace the address of the picture that covers a geometry by its path.
+
+    Raises SceneFileError for a missing file.
+    """
+    if properties is None:
+        return
+    address = properties.get_property_or_default("phong", "diffuse_map", None)
+    if isinstance(address, str):
+        properties.update_property("phong", "diffuse_map", str(resolve(address)))
 
 
 def hydroelastic_of(

@@ -11,6 +11,7 @@ from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.semantic_model import SemanticModel
 from scene_graph_ros.scene_files.application import Application
 from scene_graph_ros.scene_files.instances import (
+    find_picture,
     perception_from_spec,
     pose_from_spec,
     properties_from_spec,
@@ -47,6 +48,7 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
             spec.perception, spec.label, is_seen=bool(to.spec.cameras)
         )
         if perception is not None:
+            find_picture(perception, to.resolve)
             read_perception_properties(perception, spec.name)
     frames: dict[str, FrameId] = {}
     robot = LoadedRobot(model, semantics, frames, X_WB, positions, spec.joint_states)

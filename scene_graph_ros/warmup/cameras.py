@@ -19,6 +19,8 @@ from scene_graph_ros.geometry.perception import (
     ExactRenderEngine,
     RenderCameraCore,
 )
+from scene_graph_ros.geometry.perception.exact.pictures import write_pictures
+from scene_graph_ros.geometry.perception.exact.view import look
 from scene_graph_ros.geometry.perception.image_forms import (
     colors,
     depths,
@@ -51,3 +53,6 @@ def render_images() -> None:
     millimetres(depth)
     colors(color)
     points(lens, depth, color, label)
+    # There is no picture here, whose file it would take Pillow to read.
+    view = look(query.snapshot, core, np.eye(4), (1.0, 1.0, 1.0))
+    write_pictures(view.sensor, view.screen, view.bodies, view.cover, color)

@@ -4,7 +4,7 @@ from pathlib import Path
 import re
 
 from scene_graph_ros.geometry import files
-from scene_graph_ros.geometry.meshes import promises
+from scene_graph_ros.geometry.meshes import promises, textures
 from scene_graph_ros.node.runtime.parameters import defaults
 from scene_graph_ros.scene_files import yaml_document
 from scene_graph_ros.views.browser import server
@@ -16,6 +16,7 @@ CONSTANTS = {
     "MAX_SECONDS": files.MAX_SECONDS,
     "MAX_VALUES": yaml_document.MAX_VALUES,
     "MAX_CORNERS": promises.MAX_CORNERS,
+    "MAX_TEXELS": textures.MAX_TEXELS,
 }
 
 

@@ -4,12 +4,13 @@ import subprocess
 import sys
 
 import numpy as np
+from PIL import Image
 import pytest
 
 from scene_graph_ros.check import main
 from scene_graph_ros.geometry import Rgba, Role, SceneGraph
 from scene_graph_ros.geometry.perception import CameraOutput
-from scene_graph_ros.scene_files import load_scene_text, SceneFileError
+from scene_graph_ros.scene_files import load_scene, load_scene_text, SceneFileError
 
 HEAD = """\
 version: 1
@@ -194,3 +195,76 @@ def test_a_scene_without_cameras_imports_nothing_of_them():
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stderr == "[]\n"
+
+
+COVERED = """\
+version: 1
+sources: [{name: cell}]
+geometries:
+  - name: crate
+    source: cell
+    shape: {type: box, size: [1, 1, 1]}
+    roles:
+      perception:
+        phong:
+          diffuse_map: looks/wood.png
+          diffuse_scale: [2, 3]
+"""
+
+
+def test_pictures_are_found_beside_the_scene_file(tmp_path):
+    """Whatever the working folder; as a package's file, too. The scale is kept."""
+    (tmp_path / "looks").mkdir()
+    Image.new("RGB", (2, 2)).save(tmp_path / "looks" / "wood.png")
+    scene = tmp_path / "scene.yaml"
+    for address in ("looks/wood.png", "package://here/looks/wood.png"):
+        scene.write_text(
+            COVERED.replace("looks/wood.png", address) + f"packages: {{here: {tmp_path}}}\n"
+        )
+        scene_graph = SceneGraph()
+        load_scene(scene).apply(scene_graph)
+        look = properties(scene_graph, "crate")
+        assert look.get_property("phong", "diffuse_map") == str(tmp_path / "looks" / "wood.png")
+        assert look.get_property("phong", "diffuse_scale") == [2, 3]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("wood.png", "oak.png", "looks/oak.png: no such file"),
+        ("wood.png", "text.png", "looks/text.png' is no readable PNG or JPEG file"),
+        ("[2, 3]", "[2, 0]", "('phong', 'diffuse_scale') must be two numbers that are not 0"),
+        ("type: box, size: [1, 1, 1]", "type: convex, vertices: [[0,0,0],[1,0,0],[0,1,0],[0,0,1]]",
+         "a hull has no texture coordinates"),
+    ],
+)  # fmt: skip
+def test_the_check_names_the_line_of_a_picture(tmp_path, capsys, old, new, message):
+    """And the file, without a node."""
+    (tmp_path / "looks").mkdir()
+    Image.new("RGB", (2, 2)).save(tmp_path / "looks" / "wood.png")
+    (tmp_path / "looks" / "text.png").write_text("wood")
+    path = tmp_path / "scene.yaml"
+    path.write_text(COVERED.replace(old, new))
+    assert main([str(path)]) == 1
+    error = capsys.readouterr().err
+    assert f"{path}:10: geometries[0].roles.perception.phong.diffuse_map: " in error
+    assert message in error
+
+
+def test_a_robot_may_be_covered(tmp_path):
+    """All of its visual geometry, from a file beside the scene's."""
+    (tmp_path / "r.urdf").write_text(URDF)
+    Image.new("RGB", (2, 2)).save(tmp_path / "skin.png")
+    path = tmp_path / "scene.yaml"
+    look = "perception: {phong: {diffuse_map: skin.png}}"
+    path.write_text(f"version: 1\nrobots:\n  - {{name: r, urdf: r.urdf, {look}}}\n")
+    scene_graph = SceneGraph()
+    load_scene(path).apply(scene_graph)
+    (seen,) = scene_graph.model_inspector().get_all_geometry_ids(Role.PERCEPTION)
+    look = scene_graph.model_inspector().get_properties(seen, Role.PERCEPTION)
+    assert look.get_property("phong", "diffuse_map") == str(tmp_path / "skin.png")
+    (tmp_path / "skin.png").unlink()
+    with pytest.raises(
+        SceneFileError, match=r"robots\[0\]\.perception: .*skin\.png: no such file"
+    ):
+        load_scene(path).apply(SceneGraph())

@@ -3,28 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Set
+import math
+from pathlib import Path
 from typing import Any, NamedTuple
 
-from scene_graph_ros.geometry.errors import PropertyError
+from scene_graph_ros.geometry.errors import MeshError, PropertyError
 from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface
+from scene_graph_ros.geometry.meshes.texture_coordinates import texture_coordinates
+from scene_graph_ros.geometry.meshes.textures import place_of, read_texture
 from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["Appearance", "read_perception_properties", "read_visible_mesh"]
+__all__ = ["Appearance", "Picture", "check_appearance", "read_perception_properties"]
 
 _LABELS = (RenderLabel.DONT_CARE, RenderLabel.DO_NOT_RENDER)
+_MAX_SCALE = 1e6
+"""Of texture coordinates: more repetitions than that are a mistake."""
+
+
+class Picture(NamedTuple):
+    """What a geometry is covered with."""
+
+    path: str
+    """An image file."""
+    scale: tuple[float, float]
+    """Factors of texture coordinates: how often it is repeated along each."""
 
 
 class Appearance(NamedTuple):
     """The perception properties of one geometry."""
 
     diffuse: Rgba | None
-    """None: what the file of a mesh says, else the renderer's default."""
+    """None: what the file of a mesh says, else the renderer's default; white below a picture."""
+    picture: Picture | None
     label: RenderLabel
     accepting: frozenset[str]
     """The names of the renderers that draw the geometry; all do if there are none."""
@@ -38,10 +55,9 @@ def read_perception_properties(properties: GeometryProperties, name: str) -> App
     try:
         label = _label(properties)
         diffuse = properties.get_property_or_default("phong", "diffuse", None)
-        if properties.has_property("phong", "diffuse_map"):
-            raise PropertyError("('phong', 'diffuse_map'): no renderer draws textures yet")
         return Appearance(
             diffuse=None if diffuse is None else Rgba.from_value(diffuse),
+            picture=_picture(properties),
             label=label,
             accepting=_accepting(properties),
         )
@@ -71,17 +87,58 @@ def _accepting(properties: GeometryProperties) -> frozenset[str]:
     return frozenset(value)
 
 
-def read_visible_mesh(shape: Any, properties: GeometryProperties) -> None:
-    """Read and keep what cameras see of a Convex or Mesh; other shapes have no data.
+def _picture(properties: GeometryProperties) -> Picture | None:
+    path = properties.get_property_or_default("phong", "diffuse_map", None)
+    if path is None:
+        if properties.has_property("phong", "diffuse_scale"):
+            raise PropertyError("('phong', 'diffuse_scale') comes with ('phong', 'diffuse_map')")
+        return None
+    if not isinstance(path, (str, Path)) or not str(path):
+        raise PropertyError(
+            f"('phong', 'diffuse_map') must be the path of an image file, not {quoted(path)}"
+        )
+    scale = properties.get_property_or_default("phong", "diffuse_scale", None)
+    try:
+        factors = [1.0, 1.0] if scale is None else [as_float(factor) for factor in scale]
+    except TypeError:
+        factors = []
+    numbers = [f for f in factors if f is not None and math.isfinite(f)]
+    if not (len(numbers) == len(factors) == 2 and all(0 < abs(f) <= _MAX_SCALE for f in numbers)):
+        raise PropertyError(
+            "('phong', 'diffuse_scale') must be two numbers that are not 0, of at most"
+            f" {_MAX_SCALE:g}, not {quoted(scale)}"
+        )
+    return Picture(place_of(path), (numbers[0], numbers[1]))
 
-    The colours of its file are read where the ``properties`` have none.
 
-    This may take long, so it is called before a model is locked for a change. Raises MeshError.
+def check_appearance(
+    shape: Any, properties: GeometryProperties, name: str, *, deforms: bool = False
+) -> None:
+    """Read and keep what cameras see of a geometry: a mesh, its colours, the picture on it.
+
+    The colours of a mesh's file are read where the ``properties`` have none.
+
+    This may take long, so it is called before a model is locked for a change. Raises MeshError for
+    a mesh, PropertyError for properties without a meaning, for a picture that is missing or
+    unreadable, and for one on something that has no texture coordinates.
     """
-    if isinstance(shape, MeshShape):
+    if isinstance(shape, MeshShape) and not deforms:
         if shape.kind == ShapeKind.CONVEX:
             hull_of(shape)
         else:
             load_surface(shape)
-            if not properties.has_property("phong", "diffuse"):
-                triangle_colors(shape)
+    look = read_perception_properties(properties, name)
+    if look.picture is None:
+        if isinstance(shape, MeshShape) and not deforms and look.diffuse is None:
+            triangle_colors(shape)
+        return
+    try:
+        if deforms:
+            raise MeshError("deformable geometry has no texture coordinates")
+        read_texture(look.picture.path)
+        if isinstance(shape, MeshShape):
+            texture_coordinates(shape)
+    except MeshError as error:
+        raise PropertyError(
+            f"perception properties of geometry {name!r}: ('phong', 'diffuse_map'): {error}"
+        ) from error

@@ -246,7 +246,9 @@ class IllustrationProperties(GeometryProperties):
 class PerceptionProperties(GeometryProperties):
     """Properties for cameras.
 
-    ``("phong", "diffuse")`` is the colour, an Rgba or three or four numbers; ``("label", "id")``
+    ``("phong", "diffuse")`` is the colour, an Rgba or three or four numbers; ``("phong",
+    "diffuse_map")`` the path of a picture on it, a PNG or JPEG file, which ``("phong",
+    "diffuse_scale")``, two numbers, repeats so often along each side; ``("label", "id")``
     a RenderLabel or a whole number; ``("renderer", "accepting")`` the set of names of the
     renderers that draw the geometry: all do without it, or if it is empty.
     """

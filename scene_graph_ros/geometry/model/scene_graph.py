@@ -19,7 +19,7 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import checked_shape, GeometryInstance
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.perception_properties import read_visible_mesh
+from scene_graph_ros.geometry.model.perception_properties import check_appearance
 from scene_graph_ros.geometry.model.properties import (
     GeometryProperties,
     PerceptionProperties,
@@ -224,7 +224,7 @@ class SceneGraph(RendererRegistry, NotCopied):
             read_mesh_data(geometry.shape())
         seen = geometry.properties(Role.PERCEPTION)
         if seen is not None:
-            read_visible_mesh(geometry.shape(), seen)
+            check_appearance(geometry.shape(), seen, geometry.name())
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)
 
@@ -264,6 +264,9 @@ class SceneGraph(RendererRegistry, NotCopied):
         registration.check_instance(geometry)
         registration.check_deformable_frame(owner.state, source_id, frame_id)
         made = make_deformable(geometry, resolution_hint, reference_mesh)
+        seen = geometry.properties(Role.PERCEPTION)
+        if seen is not None:
+            check_appearance(geometry.shape(), seen, geometry.name(), deforms=True)
         read_embedded_meshes(geometry.properties(role) for role in ROLES)
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, frame_id, geometry, made)
@@ -350,7 +353,7 @@ class SceneGraph(RendererRegistry, NotCopied):
             read_mesh_data(checked_shape(shape, record.name))
         if record.deformable is None and Role.PERCEPTION in record.properties:
             seen = record.properties[Role.PERCEPTION]
-            read_visible_mesh(checked_shape(shape, record.name), seen)
+            check_appearance(checked_shape(shape, record.name), seen, record.name)
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 
@@ -395,8 +398,10 @@ class SceneGraph(RendererRegistry, NotCopied):
 def _read_files(record: GeometryRecord, properties: GeometryProperties) -> None:
     """Read what a geometry needs for a role, before its model is locked for the change."""
     if record.deformable is not None:
+        if isinstance(properties, PerceptionProperties):
+            check_appearance(record.shape, properties, record.name, deforms=True)
         read_embedded_meshes([properties])
     elif isinstance(properties, ProximityProperties):
         read_mesh_data(record.shape)
     elif isinstance(properties, PerceptionProperties):
-        read_visible_mesh(record.shape, properties)
+        check_appearance(record.shape, properties, record.name)

@@ -154,7 +154,7 @@ def test_no_labels(value):
         ("label", "id", 1.5, "whole number, not 1.5"),
         ("phong", "diffuse", "red", "four numbers: 'red'"),
         ("phong", "diffuse", [2.0, 0.0, 0.0], "between 0 and 1, not 2.0"),
-        ("phong", "diffuse_map", "wood.png", "no renderer draws textures yet"),
+        ("phong", "diffuse_map", "/no/wood.png", "texture file '/no/wood.png' does not exist"),
         ("renderer", "accepting", "exact", "set of renderers' names, not 'exact'"),
         ("renderer", "accepting", {1}, "set of renderers' names, not {1}"),
     ],

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies, MAX_TRIANGLES
+from scene_graph_ros.geometry.perception.exact.cover import Cover, cover_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
@@ -45,6 +46,7 @@ class BodyTable(NamedTuple):
     """The bodies of a model that a renderer draws, without poses; deformable ones have no data."""
 
     bodies: Bodies
+    cover: Cover
     rigid: NDArray[np.int64]
     """(r,) rows of rigid bodies."""
     posed: NDArray[np.int64]
@@ -91,15 +93,15 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
             known[identity] = len(meshes)
             meshes.append(_visible_mesh(shape, records[row].name))
         mesh[row] = known[identity]
-        if looks[row].diffuse is None and known[identity] not in colors_of:
+        if _is_plain(looks[row]) and known[identity] not in colors_of:
             colors_of[known[identity]] = triangle_colors(shape)
-        is_painted[row] = looks[row].diffuse is None and colors_of[known[identity]] is not None
+        is_painted[row] = _is_plain(looks[row]) and colors_of[known[identity]] is not None
         center[row], radius[row] = meshes[mesh[row]].center, meshes[mesh[row]].radius
     deformable = {int(row): records[row].id for row in np.flatnonzero(~is_rigid)}
     rigid_ids = np.array([int(i) for i in state.rigid_ids(Role.PERCEPTION)], dtype=np.int64)
     chosen = np.array([int(record.id) for record in records], dtype=np.int64)
     rigid = np.flatnonzero(is_rigid)
-    colors = [diffuse[:3] if a.diffuse is None else a.diffuse.as_array()[:3] for a in looks]
+    colors = [_own_color(look, diffuse) for look in looks]
     bodies = Bodies(
         kind=kind,
         size=size,
@@ -113,7 +115,19 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
         is_painted=is_painted,
         **_painted(meshes, colors_of),
     )
-    return BodyTable(bodies, rigid, np.searchsorted(rigid_ids, chosen[rigid]), deformable)
+    posed = np.searchsorted(rigid_ids, chosen[rigid])
+    return BodyTable(bodies, cover_of(records, looks), rigid, posed, deformable)
+
+
+def _is_plain(look: Appearance) -> bool:
+    """Tell whether a mesh has the colours of its file."""
+    return look.diffuse is None and look.picture is None
+
+
+def _own_color(look: Appearance, default: tuple[float, ...]) -> Any:
+    if look.diffuse is not None:
+        return look.diffuse.as_array()[:3]
+    return default[:3] if look.picture is None else (1.0, 1.0, 1.0)
 
 
 def _size_and_reach(shape: Any) -> tuple[tuple[float, float, float], float]:

@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.perception.exact.image_kernels import (
     write_depth,
     write_label,
 )
+from scene_graph_ros.geometry.perception.exact.pictures import write_pictures
 from scene_graph_ros.geometry.perception.exact.view import look
 from scene_graph_ros.geometry.perception.exact.visibility import find_visible
 
@@ -74,6 +75,8 @@ class ExactRenderEngine:
         if ImageKind.COLOR in kinds:
             color = np.empty((*shape, 4), np.uint8)
             write_color(sensor, screen, bodies, self._background(), color)
+            if len(view.cover.size):
+                write_pictures(sensor, screen, bodies, view.cover, color)
         if ImageKind.DEPTH in kinds:
             assert depth_range is not None  # the query layer checked it
             depth = np.empty(shape, np.float32)

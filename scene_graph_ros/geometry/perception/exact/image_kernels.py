@@ -1,35 +1,25 @@
 """What the pixels see, as images; colour is computed once per visible pixel."""
 
-import math
-
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.perception.exact.bodies import row_of, triangle_of
+from scene_graph_ros.geometry.perception.exact.normals import normal_at, triangle_normal
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
-    cross,
     dot,
     load_rotation,
     load_translation,
     load_vector,
     relative_pose,
-    subtract,
-    unit,
 )
 
-__all__ = ["write_color", "write_depth", "write_label"]
+__all__ = ["level", "paint_of", "write_color", "write_depth", "write_label"]
 
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
 _HALF_SPACE = int(ShapeKind.HALF_SPACE)
-_UP = (0.0, 0.0, 1.0)
 _OPAQUE = 255
 
 
@@ -57,57 +47,14 @@ def write_label(screen, bodies, empty, image):
 
 
 @inlined_kernel
-def _box_normal(size, p):
-    x, y, z = abs(p[0]) - size[0], abs(p[1]) - size[1], abs(p[2]) - size[2]
-    if x >= y and x >= z:
-        return (1.0, 0.0, 0.0)
-    return (0.0, 1.0, 0.0) if y >= z else _UP
-
-
-@inlined_kernel
-def _cylinder_normal(size, p):
-    if abs(p[2]) - size[1] >= math.sqrt(p[0] * p[0] + p[1] * p[1]) - size[0]:
-        return _UP
-    return unit((p[0], p[1], 0.0), _UP)
-
-
-@lean_kernel
-def _normal(kind, size, p):
-    """Return a unit normal, out or in, of a shape with a closed form at a point of its surface."""
-    if kind == _SPHERE:
-        return unit(p, _UP)
-    if kind == _CAPSULE:
-        return unit((p[0], p[1], p[2] - max(-size[1], min(size[1], p[2]))), _UP)
-    if kind == _BOX:
-        return _box_normal(size, p)
-    if kind == _CYLINDER:
-        return _cylinder_normal(size, p)
-    if kind == _ELLIPSOID:
-        x, y, z = p[0] / size[0], p[1] / size[1], p[2] / size[2]
-        return unit((x / size[0], y / size[1], z / size[2]), _UP)
-    return _UP
-
-
-@lean_kernel
-def _triangle_normal(bodies, row, triangle):
-    mesh = bodies.mesh[row] & LAST_PLACE
-    at = (bodies.triangle_start[mesh] + triangle) & LAST_PLACE
-    first = bodies.vertex_start[mesh]
-    a = load_vector(bodies.vertices, (first + bodies.triangles[at, 0]) & LAST_PLACE)
-    b = load_vector(bodies.vertices, (first + bodies.triangles[at, 1]) & LAST_PLACE)
-    c = load_vector(bodies.vertices, (first + bodies.triangles[at, 2]) & LAST_PLACE)
-    return unit(cross(subtract(b, a), subtract(c, a)), _UP)
-
-
-@inlined_kernel
-def _paint(bodies, row, triangle):
+def paint_of(bodies, row, triangle):
     """Return the colour's row in the palette, -1 for the body's own colour."""
     mesh = bodies.mesh[row] & LAST_PLACE
     return bodies.paint[(bodies.triangle_start[mesh] + triangle) & LAST_PLACE]
 
 
 @inlined_kernel
-def _level(share):
+def level(share):
     """Return a share of full intensity as a level of 0 to 255, rounded to nearest."""
     return np.uint8(255.0 * share + 0.5)
 
@@ -140,15 +87,15 @@ def write_color(sensor, screen, bodies, background, image):
             kind, paint = bodies.kind[row], -1
             if kind > _HALF_SPACE:
                 if bodies.is_painted[row]:
-                    paint = _paint(bodies, row, triangle_of(number))
-                normal = _triangle_normal(bodies, row, triangle_of(number))
+                    paint = paint_of(bodies, row, triangle_of(number))
+                normal = triangle_normal(bodies, row, triangle_of(number))
             else:
                 d = axpy(sensor.x[u], right, axpy(y, down, ahead))
                 p_GQ = axpy(screen.depth[v, u], d, p_GS)
-                normal = _normal(kind, load_vector(bodies.size, row), p_GQ)
+                normal = normal_at(kind, load_vector(bodies.size, row), p_GQ)
             light = abs(dot(normal, ahead))
             for channel in range(3):
                 share = bodies.diffuse[row, channel]
                 if paint >= 0:
                     share = bodies.palette[paint & LAST_PLACE, channel]
-                image[v, u, channel] = _level(share * light)
+                image[v, u, channel] = level(share * light)

@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.perception.camera import RenderCameraCore
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
 from scene_graph_ros.geometry.perception.exact.body_table import body_table, place_bodies
+from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.exact.screen import Screen, Sensor
 from scene_graph_ros.geometry.perception.exact.triangles import CORNER
 from scene_graph_ros.geometry.perception.exact.visibility import find_visible
@@ -27,6 +28,7 @@ class View(NamedTuple):
 
     sensor: Sensor
     bodies: Bodies
+    cover: Cover
     screen: Screen
     corners: NDArray[np.float64]
     """Memory of ``find_visible``."""
@@ -48,7 +50,7 @@ def look(
     screen = Screen(*np.empty((2, height, width + LANES)))
     corners = np.empty((int(np.diff(bodies.vertex_start).max(initial=0)), CORNER))
     find_visible(sensor, bodies, np.ones(len(bodies.kind), np.bool_), screen, corners)
-    return View(sensor, bodies, screen, corners)
+    return View(sensor, bodies, table.cover, screen, corners)
 
 
 def _sensor(core: RenderCameraCore, X_WS: NDArray[np.float64]) -> Sensor:
