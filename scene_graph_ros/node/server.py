@@ -12,7 +12,9 @@ from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 
+from msg_adapters.definitions import kind_of
 from msg_adapters.errors import UnavailableError
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
@@ -40,6 +42,7 @@ from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
+    from scene_graph_ros.views.browser.channels import Channel, Channels
 
 __all__ = ["Server"]
 
@@ -58,6 +61,7 @@ class Server:
         self.world_frame: str = self.parameter("world_frame")
         self.group = OwnThreadGroup()
         self.recorder: Recorder | None = None
+        self.channels: Channels | None = None
         self._diagnostics_lock = threading.Lock()
         # Never destroyed while an executor may be waiting for it.
         self._diagnostics_timer = node.create_timer(
@@ -163,10 +167,19 @@ class Server:
         loader = SceneLoader(self.parameter("package_paths"), message_type, EFFECT_NAMES)
         self._begin_recording(loader)
         try:
+            self._open_channels()
             self._configure(loader)
         except BaseException:
             self._end_recording()
             raise
+
+    def _open_channels(self) -> None:
+        """Offer topics to clients of the view in a browser, where the parameter asks for it."""
+        self.channels = None
+        if self.parameter("browser"):
+            from scene_graph_ros.node.effects.browser_channels import open_channels
+
+            self.channels = open_channels(self.node, self.request_update)
 
     def _begin_recording(self, loader: SceneLoader) -> None:
         """Record from before the world is made, where the parameter asks for it."""
@@ -224,6 +237,10 @@ class Server:
             callback_group=self.group,
             qos_overriding_options=overridable(),
         )
+        self._diagnostics_channel: Channel | None = None
+        if self.channels is not None:
+            topic = self._diagnostics_publisher.topic_name
+            self._diagnostics_channel = self.channels.channel(topic, kind_of(DiagnosticArray))
         self._jump_handle = self.node.get_clock().create_jump_callback(
             JumpThreshold(
                 min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True
@@ -382,8 +399,15 @@ class Server:
     def _publish_diagnostics(self) -> None:
         with self._diagnostics_lock:
             # A timer may have been due when it was cancelled.
-            if self._is_configured and self._diagnostics_publisher.get_subscription_count() > 0:
-                self._diagnostics_publisher.publish(self._diagnostics_message())
+            if not self._is_configured:
+                return
+            channel = self._diagnostics_channel
+            is_heard = channel is not None and channel.is_heard()
+            if is_heard or self._diagnostics_publisher.get_subscription_count() > 0:
+                message = serialize_message(self._diagnostics_message())
+                self._diagnostics_publisher.publish(message)
+                if channel is not None:
+                    channel.write(message)
 
     def _diagnostics_message(self) -> DiagnosticArray:
         now = time.monotonic_ns()

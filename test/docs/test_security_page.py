@@ -7,7 +7,7 @@ from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises, textures
 from scene_graph_ros.node.runtime.parameters import defaults
 from scene_graph_ros.scene_files import yaml_document
-from scene_graph_ros.views.browser import server
+from scene_graph_ros.views.browser import channels, connections, foxglove_talk, server
 
 ROOT = Path(__file__).parents[2]
 CONSTANTS = {
@@ -36,9 +36,15 @@ def test_the_limits_of_the_browser_are_those_of_the_code():
     """Pages, connections, and what one of them may send."""
     text = " ".join((ROOT / "docs" / "security.md").read_text().split())
     assert (
-        f"{server.MAX_PAGES} pages, and {server._MAX_CONNECTIONS} connections in all, at a time; "
+        f"{server.MAX_PAGES} pages, and {connections.MAX_CONNECTIONS} connections in all, "
+        "at a time; "
         f"{server._OPEN_SECONDS:g} s for a request, {server._MAX_WISH_BYTES} bytes for a message, "
         f"{server._MAX_WISHES_PER_SECOND:g} messages a second"
     ) in text
-    assert server._STUCK_SECONDS == 5.0
+    assert (
+        f"{server._MAX_REQUEST_BYTES // 1024} KiB and {foxglove_talk._MAX_REQUESTS_PER_SECOND:g} "
+        "messages a second for Foxglove"
+    ) in text
+    assert f"{channels._MOST_WAITING >> 20} MiB" in text
+    assert connections._STUCK_SECONDS == 5.0
     assert "takes nothing for five to ten seconds" in text

@@ -195,7 +195,7 @@ class Host:
     def __init__(self) -> None:
         self.node = self
         self.failures: list[str] = []
-        self.recorder = None
+        self.recorder = self.channels = None
         self.values = {parameter.name: parameter.default for parameter in PARAMETERS} | LIMITS
 
     def parameter(self, name: str) -> Any:

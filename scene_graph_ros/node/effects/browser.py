@@ -8,13 +8,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.effects.moment import SnapshotMoment
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.server import BrowserView
+from scene_graph_ros.views.origins import origins_of
 
 __all__ = ["Browser"]
+
+_MOST_STRANGERS = 8
+"""Origins of pages from elsewhere that the log names; it is not theirs to fill."""
 
 
 class Browser:
@@ -26,6 +31,7 @@ class Browser:
         self._failure = ""
         self._unshown: set[int] = set()
         self._unseen: set[str] = set()
+        self._strangers: set[str] = set()
         self._version = self._failed_version = -1
         name, port = host.parameter("browser_host"), host.parameter("browser_port")
         try:
@@ -34,9 +40,12 @@ class Browser:
                 port,
                 rate=host.parameter("browser_rate"),
                 token=host.parameter("browser_token"),
+                origins=origins_of(host.parameter("browser_origins")),
+                channels=host.channels,
                 wanted=host.request_update,
                 failed=self._fail,
                 cannot_show=self._cannot_show,
+                refused_origin=self._refuse,
             )
         except OSError as error:
             raise OSError(
@@ -116,6 +125,13 @@ class Browser:
         if reason not in self._unseen:
             self._unseen.add(reason)
             self._logger.warning(reason)
+
+    def _refuse(self, origin: str) -> None:
+        if origin not in self._strangers and len(self._strangers) < _MOST_STRANGERS:
+            self._strangers.add(origin)
+            self._logger.warning(
+                f"a page of {quoted(origin)} may not read the scene; browser_origins would let it"
+            )
 
     def _fail(self, error: Exception) -> None:
         self._failed_version = self._version

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 import math
 import threading
 import time
@@ -13,7 +13,9 @@ from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rclpy.serialization import serialize_message
 
+from msg_adapters.definitions import kind_of
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.runtime.qos import overridable
@@ -22,6 +24,7 @@ from scene_graph_ros.node.world.world import WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
+    from scene_graph_ros.views.browser.channels import Channels
 
 __all__ = ["Effect", "Host", "Outlet", "WorksAlone"]
 
@@ -33,6 +36,8 @@ class Host(Protocol):
     group: CallbackGroup
     world_frame: str
     recorder: Recorder | None
+    channels: Channels | None
+    """Topics that clients of the view in a browser may subscribe to."""
 
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
@@ -113,6 +118,37 @@ class WorksAlone(Protocol):
         """Return how many frames it made."""
 
 
+class Reader(Protocol):
+    """Who gets the messages of a topic beside its subscribers."""
+
+    def is_heard(self) -> bool:
+        """Tell whether it wants messages."""
+
+    def has_newcomers(self) -> bool:
+        """Tell whether the next one had better not wait."""
+
+    def take_key(self) -> bool:
+        """Tell whether the next one had better be whole, once."""
+
+    def take_missed(self) -> bool:
+        """Tell, once, whether messages were lost on the way."""
+
+    def write(self, data: bytes) -> None:
+        """Take a message, serialized, which does not change any more."""
+
+    def close(self) -> None:
+        """Expect no more."""
+
+
+def _readers(host: Host, kind: Any, name: str, topic: str, qos: QoSProfile) -> Iterator[Reader]:
+    """Yield who reads ``topic``, called ``name`` before it was resolved."""
+    tape = None if host.recorder is None else host.recorder.tape(kind, name, topic, qos)
+    if tape is not None:
+        yield tape
+    if host.channels is not None:
+        yield host.channels.channel(topic, kind_of(kind))
+
+
 class Outlet:
     """A publisher that knows whether anybody listens and whether somebody new came.
 
@@ -147,8 +183,7 @@ class Outlet:
             event_callbacks=PublisherEventCallbacks(matched=self._matched),
             qos_overriding_options=overridable(),
         )
-        recorder = host.recorder
-        self._tape = None if recorder is None else recorder.tape(kind, topic, self.topic, qos)
+        self._readers = tuple(_readers(host, kind, topic, self.topic, qos))
         # The profile is by now what parameters made of it.
         keeps_all = qos.history == HistoryPolicy.KEEP_ALL
         self._receipts = (
@@ -169,7 +204,8 @@ class Outlet:
         """Tell whether a subscriber was matched since the last call, or may have missed much."""
         with self._lock:
             newcomers, self._newcomers = self._newcomers, False
-        is_key = self._tape is not None and self._tape.take_key()
+        # Each is asked, as it tells only once.
+        is_key = sum(reader.take_key() for reader in self._readers) > 0
         return (self._receipts is not None and self._receipts.take_repeat()) or newcomers or is_key
 
     def take_missed(self) -> bool:
@@ -177,15 +213,16 @@ class Outlet:
 
         To be asked before ``take_newcomers``: one that was given up comes back as a newcomer.
         """
+        has_missed = sum(reader.take_missed() for reader in self._readers) > 0
         if self._receipts is None:
-            return False
+            return has_missed
         if self._receipts.take_missed():
             self._may_one_return = True
             return True
         returned = self._newcomers and self._may_one_return
         if returned:
             self._may_one_return = False
-        return returned
+        return returned or has_missed
 
     @property
     def topic(self) -> str:
@@ -193,8 +230,8 @@ class Outlet:
         return str(self._publisher.topic_name)
 
     def is_heard(self) -> bool:
-        """Tell whether there are subscribers, or a recording that is one."""
-        if self._tape is not None and self._tape.is_heard():
+        """Tell whether there are subscribers, or others who read."""
+        if any(reader.is_heard() for reader in self._readers):
             return True
         return self._publisher.get_subscription_count() > 0
 
@@ -206,6 +243,8 @@ class Outlet:
     def _is_early(self) -> bool:
         """Tell whether the last message is too short ago, and nobody new has come since."""
         if self._newcomers or self._period is None:
+            return False
+        if any(reader.has_newcomers() for reader in self._readers):
             return False
         return time.monotonic() - self._last < self._period()
 
@@ -223,10 +262,16 @@ class Outlet:
         if self._receipts is not None:
             self._receipts.sent()
         self._publisher.publish(message)
-        if self._tape is not None:
-            self._tape.write(message)
+        heard = [reader for reader in self._readers if reader.is_heard()]
+        if heard:
+            is_raw = isinstance(message, (bytes, bytearray, memoryview))
+            data = bytes(message) if is_raw else serialize_message(message)
+            for reader in heard:
+                reader.write(data)
 
     def close(self) -> None:
         """Stop advertising."""
+        for reader in self._readers:
+            reader.close()
         self._host.node.destroy_publisher(self._publisher)
         self._host.publishers_changed()

@@ -12,6 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 
+from msg_adapters.definitions import kind_of
 from scene_graph_ros.geometry.model.ids import SourceId
 from scene_graph_ros.node.recording.events import encode, EVENTS, text_of, VERSION
 from scene_graph_ros.node.recording.spool import Spool
@@ -34,7 +35,7 @@ class Tape:
 
     def __init__(self, spool: Spool, kind: Any, topic: str, qos: QoSProfile) -> None:
         self._spool, self._topic, self._qos = spool, topic, qos
-        self._kind = _name_of(kind)
+        self._kind = kind_of(kind)
         self._key_at = float("-inf")
 
     def is_heard(self) -> bool:
@@ -49,10 +50,19 @@ class Tape:
         self._key_at = now
         return True
 
-    def write(self, message: Any) -> None:
-        """Take a message, serialized or not."""
-        is_raw = isinstance(message, (bytes, bytearray, memoryview))
-        data = bytes(message) if is_raw else serialize_message(message)
+    def has_newcomers(self) -> bool:
+        """Tell that a message need not come earlier for it."""
+        return False
+
+    def take_missed(self) -> bool:
+        """Tell that it has all messages, or says itself that some were lost."""
+        return False
+
+    def close(self) -> None:
+        """Do nothing: the recording goes on."""
+
+    def write(self, data: bytes) -> None:
+        """Take a serialized message."""
         self._spool.put(self._topic, self._kind, data, qos=self._qos)
 
 
@@ -110,7 +120,7 @@ class Recorder:
         if world.records.get(record.name) is not channel.record:
             # The source is gone or another: the update does not look at it.
             return
-        kind = _name_of(channel.kind)
+        kind = kind_of(channel.kind)
         key = (record.name, kind)
         if self._seen.get(key) is not channel:
             self._seen[key] = channel
@@ -203,9 +213,3 @@ class Recorder:
 
     def _event(self, event: str, **values: Any) -> None:
         self._spool.put(self._events, "std_msgs/msg/String", encode(event, **values))
-
-
-def _name_of(kind: Any) -> str:
-    """Return the name of a class of messages, ``package/msg/Name``."""
-    package = kind.__module__.split(".", 1)[0]
-    return f"{package}/msg/{kind.__name__}"

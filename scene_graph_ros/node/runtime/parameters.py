@@ -13,6 +13,7 @@ from typing import Any
 
 from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.views.loopback import is_loopback
+from scene_graph_ros.views.origins import origins_of
 
 __all__ = ["PARAMETERS", "Parameter", "defaults", "validate"]
 
@@ -287,6 +288,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "browser_origins",
+        "",
+        "Origins of other pages that may read, by commas, such as https://app.foxglove.dev.",
+        read_only=True,
+    ),
+    Parameter(
         "browser_rate",
         30.0,
         "Hz. A page is told what moved at most this often.",
@@ -365,4 +372,8 @@ def validate(values: Mapping[str, Any], current: Mapping[str, Any] | None = None
             f"browser_host {merged['browser_host']!r} is reached from other machines: "
             "give a browser_token, too"
         )
+    try:
+        origins_of(merged["browser_origins"])
+    except ValueError as error:
+        problems.append(f"browser_origins: {error}")
     return problems

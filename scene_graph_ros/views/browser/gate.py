@@ -8,6 +8,7 @@ that was configured, and an origin the same host and port.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 import hmac
 from http import HTTPStatus
 from importlib import resources
@@ -19,6 +20,9 @@ __all__ = ["SOCKET_PATH", "Answer", "Gate"]
 
 SOCKET_PATH = "/scene"
 """Where a page connects."""
+
+OTHERS_PATH = "/"
+"""Where clients connect that are told an address without a path."""
 
 _TYPES = {
     "html": "text/html; charset=utf-8",
@@ -67,10 +71,20 @@ def _is_address(host: str) -> bool:
 class Gate:
     """Answers requests by their path and headers."""
 
-    def __init__(self, host: str, token: str) -> None:
-        """``host`` is the name or address that was configured; a ``token`` of "" asks for none."""
+    def __init__(
+        self,
+        host: str,
+        token: str,
+        origins: Iterable[str] = (),
+        refused: Callable[[str], None] = lambda origin: None,
+    ) -> None:
+        """``host`` is the name or address that was configured; a ``token`` of "" asks for none.
+
+        Pages of ``origins`` may connect, too; ``refused`` is called with another page's.
+        """
         self._names = {"localhost", host.lower()}
         self._token = token
+        self._origins, self._refused = {origin.lower() for origin in origins}, refused
         page = resources.files(__package__) / "page"
         self._files = {
             f"/{file.name}": Answer(
@@ -80,10 +94,13 @@ class Gate:
         }
         self._files["/"] = self._files["/index.html"]
 
-    def answer(self, target: str, host: str, origin: str | None) -> Answer | None:
+    def answer(
+        self, target: str, host: str, origin: str | None, *, is_other: bool = False
+    ) -> Answer | None:
         """Return the answer to a request, None where it may connect.
 
-        ``target`` is the path with what is asked for, ``host`` and ``origin`` are the headers.
+        ``target`` is the path with what is asked for, ``host`` and ``origin`` are the headers. A
+        client that ``is_other`` than the page asks for the address itself.
         """
         nothing = _refusal(HTTPStatus.NOT_FOUND, "There is nothing here.")
         if not self._is_ours(host):
@@ -95,9 +112,9 @@ class Gate:
             parts = urlsplit(target)
         except ValueError:
             return nothing
-        if parts.path != SOCKET_PATH:
+        if parts.path not in (SOCKET_PATH, OTHERS_PATH)[: 1 + is_other]:
             return self._files.get(parts.path, nothing)
-        if origin is not None and not _is_same_origin(origin, host):
+        if not self._may_read(origin, host):
             return _refusal(HTTPStatus.FORBIDDEN, "Pages from elsewhere may not read this.")
         if not self._has_token(parts.query):
             return _refusal(HTTPStatus.FORBIDDEN, "The address lacks ?token= and browser_token.")
@@ -109,6 +126,12 @@ class Gate:
         except ValueError:
             return False
         return name is not None and (name in self._names or _is_address(name))
+
+    def _may_read(self, origin: str | None, host: str) -> bool:
+        if origin is None or _is_same_origin(origin, host) or origin.lower() in self._origins:
+            return True
+        self._refused(origin)
+        return False
 
     def _has_token(self, query: str) -> bool:
         given = parse_qs(query).get("token", [""])[-1]

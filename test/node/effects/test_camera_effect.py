@@ -56,7 +56,7 @@ class Host:
 
     group = None
     world_frame = "world"
-    recorder = None
+    recorder = channels = None
 
     def __init__(self, lack=lambda group: ""):
         self.publishers, self.errors = {}, []

@@ -67,7 +67,7 @@ class Host:
 
     group = None
     world_frame = "world"
-    recorder = None
+    recorder = channels = None
 
     def __init__(self):
         self.publishers = {}

@@ -15,7 +15,7 @@ import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from scene_graph_ros.geometry import Mesh, Sphere
-from scene_graph_ros.views.browser import server
+from scene_graph_ros.views.browser import connections
 from scene_graph_ros.views.browser.server import BrowserView, MAX_PAGES
 
 
@@ -178,7 +178,7 @@ def stuck_page(shown):
 
 def test_a_stuck_page_costs_others_nothing_and_is_cut_off(show, stage, monkeypatch):
     """It takes nothing of 20 MB; meanwhile another page sees each of a hundred moves."""
-    monkeypatch.setattr(server, "_STUCK_SECONDS", 1.0)
+    monkeypatch.setattr(connections, "_STUCK_SECONDS", 1.0)
     vertices = [(k * 1e-6, k % 7, k % 5) for k in range(300_000)]
     faces = [(k, k + 1, k + 2) for k in range(299_998)]
     stage.add("large", Mesh(vertices=vertices, faces=faces), roles=("illustration",))
@@ -192,7 +192,7 @@ def test_a_stuck_page_costs_others_nothing_and_is_cut_off(show, stage, monkeypat
         shown.offer(lambda k=k: stage.move("ball", (k, 0.0, 0.0)))
         page.take_until(lambda k=k: page.position("ball") == [k, 0, 0])
     until(lambda: shown.view.counters()["pages"] == 1, "the end of the stuck page")
-    assert shown.view.cut_off == 1
+    assert shown.view.counters()["clients cut off"] == 1
     shown.offer(lambda: stage.move("ball", (-1.0, 0.0, 0.0)))
     page.take_until(lambda: page.position("ball") == [-1, 0, 0])
     stuck.close()
@@ -220,7 +220,7 @@ def test_a_page_that_sends_rubbish_is_cut_off(show, stage, rubbish, code):
         for message in rubbish if isinstance(rubbish, list) else [rubbish]:
             page.socket.send(message)
     assert page.wait_closed()[0] == code
-    until(lambda: shown.view.cut_off == 1, "the count")
+    until(lambda: shown.view.counters()["clients cut off"] == 1, "the count")
     shown.offer(lambda: stage.move("ball", (1.0, 0, 0)))
     other.take_until(lambda: other.position("ball") == [1, 0, 0])
     other.close()
@@ -262,7 +262,7 @@ def test_hosts_and_pages_from_elsewhere_are_refused(show):
         with pytest.raises(InvalidStatus) as refused:
             shown.page(**options)
         assert refused.value.response.status_code == status
-    assert shown.view.refused == 5
+    assert shown.view.counters()["requests refused"] == 5
     assert shown.view.count() == 0
     assert shown.view.link == f"{shown.address}{query}"
     page = shown.page(query=query, origin=shown.address.rstrip("/"))

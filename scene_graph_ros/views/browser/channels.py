@@ -1,0 +1,302 @@
+"""Topics that are offered to clients beside the page, and what waits to go out to each client.
+
+Whoever publishes writes to a channel, from any thread, and never waits. A client that is slow
+loses the oldest messages; the channel is told, so that what builds on them can be said anew.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+import functools
+import itertools
+import threading
+import time
+from typing import NamedTuple
+
+from scene_graph_ros.views.browser.foxglove import (
+    advertisement,
+    ChannelInfo,
+    message_data,
+    server_info,
+    status_error,
+    time_data,
+    unadvertisement,
+)
+
+__all__ = ["Channel", "Channels", "Subscriber"]
+
+_MOST_WAITING = 1 << 24
+"""Bytes that may wait for a client, 16 MiB, beside the newest message of each channel."""
+
+_OVERHEAD = 200
+"""Bytes that a message takes in memory beside its own."""
+
+_LONGEST_WAIT = 1.0
+"""Seconds after which a message that waits is left out, if there is a newer one."""
+
+_MOST_ERRORS = 8
+"""Errors that wait to be told to a client; more are not."""
+
+TIME_PERIOD = 0.05
+"""Seconds between two messages that tell a client the simulated time."""
+
+
+class Channels:
+    """All topics that are offered now."""
+
+    def __init__(
+        self,
+        name: str,
+        definition: Callable[[str], str],
+        *,
+        clock: Callable[[], int] = time.time_ns,
+        is_simulated: Callable[[], bool] = lambda: False,
+        wanted: Callable[[], None] = lambda: None,
+    ) -> None:
+        """``name`` is told to clients, with ``definition(kind)`` of the channels' messages.
+
+        ``clock`` returns the time of messages in ns, which clients are told by itself where it
+        ``is_simulated``. ``wanted`` is called when a channel is to be written to soon.
+        """
+        self.name, self.clock, self.is_simulated, self.wanted = name, clock, is_simulated, wanted
+        self.definition = functools.lru_cache(None)(definition)
+        self.session = str(time.time_ns())
+        self.lock = threading.Lock()
+        self.open: dict[int, Channel] = {}
+        self.subscribers: set[Subscriber] = set()
+        self._numbers = itertools.count(1)
+        self.sent = 0
+        """Messages that went out."""
+        self.dropped = 0
+        """Messages that clients were too slow for."""
+
+    def channel(self, topic: str, kind: str) -> Channel:
+        """Offer a topic with messages of type ``kind``, ``package/msg/Name``, in CDR."""
+        with self.lock:
+            channel = Channel(self, next(self._numbers), topic, kind)
+            self.open[channel.number] = channel
+            self._wake_all()
+        return channel
+
+    def join(self, wake: Callable[[], None]) -> Subscriber:
+        """Return a client that is new; ``wake`` is called when there is something to take."""
+        subscriber = Subscriber(self, wake)
+        with self.lock:
+            self.subscribers.add(subscriber)
+        return subscriber
+
+    def close(self, channel: Channel) -> None:
+        """Offer a topic no longer."""
+        with self.lock:
+            if self.open.pop(channel.number, None) is not None:
+                for subscriber in list(channel.subscribers):
+                    subscriber.forget(channel)
+                self._wake_all()
+
+    def _wake_all(self) -> None:
+        for subscriber in self.subscribers:
+            subscriber.wake()
+
+
+class Channel:
+    """One topic; a reader like others for whoever publishes."""
+
+    def __init__(self, channels: Channels, number: int, topic: str, kind: str) -> None:
+        self._channels = channels
+        self.number, self.topic, self.kind = number, topic, kind
+        self.subscribers: dict[Subscriber, int] = {}
+        """Who listens, and the number of that subscription; the lock of all channels guards it."""
+        self._has_newcomers = self._has_missed = False
+
+    @property
+    def info(self) -> ChannelInfo:
+        """What clients are told of it."""
+        definition = self._channels.definition(self.kind)
+        return ChannelInfo(self.number, self.topic, self.kind, definition)
+
+    def is_heard(self) -> bool:
+        """Tell whether a client subscribes to it."""
+        return bool(self.subscribers)
+
+    def has_newcomers(self) -> bool:
+        """Tell whether the next message had better not wait."""
+        return self._has_newcomers
+
+    def take_key(self) -> bool:
+        """Tell whether somebody came, or missed messages, since the last call."""
+        with self._channels.lock:
+            has_newcomers, self._has_newcomers = self._has_newcomers, False
+        return has_newcomers
+
+    def take_missed(self) -> bool:
+        """Tell whether a client missed messages since the last call."""
+        with self._channels.lock:
+            has_missed, self._has_missed = self._has_missed, False
+        return has_missed
+
+    def write(self, data: bytes) -> None:
+        """Send a message to whoever subscribes; ``data`` must not change any more."""
+        if self.subscribers:
+            now = self._channels.clock()
+            with self._channels.lock:
+                for subscriber, number in self.subscribers.items():
+                    subscriber.put(self, number, now, data)
+
+    def close(self) -> None:
+        """Be offered no longer."""
+        self._channels.close(self)
+
+    def ask(self, *, has_missed: bool) -> None:
+        """Have the next message be whole, with the lock held; then call ``Channels.wanted``."""
+        self._has_newcomers = True
+        self._has_missed |= has_missed
+
+
+class _Waiting(NamedTuple):
+    since: float
+    subscription: int
+    time: int
+    data: bytes
+
+    @property
+    def size(self) -> int:
+        return len(self.data) + _OVERHEAD
+
+
+class Subscriber:
+    """One client: what it subscribed to, and what it has not taken yet."""
+
+    def __init__(self, channels: Channels, wake: Callable[[], None]) -> None:
+        self._channels, self.wake = channels, wake
+        self.tells_time = channels.is_simulated()
+        self._is_greeted = False
+        self._told: set[int] | None = None
+        self._errors: deque[str] = deque(maxlen=_MOST_ERRORS)
+        self._subscriptions: dict[int, Channel] = {}
+        # In the order in which channels are to be served.
+        self._waiting: dict[Channel, deque[_Waiting]] = {}
+        self._waiting_bytes = 0
+        self._missing: set[Channel] = set()
+        self._time_at = float("-inf")
+
+    def subscribe(self, subscription: int, number: int) -> None:
+        """Get what comes in a channel, by its number; what can't be is told to the client."""
+        channels = self._channels
+        with channels.lock:
+            channel = channels.open.get(number)
+            if channel is None:
+                self.complain(f"channel {number} is not offered")
+            elif subscription in self._subscriptions or self in channel.subscribers:
+                self.complain(
+                    f"subscription {subscription} of channel {number} is there already, or the "
+                    "channel has another"
+                )
+            else:
+                self._subscriptions[subscription] = channel
+                channel.subscribers[self] = subscription
+                channel.ask(has_missed=False)
+        channels.wanted()
+
+    def unsubscribe(self, subscription: int) -> None:
+        """Get that no longer."""
+        with self._channels.lock:
+            channel = self._subscriptions.get(subscription)
+            if channel is None:
+                self.complain(f"there is no subscription {subscription}")
+            else:
+                self.forget(channel)
+
+    def complain(self, text: str) -> None:
+        """Tell the client what it did wrong."""
+        self._errors.append(text)
+        self.wake()
+
+    def leave(self) -> None:
+        """Be no client any more."""
+        with self._channels.lock:
+            self._channels.subscribers.discard(self)
+            for channel in list(self._subscriptions.values()):
+                self.forget(channel)
+
+    # With the lock of all channels held.
+
+    def forget(self, channel: Channel) -> None:
+        """Be told nothing more of a channel."""
+        del self._subscriptions[channel.subscribers.pop(self)]
+        for item in self._waiting.pop(channel, ()):
+            self._waiting_bytes -= item.size
+        self._missing.discard(channel)
+
+    def put(self, channel: Channel, subscription: int, time_ns: int, data: bytes) -> None:
+        """Have a message wait to be taken."""
+        item = _Waiting(time.monotonic(), subscription, time_ns, data)
+        self._waiting.setdefault(channel, deque()).append(item)
+        self._waiting_bytes += item.size
+        while self._waiting_bytes > _MOST_WAITING:
+            longer = [c for c, items in self._waiting.items() if len(items) > 1]
+            if not longer:
+                break
+            self._drop(max(longer, key=lambda c: sum(each.size for each in self._waiting[c])))
+        self.wake()
+
+    def _drop(self, channel: Channel) -> None:
+        self._waiting_bytes -= self._waiting[channel].popleft().size
+        self._missing.add(channel)
+        self._channels.dropped += 1
+
+    # For whoever sends.
+
+    def take(self) -> str | bytes | None:
+        """Return the next message for the client, None where nothing waits."""
+        return self._take_news() or self._take_time() or self._take_data()
+
+    def _take_news(self) -> str | None:
+        """Return what is to be told of the server, of channels and of mistakes."""
+        channels = self._channels
+        if not self._is_greeted:
+            self._is_greeted = True
+            return server_info(channels.name, channels.session, tells_time=self.tells_time)
+        with channels.lock:
+            is_first, told = self._told is None, self._told or set()
+            gone = told - channels.open.keys()
+            if gone:
+                self._told = told - gone
+                return unadvertisement(gone)
+            new = [c for number, c in channels.open.items() if number not in told]
+            self._told = set(channels.open)
+        if new or is_first:
+            return advertisement(channel.info for channel in new)
+        return status_error(self._errors.popleft()) if self._errors else None
+
+    def _take_time(self) -> bytes | None:
+        now = time.monotonic()
+        if not self.tells_time or now - self._time_at < TIME_PERIOD:
+            return None
+        self._time_at = now
+        return time_data(self._channels.clock())
+
+    def _take_data(self) -> bytes | None:
+        """Return the next message of the channel that has waited longest for its turn."""
+        has_made_good = False
+        with self._channels.lock:
+            channel = next(iter(self._waiting), None)
+            if channel is None:
+                return None
+            items = self._waiting.pop(channel)
+            self._waiting[channel] = items
+            too_old = time.monotonic() - _LONGEST_WAIT
+            while len(items) > 1 and items[0].since < too_old:
+                self._drop(channel)
+            item = items.popleft()
+            self._waiting_bytes -= item.size
+            if not items:
+                del self._waiting[channel]
+                has_made_good = channel in self._missing
+                if has_made_good:
+                    self._missing.discard(channel)
+                    channel.ask(has_missed=True)
+            self._channels.sent += 1
+        if has_made_good:
+            self._channels.wanted()
+        return message_data(item.subscription, item.time, item.data)

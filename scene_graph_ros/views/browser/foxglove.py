@@ -1,0 +1,161 @@
+"""Foxglove's protocol for live data: what its clients say and are told, as text and bytes.
+
+Foxglove and Lichtblick speak it. Here is what a server needs that only shows: it offers channels,
+and clients subscribe to them. Source: docs/spec.md of github.com/foxglove/ws-protocol; the newer
+name of the protocol differs in what is not offered here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+import json
+import struct
+from typing import Any, NamedTuple
+
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = [
+    "SUBPROTOCOLS",
+    "ChannelInfo",
+    "Request",
+    "RequestError",
+    "advertisement",
+    "message_data",
+    "parse_request",
+    "server_info",
+    "status_error",
+    "time_data",
+    "unadvertisement",
+]
+
+SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
+"""Names by which clients ask for it, the newer one first."""
+
+_ERROR = 2
+_MESSAGE_DATA = struct.Struct("<BIQ")
+_TIME = struct.Struct("<BQ")
+
+_NOT_OFFERED = frozenset(
+    {
+        "advertise",
+        "fetchAsset",
+        "getParameters",
+        "setParameters",
+        "subscribeConnectionGraph",
+        "subscribeParameterUpdates",
+        "unadvertise",
+        "unsubscribeConnectionGraph",
+        "unsubscribeParameterUpdates",
+    }
+)
+"""What other servers may offer: a client is told that this one does not."""
+
+
+class ChannelInfo(NamedTuple):
+    """What clients are told of a channel: its messages are in CDR, as ROS 2 has them."""
+
+    number: int
+    topic: str
+    kind: str
+    """``package/msg/Name``"""
+    definition: str
+    """The text of the message's definition, with those of the messages that it is made of."""
+
+
+class RequestError(ValueError):
+    """A message of a client that is none."""
+
+
+class Request(NamedTuple):
+    """What a client asks for."""
+
+    subscribe: tuple[tuple[int, int], ...] = ()
+    """Numbers that it chose for subscriptions, and of their channels."""
+    unsubscribe: tuple[int, ...] = ()
+    """Numbers of subscriptions."""
+    not_offered: str = ""
+    """What it asks for that this server does not do."""
+
+
+def server_info(name: str, session: str, *, tells_time: bool) -> str:
+    """Return what a client is told first; ``session`` differs from those of other servers."""
+    return _text(
+        "serverInfo",
+        name=name,
+        capabilities=["time"] if tells_time else [],
+        metadata={},
+        sessionId=session,
+    )
+
+
+def advertisement(channels: Iterable[ChannelInfo]) -> str:
+    """Return the message that offers channels."""
+    offered = [
+        {
+            "id": channel.number,
+            "topic": channel.topic,
+            "encoding": "cdr",
+            "schemaName": channel.kind,
+            "schema": channel.definition,
+            "schemaEncoding": "ros2msg",
+        }
+        for channel in channels
+    ]
+    return _text("advertise", channels=offered)
+
+
+def unadvertisement(numbers: Iterable[int]) -> str:
+    """Return the message that takes channels back."""
+    return _text("unadvertise", channelIds=sorted(numbers))
+
+
+def status_error(text: str) -> str:
+    """Return the message that tells a client what went wrong."""
+    return _text("status", level=_ERROR, message=text)
+
+
+def message_data(subscription: int, time: int, data: bytes) -> bytes:
+    """Return a message of a channel, for a subscription, published at ``time`` in ns."""
+    return _MESSAGE_DATA.pack(1, subscription, time) + data
+
+
+def time_data(time: int) -> bytes:
+    """Return the message that says what time it is, in ns."""
+    return _TIME.pack(2, time)
+
+
+def parse_request(text: str) -> Request:
+    """Return what a client's message says. Raises RequestError for what is no message."""
+    try:
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RequestError(f"{quoted(text)} is no JSON") from error
+    operation = content.get("op") if isinstance(content, dict) else None
+    if operation == "subscribe":
+        rows = _list(content, "subscriptions")
+        return Request(subscribe=tuple((_number(r, "id"), _number(r, "channelId")) for r in rows))
+    if operation == "unsubscribe":
+        numbers = _list(content, "subscriptionIds")
+        return Request(unsubscribe=tuple(_number({"id": n}, "id") for n in numbers))
+    if isinstance(operation, str) and operation in _NOT_OFFERED:
+        return Request(not_offered=operation)
+    raise RequestError(f"op is no operation of the protocol: {quoted(operation)}")
+
+
+def _text(operation: str, **fields: Any) -> str:
+    return json.dumps({"op": operation, **fields})
+
+
+def _list(content: Mapping[str, Any], field: str) -> list[Any]:
+    values = content.get(field)
+    if not isinstance(values, list):
+        raise RequestError(f"{field} is no list: {quoted(values)}")
+    return values
+
+
+def _number(row: Any, field: str) -> int:
+    """Return an unsigned integer of 32 bits."""
+    value = row.get(field) if isinstance(row, dict) else None
+    if type(value) is not int or not 0 <= value < 1 << 32:
+        raise RequestError(f"{field} is no unsigned integer of 32 bits: {quoted(value)}")
+    return value
