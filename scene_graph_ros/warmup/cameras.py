@@ -8,6 +8,7 @@ from scene_graph_ros.geometry import (
     GeometryInstance,
     Mesh,
     PerceptionProperties,
+    Rgba,
     SceneGraph,
     Sphere,
 )
@@ -19,7 +20,7 @@ from scene_graph_ros.geometry.perception import (
     ExactRenderEngine,
     RenderCameraCore,
 )
-from scene_graph_ros.geometry.perception.exact.pictures import write_pictures
+from scene_graph_ros.geometry.perception.exact.shading import write_pictures
 from scene_graph_ros.geometry.perception.exact.view import look
 from scene_graph_ros.geometry.perception.image_forms import (
     colors,
@@ -39,7 +40,10 @@ def render_images() -> None:
     source = scene_graph.register_source("warm_up")
     for shape in (Sphere(0.1), Mesh(vertices=TETRAHEDRON, faces=FACES)):
         instance = GeometryInstance(np.eye(4), shape, shape.type_name)
-        instance.set_perception_properties(PerceptionProperties())
+        seen = PerceptionProperties()
+        if isinstance(shape, Sphere):
+            seen.add_property("phong", "diffuse", Rgba(1.0, 1.0, 1.0, 0.5))
+        instance.set_perception_properties(seen)
         scene_graph.register_anchored_geometry(source, instance)
     query = scene_graph.query_object(scene_graph.create_default_context())
     lens = CameraIntrinsics.from_fov_y(4, 3, 1.0)
@@ -54,5 +58,5 @@ def render_images() -> None:
     colors(color)
     points(lens, depth, color, label)
     # There is no picture here, whose file it would take Pillow to read.
-    view = look(query.snapshot, core, np.eye(4), (1.0, 1.0, 1.0))
+    view = look(query.snapshot, core, np.eye(4), (1.0, 1.0, 1.0, 1.0))
     write_pictures(view.sensor, view.screen, view.bodies, view.cover, color)

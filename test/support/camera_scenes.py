@@ -154,7 +154,7 @@ def depth_camera(*args, depth_range=None, **kwargs):
 def seen(query, X_WC=None, lens=LENS, clipping=CLIPPING):
     """Return (depth, row) per pixel, unrounded: inf and -1 where nothing is."""
     X_WC = np.eye(4) if X_WC is None else X_WC
-    view = look(query.snapshot, core(lens, clipping), X_WC, (1.0, 1.0, 1.0))
+    view = look(query.snapshot, core(lens, clipping), X_WC, (1.0, 1.0, 1.0, 1.0))
     shape = (lens.height, lens.width)
     depth = view.screen.depth[: shape[0], : shape[1]].copy()
     rows = np.array([row_of(n) if n >= 0 else -1 for n in view.screen.seen[:, : shape[1]].flat])

@@ -67,7 +67,7 @@ class Ours:
     def unrounded(self, k: int) -> np.ndarray:
         """Return depths (height, width) before they are rounded to float32."""
         self._context.set_frame_poses(self._source, self._X_WGs[k])
-        view = look(self._query.snapshot, self._core, np.eye(4), (1.0, 1.0, 1.0))
+        view = look(self._query.snapshot, self._core, np.eye(4), (1.0, 1.0, 1.0, 1.0))
         lens = self._core.intrinsics
         return np.array(view.screen.depth[: lens.height, : lens.width])
 

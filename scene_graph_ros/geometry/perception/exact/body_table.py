@@ -101,7 +101,8 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
     rigid_ids = np.array([int(i) for i in state.rigid_ids(Role.PERCEPTION)], dtype=np.int64)
     chosen = np.array([int(record.id) for record in records], dtype=np.int64)
     rigid = np.flatnonzero(is_rigid)
-    colors = [_own_color(look, diffuse) for look in looks]
+    colors = [_own_color(looks[row], bool(is_painted[row]), diffuse) for row in range(n)]
+    own = np.array(colors, dtype=np.float64).reshape(n, 4)
     bodies = Bodies(
         kind=kind,
         size=size,
@@ -111,12 +112,12 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
         mesh=mesh,
         **_packed(meshes),
         label=np.array([int(a.label) for a in looks], dtype=np.int16),
-        diffuse=np.array(colors, dtype=np.float64).reshape(n, 3),
+        diffuse=np.ascontiguousarray(own[:, :3]),
         is_painted=is_painted,
         **_painted(meshes, colors_of),
     )
     posed = np.searchsorted(rigid_ids, chosen[rigid])
-    return BodyTable(bodies, cover_of(records, looks), rigid, posed, deformable)
+    return BodyTable(bodies, cover_of(records, looks, own[:, 3].copy()), rigid, posed, deformable)
 
 
 def _is_plain(look: Appearance) -> bool:
@@ -124,10 +125,13 @@ def _is_plain(look: Appearance) -> bool:
     return look.diffuse is None and look.picture is None
 
 
-def _own_color(look: Appearance, default: tuple[float, ...]) -> Any:
+def _own_color(look: Appearance, is_painted: bool, default: tuple[float, ...]) -> Any:
+    """Return red, green, blue and alpha; a mesh with the colours of its file is opaque."""
     if look.diffuse is not None:
-        return look.diffuse.as_array()[:3]
-    return default[:3] if look.picture is None else (1.0, 1.0, 1.0)
+        return look.diffuse.as_array()
+    if look.picture is not None:
+        return (1.0, 1.0, 1.0, 1.0)
+    return (*default[:3], 1.0) if is_painted else default
 
 
 def _size_and_reach(shape: Any) -> tuple[tuple[float, float, float], float]:

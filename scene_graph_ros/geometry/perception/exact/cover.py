@@ -1,4 +1,4 @@
-"""The pictures that cover the bodies that a renderer draws, as arrays: what its kernels read."""
+"""Pictures and transparency of the bodies that a renderer draws, as arrays: for its kernels."""
 
 from __future__ import annotations
 
@@ -20,8 +20,12 @@ __all__ = ["Cover", "cover_of"]
 
 
 class Cover(NamedTuple):
-    """The pictures on n bodies; arrays of 0 rows where there is none at all."""
+    """Alpha of n bodies, and the pictures on them; arrays of 0 rows where there is none at all."""
 
+    alpha: np.ndarray
+    """(n,) from 0, as if it were not there, to 1."""
+    is_transparent: np.ndarray
+    """(n,) bool: whether something behind a body may be seen through it."""
     picture: np.ndarray
     """(n,) int32: the picture on each body, or -1."""
     repeats: np.ndarray
@@ -41,9 +45,15 @@ class Cover(NamedTuple):
 _texels: BuildCache[NDArray[np.uint8]] = BuildCache(4)
 
 
-def cover_of(records: Sequence[GeometryRecord], looks: Sequence[Appearance]) -> Cover:
-    """Return the pictures on the bodies of these records, whose appearances are ``looks``."""
+def cover_of(
+    records: Sequence[GeometryRecord], looks: Sequence[Appearance], alpha: NDArray[np.float64]
+) -> Cover:
+    """Return what covers the bodies of these records, whose appearances are ``looks``.
+
+    ``alpha`` (n,) is that of their own colours.
+    """
     n = len(records)
+    is_transparent = alpha < 1.0
     picture, first = np.full(n, -1, np.int32), np.zeros(n, np.int64)
     repeats = np.ones((n, 2))
     textures: dict[str, Texture] = {}
@@ -55,6 +65,7 @@ def cover_of(records: Sequence[GeometryRecord], looks: Sequence[Appearance]) -> 
             continue
         path = look.picture.path
         textures.setdefault(path, known_texture(path))
+        is_transparent[row] |= not textures[path].is_opaque
         picture[row] = numbers.setdefault(path, len(numbers))
         repeats[row] = look.picture.scale
         if isinstance(record.shape, MeshShape):
@@ -66,6 +77,8 @@ def cover_of(records: Sequence[GeometryRecord], looks: Sequence[Appearance]) -> 
     lengths = [texture.texels.size // 4 for texture in textures.values()]
     sizes = [texture.texels.shape[1::-1] for texture in textures.values()]
     return Cover(
+        alpha=alpha,
+        is_transparent=is_transparent,
         picture=picture,
         repeats=repeats,
         first=first,

@@ -13,12 +13,8 @@ from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images
-from scene_graph_ros.geometry.perception.exact.image_kernels import (
-    write_color,
-    write_depth,
-    write_label,
-)
-from scene_graph_ros.geometry.perception.exact.pictures import write_pictures
+from scene_graph_ros.geometry.perception.exact.color import color_image
+from scene_graph_ros.geometry.perception.exact.image_kernels import write_depth, write_label
 from scene_graph_ros.geometry.perception.exact.view import look
 from scene_graph_ros.geometry.perception.exact.visibility import find_visible
 
@@ -30,7 +26,8 @@ class ExactRenderEngine:
     """Depth and label of what is really there: every shape by its equation, meshes watertight.
 
     One pass finds what each pixel sees, for all kinds of images. Colour is Lambert's law with one
-    white light along the camera's axis, without shadows; everything is opaque.
+    white light along the camera's axis, without shadows. Depth and label take what is transparent
+    for opaque.
     """
 
     default_diffuse: Rgba = field(default_factory=lambda: Rgba(0.9, 0.7, 0.2))
@@ -66,17 +63,14 @@ class ExactRenderEngine:
         depth_range: DepthRange | None,
     ) -> Images:
         """Return the images of these kinds that a sensor at ``X_WS`` sees."""
-        diffuse = tuple(self.default_diffuse.as_array()[:3].tolist())
-        view = look(snapshot, core, X_WS, diffuse)
+        red, green, blue, alpha = self.default_diffuse.as_array().tolist()
+        view = look(snapshot, core, X_WS, (red, green, blue, alpha))
         sensor, bodies, screen = view.sensor, view.bodies, view.screen
         shape = (core.intrinsics.height, core.intrinsics.width)
         is_labelled = bodies.label != int(RenderLabel.DO_NOT_RENDER)
         color, depth, label = None, None, None
         if ImageKind.COLOR in kinds:
-            color = np.empty((*shape, 4), np.uint8)
-            write_color(sensor, screen, bodies, self._background(), color)
-            if len(view.cover.size):
-                write_pictures(sensor, screen, bodies, view.cover, color)
+            color = color_image(view, self._background())
         if ImageKind.DEPTH in kinds:
             assert depth_range is not None  # the query layer checked it
             depth = np.empty(shape, np.float32)

@@ -1,4 +1,4 @@
-"""The colour of surfaces that a picture covers, at the point that a pixel sees.
+"""What colour a picture has at a point of the surface that it covers.
 
 Coordinates are interpolated between the corners of the triangle at that very point, so that
 perspective needs no correction. Between texels colours are bilinear; the picture repeats itself.
@@ -8,28 +8,12 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
-from scene_graph_ros.geometry.perception.exact.bodies import row_of, triangle_of
-from scene_graph_ros.geometry.perception.exact.image_kernels import level
-from scene_graph_ros.geometry.perception.exact.normals import (
-    normal_at,
-    triangle_corners,
-    triangle_normal,
-)
+from scene_graph_ros.geometry.perception.exact.normals import triangle_corners
 from scene_graph_ros.geometry.perception.exact.parametrization import picture_coordinates
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.spatial.vectors import (
-    axpy,
-    column,
-    cross,
-    dot,
-    load_rotation,
-    load_translation,
-    load_vector,
-    relative_pose,
-    subtract,
-)
+from scene_graph_ros.geometry.spatial.vectors import cross, dot, load_vector, subtract
 
-__all__ = ["texel_at", "write_pictures"]
+__all__ = ["texel_at"]
 
 _HALF_SPACE = int(ShapeKind.HALF_SPACE)
 _LEVELS = 255.0
@@ -100,36 +84,3 @@ def texel_at(bodies, cover, row, triangle, p_GQ):
         _mixed(texels, a, b, c, d, x, y, 2),
         _mixed(texels, a, b, c, d, x, y, 3),
     )
-
-
-@lean_kernel
-def write_pictures(sensor, screen, bodies, cover, image):
-    """Write red, green and blue of the pixels that see a body with a picture, as it is lit."""
-    known = -1
-    R_WG, p_WG = sensor.R_WS, sensor.p_WS
-    R_GS, p_GS = relative_pose(R_WG, p_WG, sensor.R_WS, sensor.p_WS)
-    right, down, ahead = column(R_GS, 0), column(R_GS, 1), column(R_GS, 2)
-    for v in range(image.shape[0]):
-        y = sensor.y[v]
-        for u in range(image.shape[1]):
-            number = screen.seen[v, u]
-            row = row_of(number) & LAST_PLACE if number >= 0.0 else 0
-            if number < 0.0 or cover.picture[row] < 0:
-                continue
-            if row != known:
-                known = row
-                R_WG, p_WG = load_rotation(bodies.X_WG, row), load_translation(bodies.X_WG, row)
-                R_GS, p_GS = relative_pose(R_WG, p_WG, sensor.R_WS, sensor.p_WS)
-                right, down, ahead = column(R_GS, 0), column(R_GS, 1), column(R_GS, 2)
-            kind, triangle = bodies.kind[row], triangle_of(number)
-            d = axpy(sensor.x[u], right, axpy(y, down, ahead))
-            p_GQ = axpy(screen.depth[v, u], d, p_GS)
-            if kind > _HALF_SPACE:
-                normal = triangle_normal(bodies, row, triangle)
-            else:
-                normal = normal_at(kind, load_vector(bodies.size, row), p_GQ)
-            light = abs(dot(normal, ahead))
-            texel = texel_at(bodies, cover, row, triangle, p_GQ)
-            image[v, u, 0] = level(bodies.diffuse[row, 0] * texel[0] * light)
-            image[v, u, 1] = level(bodies.diffuse[row, 1] * texel[1] * light)
-            image[v, u, 2] = level(bodies.diffuse[row, 2] * texel[2] * light)

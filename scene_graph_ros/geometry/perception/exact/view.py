@@ -38,7 +38,7 @@ def look(
     snapshot: Snapshot,
     core: RenderCameraCore,
     X_WS: NDArray[np.float64],
-    diffuse: tuple[float, ...],
+    diffuse: tuple[float, float, float, float],
 ) -> View:
     """Return what a sensor at ``X_WS`` sees; ``diffuse`` is the colour of bodies without one.
 

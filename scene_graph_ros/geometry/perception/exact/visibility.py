@@ -26,7 +26,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate,
 )
 
-__all__ = ["find_visible"]
+__all__ = ["box_of_body", "draw_body", "find_visible"]
 
 _CONVEX = int(ShapeKind.CONVEX)
 
@@ -54,11 +54,37 @@ def _draw_closed_form(sensor, screen, kind, size, p_GS, R_GS, box, row):
 
 @inlined_kernel
 def _box_of(sensor, bodies, row, R_SG, p_SG):
+    """Return (u0, u1, v0, v1), the pixels that can see a body."""
     radius = bodies.radius[row]
     if not math.isfinite(radius):
         return 0, sensor.size[0] - 1, 0, sensor.size[1] - 1
     p_SB = add(rotate(R_SG, load_vector(bodies.center, row)), p_SG)
     return sphere_box(sensor, p_SB, radius)
+
+
+@lean_kernel
+def box_of_body(sensor, bodies, row):
+    """Return (u0, u1, v0, v1), the pixels that can see a body, u0 > u1 or v0 > v1 if none can."""
+    R_WG, p_WG = load_rotation(bodies.X_WG, row), load_translation(bodies.X_WG, row)
+    R_SG, p_SG = relative_pose(sensor.R_WS, sensor.p_WS, R_WG, p_WG)
+    return _box_of(sensor, bodies, row, R_SG, p_SG)
+
+
+@inlined_kernel
+def draw_body(sensor, bodies, row, screen, corners):
+    """Draw one body; ``corners`` is memory for the vertices of its mesh."""
+    R_WG, p_WG = load_rotation(bodies.X_WG, row), load_translation(bodies.X_WG, row)
+    R_SG, p_SG = relative_pose(sensor.R_WS, sensor.p_WS, R_WG, p_WG)
+    box = _box_of(sensor, bodies, row, R_SG, p_SG)
+    if box[0] > box[1] or box[2] > box[3]:
+        return
+    if bodies.kind[row] >= _CONVEX:
+        draw_triangles(sensor, screen, bodies, row, R_SG, p_SG, corners)
+    else:
+        R_GS, p_GS = relative_pose(R_WG, p_WG, sensor.R_WS, sensor.p_WS)
+        size = load_vector(bodies.size, row)
+        kind = bodies.kind[row]
+        _draw_closed_form(sensor, screen, kind, size, p_GS, R_GS, box, row)
 
 
 @lean_kernel
@@ -72,15 +98,4 @@ def find_visible(sensor, bodies, is_drawn, screen, corners):
         row = i & LAST_PLACE
         if not is_drawn[row]:
             continue
-        R_WG, p_WG = load_rotation(bodies.X_WG, row), load_translation(bodies.X_WG, row)
-        R_SG, p_SG = relative_pose(sensor.R_WS, sensor.p_WS, R_WG, p_WG)
-        box = _box_of(sensor, bodies, row, R_SG, p_SG)
-        if box[0] > box[1] or box[2] > box[3]:
-            continue
-        if bodies.kind[row] >= _CONVEX:
-            draw_triangles(sensor, screen, bodies, row, R_SG, p_SG, corners)
-        else:
-            R_GS, p_GS = relative_pose(R_WG, p_WG, sensor.R_WS, sensor.p_WS)
-            size = load_vector(bodies.size, row)
-            kind = bodies.kind[row]
-            _draw_closed_form(sensor, screen, kind, size, p_GS, R_GS, box, row)
+        draw_body(sensor, bodies, row, screen, corners)
