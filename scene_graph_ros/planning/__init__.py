@@ -30,6 +30,12 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
+    from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
+    from scene_graph_ros.planning.optimal_control.errors import (
+        DynamicsError,
+        MissingCasadiError,
+        TrajectoryOptimizationError,
+    )
     from scene_graph_ros.planning.path_planner import plan_path, PlanningError
     from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
@@ -52,12 +58,15 @@ __all__ = [
     "CollisionCheckerParams",
     "DiagramBuiltError",
     "DistanceAndInterpolationProvider",
+    "Dynamics",
+    "DynamicsError",
     "EdgeMeasure",
     "EdgeStatus",
     "EdgesBetweenSubgraphs",
     "GcsTrajectoryOptimization",
     "GcsTrajectoryResult",
     "LinearDistanceAndInterpolationProvider",
+    "MissingCasadiError",
     "Plan",
     "PlanFailure",
     "PlanProgress",
@@ -72,6 +81,7 @@ __all__ = [
     "Subgraph",
     "TimedPath",
     "TimingFailure",
+    "TrajectoryOptimizationError",
     "UnimplementedCollisionChecker",
     "ZmpPlanner",
     "ZmpPlannerError",
@@ -101,6 +111,12 @@ _MODULES = {
     "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
     "gcs.result": ("GcsTrajectoryResult",),
     "gcs.subgraph": ("Subgraph",),
+    "optimal_control.dynamics": ("Dynamics",),
+    "optimal_control.errors": (
+        "DynamicsError",
+        "MissingCasadiError",
+        "TrajectoryOptimizationError",
+    ),
     "path_planner": ("PlanningError", "plan_path"),
     "path_timing": ("TimedPath", "TimingFailure", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),

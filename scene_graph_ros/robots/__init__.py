@@ -8,12 +8,12 @@ from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
     from scene_graph_ros.robots.adjacency import adjacent_pairs
+    from scene_graph_ros.robots.inertias import tree_inertias, TreeInertias
     from scene_graph_ros.robots.kinematic_tree import KinematicTree, KinematicTreeError
     from scene_graph_ros.robots.kinematics import JointStateError, Kinematics
     from scene_graph_ros.robots.registration import register_robot
     from scene_graph_ros.robots.robot_model import RobotModel
     from scene_graph_ros.robots.semantic_model import SemanticModel
-    from scene_graph_ros.robots.tree_inertias import tree_inertias, TreeInertias
 
 __all__ = [
     "JointStateError",
@@ -35,7 +35,7 @@ _MODULES = {
     "registration": ("register_robot",),
     "robot_model": ("RobotModel",),
     "semantic_model": ("SemanticModel",),
-    "tree_inertias": ("TreeInertias", "tree_inertias"),
+    "inertias": ("TreeInertias", "tree_inertias"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 

@@ -1,0 +1,99 @@
+"""Checks of what callers of trajectory optimizations give; errors name argument and value."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
+
+__all__ = ["as_bounds", "as_count", "as_index", "as_nonnegative", "as_positive", "as_vector"]
+
+
+def as_count(name: str, value: Any, least: int) -> int:
+    """Return a whole number, at least ``least``. Raises TrajectoryOptimizationError."""
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not is_whole or value < least:
+        raise TrajectoryOptimizationError(
+            f"{name} must be a whole number, at least {least}, not {quoted(value)}"
+        )
+    return int(value)
+
+
+def as_index(name: str, value: Any, size: int) -> int:
+    """Return a place among ``size``. Raises TrajectoryOptimizationError."""
+    k = as_count(name, value, 0)
+    if k >= size:
+        raise TrajectoryOptimizationError(f"{name} must be below {size}, not {k}")
+    return k
+
+
+def as_positive(name: str, value: Any) -> float:
+    """Return a positive, finite number. Raises TrajectoryOptimizationError."""
+    number = as_float(value)
+    if number is None or not 0.0 < number < np.inf:
+        raise TrajectoryOptimizationError(
+            f"{name} must be positive and finite, not {quoted(value)}"
+        )
+    return number
+
+
+def as_nonnegative(name: str, value: Any) -> float:
+    """Return a finite number from 0 on. Raises TrajectoryOptimizationError."""
+    number = as_float(value)
+    if number is None or not 0.0 <= number < np.inf:
+        raise TrajectoryOptimizationError(
+            f"{name} must be finite and not negative, not {quoted(value)}"
+        )
+    return number
+
+
+def as_vector(name: str, value: Any, size: int | None = None) -> NDArray[np.float64]:
+    """Return finite numbers ``(size,)``. Raises TrajectoryOptimizationError."""
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TrajectoryOptimizationError(f"{name} must be numbers: {quoted(value)}") from error
+    if array.ndim != 1 or (size is not None and array.size != size):
+        wanted = "(n,)" if size is None else f"({size},)"
+        raise TrajectoryOptimizationError(f"{name} must have shape {wanted}, not {array.shape}")
+    if not np.isfinite(array).all():
+        k = int(np.argmin(np.isfinite(array)))
+        raise TrajectoryOptimizationError(f"{name}[{k}] must be finite, not {array[k]}")
+    return array
+
+
+def as_bounds(lb: Any, ub: Any, size: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return bounds ``(size,)``, of single numbers too; what is infinite doesn't bound.
+
+    Raises TrajectoryOptimizationError for what is empty or no number.
+    """
+    found = []
+    for name, value, forbidden in (("lb", lb, np.inf), ("ub", ub, -np.inf)):
+        try:
+            array = np.array(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise TrajectoryOptimizationError(
+                f"{name} must be numbers, not {quoted(value)}"
+            ) from None
+        if array.ndim == 0:
+            array = np.full(size, array)
+        if array.shape != (size,):
+            raise TrajectoryOptimizationError(
+                f"{name} must have shape ({size},), not {array.shape}"
+            )
+        bad = np.isnan(array) | (array == forbidden)
+        if bad.any():
+            k = int(np.argmax(bad))
+            raise TrajectoryOptimizationError(f"{name}[{k}] must bound something, not {array[k]}")
+        found.append(array)
+    if (found[0] > found[1]).any():
+        k = int(np.argmax(found[0] > found[1]))
+        raise TrajectoryOptimizationError(
+            f"lb[{k}] = {found[0][k]} must not be above ub[{k}] = {found[1][k]}"
+        )
+    return found[0], found[1]

@@ -1,0 +1,20 @@
+"""CasADi, imported by who asks first."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+from scene_graph_ros.planning.optimal_control.errors import MissingCasadiError
+
+__all__ = ["get_casadi"]
+
+
+def get_casadi() -> Any:
+    """Return the module. Raises MissingCasadiError naming the remedy."""
+    try:
+        return importlib.import_module("casadi")
+    except ImportError as error:
+        raise MissingCasadiError(
+            "trajectory optimization needs CasADi: python -m pip install casadi"
+        ) from error
