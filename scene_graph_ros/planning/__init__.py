@@ -30,12 +30,25 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
+    from scene_graph_ros.planning.optimal_control.direct_collocation import DirectCollocation
+    from scene_graph_ros.planning.optimal_control.direct_transcription import DirectTranscription
     from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
     from scene_graph_ros.planning.optimal_control.errors import (
         DynamicsError,
         MissingCasadiError,
         TrajectoryOptimizationError,
     )
+    from scene_graph_ros.planning.optimal_control.multiple_shooting import MultipleShooting
+    from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
+    from scene_graph_ros.planning.optimal_control.program_result import (
+        ConstraintViolation,
+        ProgramResult,
+        SolveStatus,
+    )
+    from scene_graph_ros.planning.optimal_control.shooting_result import (
+        TrajectoryOptimizationResult,
+    )
+    from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
     from scene_graph_ros.planning.path_planner import plan_path, PlanningError
     from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
@@ -56,7 +69,10 @@ __all__ = [
     "CollisionCheckerContext",
     "CollisionCheckerError",
     "CollisionCheckerParams",
+    "ConstraintViolation",
     "DiagramBuiltError",
+    "DirectCollocation",
+    "DirectTranscription",
     "DistanceAndInterpolationProvider",
     "Dynamics",
     "DynamicsError",
@@ -67,21 +83,27 @@ __all__ = [
     "GcsTrajectoryResult",
     "LinearDistanceAndInterpolationProvider",
     "MissingCasadiError",
+    "MultipleShooting",
+    "NonlinearProgram",
     "Plan",
     "PlanFailure",
     "PlanProgress",
     "PlanStage",
     "PlanningError",
+    "ProgramResult",
     "RegionPlan",
     "RobotClearance",
     "RobotCollisionType",
     "RobotDiagram",
     "RobotDiagramBuilder",
     "SceneGraphCollisionChecker",
+    "SolveStatus",
+    "SolverOptions",
     "Subgraph",
     "TimedPath",
     "TimingFailure",
     "TrajectoryOptimizationError",
+    "TrajectoryOptimizationResult",
     "UnimplementedCollisionChecker",
     "ZmpPlanner",
     "ZmpPlannerError",
@@ -111,12 +133,19 @@ _MODULES = {
     "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
     "gcs.result": ("GcsTrajectoryResult",),
     "gcs.subgraph": ("Subgraph",),
+    "optimal_control.direct_collocation": ("DirectCollocation",),
+    "optimal_control.direct_transcription": ("DirectTranscription",),
     "optimal_control.dynamics": ("Dynamics",),
     "optimal_control.errors": (
         "DynamicsError",
         "MissingCasadiError",
         "TrajectoryOptimizationError",
     ),
+    "optimal_control.multiple_shooting": ("MultipleShooting",),
+    "optimal_control.nonlinear_program": ("NonlinearProgram",),
+    "optimal_control.program_result": ("ConstraintViolation", "ProgramResult", "SolveStatus"),
+    "optimal_control.shooting_result": ("TrajectoryOptimizationResult",),
+    "optimal_control.solver_options": ("SolverOptions",),
     "path_planner": ("PlanningError", "plan_path"),
     "path_timing": ("TimedPath", "TimingFailure", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),

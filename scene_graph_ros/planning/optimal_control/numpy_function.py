@@ -35,7 +35,7 @@ class NumpyFunction:
         owner = self
         shapes = [(rows, size) for size in sizes]
 
-        class _Called(ca.Callback):
+        class _Called(ca.Callback):  # type: ignore[name-defined]
             """What CasADi calls."""
 
             def __init__(self, label: str, outer: bool) -> None:

@@ -1,0 +1,299 @@
+"""One run of IPOPT, with the best point on its way and the names of what failed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+import time
+from typing import Any, TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
+from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
+from scene_graph_ros.planning.optimal_control.program_result import (
+    ConstraintViolation,
+    ProgramResult,
+    SolveStatus,
+)
+from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
+
+if TYPE_CHECKING:
+    from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
+
+__all__ = ["IpoptRun"]
+
+_STATUS = {
+    "Solve_Succeeded": SolveStatus.SOLVED,
+    "Solved_To_Acceptable_Level": SolveStatus.NEARLY_SOLVED,
+    "Feasible_Point_Found": SolveStatus.NEARLY_SOLVED,
+    "Search_Direction_Becomes_Too_Small": SolveStatus.NEARLY_SOLVED,
+    "Infeasible_Problem_Detected": SolveStatus.INFEASIBLE,
+    "Invalid_Problem_Definition": SolveStatus.INFEASIBLE,
+    "Not_Enough_Degrees_Of_Freedom": SolveStatus.INFEASIBLE,
+    "Maximum_Iterations_Exceeded": SolveStatus.ITERATION_LIMIT,
+    "Maximum_CpuTime_Exceeded": SolveStatus.TIME_LIMIT,
+    "Maximum_WallTime_Exceeded": SolveStatus.TIME_LIMIT,
+    "User_Requested_Stop": SolveStatus.STOPPED,
+    "Invalid_Number_Detected": SolveStatus.INVALID_NUMBER,
+}
+
+_WORTH_ANOTHER = {
+    SolveStatus.INFEASIBLE,
+    SolveStatus.NEARLY_SOLVED,
+    SolveStatus.INVALID_NUMBER,
+    SolveStatus.FAILED,
+}
+"""Ends after which another start may do better."""
+
+_NOISE = 0.2
+"""Of a variable's guess, or of 1, by which the second start is off; later ones by more."""
+
+_SHOWN = 20
+"""Violations in a result."""
+
+_MOST_EXPANDED = 200_000
+"""Operations of a program that is written out as one list of scalar ones, which runs faster."""
+
+_WARM = {
+    "warm_start_init_point": "yes",
+    "mu_init": 1e-6,
+    "warm_start_bound_push": 1e-9,
+    "warm_start_bound_frac": 1e-9,
+    "warm_start_slack_bound_push": 1e-9,
+    "warm_start_slack_bound_frac": 1e-9,
+    "warm_start_mult_bound_push": 1e-9,
+}
+
+
+class IpoptRun:
+    """Solves a program once."""
+
+    def __init__(self, program: NonlinearProgram, options: SolverOptions) -> None:
+        ca = self.ca = get_casadi()
+        self.program, self.options = program, options
+        self.x = ca.vertcat(*program.variables)
+        rows = [constraint.expression for constraint in program.constraints]
+        self.g = ca.vertcat(*rows) if rows else ca.MX.zeros(0, 1)
+        self.f = sum(program.costs, ca.MX(0))
+        self.lower = np.concatenate([np.zeros(0), *(c.lower for c in program.constraints)])
+        self.upper = np.concatenate([np.zeros(0), *(c.upper for c in program.constraints)])
+        self.values = ca.Function("values", [self.x], [self.f, self.g])
+        self.best: tuple[float, float] = np.inf, np.inf
+        self.best_x: NDArray[np.float64] | None = None
+        self.error: BaseException | None = None
+
+    def solved(self, warm_start: ProgramResult | None) -> ProgramResult:
+        """Run, and return what was found."""
+        x0 = self.program.initial_guess if warm_start is None else warm_start.x
+        if x0.shape != (self.program.num_variables,):
+            raise TrajectoryOptimizationError(
+                f"warm_start has {x0.size} variables, the program {self.program.num_variables}:"
+                " give a result of the same program"
+            )
+        self._check_guess(x0)
+        arguments = {"lbg": self.lower, "ubg": self.upper}
+        if warm_start is not None:
+            of_x, of_g = warm_start.multipliers
+            rows = np.zeros(len(self.lower))
+            rows[: min(len(of_g), len(rows))] = of_g[: len(rows)]
+            arguments |= {"lam_x0": of_x, "lam_g0": rows}
+        solver = self._solver(warm_start is not None)
+        starts = 1 if warm_start is not None else 1 + self.options.restarts
+        begin, iterations = time.process_time(), 0
+        for start in range(starts):
+            try:
+                found = solver(x0=self._start(x0, start), **arguments)
+            except Exception:
+                self._raise_lost()
+                raise
+            self._raise_lost()
+            stats = solver.stats()
+            iterations += int(stats["iter_count"])
+            result = self._result(found, stats, iterations, start + 1)
+            if result.is_success or result.status not in _WORTH_ANOTHER:
+                break
+        return replace(result, seconds=time.process_time() - begin)
+
+    def _start(self, x0: NDArray[np.float64], start: int) -> NDArray[np.float64]:
+        """Return where a search begins: the guess, later ones farther and farther from it."""
+        if start == 0:
+            return x0
+        noise = np.random.default_rng(start).standard_normal(len(x0))
+        return np.asarray(x0 + _NOISE * start * np.maximum(1.0, abs(x0)) * noise)
+
+    def _solver(self, is_warm: bool) -> Any:
+        ca, options = self.ca, self.options
+        told: dict[str, Any] = {
+            "tol": options.tolerance,
+            "constr_viol_tol": options.feasibility_tolerance,
+            "max_iter": options.max_iterations,
+            "max_wall_time": options.timeout,
+            "print_level": options.print_level,
+            "sb": "yes",
+            # Bounds hold as they are, not relaxed by 1e-8.
+            "bound_relax_factor": 0.0,
+            "honor_original_bounds": "yes",
+        }
+        if is_warm:
+            told |= _WARM
+        if not self.program.has_second_derivatives:
+            told["hessian_approximation"] = "limited-memory"
+        told |= dict(options.ipopt)
+        told = {f"ipopt.{key}": value for key, value in told.items()}
+        self._watch = _watcher(ca, self)
+        told |= {
+            "print_time": False,
+            "detect_simple_bounds": True,
+            "iteration_callback": self._watch,
+            "show_eval_warnings": False,
+        }
+        problem = {"x": self.x, "f": self.f, "g": self.g}
+        if self.program.has_second_derivatives:
+            # Written out as scalar operations it runs faster, unless that is too long a list.
+            try:
+                expanded = ca.Function("p", [self.x], [self.f, self.g]).expand()
+            except RuntimeError:
+                expanded = None
+            if expanded is not None and expanded.n_instructions() <= _MOST_EXPANDED:
+                told["expand"] = True
+        return ca.nlpsol("ipopt", "ipopt", problem, told)
+
+    def _check_guess(self, x0: NDArray[np.float64]) -> None:
+        """Raise where something is no number at the guess, naming it."""
+        try:
+            f, g = self.values(x0)
+        except Exception:
+            self._raise_lost()
+            raise
+        rows = np.array(g).ravel()
+        if not np.isfinite(rows).all():
+            constraint, row = self._at(int(np.argmin(np.isfinite(rows))))
+            about = constraint.knots[row]
+            where = f" at knot {about[0]}" if about.size else ""
+            raise TrajectoryOptimizationError(
+                f"{constraint.label}, row {row}, is no finite number at the initial guess{where}:"
+                " give a guess where the functions are defined"
+            )
+        if not np.isfinite(float(f)):
+            raise TrajectoryOptimizationError(
+                f"the cost is {float(f)} at the initial guess: give a guess where it is defined"
+            )
+
+    def _at(self, row: int) -> tuple[Any, int]:
+        """Return the constraint that a row belongs to, and its row there."""
+        for constraint in self.program.constraints:
+            if row < len(constraint.lower):
+                return constraint, row
+            row -= len(constraint.lower)
+        raise AssertionError(row)
+
+    def _beyond(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
+        beyond = np.maximum(self.lower - rows, rows - self.upper)
+        return np.where(np.isnan(rows), np.inf, np.maximum(beyond, 0.0))
+
+    def watch(self, x: NDArray[np.float64]) -> None:
+        """Take note of a point on the way."""
+        f, g = self.values(x)
+        beyond = float(self._beyond(np.array(g).ravel()).max(initial=0.0))
+        merit = max(beyond - self.options.feasibility_tolerance, 0.0), float(f)
+        if merit < self.best:
+            self.best, self.best_x = merit, x
+        for callback in self.program.callbacks:
+            callback(x)
+
+    def _raise_lost(self) -> None:
+        """Raise what was raised inside CasADi."""
+        if self.error is not None:
+            error, self.error = self.error, None
+            raise error
+        for check in self.program.raise_error:
+            check()
+
+    def _result(self, found: Any, stats: Any, iterations: int, starts: int) -> ProgramResult:
+        word = str(stats["return_status"])
+        status = _STATUS.get(word, SolveStatus.FAILED)
+        x = np.array(found["x"]).ravel()
+        if status is not SolveStatus.SOLVED and self.best_x is not None:
+            x = self.best_x
+        f, g = self.values(x)
+        rows = np.array(g).ravel()
+        beyond = self._beyond(rows)
+        largest = float(beyond.max(initial=0.0))
+        violations = self._violations(rows, beyond)
+        is_success = status is SolveStatus.SOLVED and not violations
+        reason = "" if is_success else status.value
+        if violations:
+            reason += f"; {violations[0]}"
+        multipliers = tuple(np.array(found[key]).ravel() for key in ("lam_x", "lam_g"))
+        return ProgramResult(
+            is_success,
+            status,
+            float(f),
+            reason,
+            violations,
+            largest,
+            iterations,
+            starts,
+            word,
+            0.0,
+            x,
+            (multipliers[0], multipliers[1]),
+            self.program.evaluate,
+        )
+
+    def _violations(
+        self, rows: NDArray[np.float64], beyond: NDArray[np.float64]
+    ) -> tuple[ConstraintViolation, ...]:
+        order = np.argsort(-beyond, kind="stable")[:_SHOWN]
+        result = []
+        for k in order[beyond[order] > self.options.feasibility_tolerance]:
+            constraint, row = self._at(int(k))
+            result.append(
+                ConstraintViolation(
+                    constraint.label,
+                    row,
+                    float(beyond[k]),
+                    float(rows[k]),
+                    float(self.lower[k]),
+                    float(self.upper[k]),
+                    tuple(int(knot) for knot in constraint.knots[row]),
+                )
+            )
+        return tuple(result)
+
+
+def _watcher(ca: Any, run: IpoptRun) -> Any:
+    """Return what CasADi calls at each iteration."""
+    size, rows = run.x.shape[0], run.g.shape[0]
+    names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
+    shapes = {"x": size, "lam_x": size, "g": rows, "lam_g": rows, "f": 1, "lam_p": 0}
+
+    class _Watcher(ca.Callback):
+        """Counts nothing; keeps the best."""
+
+        def __init__(self) -> None:
+            super().__init__()
+            self.construct("watch", {})
+
+        def get_n_in(self) -> int:
+            return len(names)
+
+        def get_n_out(self) -> int:
+            return 1
+
+        def get_name_in(self, i: int) -> str:
+            return names[i]
+
+        def get_sparsity_in(self, i: int) -> Any:
+            return ca.Sparsity.dense(shapes[names[i]], 1 if shapes[names[i]] else 0)
+
+        def eval(self, given: Any) -> Any:
+            try:
+                run.watch(np.array(given[names.index("x")]).ravel())
+            except BaseException as error:  # noqa: BLE001 - raised again when the solver ended
+                run.error = error
+                return [1]
+            return [0]
+
+    return _Watcher()

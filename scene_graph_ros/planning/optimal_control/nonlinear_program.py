@@ -1,0 +1,212 @@
+"""A thin layer over CasADi and IPOPT: variables, costs, named constraints, and what failed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.optimal_control.arguments import as_bounds, as_count
+from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
+from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
+from scene_graph_ros.planning.optimal_control.ipopt import IpoptRun
+from scene_graph_ros.planning.optimal_control.program_result import ProgramResult
+from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
+
+__all__ = ["Constraint", "NonlinearProgram"]
+
+
+@dataclass(frozen=True, eq=False)
+class Constraint:
+    """``lower <= expression <= upper``, row by row, with the knots each row is about."""
+
+    expression: Any
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    label: str
+    knots: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
+    """``(rows, 0 to 2)``."""
+
+
+class NonlinearProgram:
+    """Variables, costs and constraints as expressions of CasADi's MX, solved by IPOPT.
+
+    First and second derivatives are exact, wherever expressions are. IPOPT is an interior-point
+    method with a filter line search (Waechter and Biegler, 2006); it finds local optima.
+    """
+
+    def __init__(self) -> None:
+        self._ca = get_casadi()
+        self.variables: list[Any] = []
+        self.constraints: list[Constraint] = []
+        self.costs: list[Any] = []
+        self.callbacks: list[Callable[[NDArray[np.float64]], None]] = []
+        """Called with all variables at each iteration."""
+        self.has_second_derivatives = True
+        """Whether all expressions have them; else they are approximated (limited-memory BFGS)."""
+        self.raise_error: list[Callable[[], None]] = []
+        """What raises errors that CasADi lost."""
+        self._guesses: list[NDArray[np.float64]] = []
+        self._known: set[int] = set()
+        self.placeholders: dict[int, str] = {}
+        """Symbols that stand for others, by their hash, and what they are called."""
+
+    # What it is made of.
+
+    def new_variables(self, rows: int, name: str) -> Any:
+        """Return ``rows`` new variables as a column of symbols; their guess is zero."""
+        count = as_count("rows", rows, 0)
+        symbol = self._ca.MX.sym(name, count)
+        self.variables.append(symbol)
+        self._known.add(symbol.__hash__())
+        self._guesses.append(np.zeros(count))
+        return symbol
+
+    @property
+    def num_variables(self) -> int:
+        """How many numbers are sought."""
+        return sum(v.shape[0] for v in self.variables)
+
+    def add_cost(self, expression: Any) -> None:
+        """Add an expression ``(1, 1)`` to what is least."""
+        cost = self._checked("cost", expression)
+        if cost.shape != (1, 1):
+            raise TrajectoryOptimizationError(
+                f"a cost must be one expression, not of shape {cost.shape}"
+            )
+        self.costs.append(cost)
+
+    def add_constraint(
+        self,
+        expression: Any,
+        lb: ArrayLike | None = None,
+        ub: ArrayLike | None = None,
+        *,
+        label: str = "constraint",
+        knots: ArrayLike | None = None,
+    ) -> Constraint:
+        """Add ``lb <= expression <= ub``, or a formula such as ``x[0] <= 1`` without bounds.
+
+        Bounds are numbers, or one for each row; infinite where nothing is asked. ``label`` is what
+        a result calls it. Raises TrajectoryOptimizationError for bounds that hold nothing, and for
+        placeholders.
+        """
+        if lb is None and ub is None:
+            parts = self._of_formula(expression)
+        else:
+            parts = [(expression, -np.inf if lb is None else lb, np.inf if ub is None else ub)]
+        columns, lower, upper = [], [], []
+        for part, low, high in parts:
+            column = self._ca.vec(self._checked(label, part))
+            bounds = as_bounds(low, high, column.shape[0])
+            columns.append(column)
+            lower.append(bounds[0])
+            upper.append(bounds[1])
+        rows = self._ca.vertcat(*columns)
+        about = np.zeros((rows.shape[0], 0), dtype=np.int64)
+        if knots is not None:
+            given = np.asarray(knots, dtype=np.int64)
+            about = np.broadcast_to(given, (rows.shape[0], given.shape[-1]))
+        made = Constraint(rows, np.concatenate(lower), np.concatenate(upper), label, about)
+        self.constraints.append(made)
+        return made
+
+    def _of_formula(self, formula: Any) -> list[tuple[Any, Any, Any]]:
+        """Return expressions with bounds of a comparison, or of several joined by and."""
+        ca = self._ca
+        if isinstance(formula, (list, tuple, np.ndarray)):
+            return [part for each in formula for part in self._of_formula(each)]
+        if isinstance(formula, ca.MX):
+            if formula.is_op(ca.OP_AND):
+                return self._of_formula(formula.dep(0)) + self._of_formula(formula.dep(1))
+            if formula.is_op(ca.OP_EQ) or formula.is_op(ca.OP_LE) or formula.is_op(ca.OP_LT):
+                is_equal = formula.is_op(ca.OP_EQ)
+                left, right = formula.dep(0), formula.dep(1)
+                if right.is_constant():
+                    high = _numbers(ca, right, left)
+                    return [(left, high if is_equal else -np.inf, high)]
+                if left.is_constant():
+                    low = _numbers(ca, left, right)
+                    return [(right, low, low if is_equal else np.inf)]
+                return [(left - right, 0.0 if is_equal else -np.inf, 0.0)]
+        raise TrajectoryOptimizationError(
+            "a constraint without bounds must be a comparison of expressions, such as"
+            f" state()[0] <= 1, not {quoted(str(formula))}"
+        )
+
+    def _checked(self, label: str, expression: Any) -> Any:
+        """Return an expression of this program's variables."""
+        ca = self._ca
+        try:
+            if isinstance(expression, (list, tuple, np.ndarray)):
+                flat = np.asarray(expression, dtype=object).ravel()
+                expression = ca.vertcat(*flat)
+            found = ca.MX(expression)
+        except (TypeError, NotImplementedError, RuntimeError) as error:
+            raise TrajectoryOptimizationError(
+                f"{label} must be an expression of casadi's, not {quoted(str(expression))}"
+            ) from error
+        for symbol in ca.symvar(found):
+            key = symbol.__hash__()
+            if key in self._known:
+                continue
+            if key in self.placeholders:
+                raise TrajectoryOptimizationError(
+                    f"{label}: {self.placeholders[key]} is a placeholder for any knot: name one,"
+                    " as in state(0), or add it to all knots"
+                )
+            raise TrajectoryOptimizationError(
+                f"{label}: {symbol.name()!r} is no variable of this program; make it by"
+                " new_variables()"
+            )
+        return found
+
+    # Guesses and solutions.
+
+    def set_initial_guess(self, variables: Any, values: ArrayLike) -> None:
+        """Say where the search begins for variables that were made in one call."""
+        for k, symbol in enumerate(self.variables):
+            if symbol.__hash__() == variables.__hash__():
+                array = np.broadcast_to(np.asarray(values, dtype=np.float64), symbol.shape[:1])
+                if not np.isfinite(array).all():
+                    raise TrajectoryOptimizationError(
+                        f"the guess of {symbol.name()!r} must be finite, not {array}"
+                    )
+                self._guesses[k] = array.copy()
+                return
+        raise TrajectoryOptimizationError(
+            "a guess is for all variables that one call of new_variables() made"
+        )
+
+    @property
+    def initial_guess(self) -> NDArray[np.float64]:
+        """Where the search begins, ``(n,)``."""
+        return np.concatenate([np.zeros(0), *self._guesses])
+
+    def solve(
+        self, options: SolverOptions | None = None, *, warm_start: ProgramResult | None = None
+    ) -> ProgramResult:
+        """Return the best point that IPOPT finds from the guess, or from an earlier result.
+
+        ``warm_start`` is a result of this program, perhaps before bounds or costs were added to
+        it: its point and its multipliers are where the search begins. Raises
+        TrajectoryOptimizationError where a cost or constraint is no number at the guess.
+        """
+        run = IpoptRun(self, options or SolverOptions())
+        return run.solved(warm_start)
+
+    def evaluate(self, expression: Any, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return what an expression of the variables is at a point ``(n,)``."""
+        ca = self._ca
+        checked = self._checked("expression", expression)
+        stacked = ca.vertcat(*self.variables)
+        return np.array(ca.Function("value", [stacked], [checked])(x))
+
+
+def _numbers(ca: Any, constant: Any, like: Any) -> NDArray[np.float64]:
+    values = np.array(ca.evalf(constant)).ravel(order="F")
+    return np.broadcast_to(values, (like.numel(),)) if values.size == 1 else values
