@@ -88,9 +88,12 @@ class Dynamics:
         N m and N; default: all. ``gravity`` ``(3,)`` in m/s^2. Friction and limits have no part in
         it. Raises DynamicsError for unknown names, and for a joint that moves no mass.
         """
-        from scene_graph_ros.planning.optimal_control.robot_dynamics import robot_dynamics
+        from scene_graph_ros.planning.optimal_control.robot_system import robot_system
 
-        return robot_dynamics(cls, model, actuated, gravity, floating_base)
+        system = robot_system(model, actuated, gravity, floating_base)
+        result = cls(system.f, system.num_states, system.num_inputs)
+        result.equations = system.equations
+        return result
 
     @property
     def is_discrete(self) -> bool:

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 import time
-from typing import Any, TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
+from scene_graph_ros.planning.optimal_control.program_parts import ProgramParts
 from scene_graph_ros.planning.optimal_control.program_result import (
     ConstraintViolation,
     ProgramResult,
     SolveStatus,
 )
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
-
-if TYPE_CHECKING:
-    from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
 
 __all__ = ["IpoptRun"]
 
@@ -69,9 +68,11 @@ _WARM = {
 class IpoptRun:
     """Solves a program once."""
 
-    def __init__(self, program: NonlinearProgram, options: SolverOptions) -> None:
+    def __init__(
+        self, program: ProgramParts, options: SolverOptions, evaluate: Callable[..., Any]
+    ) -> None:
         ca = self.ca = get_casadi()
-        self.program, self.options = program, options
+        self.program, self.options, self.evaluate = program, options, evaluate
         self.x = ca.vertcat(*program.variables)
         rows = [constraint.expression for constraint in program.constraints]
         self.g = ca.vertcat(*rows) if rows else ca.MX.zeros(0, 1)
@@ -239,7 +240,7 @@ class IpoptRun:
             0.0,
             x,
             (multipliers[0], multipliers[1]),
-            self.program.evaluate,
+            self.evaluate,
         )
 
     def _violations(

@@ -16,10 +16,8 @@ from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.guesses import as_guess, check_continuous
-from scene_graph_ros.planning.optimal_control.nonlinear_program import (
-    Constraint,
-    NonlinearProgram,
-)
+from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
+from scene_graph_ros.planning.optimal_control.program_parts import Constraint
 from scene_graph_ros.planning.optimal_control.program_result import ProgramResult
 from scene_graph_ros.planning.optimal_control.shooting_result import TrajectoryOptimizationResult
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,25 +12,14 @@ from scene_graph_ros.planning.optimal_control.arguments import as_bounds, as_cou
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.ipopt import IpoptRun
+from scene_graph_ros.planning.optimal_control.program_parts import Constraint, ProgramParts
 from scene_graph_ros.planning.optimal_control.program_result import ProgramResult
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
 
 __all__ = ["Constraint", "NonlinearProgram"]
 
 
-@dataclass(frozen=True, eq=False)
-class Constraint:
-    """``lower <= expression <= upper``, row by row, with the knots each row is about."""
-
-    expression: Any
-    lower: NDArray[np.float64]
-    upper: NDArray[np.float64]
-    label: str
-    knots: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
-    """``(rows, 0 to 2)``."""
-
-
-class NonlinearProgram:
+class NonlinearProgram(ProgramParts):
     """Variables, costs and constraints as expressions of CasADi's MX, solved by IPOPT.
 
     First and second derivatives are exact, wherever expressions are. IPOPT is an interior-point
@@ -40,17 +27,8 @@ class NonlinearProgram:
     """
 
     def __init__(self) -> None:
+        super().__init__()
         self._ca = get_casadi()
-        self.variables: list[Any] = []
-        self.constraints: list[Constraint] = []
-        self.costs: list[Any] = []
-        self.callbacks: list[Callable[[NDArray[np.float64]], None]] = []
-        """Called with all variables at each iteration."""
-        self.has_second_derivatives = True
-        """Whether all expressions have them; else they are approximated (limited-memory BFGS)."""
-        self.raise_error: list[Callable[[], None]] = []
-        """What raises errors that CasADi lost."""
-        self._guesses: list[NDArray[np.float64]] = []
         self._known: set[int] = set()
         self.placeholders: dict[int, str] = {}
         """Symbols that stand for others, by their hash, and what they are called."""
@@ -65,11 +43,6 @@ class NonlinearProgram:
         self._known.add(symbol.__hash__())
         self._guesses.append(np.zeros(count))
         return symbol
-
-    @property
-    def num_variables(self) -> int:
-        """How many numbers are sought."""
-        return sum(v.shape[0] for v in self.variables)
 
     def add_cost(self, expression: Any) -> None:
         """Add an expression ``(1, 1)`` to what is least."""
@@ -182,11 +155,6 @@ class NonlinearProgram:
             "a guess is for all variables that one call of new_variables() made"
         )
 
-    @property
-    def initial_guess(self) -> NDArray[np.float64]:
-        """Where the search begins, ``(n,)``."""
-        return np.concatenate([np.zeros(0), *self._guesses])
-
     def solve(
         self, options: SolverOptions | None = None, *, warm_start: ProgramResult | None = None
     ) -> ProgramResult:
@@ -196,7 +164,7 @@ class NonlinearProgram:
         it: its point and its multipliers are where the search begins. Raises
         TrajectoryOptimizationError where a cost or constraint is no number at the guess.
         """
-        run = IpoptRun(self, options or SolverOptions())
+        run = IpoptRun(self, options or SolverOptions(), self.evaluate)
         return run.solved(warm_start)
 
     def evaluate(self, expression: Any, x: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,23 +19,28 @@ from scene_graph_ros.robots.inertias import tree_inertias
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.scene_files.urdf import load_urdf
 
-if TYPE_CHECKING:
-    from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
-
-__all__ = ["robot_dynamics"]
+__all__ = ["RobotSystem", "robot_system"]
 
 _LEAST_MASS = 1e-12
 """Of the mass matrix's largest eigenvalue: one that is smaller counts as none."""
 
 
-def robot_dynamics(
-    kind: type[Dynamics],
+class RobotSystem(NamedTuple):
+    """A robot's motion as a function of state and input, and its equations."""
+
+    f: Callable[..., Any]
+    num_states: int
+    num_inputs: int
+    equations: RobotEquations
+
+
+def robot_system(
     model: RobotModel | str | Path,
     actuated: Sequence[str] | None,
     gravity: ArrayLike,
     floating_base: str,
-) -> Dynamics:
-    """Return the dynamics of a robot; see `Dynamics.of_robot`."""
+) -> RobotSystem:
+    """Return how a robot moves; see `Dynamics.of_robot`."""
     robot = model if isinstance(model, RobotModel) else load_urdf(model)
     tree = robot.kinematic_tree(floating_base=floating_base)
     names = tree.velocity_names
@@ -62,9 +67,7 @@ def robot_dynamics(
         q, v = x[:nq], x[nq:]
         return ca.vertcat(equations.position_rates(q, v), equations.forward_dynamics(q, v, forces))
 
-    result = kind(f, nq + nv, len(columns))
-    result.equations = equations
-    return result
+    return RobotSystem(f, nq + nv, len(columns), equations)
 
 
 def _check_masses(equations: RobotEquations) -> None:

@@ -1,0 +1,50 @@
+"""What a nonlinear program is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Constraint", "ProgramParts"]
+
+
+@dataclass(frozen=True, eq=False)
+class Constraint:
+    """``lower <= expression <= upper``, row by row, with the knots each row is about."""
+
+    expression: Any
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    label: str
+    knots: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 0), dtype=np.int64))
+    """``(rows, 0 to 2)``."""
+
+
+class ProgramParts:
+    """Variables with a guess, costs that are added, constraints that all hold."""
+
+    def __init__(self) -> None:
+        self.variables: list[Any] = []
+        self.constraints: list[Constraint] = []
+        self.costs: list[Any] = []
+        self.callbacks: list[Callable[[NDArray[np.float64]], None]] = []
+        """Called with all variables at each iteration."""
+        self.has_second_derivatives = True
+        """Whether all expressions have them; else they are approximated (limited-memory BFGS)."""
+        self.raise_error: list[Callable[[], None]] = []
+        """What raises errors that CasADi lost."""
+        self._guesses: list[NDArray[np.float64]] = []
+
+    @property
+    def num_variables(self) -> int:
+        """How many numbers are sought."""
+        return sum(v.shape[0] for v in self.variables)
+
+    @property
+    def initial_guess(self) -> NDArray[np.float64]:
+        """Where the search begins, ``(n,)``."""
+        return np.concatenate([np.zeros(0), *self._guesses])
