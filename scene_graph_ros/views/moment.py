@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Protocol
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.views.sliders import Slider, SliderState
 
 __all__ = ["Contacts", "Moment"]
 
@@ -50,6 +51,17 @@ class Moment(Protocol):
     @property
     def cameras(self) -> tuple[str, ...]:
         """Name the cameras whose pictures can be asked for: others with another scene version."""
+
+    @property
+    def sliders(self) -> tuple[Slider, ...]:
+        """Tell which joints may be moved: others with another scene version."""
+
+    @property
+    def slider_sequence(self) -> int:
+        """Another number for each change of which of them can't be moved."""
+
+    def slider_state(self) -> SliderState:
+        """Return where these joints are."""
 
     def contacts(self) -> Contacts:
         """Return what touches."""

@@ -17,7 +17,7 @@ __all__ = ["PageClient", "read_blocks"]
 DEADLINE = 60.0
 """Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
-TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES, PICTURE = range(1, 9)
+TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES, PICTURE, SLIDERS = range(1, 10)
 
 
 def read_blocks(message: bytes) -> list[tuple[int, Any]]:
@@ -83,6 +83,7 @@ _READERS: dict[int, Callable[[bytes], Any]] = {
     CONTACTS: _contacts,
     SURFACES: _surfaces,
     PICTURE: _picture,
+    SLIDERS: json.loads,
 }
 
 
@@ -110,6 +111,7 @@ class PageClient:
         self.contacts: Any = None
         self.surfaces: Any = None
         self.picture: bytes | None = None
+        self.sliders: dict[str, Any] | None = None
         self.scenes: list[dict[str, Any]] = []
         self.messages = 0
 
@@ -118,6 +120,10 @@ class PageClient:
     ) -> None:
         """Ask to be shown something else."""
         self.socket.send(json.dumps({"roles": roles, "contacts": contacts, "camera": camera}))
+
+    def move(self, robot: str, joint: str, position: Any) -> None:
+        """Ask that a joint moves."""
+        self.socket.send(json.dumps({"robot": robot, "joint": joint, "position": position}))
 
     def take(self) -> None:
         """Wait for the next message and take it."""
@@ -148,6 +154,8 @@ class PageClient:
                 self.contacts = content
             elif kind == PICTURE:
                 self.picture = content
+            elif kind == SLIDERS:
+                self.sliders = content
             else:
                 self.surfaces = content
 

@@ -6,7 +6,7 @@ Imported only where the parameter `browser` asks for it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.effects.effect import Host
@@ -14,7 +14,11 @@ from scene_graph_ros.node.effects.moment import SnapshotMoment
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.server import BrowserView
+from scene_graph_ros.views.browser.wishes import Move
 from scene_graph_ros.views.origins import origins_of
+
+if TYPE_CHECKING:
+    from scene_graph_ros.node.effects.joint_sliders import JointSliders
 
 __all__ = ["Browser"]
 
@@ -33,6 +37,11 @@ class Browser:
         self._unseen: set[str] = set()
         self._strangers: set[str] = set()
         self._version = self._failed_version = -1
+        self._joints: JointSliders | None = None
+        if host.parameter("browser_control"):
+            from scene_graph_ros.node.effects.joint_sliders import JointSliders
+
+            self._joints = JointSliders(host)
         name, port = host.parameter("browser_host"), host.parameter("browser_port")
         try:
             self._view = BrowserView(
@@ -46,6 +55,7 @@ class Browser:
                 failed=self._fail,
                 cannot_show=self._cannot_show,
                 refused_origin=self._refuse,
+                moved=None if self._joints is None else self._move,
             )
         except OSError as error:
             raise OSError(
@@ -72,6 +82,8 @@ class Browser:
         if snapshot.scene_version != self._failed_version:
             self._failure = ""
         self._version = snapshot.scene_version
+        if self._joints is not None:
+            self._joints.publish(snapshot)
         found = None
         if self._view.wants_contacts():
             # Surfaces are costly: not to be found more often than they are shown.
@@ -79,8 +91,14 @@ class Browser:
                 return
             self._host.answer("surfaces", snapshot)
             found = self._host.newest_answer("surfaces")
-        scale = self._host.parameter("pressure_scale")
-        self._view.offer(SnapshotMoment(snapshot, found, scale, self._look))
+        scale, joints = self._host.parameter("pressure_scale"), self._joints
+        moment = SnapshotMoment(snapshot, found, scale, self._look)
+        if joints is not None:
+            sliders, refused = joints.sliders(snapshot), joints.refused(snapshot)
+            moment = moment._replace(
+                sliders=sliders, refused=refused, slider_sequence=joints.sequence
+            )
+        self._view.offer(moment)
 
     def vanish(self, snapshot: WorldSnapshot) -> None:
         """Do nothing: pages see that they are no longer connected."""
@@ -88,6 +106,8 @@ class Browser:
     def close(self) -> None:
         """Close the pages and the port."""
         self._view.stop()
+        if self._joints is not None:
+            self._joints.close()
 
     def _end(self) -> None:
         self._view.end()
@@ -110,7 +130,8 @@ class Browser:
 
     def counters(self) -> Mapping[str, Any]:
         """Return the address, who looks, and what was done for them."""
-        return self._view.counters()
+        moved = {} if self._joints is None else {"joints moved": self._joints.moved}
+        return {**self._view.counters(), **moved}
 
     # In the view's threads.
 
@@ -120,6 +141,10 @@ class Browser:
         from scene_graph_ros.node.effects.browser_pictures import color_png
 
         return color_png(camera, snapshot, self._cannot_look)
+
+    def _move(self, move: Move) -> None:
+        assert self._joints is not None
+        self._joints.move(*move)
 
     def _cannot_look(self, reason: str) -> None:
         if reason not in self._unseen:

@@ -42,6 +42,9 @@ class Host(Protocol):
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
 
+    def pose_topics(self, snapshot: WorldSnapshot) -> Mapping[str, str]:
+        """Return the absolute name of each source's pose topic, subscribed to yet or not."""
+
     def publishers_changed(self) -> None:
         """Tell that there are other publishers than before."""
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.moment import Contacts
+from scene_graph_ros.views.sliders import Slider, SliderState
 
 __all__ = ["SnapshotMoment"]
 
@@ -21,6 +22,12 @@ class SnapshotMoment(NamedTuple):
     pressure_scale: float
     look: Callable[[str, WorldSnapshot], bytes] | None = None
     """What a camera sees as a PNG file; None where there are no pictures."""
+    sliders: tuple[Slider, ...] = ()
+    """Joints that pages may move."""
+    refused: Mapping[str, str] = {}
+    """Why the joints of a robot can't be moved now."""
+    slider_sequence: int = 0
+    """Another number for each such mapping."""
 
     @property
     def query(self) -> QueryObject:
@@ -60,6 +67,16 @@ class SnapshotMoment(NamedTuple):
     def picture(self, camera: str) -> bytes:
         """Return what a camera sees in the snapshot."""
         return b"" if self.look is None else self.look(camera, self.snapshot)
+
+    def slider_state(self) -> SliderState:
+        """Return where the joints are that may be moved."""
+        where = {
+            robot: dict(zip(record.kinematics.position_names, positions.tolist(), strict=True))
+            for robot, record in self.snapshot.robots.robots.items()
+            for positions in (self.snapshot.positions[robot],)
+        }
+        positions = tuple(where[slider.robot][slider.joint] for slider in self.sliders)
+        return SliderState(positions, self.refused)
 
     def contacts(self) -> Contacts:
         """Return what touches: surfaces and the points beside them are of the same snapshot."""

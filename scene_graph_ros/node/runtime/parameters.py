@@ -288,6 +288,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "browser_control",
+        False,
+        "Whether pages may move joints that nobody else publishes; takes a browser_token.",
+        read_only=True,
+    ),
+    Parameter(
         "browser_origins",
         "",
         "Origins of other pages that may read, by commas, such as https://app.foxglove.dev.",
@@ -372,6 +378,8 @@ def validate(values: Mapping[str, Any], current: Mapping[str, Any] | None = None
             f"browser_host {merged['browser_host']!r} is reached from other machines: "
             "give a browser_token, too"
         )
+    if merged["browser_control"] and not merged["browser_token"]:
+        problems.append("browser_control lets pages move joints: give a browser_token, too")
     try:
         origins_of(merged["browser_origins"])
     except ValueError as error:

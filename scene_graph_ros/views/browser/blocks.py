@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
+from scene_graph_ros.views.sliders import SliderState
 
 __all__ = [
     "BlockKind",
@@ -25,6 +26,7 @@ __all__ = [
     "picture_block",
     "poses_block",
     "scene_block",
+    "sliders_block",
     "surfaces_block",
     "time_block",
     "vertices_block",
@@ -54,6 +56,8 @@ class BlockKind(enum.IntEnum):
     origin, three for a triangle, (n,) pressures in Pa."""
     PICTURE = 8
     """Integers: count n, 0; bytes (n,) of a PNG file, none where a camera shows nothing."""
+    SLIDERS = 9
+    """JSON: where the joints are that may be moved."""
 
 
 def _block(kind: BlockKind, *parts: bytes) -> bytes:
@@ -150,3 +154,9 @@ def surfaces_block(
 def picture_block(file: bytes) -> bytes:
     """Return the block of what a camera sees, as a PNG file, or as nothing."""
     return _block(BlockKind.PICTURE, struct.pack("<II", len(file), 0), file)
+
+
+def sliders_block(state: SliderState) -> bytes:
+    """Return the block of where joints are that may be moved, and which may not now."""
+    content = {"positions": state.positions, "refused": dict(state.refused)}
+    return _block(BlockKind.SLIDERS, json.dumps(content, allow_nan=False).encode())

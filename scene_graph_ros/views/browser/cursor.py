@@ -9,6 +9,7 @@ from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.views.browser.blocks import (
     poses_block,
     scene_block,
+    sliders_block,
     time_block,
     vertices_block,
 )
@@ -16,6 +17,7 @@ from scene_graph_ros.views.browser.drawing import Deforming, Drawing, Scene
 from scene_graph_ros.views.browser.wishes import Wish
 from scene_graph_ros.views.draw_list import Changes, Shown
 from scene_graph_ros.views.moment import Moment
+from scene_graph_ros.views.sliders import SliderState
 
 __all__ = ["Cursor"]
 
@@ -29,6 +31,7 @@ class Cursor:
         self._meshes: set[int] = set()
         self._deformed: dict[int, Configuration] = {}
         self._picture = ("", b"")
+        self._sliders = SliderState()
 
     def message(self, moment: Moment, wish: Wish, drawing: Drawing) -> bytes:
         """Return what makes a page that was told all messages so far show ``moment``.
@@ -45,6 +48,9 @@ class Cursor:
         if len(changes.moved):
             blocks.append(poses_block(scene.numbers[changes.moved], X_WG[changes.moved]))
         blocks += self._vertices(moment, scene)
+        if scene.sliders and (scene is not before or self._sliders != moment.slider_state()):
+            self._sliders = moment.slider_state()
+            blocks.append(sliders_block(self._sliders))
         if wish.contacts:
             blocks.append(drawing.contacts(moment))
         blocks += self._pictures(moment, wish.camera, drawing)
@@ -79,6 +85,7 @@ class Cursor:
             "roles": [role.name.lower() for role in scene.roles],
             "counts": dict(scene.counts),
             "cameras": list(scene.cameras),
+            "sliders": [slider._asdict() for slider in scene.sliders],
             "appeared": [*entries, *(each.entry for each in new)],
             "vanished": [*_numbers(before, changes), *gone],
             "meshes_gone": sorted(unused),

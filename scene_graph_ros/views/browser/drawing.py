@@ -26,6 +26,7 @@ from scene_graph_ros.views.draw_list import DrawItem, DrawList
 from scene_graph_ros.views.items import DEFAULT_COLOR, draw_items
 from scene_graph_ros.views.looks import look_of, triangles_of
 from scene_graph_ros.views.moment import Moment
+from scene_graph_ros.views.sliders import Slider
 
 __all__ = ["Deforming", "Drawing", "Meshes", "Scene"]
 
@@ -66,6 +67,8 @@ class Scene(NamedTuple):
     """Geometries by role, also of those that are not shown."""
     cameras: tuple[str, ...]
     """Names of those whose pictures can be asked for."""
+    sliders: tuple[Slider, ...]
+    """Joints that may be moved."""
     listed: DrawList
     """The rigid ones; in their rows:"""
     numbers: NDArray[np.float64]
@@ -184,6 +187,7 @@ class Drawing:
             roles,
             counts,
             moment.cameras,
+            moment.sliders,
             DrawList(items),
             np.array(numbers, dtype=np.float64),
             entries,

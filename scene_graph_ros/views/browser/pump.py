@@ -28,7 +28,7 @@ class Page:
         self.wish = Wish()
         self.is_ready = True
         """Whether all that was delivered has gone out."""
-        self.seen: tuple[int, int, Wish] | None = None
+        self.seen: tuple[int, int, int, Wish] | None = None
         """Of which moment and contacts, and by which wish, the last message was."""
 
 
@@ -174,8 +174,8 @@ class Pump:
             return None
 
 
-def _sight(page: Page, moment: Moment) -> tuple[int, int, Wish]:
-    return moment.sequence, moment.contact_sequence, page.wish
+def _sight(page: Page, moment: Moment) -> tuple[int, int, int, Wish]:
+    return moment.sequence, moment.contact_sequence, moment.slider_sequence, page.wish
 
 
 def _is_due(page: Page, moment: Moment) -> bool:

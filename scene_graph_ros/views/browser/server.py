@@ -29,7 +29,7 @@ from scene_graph_ros.views.browser.foxglove import RequestError, SUBPROTOCOLS
 from scene_graph_ros.views.browser.foxglove_talk import talk_foxglove
 from scene_graph_ros.views.browser.gate import Gate
 from scene_graph_ros.views.browser.pump import Page, Pump
-from scene_graph_ros.views.browser.wishes import parse_wish, WishError
+from scene_graph_ros.views.browser.wishes import Move, parse_wish, Wish, WishError
 from scene_graph_ros.views.moment import Moment
 
 __all__ = ["MAX_PAGES", "BrowserView"]
@@ -73,17 +73,19 @@ class BrowserView:
         failed: Callable[[Exception], None] = lambda error: None,
         cannot_show: Callable[[int, Exception], None] = lambda geometry_id, error: None,
         refused_origin: Callable[[str], None] = lambda origin: None,
+        moved: Callable[[Move], None] | None = None,
     ) -> None:
         """Listen on a port of an address, 0 for a free one; raises OSError where that can't be.
 
         Pages get at most ``rate`` messages a second. ``wanted`` is called when one came and a
         moment is to be offered, ``failed`` with what went wrong, ``cannot_show`` with the id of
         what is left out and why, ``refused_origin`` with that of a page that was refused: in
-        threads of the view. Pages of other ``origins`` may connect, too.
+        threads of the view. Pages of other ``origins`` may connect, too. ``moved`` is called with
+        joints that pages move; without it they may not.
         """
         self._gate = Gate(host, token, origins, refused_origin)
         self._channels = Channels("", str) if channels is None else channels
-        self._wanted, self._failed = wanted, failed
+        self._wanted, self._failed, self._moved = wanted, failed, moved
         self._listener = listen(host, port)
         number = self._listener.getsockname()[1]
         shown = f"[{host}]" if ":" in host else host
@@ -271,8 +273,14 @@ class BrowserView:
                 raise WishError("too many messages")
             if isinstance(message, bytes):
                 raise WishError("a message that is no text")
-            self._pump.wish(page, parse_wish(message))
-            self._wanted()
+            wish = parse_wish(message)
+            if isinstance(wish, Wish):
+                self._pump.wish(page, wish)
+                self._wanted()
+            elif self._moved is None:
+                raise WishError("joints can't be moved here")
+            else:
+                self._moved(wish)
 
 
 def _choose(_: Any, offered: Sequence[str]) -> Subprotocol | None:

@@ -1,14 +1,15 @@
-"""What a page asks for: roles, contacts, a camera. Anything else is rubbish."""
+"""What a page asks for: what it shows, or that a joint moves. Anything else is rubbish."""
 
 from __future__ import annotations
 
 import json
+import math
 from typing import NamedTuple
 
 from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["SHOWN_ROLES", "Wish", "WishError", "parse_wish"]
+__all__ = ["SHOWN_ROLES", "Move", "Wish", "WishError", "parse_wish"]
 
 SHOWN_ROLES = (Role.ILLUSTRATION, Role.PROXIMITY, Role.PERCEPTION)
 """In the order in which one of them is chosen for a page that leaves it to us."""
@@ -30,18 +31,50 @@ class Wish(NamedTuple):
     """Whose picture it shows; "": nobody's."""
 
 
-def parse_wish(text: str) -> Wish:
-    """Return what ``{"roles": ["illustration"] or null, "contacts": true, "camera": ""}`` says.
+class Move(NamedTuple):
+    """A joint that is to be somewhere else."""
 
-    Raises WishError for whatever is not exactly that.
+    robot: str
+    joint: str
+    position: float
+    """In rad or m, finite."""
+
+
+def parse_wish(text: str) -> Wish | Move:
+    """Return what a page says.
+
+    ``{"roles": ["illustration"] or null, "contacts": true, "camera": ""}`` or ``{"robot": "arm",
+    "joint": "elbow", "position": 0.5}``. Raises WishError for whatever is not exactly that.
     """
     try:
         content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise WishError(f"{quoted(text)} is no JSON") from error
-    if not isinstance(content, dict) or content.keys() != set(Wish._fields):
-        raise WishError(f"{quoted(text)} has not exactly the fields {', '.join(Wish._fields)}")
-    roles, contacts, camera = (content[field] for field in Wish._fields)
+    fields = content.keys() if isinstance(content, dict) else None
+    if fields == set(Move._fields):
+        return _move(*(content[field] for field in Move._fields))
+    if fields == set(Wish._fields):
+        return _wish(*(content[field] for field in Wish._fields))
+    raise WishError(f"{quoted(text)} has not exactly the fields {', '.join(Wish._fields)}")
+
+
+def _move(robot: object, joint: object, position: object) -> Move:
+    if not isinstance(robot, str) or not isinstance(joint, str):
+        raise WishError(f"robot and joint are no names: {quoted(robot)}, {quoted(joint)}")
+    is_number = isinstance(position, (int, float)) and not isinstance(position, bool)
+    if not is_number or not math.isfinite(value := _as_float(position)):
+        raise WishError(f"position is no finite number: {quoted(position)}")
+    return Move(robot, joint, value)
+
+
+def _as_float(number: object) -> float:
+    try:
+        return float(number)  # type: ignore[arg-type]
+    except OverflowError:
+        return math.inf
+
+
+def _wish(roles: object, contacts: object, camera: object) -> Wish:
     if not isinstance(contacts, bool):
         raise WishError(f"contacts is neither true nor false: {quoted(contacts)}")
     if not isinstance(camera, str):

@@ -19,6 +19,7 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.views.moment import Contacts
+from scene_graph_ros.views.sliders import Slider, SliderState
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,13 @@ class StageMoment:
     stamp: int
     pressed: tuple[Any, ...] = ()
     pictures: Mapping[str, bytes] = field(default_factory=dict)
+    sliders: tuple[Slider, ...] = ()
+    slid: SliderState = field(default_factory=SliderState)
+    slider_sequence: int = 0
+
+    def slider_state(self):
+        """Return where the joints are."""
+        return self.slid
 
     @property
     def cameras(self):
@@ -69,6 +77,14 @@ class Stage:
         self._version = self._sequence = 0
         self.pressed: tuple[Any, ...] = ()
         self.pictures: dict[str, bytes] = {}
+        self.sliders: tuple[Slider, ...] = ()
+        self.slid = SliderState()
+        self._slides = 0
+
+    def slide(self, *positions, refused=None):
+        """Have joints be somewhere."""
+        self._slides += 1
+        self.slid = SliderState(positions, refused or {})
 
     def hang(self, camera, picture):
         """Have a camera see a picture."""
@@ -134,9 +150,8 @@ class Stage:
         context.set_configurations(self.source, self._q_WG)
         query = self.graph.query_object(context).bake()
         stamp = 10**9 * self._sequence
-        return StageMoment(
-            query, self._version, self._sequence, stamp, self.pressed, dict(self.pictures)
-        )
+        shown = self.pressed, dict(self.pictures), self.sliders, self.slid, self._slides
+        return StageMoment(query, self._version, self._sequence, stamp, *shown)
 
 
 @pytest.fixture

@@ -38,5 +38,11 @@ export class Connection {
     if (this.socket.readyState === WebSocket.OPEN) this.say();
   }
 
+  // Asks that a joint moves; what can't be said now is not said later.
+  move(robot, joint, position) {
+    if (this.socket.readyState !== WebSocket.OPEN) return;
+    this.socket.send(JSON.stringify({ robot, joint, position }));
+  }
+
   say() { this.socket.send(JSON.stringify(this.wish)); }
 }

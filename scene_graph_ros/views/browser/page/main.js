@@ -2,6 +2,7 @@
 
 import { Camera } from "./camera.js";
 import { Connection } from "./connection.js";
+import { Joints } from "./joints.js";
 import { Picture } from "./picture.js";
 import { Recording } from "./recording.js";
 import { Renderer } from "./renderer.js";
@@ -65,6 +66,7 @@ function take(blocks) {
     const items = [...world.items.values()];
     tree.show(items);
     picture.list(world.cameras);
+    joints.list(world.sliders);
     document.body.dataset.items = items.length;
     for (const box of document.querySelectorAll("[data-role]")) {
       box.checked = world.roles.includes(box.dataset.role);
@@ -72,6 +74,7 @@ function take(blocks) {
     }
   }
   blocks.filter((block) => block.kind === "picture").forEach((block) => picture.take(block.file));
+  blocks.filter((block) => block.kind === "sliders").forEach((block) => joints.take(block));
   if (!isFitted && world.bounds()) {
     isFitted = true;
     fit();
@@ -86,6 +89,7 @@ function take(blocks) {
 }
 
 const picture = new Picture($("#picture"), $("#looking"), (camera) => connection.ask({ camera }));
+const joints = new Joints($("#joints"), (...move) => connection.move(...move));
 const say = (isOpen, text) => {
   $("#status").textContent = text;
   $("#status").toggleAttribute("data-is-open", isOpen);

@@ -45,9 +45,10 @@ export class World {
     this.reach.clear();
   }
 
-  takeScene({ roles, counts, cameras, appeared, vanished, meshes_gone: gone }) {
+  takeScene({ roles, counts, cameras, sliders, appeared, vanished, meshes_gone: gone }) {
     this.roles = roles;
     this.cameras = cameras;
+    this.sliders = sliders;
     this.counts = counts;
     vanished.forEach((number) => this.items.delete(number));
     for (const entry of appeared) {
