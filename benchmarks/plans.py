@@ -5,21 +5,25 @@ of ``config/scenes/panda_cell.yaml``. MotionBenchMaker's 700 problems of a Panda
 others, *MotionBenchMaker: A Tool to Generate and Benchmark Motion Planning Datasets*, 2022) are in
 the sources of the package ``vamp-planner``, which is not needed otherwise::
 
-    pip download --no-deps --no-binary vamp-planner vamp-planner==0.6.4
-    python -m benchmarks.plans --problems vamp_planner-0.6.4.tar.gz --count 3
+    python -m benchmarks.plans --all
 
-plans for the first 3 of each of its sets. Times are of the processor, for one call of `plan_path`
-each, shortcuts and proofs included.
+downloads these sources and plans for all 700; ``--count 3`` for the first 3 of each set only. With
+``--problems FILE`` nothing is downloaded: the file has the sources, or the problems alone. Times
+are of the processor, for one call of `plan_path` each, shortcuts and proofs included.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from functools import cache
 import os
 from pathlib import Path
+import subprocess
+import sys
 import tarfile
+import tempfile
 import time
 from typing import Any, IO, NamedTuple
 
@@ -43,12 +47,14 @@ from scene_graph_ros.planning import (
     RobotDiagram,
     SceneGraphCollisionChecker,
 )
+from scene_graph_ros.robots import RobotModel, SemanticModel
 from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot
 
 __all__ = ["Problem", "main", "moveit_problems", "shelf_problems"]
 
 _CELL = "config/scenes/panda_cell.yaml"
 _PANDA = "package://example-robot-data/robots/panda_description"
+_SOURCES, _VERSION = "vamp-planner", "0.6.4"
 _ARCHIVE = "resources/panda/problems.tar.bz2"
 _REGIONS = (
     ((-0.37, 0.66, 0.36), (0.27, 0.98, 0.76)),
@@ -91,8 +97,10 @@ def shelf_problems(count: int, seed: int = 0) -> Iterator[Problem]:
         yield Problem("shelf", checker, found[i][k], found[(i + 1) % len(_REGIONS)][k])
 
 
-def moveit_problems(archive: Path, count: int) -> Iterator[Problem]:
-    """Yield the first ``count`` problems of each set in an archive.
+def moveit_problems(
+    archive: Path, count: int | None = None, *, sets: Sequence[str] | None = None
+) -> Iterator[Problem]:
+    """Yield the first ``count`` problems of each set in an archive, or of some ``sets``.
 
     That is ``problems.tar.bz2``, or sources with it in them: ``<set>/scene<number>.yaml`` and
     ``<set>/request<number>.yaml``, as MoveIt writes planning scenes and requests.
@@ -101,9 +109,9 @@ def moveit_problems(archive: Path, count: int) -> Iterator[Problem]:
         inner = [name for name in outer.getnames() if name.endswith(_ARCHIVE)]
         if inner:
             with tarfile.open(fileobj=_opened(outer, inner[0])) as problems:
-                yield from _problems(problems, count)
+                yield from _problems(problems, count, sets)
         else:
-            yield from _problems(outer, count)
+            yield from _problems(outer, count, sets)
 
 
 def _opened(archive: tarfile.TarFile, name: str) -> IO[bytes]:
@@ -113,7 +121,9 @@ def _opened(archive: tarfile.TarFile, name: str) -> IO[bytes]:
     return file
 
 
-def _problems(archive: tarfile.TarFile, count: int) -> Iterator[Problem]:
+def _problems(
+    archive: tarfile.TarFile, count: int | None, sets: Sequence[str] | None
+) -> Iterator[Problem]:
     names = sorted(name for name in archive.getnames() if name.endswith(".yaml"))
     kinds: dict[str, list[str]] = {}
     for name in names:
@@ -121,6 +131,9 @@ def _problems(archive: tarfile.TarFile, count: int) -> Iterator[Problem]:
         if file.startswith("scene"):
             kinds.setdefault(folder, []).append(file.removeprefix("scene"))
     for folder, numbers in kinds.items():
+        kind = folder.rpartition("/")[2].removesuffix("_panda")
+        if sets is not None and kind not in sets:
+            continue
         for number in numbers[:count]:
             scene, request = (
                 yaml.load(_opened(archive, f"{folder}/{what}{number}"), yaml.CSafeLoader)
@@ -128,14 +141,27 @@ def _problems(archive: tarfile.TarFile, count: int) -> Iterator[Problem]:
             )
             robots = _moveit_scene(scene)
             start, goal = _ends(robots, request)
-            kind = folder.rpartition("/")[2].removesuffix("_panda")
             yield Problem(kind, SceneGraphCollisionChecker(robots), start, goal)
+
+
+@cache
+def _panda() -> tuple[RobotModel, SemanticModel]:
+    model = load_urdf(f"{_PANDA}/urdf/panda.urdf")
+    return model, load_srdf(f"{_PANDA}/srdf/panda.srdf", model)
+
+
+def _download(folder: str) -> Path:
+    """Have pip put the sources that the problems are in into a folder."""
+    command = [sys.executable, "-m", "pip", "download", "--quiet", "--no-deps"]
+    command += ["--no-binary", _SOURCES, "--dest", folder, f"{_SOURCES}=={_VERSION}"]
+    subprocess.run(command, check=True)
+    (file,) = Path(folder).glob("*.tar.gz")
+    return file
 
 
 def _moveit_scene(scene: dict[str, Any]) -> RobotDiagram:
     """Return a Panda among the collision objects of a planning scene."""
-    model = load_urdf(f"{_PANDA}/urdf/panda.urdf")
-    semantics = load_srdf(f"{_PANDA}/srdf/panda.srdf", model)
+    model, semantics = _panda()
     scene_graph = SceneGraph()
     source = scene_graph.register_source("panda")
     frames = register_robot(model, scene_graph, source, semantics=semantics, visual=False)
@@ -215,21 +241,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Print a table: a row for each set, and why there are no paths where there are none."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--problems", type=Path, help="archive with MotionBenchMaker's problems")
-    parser.add_argument("--count", type=int, default=20, help="problems of each set")
+    parser.add_argument("--all", action="store_true", help="download MotionBenchMaker's problems")
+    parser.add_argument(
+        "--count", type=int, help="problems of each set, if not all; 20 in the cell"
+    )
     parser.add_argument("--timeout", type=float, default=10.0, help="seconds for each")
     options = parser.parse_args(arguments)
+    with tempfile.TemporaryDirectory() as folder:
+        archive = _download(folder) if options.all else options.problems
+        if archive is None:
+            problems = shelf_problems(options.count or 20)
+        else:
+            problems = moveit_problems(archive, options.count)
+        _print_table(problems, options.timeout)
+
+
+def _print_table(problems: Iterable[Problem], timeout: float) -> None:
     load = os.getloadavg()[0]
-    if options.problems is None:
-        problems = shelf_problems(options.count)
-    else:
-        problems = moveit_problems(options.problems, options.count)
     kinds: dict[str, list[_Run]] = {}
     is_first = True
     for problem in problems:
         if is_first:  # Kernels are loaded by a first call, which is not measured.
             plan_path(problem.checker, problem.start, problem.start)
             is_first = False
-        kinds.setdefault(problem.kind, []).append(_run(problem, options.timeout))
+        kinds.setdefault(problem.kind, []).append(_run(problem, timeout))
     print(
         f"{'':20} {'solved':>9} {'median ms':>9} {'95 % ms':>9} {'length':>9} {'kept mm':>9}"
         f" {'least':>9}"

@@ -162,14 +162,17 @@ def _ball_to_ball(bodies, a, b, places, sure):
 def sure_distances(bodies, a, b, places, enough):
     """Write to ``places.sure`` what two bodies are apart at least, -inf where nothing is sure.
 
-    No more is found out than that it is ``enough``.
+    No more is found out than that it is ``enough``. Returns the least where the balls tell that,
+    else -inf.
     """
     sure = places.sure
-    if _ball_to_ball(bodies, a, b, places, sure) >= enough:
-        return
+    least = _ball_to_ball(bodies, a, b, places, sure)
+    if least >= enough:
+        return least
     _ball_to_box(bodies, a, b, places, sure)
     if bodies.radii[b] < math.inf:
         _ball_to_box(bodies, b, a, places, sure)
+    return -math.inf
 
 
 @inlined_kernel

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel, merged_kernel
+from scene_graph_ros.geometry.tables.held_table import borrowed_table
 from scene_graph_ros.planning.bodies import (
     distance_at,
     place_bodies,
@@ -19,7 +20,16 @@ from scene_graph_ros.planning.bodies import (
     sure_distances,
 )
 from scene_graph_ros.planning.check_kernels import bounds_of, LOOSE, NO_PAIR
-from scene_graph_ros.planning.curve_kernels import point_on, set_ways
+from scene_graph_ros.planning.curve_kernels import point_on
+from scene_graph_ros.planning.motion_kernels import (
+    place_speeds,
+    place_twists,
+    set_motions,
+    speed_bounds,
+    time_until,
+    used_up,
+)
+from scene_graph_ros.planning.separation_kernels import separation
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
@@ -38,6 +48,12 @@ UNDECIDED = 2
 
 MOST_STRETCHES = 4096
 """Stretches of an edge that wait to be looked at; an edge that needs more stays undecided."""
+
+_FINE = 1e-4
+"""Of a distance: with a larger error its direction is too uncertain."""
+
+_STRETCH = 0.1
+"""Metres that bodies move on a stretch that is looked at first, where an edge is short."""
 
 _FINEST = 1e-9
 """Of an edge: between what is free and what is not no finer border is looked for."""
@@ -59,49 +75,84 @@ class Stretches(NamedTuple):
 
     ends: np.ndarray
     counts: np.ndarray
-    """Where the ring begins, how many wait, and which pair last collided: it is asked first."""
+    """Where the ring begins, how many wait, and which pair was in the way: it is asked first."""
     low: np.ndarray
     middle: np.ndarray
     high: np.ndarray
-    free: np.ndarray
+    below: np.ndarray
+    """How far before the middles all pairs looked at so far are free; negative where no longer."""
+    above: np.ndarray
+    """The same behind them."""
+    states: np.ndarray
+    """FREE, unless a pair collides or is too near in the middle."""
     blockers: np.ndarray
-    halves: np.ndarray
-    """How far around the middles all pairs looked at so far are free; negative where no longer."""
 
 
 def new_stretches() -> Stretches:
     """Return scratch for one thread."""
-    low, middle, high, free, halves = (np.empty(LANES) for _ in range(5))
+    low, middle, high, below, above = (np.empty(LANES) for _ in range(5))
     return Stretches(
         np.empty((MOST_STRETCHES, 2)),
         np.zeros(3, np.int64),
         low,
         middle,
         high,
-        free,
+        below,
+        above,
         np.empty(LANES, np.int64),
-        halves,
+        np.empty(LANES, np.int64),
     )
 
 
-@merged_kernel
-def _free_way(held, bodies, pairs, p, k, places, need, tolerance):
-    """Return how much nearer than now a pair may come, -inf where it collides.
+@inlined_kernel
+def _in_world(pairs, p, k, places, n):
+    """Return a normal in W, out of B into A, that is given as ``distance_pair`` does."""
+    swaps = pairs.swaps[p]
+    X = places.X_WG[pairs.bodies[p, 1] if swaps else pairs.bodies[p, 0]]
+    sign = -1.0 if swaps else 1.0
+    return (
+        sign * (X[0, k] * n[0] + X[1, k] * n[1] + X[2, k] * n[2]),
+        sign * (X[4, k] * n[0] + X[5, k] * n[1] + X[6, k] * n[2]),
+        sign * (X[8, k] * n[0] + X[9, k] * n[1] + X[10, k] * n[2]),
+    )
 
-    At least ``need``, where it is that. Never more than the truth.
+
+@inlined_kernel
+def _slack(held, bodies, pairs, p, phi, error):
+    """Return how far a normal may be off the direction of the distance, infinite where unknown.
+
+    Of two convex bodies, d apart, no two points are nearer to each other along that direction.
+    So points that are ``phi`` apart, and in the bodies to within ``error``, are apart along a
+    direction whose cosine with it is at least ``1 - 3 error / phi``.
+    """
+    table, a, b = borrowed_table(held), pairs.bodies[p, 0], pairs.bodies[p, 1]
+    if not 0.0 < phi < math.inf or table.exact[bodies.rows[a]] or table.exact[bodies.rows[b]]:
+        return math.inf
+    return math.sqrt(8.0 * error / phi)
+
+
+@merged_kernel
+def _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin):
+    """Return (rest, slack, n): how much nearer than now a pair may come, -inf where it collides.
+
+    At least ``need``, where it is that. Never more than the truth. ``n`` is a unit vector in W
+    out of B into A; see ``_slack``.
     """
     padding = pairs.paddings[p]
     limit, reach = padding - pairs.touching[p], max(padding + need, 0.0)
-    phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
+    phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
     least, most = bounds_of(phi, gap, reach)
     if most < limit:
-        return -math.inf
-    if least - padding < need and least - padding < max(tolerance, 0.5 * (most - padding)):
-        phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
+        return -math.inf, math.inf, nhat
+    if least - padding < need and gap > _FINE * phi:
+        phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
         if phi < limit:
-            return -math.inf
+            return -math.inf, math.inf, nhat
         least, _ = bounds_of(phi, gap, reach)
-    return least - padding
+    slack = math.inf
+    if least - padding < need:
+        slack = _slack(held, bodies, pairs, p, phi, gap + margin)
+    return least - padding, slack, _in_world(pairs, p, k, places, nhat)
 
 
 @inlined_kernel
@@ -117,7 +168,7 @@ def _put(stretches, low, high):
 
 
 @inlined_kernel
-def _place_middles(tree, bodies, stretches, count, is_first, edge, q, X_WB, places):
+def _place_middles(tree, bodies, stretches, count, is_first, edge, motions, X_WB, places):
     """Place all bodies as in the middles of stretches, and first as at the edge's ends."""
     for k in range(LANES):
         place = (stretches.counts[0] + min(k, count - 1)) % MOST_STRETCHES
@@ -129,64 +180,142 @@ def _place_middles(tree, bodies, stretches, count, is_first, edge, q, X_WB, plac
             middle = 1.0
         if k < count:
             stretches.low[k], stretches.middle[k], stretches.high[k] = low, middle, high
-            stretches.free[k], stretches.blockers[k] = 1.0, NO_PAIR
-        point_on(tree, edge, middle, q[k])
-    place_bodies(tree, bodies, q, 0, X_WB, places)
+            stretches.below[k], stretches.above[k] = middle - low, high - middle
+            stretches.states[k], stretches.blockers[k] = FREE, NO_PAIR
+        point_on(tree, edge, middle, motions.q[k])
+    place_bodies(tree, bodies, motions.q, 0, X_WB, places)
+    if len(edge) == 2:
+        place_twists(tree, motions, places)
+        place_speeds(bodies, motions, places)
 
 
 @inlined_kernel
-def _longest(halves, count):
+def _longest(stretches, count):
     """Return how far around a middle anything is still to be shown."""
     longest = 0.0
     for k in range(count):
-        longest = max(longest, halves[k])
+        longest = max(longest, stretches.below[k], stretches.above[k])
     return longest
 
 
+@inlined_kernel
+def _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part):
+    """Return when a pair may have used up a part of its rest, before and behind the middle.
+
+    That is (before, behind, backwards, forwards, bend); the last three say how fast at most.
+    """
+    way, bend, may = motions.ways[p], motions.bends[p], part * (rest - motions.margins[p])
+    before = behind = may / way if way > 0.0 else math.inf
+    if slack >= 1.0 or bend == math.inf:
+        return before, behind, way, way, math.inf
+    forwards, backwards = speed_bounds(bodies, pairs, p, k, motions, places, n, slack)
+    before = max(before, time_until(may, backwards, bend))
+    behind = max(behind, time_until(may, forwards, bend))
+    return before, behind, backwards, forwards, bend
+
+
+@inlined_kernel
+def _kept(motions, stretches, p, k, rest, times):
+    """Return what a pair keeps on all that is still to be shown of a stretch."""
+    _, _, backwards, forwards, bend = times
+    way = motions.ways[p]
+    return rest - max(
+        used_up(stretches.below[k], way, backwards, bend),
+        used_up(stretches.above[k], way, forwards, bend),
+    )
+
+
+@inlined_kernel
+def _shrink(stretches, times, p, k):
+    """Leave of a stretch what a pair leaves free; return how far that is, if it is less."""
+    before, behind, nearest = times[0], times[1], math.inf
+    if before < stretches.below[k]:
+        stretches.below[k] = nearest = before
+    if behind < stretches.above[k]:
+        stretches.above[k] = behind
+        nearest = min(nearest, behind)
+    if nearest < math.inf and stretches.states[k] == FREE:
+        stretches.blockers[k] = p
+    return nearest
+
+
 @merged_kernel
-def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places):
-    """Find how far around the middles all pairs are free: ``free``, negative where one collides.
+def _look_at(held, bodies, pairs, motions, stretches, p, k, limits, places):
+    """Leave of a stretch what a pair leaves free, by the cheapest bound that decides.
+
+    Returns what the pair keeps there at least, -inf where it collides in the middle, and how far
+    from the middle what is left ends, infinite where all is.
+    """
+    part, tolerance = limits
+    below, above = stretches.below, stretches.above
+    way, bend = motions.ways[p], motions.bends[p]
+    margin, padding = motions.margins[p], pairs.paddings[p]
+    a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
+    half = max(below[k], above[k])
+    need, rest = half * way / part + margin + tolerance, places.sure[k] - padding
+    if rest >= need:
+        return rest - half * way, math.inf
+    if bend < math.inf and b >= len(bodies.joints):
+        moved = (motions.speeds[a, k] + 0.5 * bend * half) * half
+        if rest >= moved / part + margin + tolerance:
+            return rest - moved, math.inf
+    apart, n = separation(bodies, a, b, places, k)
+    rest = apart - padding
+    if rest - margin >= tolerance:
+        times = _free_times(bodies, pairs, motions, p, k, places, rest, 0.0, n, part)
+        if times[0] >= below[k] and times[1] >= above[k]:
+            return _kept(motions, stretches, p, k, rest, times), math.inf
+    rest, slack, n = _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin)
+    if rest >= need:
+        return rest - half * way, math.inf
+    if rest - margin >= tolerance:
+        times = _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part)
+        nearest = _shrink(stretches, times, p, k)
+        return _kept(motions, stretches, p, k, rest, times), nearest
+    is_collision = rest == -math.inf
+    below[k] = above[k] = -1.0 if is_collision else 0.0
+    if is_collision or stretches.states[k] == FREE:
+        stretches.states[k] = COLLIDES if is_collision else UNDECIDED
+        stretches.blockers[k] = p
+    return (-math.inf if is_collision else math.inf), 0.0
+
+
+@merged_kernel
+def _look(held, bodies, pairs, motions, stretches, count, limits, places):
+    """Find how far around the middles all pairs are free: ``below`` and ``above``.
 
     ``limits``: the rules, and beyond where nothing matters any more. Returns what all pairs keep
     there at least. Unless it is to be measured, a collision ends it.
     """
     measures, part, tolerance, collision = limits
-    least = math.inf
-    low, middle, high = stretches.low, stretches.middle, stretches.high
-    free, blockers, halves = stretches.free, stretches.blockers, stretches.halves
+    least = tightest = math.inf
     for k in range(count):
-        halves[k] = max(middle[k] - low[k], high[k] - middle[k])
-        if low[k] > collision:
-            halves[k] = -1.0
+        if stretches.low[k] > collision:
+            stretches.below[k] = stretches.above[k] = -1.0
+    longest = _longest(stretches, count)
     first, count_of_pairs = stretches.counts[2], len(pairs.bodies)
     for i in range(count_of_pairs):
         p = first + i if first + i < count_of_pairs else first + i - count_of_pairs
-        way, margin, padding = ways[p], margins[p], pairs.paddings[p]
-        enough = _longest(halves, count) * way / part + margin + tolerance + padding
-        sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, enough)
+        way, margin, padding = motions.ways[p], motions.margins[p], pairs.paddings[p]
+        enough = longest * way / part + margin + tolerance + padding
+        sure = sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, enough)
+        if sure >= enough:
+            least = min(least, sure - padding - longest * way)
+            continue
         for k in range(count):
-            if halves[k] < 0.0:
+            if stretches.below[k] < 0.0:
                 continue
-            need = halves[k] * way / part + margin + tolerance
-            rest = places.sure[k] - padding
-            if rest < need:
-                rest = _free_way(held, bodies, pairs, p, k, places, need, tolerance)
-            if rest == -math.inf:
-                free[k], blockers[k], halves[k] = -1.0, p, -1.0
-                if not measures:
-                    stretches.counts[2] = p
-                    return least
-            elif rest >= need:
-                least = min(least, rest - halves[k] * way)
-            else:
-                proven = 0.0
-                if rest - margin >= tolerance:
-                    proven = part * (rest - margin) / way
-                    least = min(least, rest - proven * way)
-                if proven < free[k]:
-                    free[k], blockers[k] = proven, p
-                    # Beyond what this pair leaves of the stretch, others need not be looked at.
-                    halves[k] = min(halves[k], proven)
+            kept, nearest = _look_at(
+                held, bodies, pairs, motions, stretches, p, k, (part, tolerance), places
+            )
+            if nearest < tightest:
+                tightest, stretches.counts[2] = nearest, p
+            if kept == -math.inf and not measures:
+                return least
+            if kept > -math.inf:
+                least = min(least, kept)
+            if nearest < math.inf:
+                longest = _longest(stretches, count)
     return least
 
 
@@ -194,48 +323,59 @@ def _look(held, bodies, pairs, ways, margins, stretches, count, limits, places):
 def _put_rest(stretches, k, measures):
     """Put what is not proven of a stretch behind those that wait; tell whether that helps."""
     low, middle, high = stretches.low[k], stretches.middle[k], stretches.high[k]
-    free = stretches.free[k]
-    if free <= 0.0:
+    if stretches.states[k] != FREE:
         half = 0.5 * (low + middle)
         is_coarse = measures and middle - low > _FINEST
         return is_coarse and _put(stretches, low, half) and _put(stretches, half, middle)
     has_room = True
-    if middle - free > low:
-        has_room = _put(stretches, low, middle - free)
-    if middle + free < high:
-        has_room &= _put(stretches, middle + free, high)
+    if stretches.below[k] < middle - low:
+        has_room = _put(stretches, low, middle - stretches.below[k])
+    if stretches.above[k] < high - middle:
+        has_room &= _put(stretches, middle + stretches.above[k], high)
     return has_room
+
+
+@inlined_kernel
+def _first_parts(motions):
+    """Return in how many stretches an edge is cut at first: LANES where it is long."""
+    longest = 0.0
+    for p in range(len(motions.ways)):
+        longest = max(longest, motions.ways[p])
+    parts = 2
+    while parts < LANES and parts * _STRETCH < longest:
+        parts += 1
+    return parts
 
 
 @merged_kernel
 def prove_edge(
-    held, tree, bodies, pairs, ways, margins, edge, X_WB, rules, stop, stretches, q, places,
-    numbers,
-):  # fmt: skip
+    held, tree, bodies, pairs, motions, edge, X_WB, rules, stop, stretches, places, numbers
+):
     """Return (status, pair) of an edge and write its ``numbers``; see ``prove_edges``."""
     measures, part, tolerance = rules
     stretches.counts[0] = stretches.counts[1] = 0
-    for i in range(LANES):
-        _put(stretches, i / LANES, (i + 1) / LANES)
+    parts = _first_parts(motions)
+    for i in range(parts):
+        _put(stretches, i / parts, (i + 1) / parts)
     undecided, undecided_pair, least = math.inf, NO_PAIR, math.inf
     collision, collision_pair = math.inf, NO_PAIR
     looks = 0
     while stretches.counts[1] > 0:
         count = min(LANES, stretches.counts[1])
-        _place_middles(tree, bodies, stretches, count, looks == 0, edge, q, X_WB, places)
+        _place_middles(tree, bodies, stretches, count, looks == 0, edge, motions, X_WB, places)
         looks += count
         kept = _look(
-            held, bodies, pairs, ways, margins, stretches, count,
+            held, bodies, pairs, motions, stretches, count,
             (measures, part, tolerance, collision), places,
         )  # fmt: skip
         least = min(least, kept)
         stretches.counts[0] += count
         stretches.counts[1] -= count
         for k in range(count):
-            low, blocker = stretches.low[k], stretches.blockers[k]
-            if stretches.free[k] < 0.0 and stretches.middle[k] < collision:
+            low, state, blocker = stretches.low[k], stretches.states[k], stretches.blockers[k]
+            if state == COLLIDES and stretches.middle[k] < collision:
                 collision, collision_pair = stretches.middle[k], blocker
-            elif stretches.free[k] == 0.0 and stretches.middle[k] < undecided:
+            elif state == UNDECIDED and stretches.middle[k] < undecided:
                 undecided, undecided_pair = stretches.middle[k], blocker
             if low < min(undecided, collision) and not _put_rest(stretches, k, measures):
                 undecided, undecided_pair = low, blocker
@@ -259,7 +399,7 @@ def prove_edge(
 @lean_kernel
 def prove_edges(
     held, tree, bodies, pairs, reaches, edges, X_WB, rules, stop, statuses, numbers, found,
-    scratch, stretches, places,
+    motions, stretches, places,
 ):  # fmt: skip
     """Prove edges ``(n, m, nq)`` to be free, or find where they collide; see ``point_on``.
 
@@ -269,12 +409,11 @@ def prove_edges(
     measure, an edge is left as soon as it is known not to be free, and up to where it is tells
     nothing. Edges are undecided from when on another thread sets ``stop`` ``(1,)``.
     """
-    ways, margins, own, q = scratch
     place_still_bodies(bodies, places)
     for e in range(len(edges)):
-        set_ways(tree, bodies, pairs, reaches, edges[e], ways, margins, own)
+        set_motions(tree, bodies, pairs, reaches, edges[e], motions)
         stretches.counts[2] = 0  # What is known of an edge depends on no other one.
         statuses[e], found[e] = prove_edge(
-            held, tree, bodies, pairs, ways, margins, edges[e], X_WB, rules, stop, stretches, q,
-            places, numbers[e],
+            held, tree, bodies, pairs, motions, edges[e], X_WB, rules, stop, stretches, places,
+            numbers[e],
         )  # fmt: skip

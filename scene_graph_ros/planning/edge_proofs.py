@@ -11,7 +11,7 @@ from scene_graph_ros.planning.bodies import new_places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_kernels import EdgeRules, new_stretches, prove_edges
 from scene_graph_ros.planning.in_threads import in_threads
-from scene_graph_ros.robots.tree_kernels import LANES
+from scene_graph_ros.planning.motion_kernels import new_motions
 
 __all__ = ["EdgeProofs", "edge_scratch", "new_stop", "prove"]
 
@@ -35,11 +35,11 @@ def new_stop() -> NDArray[np.int64]:
 def edge_scratch(plan: CheckerPlan) -> tuple[Any, ...]:
     """Return the last arguments of kernels that prove edges, for one thread."""
     pairs, robots = len(plan.pairs.bodies), len(plan.bodies.joints)
-    q = np.empty((LANES, plan.tree.num_positions))
+    joints, positions = len(plan.tree.table.kinds), plan.tree.num_positions
     return (
-        (np.empty(pairs), np.empty(pairs), np.empty((robots, 2)), q),
+        new_motions(joints, positions, robots, pairs),
         new_stretches(),
-        new_places(len(plan.tree.table.kinds), len(plan.bodies.rows)),
+        new_places(joints, len(plan.bodies.rows)),
     )
 
 

@@ -2,9 +2,9 @@
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.planning.bodies import place_still_bodies
-from scene_graph_ros.planning.curve_kernels import set_ways
 from scene_graph_ros.planning.edge_kernels import FREE, prove_edge
 from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth
+from scene_graph_ros.planning.motion_kernels import set_motions
 from scene_graph_ros.planning.search_state import EDGES, PHASE, PROVE, SHORTEN, STOPPED
 from scene_graph_ros.planning.shortcut_kernels import propose_shortcut, take_shortcut
 
@@ -14,7 +14,7 @@ __all__ = ["search"]
 @lean_kernel
 def search(
     held, tree, bodies, pairs, reaches, X_WB, rules, stop, space, longest, trees, path, samples,
-    state, edge, numbers, scratch, stretches, places,
+    state, edge, numbers, motions, stretches, places,
 ):  # fmt: skip
     """Go on with a search until something is missing, or all is done; return which.
 
@@ -22,7 +22,6 @@ def search(
     ``(n, 2)`` while a path is shortened. An edge that was being proven when ``stop`` was set is
     dropped. What came before does not depend on where calls began and ended.
     """
-    ways, margins, own, q = scratch
     place_still_bodies(bodies, places)
     while True:
         is_growing = state[PHASE] != SHORTEN
@@ -32,10 +31,10 @@ def search(
             answer = propose_shortcut(tree, space, path, samples, state, edge)
         if answer != PROVE:
             return answer
-        set_ways(tree, bodies, pairs, reaches, edge[:2], ways, margins, own)
+        set_motions(tree, bodies, pairs, reaches, edge[:2], motions)
         status, _ = prove_edge(
-            held, tree, bodies, pairs, ways, margins, edge[:2], X_WB, rules, stop, stretches, q,
-            places, numbers,
+            held, tree, bodies, pairs, motions, edge[:2], X_WB, rules, stop, stretches, places,
+            numbers,
         )  # fmt: skip
         if stop[0] != 0:
             return STOPPED

@@ -1,0 +1,42 @@
+"""Paths for problems that others made: seventy of MotionBenchMaker's, ten of each set."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.plans import moveit_problems
+from scene_graph_ros.planning import plan_path
+
+ARCHIVE = Path(__file__).with_name("motion_bench_maker_panda.tar.bz2")
+
+SETS = (
+    "bookshelf_small",
+    "bookshelf_tall",
+    "bookshelf_thin",
+    "box",
+    "cage",
+    "table_pick",
+    "table_under_pick",
+)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_all_problems_of_a_set_are_solved_and_proven(name):
+    """From the start to the goal; none of 100 configurations along each edge collides."""
+    problems = list(moveit_problems(ARCHIVE, sets=(name,)))
+    assert len(problems) == 10
+    t = np.linspace(0.0, 1.0, 100)[:, np.newaxis, np.newaxis]
+    for problem in problems:
+        plan = plan_path(problem.checker, problem.start, problem.goal, group="arm", timeout=60)
+        assert plan.is_success and plan.proven, plan.reason
+        path, tree = plan.configurations, problem.checker.plan.tree
+        np.testing.assert_array_equal(path[[0, -1]], [problem.start, problem.goal])
+        assert ((path >= tree.lower) & (path <= tree.upper)).all()
+        along = ((1.0 - t) * path[:-1] + t * path[1:]).reshape(-1, path.shape[1])
+        assert problem.checker.check_configs_collision_free(along).all()
+        nearest = min(
+            problem.checker.calc_robot_clearance(q, 0.2).distances.min(initial=0.2)
+            for q in along[::50]
+        )
+        assert 0.0 < plan.least_clearance <= nearest
