@@ -12,7 +12,10 @@ __all__ = ["ask_convex_sets"]
 def ask_convex_sets() -> None:
     """Ask a square and its corners for a point, distances and a sample."""
     square, corners = HPolyhedron.make_unit_box(2), VPolytope.make_unit_box(2)
-    square.is_empty()
+    square.is_empty(certificate=True)
+    for answer in (square.is_empty, square.is_bounded, square.find_redundant):
+        answer()
+    square.contained_in(square)
     for each in (square, corners):
         each.projection(np.full((1, 2), 2.0))
     AffineBall.minimum_volume_circumscribed_ellipsoid(corners.vertices)

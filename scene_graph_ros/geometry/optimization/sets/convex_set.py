@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.optimization.sets.membership import (
     add_point_in_set,
     Membership,
 )
+from scene_graph_ros.geometry.optimization.sets.quick_answers import meet
 from scene_graph_ros.geometry.optimization.sets.sampled_volume import (
     sample_volume,
     SampledVolume,
@@ -108,14 +109,15 @@ class ConvexSet(abc.ABC):
 
         The certificate is a ``point`` or ``farkas``.
         """
-        if not certificate and self._shows_a_point():
-            return False
+        quick = None if certificate else self._is_quickly_empty()
+        if quick is not None:
+            return quick
         decision = is_empty((self,), "is_empty")
         return decision if certificate else decision.value
 
-    def _shows_a_point(self) -> bool:
-        """Tell whether the set's description shows at once that it is not empty."""
-        return self._IS_NEVER_EMPTY
+    def _is_quickly_empty(self) -> bool | None:
+        """Tell whether the set is empty where that is seen at once; None where it isn't."""
+        return False if self._IS_NEVER_EMPTY else None
 
     @overload
     def is_bounded(self, *, certificate: Literal[False] = ...) -> bool: ...
@@ -128,14 +130,24 @@ class ConvexSet(abc.ABC):
 
         The certificate is ``multipliers``, ``farkas`` for an empty set, or ``recession``.
         """
-        if not certificate and self._shows_its_bounds():
-            return True
+        quick = None if certificate else self._is_quickly_bounded()
+        if quick is not None:
+            return quick
         decision = is_bounded(self)
         return decision if certificate else decision.value
 
-    def _shows_its_bounds(self) -> bool:
-        """Tell whether the set's description shows at once that it is bounded."""
-        return self._IS_ALWAYS_BOUNDED
+    def _is_quickly_bounded(self) -> bool | None:
+        """Tell whether the set is bounded where that is seen at once; None where it isn't."""
+        return True if self._IS_ALWAYS_BOUNDED else None
+
+    def _linear_rows(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return read-only rows of coordinates alone that are the set, None if there are none."""
+        return None
+
+    @property
+    def own_box(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Corners ``(n,)`` of the set where it is shown at once to be a bounded box."""
+        return None
 
     @overload
     def intersects_with(self, other: ConvexSet, *, certificate: Literal[False] = ...) -> bool: ...
@@ -149,6 +161,9 @@ class ConvexSet(abc.ABC):
         Raises ConvexSetError for a set of another dimension.
         """
         self._check_other(other, "intersects_with")
+        quick = None if certificate else meet(self, other)
+        if quick is not None:
+            return quick
         decision = is_empty((self, other), "intersects_with")
         return (
             Decision(not decision.value, decision.certificate)

@@ -31,7 +31,14 @@ from scene_graph_ros.geometry.optimization.sets.from_shapes import (
     placed_shape,
 )
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.geometry.optimization.sets.quick_answers import (
+    is_contained,
+    is_row_bounded,
+    is_row_set_empty,
+    redundant,
+)
 from scene_graph_ros.geometry.optimization.sets.redundancy import (
+    checked_tolerance,
     contained_in,
     implied_rows,
     reduce_rows,
@@ -162,11 +169,17 @@ class HPolyhedron(ConvexSet):
         ``farkas`` for an empty set, or a ``point`` that is outside.
         """
         self._check_other(other, "contained_in")
+        quick = None if certificate else is_contained(self, other, checked_tolerance(tol))
+        if quick is not None:
+            return quick
         decision = contained_in(self, other, tol)
         return decision if certificate else decision.value
 
     def find_redundant(self, tol: float = 1e-9) -> set[int]:
         """Return rows that can all be left out: the others imply them, moved out by ``tol``."""
+        quick = redundant(self._A, self._b, checked_tolerance(tol, "find_redundant"))
+        if quick is not None:
+            return set(np.flatnonzero(quick).tolist())
         return set(reduce_rows(self, tol).removed)
 
     @overload
@@ -183,10 +196,13 @@ class HPolyhedron(ConvexSet):
         self, tol: float = 1e-9, *, certificate: bool = False
     ) -> HPolyhedron | tuple[HPolyhedron, Reduction]:
         """Return the polyhedron without the rows of `find_redundant`; with proofs on request."""
+        if not certificate:
+            left_out = self.find_redundant(tol)
+            stay = [i for i in range(len(self._b)) if i not in left_out]
+            return HPolyhedron(self._A[stay], self._b[stay])
         reduction = reduce_rows(self, tol)
         kept = [i for i in range(len(self._b)) if i not in reduction.removed]
-        reduced = HPolyhedron(self._A[kept], self._b[kept])
-        return (reduced, reduction) if certificate else reduced
+        return HPolyhedron(self._A[kept], self._b[kept]), reduction
 
     def intersection(
         self, other: HPolyhedron, check_for_redundancy: bool = False, tol: float = 1e-9
@@ -274,14 +290,30 @@ class HPolyhedron(ConvexSet):
         np.maximum.at(low, columns[~is_upper], sides[~is_upper])
         return (low, high) if np.isfinite([low, high]).all() else None
 
-    def _shows_a_point(self) -> bool:
-        """Tell whether it is a box with its corners in order."""
-        return self.own_box is not None and bool((self.own_box[0] <= self.own_box[1]).all())
+    def _linear_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._A, self._b
 
-    def _shows_its_bounds(self) -> bool:
-        """Tell whether some rows are of one coordinate each, and bound all on both sides."""
+    def _is_quickly_empty(self) -> bool | None:
+        return self._quickly_empty
+
+    @functools.cached_property
+    def _quickly_empty(self) -> bool | None:
+        empty = is_row_set_empty(self._A, self._b)
+        if empty is None and self.own_box is not None:
+            return bool((self.own_box[0] > self.own_box[1]).any())
+        return empty
+
+    def _is_quickly_bounded(self) -> bool | None:
+        return self._quickly_bounded
+
+    @functools.cached_property
+    def _quickly_bounded(self) -> bool | None:
+        if is_row_bounded(self._A):
+            return True
+        # Some rows may be of one coordinate each, and bound all on both sides.
         alone = self._A[(self._A != 0.0).sum(axis=1) == 1]
-        return bool((alone > 0.0).any(axis=0).all() and (alone < 0.0).any(axis=0).all())
+        is_boxed = (alone > 0.0).any(axis=0).all() and (alone < 0.0).any(axis=0).all()
+        return True if is_boxed else None
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
         # About the first point, so that points far from the origin lose nothing.

@@ -57,6 +57,14 @@ class Hyperrectangle(ConvexSet):
         A = np.concatenate([np.eye(n), -np.eye(n)])
         return Lift(np.zeros((0, n)), np.zeros(0), A, np.concatenate([self._ub, -self._lb]))
 
+    def _linear_rows(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.lifted.A, self.lifted.b
+
+    @property
+    def own_box(self) -> tuple[np.ndarray, np.ndarray]:
+        """The corners ``(n,)``."""
+        return self._lb, self._ub
+
     def maybe_get_point(self) -> np.ndarray | None:
         """Return the point where the bounds are equal."""
         return self._lb if (self._lb == self._ub).all() else None

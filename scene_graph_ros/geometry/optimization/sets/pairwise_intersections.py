@@ -150,8 +150,9 @@ def own_box(convex_set: ConvexSet) -> Boxes | None:
         return convex_set.x, convex_set.x
     if isinstance(convex_set, Hyperrectangle):
         return convex_set.lb, convex_set.ub
-    if isinstance(convex_set, HPolyhedron) and convex_set._shows_a_point():
-        return convex_set.own_box
+    box = convex_set.own_box if isinstance(convex_set, HPolyhedron) else None
+    if box is not None and (box[0] <= box[1]).all():
+        return box
     return None
 
 

@@ -10,15 +10,18 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.quick_answers import rows_that_follow
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest, find_point
 from scene_graph_ros.geometry.optimization.solve.maximize import prove_bound
 from scene_graph_ros.geometry.optimization.solve.proof import Proof
+from scene_graph_ros.geometry.optimization.solve.quick import OPEN
+from scene_graph_ros.geometry.optimization.solve.quick_rows import INSIDE
 from scene_graph_ros.geometry.optimization.solve.rational_simplex import fractions_of
 from scene_graph_ros.geometry.optimization.solve.rows import is_inside, Rows
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
-__all__ = ["Reduction", "contained_in", "implied_rows", "reduce_rows"]
+__all__ = ["Reduction", "checked_tolerance", "contained_in", "implied_rows", "reduce_rows"]
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,8 @@ class Reduction:
     kept: dict[int, tuple[Fraction, ...]]
 
 
-def _checked_tolerance(tol: Any, label: str) -> float:
+def checked_tolerance(tol: Any, label: str = "contained_in") -> float:
+    """Return a finite tolerance. Raises ConvexSetError."""
     number = as_float(tol)
     if number is None or not np.isfinite(number):
         raise ConvexSetError(f"{label}: tol must be a finite number, not {quoted(tol)}")
@@ -58,7 +62,7 @@ def _inner_point(rows: Rows) -> Proof:
 
 def contained_in(asked: Any, other: Any, tol: float) -> Decision:
     """Decide whether a set of linear rows is in a polyhedron, as `HPolyhedron.contained_in`."""
-    tol = _checked_tolerance(tol, "contained_in")
+    tol = checked_tolerance(tol, "contained_in")
     rows = asked.lifted.rows
     start = _inner_point(rows)
     sets = (asked, other)
@@ -79,16 +83,21 @@ def contained_in(asked: Any, other: Any, tol: float) -> Decision:
 
 def implied_rows(polyhedron: Any, other: Any, tol: float) -> list[int]:
     """Return the rows of another polyhedron that follow from those of the first."""
-    tol = _checked_tolerance(tol, "intersection")
+    tol = checked_tolerance(tol, "intersection")
+    quick = rows_that_follow(polyhedron, other, tol)
+    implied = np.flatnonzero(quick == INSIDE).tolist()
+    left_open = np.flatnonzero(quick == OPEN).tolist()
+    if not left_open:
+        return implied
     rows = polyhedron.lifted.rows
     start = _inner_point(rows)
     if start.kind == "farkas":
         return list(range(len(other.b)))
-    return [
-        i
-        for i, (row, side) in enumerate(zip(other.A, other.b, strict=True))
-        if prove_bound(rows, row, _moved_out(row, side, tol), start).kind == "multipliers"
-    ]
+    for i in left_open:
+        bound = _moved_out(other.A[i], float(other.b[i]), tol)
+        if prove_bound(rows, other.A[i], bound, start).kind == "multipliers":
+            implied.append(i)
+    return sorted(implied)
 
 
 def reduce_rows(polyhedron: Any, tol: float) -> Reduction:
@@ -97,7 +106,7 @@ def reduce_rows(polyhedron: Any, tol: float) -> Reduction:
     One after the other is left out if those still there imply it. At last each is proven from
     those that stay, or comes back, so that distances do not add up.
     """
-    tol = _checked_tolerance(tol, "reduce_inequalities")
+    tol = checked_tolerance(tol, "reduce_inequalities")
     A, b = polyhedron.A, polyhedron.b
     start = _inner_point(polyhedron.lifted.rows)
     if start.kind == "farkas":

@@ -1,0 +1,90 @@
+"""What floats prove of sets with flat faces, for who asks without a certificate.
+
+`solve.quick` bounds what rounding may do; where that leaves a question open, the answer here is
+None, and fractions decide.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.solve.quick import (
+    EMPTY,
+    is_bounded_quickly,
+    OPEN,
+    point_quickly,
+)
+from scene_graph_ros.geometry.optimization.solve.quick_rows import (
+    follow_quickly,
+    INSIDE,
+    OUTSIDE,
+    reduce_quickly,
+)
+
+__all__ = [
+    "is_contained",
+    "is_row_bounded",
+    "is_row_set_empty",
+    "meet",
+    "redundant",
+    "rows_that_follow",
+]
+
+
+def is_row_set_empty(A: np.ndarray, b: np.ndarray) -> bool | None:
+    """Tell whether ``A x <= b`` has no point, None where that is left open."""
+    status = point_quickly(A, b, np.empty(A.shape[1]))
+    return None if status == OPEN else bool(status == EMPTY)
+
+
+def is_row_bounded(A: np.ndarray) -> bool | None:
+    """Tell whether ``A x <= b`` is bounded, None where that is left open."""
+    return True if is_bounded_quickly(A) else None
+
+
+def meet(one: Any, other: Any) -> bool | None:
+    """Tell whether two sets have a point in common, None where that is left open."""
+    left, right = one._linear_rows(), other._linear_rows()
+    if left is None or right is None:
+        return None
+    A, b = np.concatenate([left[0], right[0]]), np.concatenate([left[1], right[1]])
+    A.setflags(write=False)
+    b.setflags(write=False)
+    empty = is_row_set_empty(A, b)
+    if empty is None and one.own_box is not None and other.own_box is not None:
+        lows, highs = zip(one.own_box, other.own_box, strict=True)
+        empty = bool((np.maximum(*lows) > np.minimum(*highs)).any())
+    return None if empty is None else not empty
+
+
+def is_contained(asked: Any, other: Any, tol: float) -> bool | None:
+    """Tell whether a set is in a polyhedron moved out by a distance, None where left open."""
+    found = _follow(asked, other, tol, True)
+    if found is None:
+        return None
+    if (found == OUTSIDE).any():
+        return False
+    return True if (found == INSIDE).all() else None
+
+
+def rows_that_follow(asked: Any, other: Any, tol: float) -> np.ndarray:
+    """Tell which rows of a polyhedron a set has all its points before: 1, -1, 0 if left open."""
+    found = _follow(asked, other, tol, False)
+    return np.zeros(len(other.b), dtype=np.int64) if found is None else found
+
+
+def _follow(asked: Any, other: Any, tol: float, ends_outside: bool) -> np.ndarray | None:
+    rows = asked._linear_rows()
+    if rows is None:
+        return None
+    found = np.empty(len(other.b), dtype=np.int64)
+    follow_quickly(*rows, other.A, other.b, tol, ends_outside, found)
+    return found
+
+
+def redundant(A: np.ndarray, b: np.ndarray, tol: float) -> np.ndarray | None:
+    """Return which rows ``(m,)`` can be left out, None where that is left open."""
+    is_kept = np.zeros(len(b), dtype=np.bool_)
+    return ~is_kept if reduce_quickly(A, b, tol, is_kept) else None

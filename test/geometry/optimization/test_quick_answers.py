@@ -1,0 +1,125 @@
+"""What floats prove without a certificate is what fractions prove with one; and most is proven."""
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.quick_answers import (
+    is_contained,
+    is_row_bounded,
+    is_row_set_empty,
+    meet,
+    redundant,
+    rows_that_follow,
+)
+from scene_graph_ros.geometry.optimization.sets.redundancy import reduce_rows
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def rows_on_a_grid(rng, n):
+    """Return rows of small whole numbers: many meet in one point, some follow, some contradict."""
+    count = int(rng.integers(n + 1, 4 * n + 6))
+    A = rng.integers(-2, 3, size=(count, n)).astype(float)
+    A[~A.any(axis=1), 0] = 1.0
+    b = rng.integers(-1, 5, size=count).astype(float)
+    if rng.random() < 0.7:
+        A, b = np.concatenate([A, np.eye(n), -np.eye(n)]), np.append(b, np.full(2 * n, 3.0))
+    return A, b
+
+
+@given(seeds)
+@settings(deadline=None, derandomize=True, max_examples=120)
+def test_floats_say_what_fractions_say(seed):
+    """Of bodies where much is degenerate, with rows of any length, of any size and far away."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    size, shift = 2.0 ** int(rng.integers(-20, 21)), rng.integers(-1000, 1000, size=n)
+    bodies = []
+    for _ in range(2):
+        A, b = rows_on_a_grid(rng, n)
+        lengths = 2.0 ** rng.integers(-20, 21, size=len(b))
+        bodies.append(HPolyhedron(A * lengths[:, None], size * (b + A @ shift) * lengths))
+    one, other = bodies
+    for body in bodies:
+        empty = is_row_set_empty(body.A, body.b)
+        assert empty in (None, body.is_empty(certificate=True).value)
+        assert is_row_bounded(body.A) in (None, body.is_bounded(certificate=True).value)
+    assert meet(one, other) in (None, one.intersects_with(other, certificate=True).value)
+    for tol in (0.0, 1e-9 * size, 0.25 * size, -0.25 * size):
+        truth = one.contained_in(other, tol, certificate=True).value
+        assert is_contained(one, other, tol) in (None, truth)
+        found = rows_that_follow(one, other, tol)
+        if not one.is_empty():
+            for i in np.flatnonzero(found):
+                alone = HPolyhedron(other.A[[i]], other.b[[i]])
+                assert one.contained_in(alone, tol, certificate=True).value == (found[i] == 1)
+    left_out = redundant(one.A, one.b, 1e-9 * size)
+    if left_out is not None:
+        assert set(np.flatnonzero(left_out)) == set(reduce_rows(one, 1e-9 * size).removed)
+
+
+def generic(rng, n, m, shift=0.0):
+    """Return a box and planes around it, some of which follow."""
+    A = np.concatenate([np.eye(n), -np.eye(n), rng.normal(size=(m - 2 * n, n))])
+    A /= np.linalg.norm(A, axis=1)[:, None]
+    b = np.concatenate([np.ones(2 * n), 0.5 + 0.7 * rng.random(m - 2 * n)])
+    return HPolyhedron(A, b + A @ np.full(n, shift))
+
+
+@pytest.mark.parametrize(("n", "m"), [(2, 24), (3, 36), (7, 64)])
+def test_floats_leave_little_open(n, m):
+    """Of ten bodies in general position nothing, touching ones aside."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        body, near, far = generic(rng, n, m), generic(rng, n, m, 0.4), generic(rng, n, m, 4.0)
+        assert is_row_set_empty(body.A, body.b) is False
+        assert is_row_bounded(body.A) is True
+        assert meet(body, near) is True
+        assert meet(body, far) is False
+        assert is_contained(body, near, 1e-9) is False
+        assert is_contained(body, body, 1e-9) is True
+        assert redundant(body.A, body.b, 1e-9) is not None
+        assert rows_that_follow(body, far, 1e-9).all()
+
+
+@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("power", range(3, 16))
+def test_gaps_of_any_size(n, power):
+    """A simplex cut by a plane that passes its corner on either side, or through it."""
+    rows, sides = np.vstack([-np.eye(n), np.ones(n)]), np.append(np.zeros(n), 1.0)
+    for gap in (10.0**-power, -(10.0**-power), 0.0):
+        cut = HPolyhedron(np.vstack([rows, -np.eye(n)[0]]), np.append(sides, -(1.0 + gap)))
+        assert cut.is_empty() == (1.0 + gap > 1.0)
+        simplex = HPolyhedron(rows, sides)
+        wall = HPolyhedron(np.eye(n)[:1], [1.0 + gap])
+        assert simplex.contained_in(wall, 0.0) == (1.0 + gap >= 1.0)
+        walled = HPolyhedron(np.vstack([rows, np.eye(n)[:1]]), np.append(sides, 1.0 + gap))
+        assert walled.find_redundant(0.0) == (set() if 1.0 + gap < 1.0 else {n + 1})
+
+
+def test_boxes_are_compared_as_they_are():
+    """Flat, touching by a face and apart by one unit in the last place, in both kinds."""
+    box = Hyperrectangle([0.0, 0.0], [0.1, 0.0])
+    for x, meets in ((0.1, True), (np.nextafter(0.1, 1.0), False)):
+        other = HPolyhedron.make_box([x, 0.0], [1.0, 1.0])
+        assert meet(box, other) is meets
+        assert other.intersects_with(box) is meets
+    assert not HPolyhedron.make_box([0.0], [0.0]).is_empty()
+    assert HPolyhedron.make_box([1.0], [0.0]).is_empty()
+
+
+def test_rows_without_length_and_of_extreme_ones():
+    """Are left open, and decided in fractions."""
+    for rows, sides, empty in (
+        ([[0.0]], [-1.0], True),
+        ([[0.0]], [0.0], False),
+        ([[1e-149], [-1e-149]], [-1.0, -1.0], True),
+        ([[1e149, 1e-149], [-1.0, 0.0]], [-1.0, 0.0], False),
+    ):
+        body = HPolyhedron(rows, sides)
+        assert is_row_set_empty(body.A, body.b) is None
+        assert body.is_empty() is empty
+        assert body.is_empty(certificate=True).certificate.verify()
