@@ -38,6 +38,13 @@ if TYPE_CHECKING:
         MissingCasadiError,
         TrajectoryOptimizationError,
     )
+    from scene_graph_ros.planning.optimal_control.kinematic_curve import BsplineBasis
+    from scene_graph_ros.planning.optimal_control.kinematic_result import (
+        KinematicTrajectoryResult,
+    )
+    from scene_graph_ros.planning.optimal_control.kinematic_trajectory_optimization import (
+        KinematicTrajectoryOptimization,
+    )
     from scene_graph_ros.planning.optimal_control.multiple_shooting import MultipleShooting
     from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
     from scene_graph_ros.planning.optimal_control.program_result import (
@@ -64,6 +71,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "BodyShapeDescription",
+    "BsplineBasis",
     "CheckerBody",
     "CollisionChecker",
     "CollisionCheckerContext",
@@ -81,6 +89,8 @@ __all__ = [
     "EdgesBetweenSubgraphs",
     "GcsTrajectoryOptimization",
     "GcsTrajectoryResult",
+    "KinematicTrajectoryOptimization",
+    "KinematicTrajectoryResult",
     "LinearDistanceAndInterpolationProvider",
     "MissingCasadiError",
     "MultipleShooting",
@@ -141,6 +151,9 @@ _MODULES = {
         "MissingCasadiError",
         "TrajectoryOptimizationError",
     ),
+    "optimal_control.kinematic_curve": ("BsplineBasis",),
+    "optimal_control.kinematic_result": ("KinematicTrajectoryResult",),
+    "optimal_control.kinematic_trajectory_optimization": ("KinematicTrajectoryOptimization",),
     "optimal_control.multiple_shooting": ("MultipleShooting",),
     "optimal_control.nonlinear_program": ("NonlinearProgram",),
     "optimal_control.program_result": ("ConstraintViolation", "ProgramResult", "SolveStatus"),

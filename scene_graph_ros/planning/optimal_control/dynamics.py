@@ -147,9 +147,8 @@ class Dynamics:
 
     def raise_error(self) -> None:
         """Raise what a function of NumPy arrays raised inside CasADi, if it did."""
-        if self._numpy is not None and self._numpy.error is not None:
-            error, self._numpy.error = self._numpy.error, None
-            raise error
+        if self._numpy is not None:
+            self._numpy.raise_error()
 
     def _given(
         self, x: ArrayLike, u: ArrayLike, t: float, p: ArrayLike | None

@@ -75,3 +75,9 @@ class NumpyFunction:
 
         self.function = _Called(name, True)
         """What is called with expressions of MX, or numbers."""
+
+    def raise_error(self) -> None:
+        """Raise what was raised inside CasADi, if something was."""
+        if self.error is not None:
+            error, self.error = self.error, None
+            raise error
