@@ -82,7 +82,8 @@ test-core: all-kernels  ## test the core in an environment without ROS
 UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_renderers.py \
   $(patsubst %,compiled/test_%.py,lanes entry_points) \
   $(patsubst %,tables/test_%.py,held_table hull_blocks vertex_scan) broadphase/test_aabb.py \
-  $(patsubst %,narrowphase/test_%.py,cores lane_cores questions simplex tetrahedron) \
+  $(patsubst %,narrowphase/test_%.py,cores lane_cores questions) \
+  narrowphase/propose \
   $(patsubst %,query/point/test_%.py,batch lane_rows point_primitives point_convex) \
   $(patsubst %,query/distance/test_%.py,half_space_pairs mesh_contacts)) \
   test/numerics/test_camera_hard_cases.py

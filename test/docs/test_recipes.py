@@ -55,7 +55,8 @@ def test_every_file_that_a_core_takes_is_named():
     """The list of kinds, whose file is whose, and what is compiled by kinds: no algorithm asks."""
     files = files_with(KINDS_OF_CORES, NARROWPHASE)
     assert files == {
-        f"{NARROWPHASE}{file}.py" for file in ("cores/kinds", "cores/registry", "lift_by_kind")
+        f"{NARROWPHASE}{file}.py"
+        for file in ("cores/kinds", "cores/registry", "lifted_contact_by_kind")
     }
     are_named(files, section("A core"))
 

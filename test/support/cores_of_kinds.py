@@ -2,7 +2,7 @@
 
 from convex_bodies import rounded_hull
 import numpy as np
-from overlapping_pairs import Pair
+from overlapping_pairs import OverlappingPair
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.narrowphase.cores.kinds import POINT, TRIANGLE
@@ -12,7 +12,7 @@ __all__ = ["CORES", "NO_HULLS"]
 
 def core_of(shape):
     """Return the core of a shape, and the hulls it may be one of."""
-    pair = Pair(shape, shape, np.eye(4))
+    pair = OverlappingPair(shape, shape, np.eye(4))
     return pair.cores[0], pair.hulls
 
 

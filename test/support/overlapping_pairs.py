@@ -5,12 +5,13 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from scene_graph_ros.geometry.narrowphase.lift import lifted_contact
+from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
+from scene_graph_ros.geometry.narrowphase.lifted_contact import lifted_contact
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
-from scene_graph_ros.geometry.narrowphase.polytope_rows import FIRST_FACE, MAX_FACES
+from scene_graph_ros.geometry.narrowphase.pair import Pair
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
-__all__ = ["DIRECTIONS", "Pair", "is_found", "overlapping"]
+__all__ = ["DIRECTIONS", "OverlappingPair", "is_found", "overlapping"]
 
 
 def is_found(decided_by):
@@ -18,7 +19,7 @@ def is_found(decided_by):
     return decided_by not in (Mechanism.OPEN, Mechanism.SEPARATED)
 
 
-class Pair:
+class OverlappingPair:
     """Two cores at a pose, and how deep they are along any direction, by plain numpy."""
 
     def __init__(self, shape_A, shape_B, X_AB):
@@ -28,8 +29,8 @@ class Pair:
         self.hulls = table.hulls.blocks
         self.R = tuple(float(x) for x in X_AB[:3, :3].ravel())
         self.p = tuple(float(x) for x in X_AB[:3, 3])
-        self.S = np.zeros((FIRST_FACE + MAX_FACES, 9))
-        self.ids = np.zeros((FIRST_FACE, 2), np.int64)
+        self.pair = Pair(*self.cores, self.R, self.p, self.hulls)
+        self.work = new_workspace()
 
     def depth(self, n):
         """Return how far the cores are from being apart along unit vectors n (..., 3)."""
@@ -55,10 +56,7 @@ class Pair:
 
     def lift(self):
         """Return what ``lifted_contact`` does."""
-        lam = np.zeros(4)
-        return lifted_contact(
-            *self.cores, self.R, self.p, self.hulls, np.inf, self.S, self.ids, lam
-        )
+        return lifted_contact(self.pair, np.inf, self.work)
 
 
 def _directions(count):
@@ -73,8 +71,8 @@ def overlapping(shape_A, shape_B, seed):
     """Return a pair whose centres are some centimetres apart, less if the cores are apart then."""
     rng = np.random.default_rng(seed)
     X_AB = pose(Rotation.random(random_state=rng), rng.uniform(-0.08, 0.08, 3))
-    pair = Pair(shape_A, shape_B, X_AB)
+    pair = OverlappingPair(shape_A, shape_B, X_AB)
     while pair.depth(DIRECTIONS).min() < 0.01:
         X_AB[:3, 3] *= 0.5
-        pair = Pair(shape_A, shape_B, X_AB)
+        pair = OverlappingPair(shape_A, shape_B, X_AB)
     return pair

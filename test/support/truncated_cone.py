@@ -131,8 +131,9 @@ def plane_of(core, hulls, k):
 
 
 @lean_kernel
-def _end(core, R, p, kind, upper):
+def _end(placed, kind, upper):
     """Return the RIM or the FACE of an end."""
+    core, R, p = placed
     axis = column(R, 2)
     out = axis if upper else scale(-1.0, axis)
     r = core[3][1] if upper else core[3][0]
@@ -140,8 +141,9 @@ def _end(core, R, p, kind, upper):
 
 
 @lean_kernel
-def _line_towards(core, R, p, d):
+def _line_towards(placed, d):
     """Return the line on the surface that runs from rim to rim where it faces along d."""
+    core, R, p = placed
     local = rotate_inverse(R, d)
     length = math.sqrt(local[0] * local[0] + local[1] * local[1])
     x, y = (local[0] / length, local[1] / length) if length > 0.0 else (1.0, 0.0)
@@ -151,8 +153,10 @@ def _line_towards(core, R, p, d):
 
 
 @lean_kernel
-def feature_at(core, R, p, S, ids, lam, count, side, d):
+def feature_at(placed, simplex, side, d):
     """Return a line of the surface, a rim or an end."""
+    core, R, p = placed
+    S, lam, count = simplex.S, simplex.lam, simplex.num_corners
     axis = column(R, 2)
     z = 0.0
     witness = ORIGIN
@@ -160,45 +164,47 @@ def feature_at(core, R, p, S, ids, lam, count, side, d):
         q = subtract(simplex_corner(S, i, side), p)
         along = dot(axis, q)
         if along * z < 0.0:
-            return _line_towards(core, R, p, d)
+            return _line_towards(placed, d)
         z = along
         witness = axpy(lam[i], q, witness)
     radial = norm(axpy(-dot(axis, witness), axis, witness))
     r = core[3][1] if z > 0.0 else core[3][0]
-    return _end(core, R, p, FACE if radial < CAP_SHARE * r else RIM, z > 0.0)
+    return _end(placed, FACE if radial < CAP_SHARE * r else RIM, z > 0.0)
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Return the same feature."""
     return now
 
 
 @lean_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return the rim that lies further."""
+    core, R = placed.core, placed.R
     x, _ = support(core, hulls, rotate_inverse(R, d), -1)
-    return _end(core, R, p, RIM, x[2] > 0.0)
+    return _end(placed, RIM, x[2] > 0.0)
 
 
 @lean_kernel
-def face_feature(core, R, p, hulls, k, d):
+def face_feature(placed, hulls, k, d):
     """Return the end that faces along d."""
-    return _end(core, R, p, FACE, dot(column(R, 2), d) > 0.0)
+    R = placed.R
+    return _end(placed, FACE, dot(column(R, 2), d) > 0.0)
 
 
 @lean_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return a line of the surface, the rims or the ends."""
     if index == 0:
-        return _line_towards(core, R, p, d)
+        return _line_towards(placed, d)
     if index <= 2:
-        return _end(core, R, p, RIM, index == 1)
-    return _end(core, R, p, FACE, index == 3) if index <= 4 else NO_FEATURE
+        return _end(placed, RIM, index == 1)
+    return _end(placed, FACE, index == 3) if index <= 4 else NO_FEATURE
 
 
 @inlined_kernel
-def clamp_to(core, R, p, feature, S, ids, count, side, a):
+def clamp_to(placed, feature, simplex, side, a):
     """Return the point a moved onto the line, or from the plane of an end into its disc."""
     if feature[0] == LINE:
         return clamp_to_line(feature, a)

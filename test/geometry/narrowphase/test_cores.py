@@ -6,7 +6,8 @@ import pytest
 
 from scene_graph_ros.geometry import Box, Convex, Cylinder, Ellipsoid
 from scene_graph_ros.geometry.narrowphase.cores.kinds import TRIANGLE
-from scene_graph_ros.geometry.narrowphase.gjk import store_support
+from scene_graph_ros.geometry.narrowphase.pair import Pair, Workspace
+from scene_graph_ros.geometry.narrowphase.propose.gjk import store_support
 from scene_graph_ros.geometry.tables.hull_blocks import CLIMB_LIMIT, vertex_number, vertex_place
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -21,7 +22,8 @@ def support_point(core, hulls, d, hint=-1):
     S, ids = np.zeros((1, 9)), np.zeros((1, 2), np.int64)
     minus_d = tuple(-float(x) for x in d)
     read = getattr(store_support, "py_func", store_support)
-    read(core, point, IDENTITY, (0.0, 0.0, 0.0), hulls, minus_d, S, ids, 0, (hint, -1))
+    pair = Pair(core, point, IDENTITY, (0.0, 0.0, 0.0), hulls)
+    read(pair, minus_d, Workspace(S, ids, np.zeros(4)), 0, (hint, -1))
     return S[0, 3:6], int(ids[0, 0])
 
 

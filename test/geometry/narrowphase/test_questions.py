@@ -14,8 +14,6 @@ import truncated_cone
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, store_lanes
-from scene_graph_ros.geometry.narrowphase import growth as growth_of_pairs
-from scene_graph_ros.geometry.narrowphase.all_features import CANDIDATES
 from scene_graph_ros.geometry.narrowphase.cores import kinds, registry
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import (
@@ -27,6 +25,9 @@ from scene_graph_ros.geometry.narrowphase.features import (
     SMOOTH,
     VERTEX,
 )
+from scene_graph_ros.geometry.narrowphase.multistart.all_features import CANDIDATES
+from scene_graph_ros.geometry.narrowphase.pair import A_SIDE, Placed, Simplex
+from scene_graph_ros.geometry.narrowphase.prove import growth as growth_of_pairs
 
 CONE = (7, -1, 0.0, (0.1, 0.25, 0.2, *np.zeros(6)))
 ALL = {name: (registry.FILES[core[0]], core, hulls) for name, (core, hulls) in CORES.items()}
@@ -53,6 +54,7 @@ class Asked:
 
     def __init__(self, name):
         self.file, self.core, self.hulls = ALL[name]
+        self.placed = Placed(self.core, IDENTITY, ORIGIN)
 
     def support(self, d):
         """Return a support point."""
@@ -68,20 +70,17 @@ class Asked:
         return all(np.dot(x, d) <= self.extent(d) + TIE for d in directions())
 
     def simplex(self, d):
-        """Return (S, ids, weights) of a simplex that is the support point along d."""
+        """Return the simplex that is the support point along d."""
         S, ids, lam = np.zeros((4, 9)), np.zeros((4, 2), np.int64), np.array([1.0, 0.0, 0.0, 0.0])
         point, index = self.file.support(self.core, self.hulls, tuple(map(float, d)), -1)
         S[0, 3:6], ids[0, 0] = point, index
-        return S, ids, lam
+        return Simplex(S, ids, lam, 1)
 
     def candidates(self, d):
         """List all candidates along d."""
-        S, ids, lam = self.simplex(d)
-        found = []
+        simplex, found = self.simplex(d), []
         for k in range(CANDIDATES):
-            feature = self.file.candidate(
-                self.core, self.hulls, IDENTITY, ORIGIN, S, ids, lam, 1, 3, tuple(d), k
-            )
+            feature = self.file.candidate(self.placed, self.hulls, simplex, A_SIDE, tuple(d), k)
             if feature[0] != NONE:
                 found.append(feature)
         return found
@@ -172,9 +171,7 @@ def test_planes_faces_and_edges_bound_the_core(name):
     asked = Asked(name)
     file, core, hulls = asked.file, asked.core, asked.hulls
     planes = [file.plane_of(core, hulls, k) for k in range(file.plane_count(core, hulls))]
-    faces = [
-        file.face_of(core, IDENTITY, ORIGIN, hulls, k) for k in range(file.face_count(core, hulls))
-    ]
+    faces = [file.face_of(asked.placed, hulls, k) for k in range(file.face_count(core, hulls))]
     for n, offset in planes + faces:
         assert np.linalg.norm(n) == pytest.approx(1.0, abs=TIE)
         assert offset == pytest.approx(asked.extent(n), abs=1e-14)
@@ -183,11 +180,11 @@ def test_planes_faces_and_edges_bound_the_core(name):
             normals = [n for n, _ in planes]
             assert {1.0, -1.0} <= {round(float(np.dot(n, axis)), 12) for n in normals}
     for k in range(file.edge_count(core, hulls)):
-        one, other, v = file.edge_of(core, IDENTITY, ORIGIN, hulls, k)
+        one, other, v = file.edge_of(asked.placed, hulls, k)
         assert one != other
         for n, offset in (faces[one], faces[other]):
             assert np.dot(n, v) == pytest.approx(offset, abs=1e-14)
-        line = file.edge_feature(core, IDENTITY, ORIGIN, hulls, k)
+        line = file.edge_feature(asked.placed, hulls, k)
         assert line[0] == LINE
         assert all(asked.holds(np.add(line[1], np.multiply(s, line[2]))) for s in line[4:6])
     corners = [file.local_vertex(core, hulls, k) for k in range(file.vertex_count(core, hulls))]
@@ -215,7 +212,7 @@ def test_what_a_core_says_of_itself(name):
     }
     if file.edge_count(core, hulls):
         assert file.corner_ways(core, hulls) == kinds.CORNERS_NOWHERE
-    side = file.side(core, IDENTITY, ORIGIN)
+    side = file.side(asked.placed)
     assert side[0] in (LINE, NONE)
     if side[0] == LINE:
         assert all(asked.extent(d) == pytest.approx(side[3]) for d in np.eye(3)[:2])
@@ -226,22 +223,19 @@ def test_what_a_core_says_of_itself(name):
 def test_features_reach_as_far_as_the_core(name):
     """What is touched along d, what a simplex suggests, and one of the candidates."""
     asked = Asked(name)
-    file, core, hulls = asked.file, asked.core, asked.hulls
+    file, placed, hulls = asked.file, asked.placed, asked.hulls
     for d in directions():
         expected = pytest.approx(asked.extent(d), abs=1e-14)
-        touched = file.touched(core, hulls, IDENTITY, ORIGIN, tuple(d), 0.0)
+        touched = file.touched(placed, hulls, tuple(d), 0.0)
         assert touched[0] in (VERTEX, LINE, RIM, SMOOTH)
         assert asked.reach(touched, d) == expected
-        S, ids, lam = asked.simplex(d)
-        suggested = file.feature_at(
-            core, IDENTITY, ORIGIN, S, ids, lam, 1, 3, tuple(map(float, d))
-        )
+        suggested = file.feature_at(placed, asked.simplex(d), A_SIDE, tuple(map(float, d)))
         assert asked.reach(suggested, d) == expected
         candidates = asked.candidates(d)
         assert max(asked.reach(feature, d) for feature in candidates) == expected
         for feature in candidates:
             a = tuple(asked.support(d))
-            after = file.neighbor(core, hulls, IDENTITY, ORIGIN, feature, a, tuple(d), 1e-15)
+            after = file.neighbor(placed, hulls, feature, a, tuple(d), 1e-15)
             assert after[0] in (VERTEX, LINE, RIM, FACE, SMOOTH, NONE)
 
 
@@ -251,7 +245,7 @@ def test_points_are_moved_onto_features(name):
     """A far point of a line or a face ends on the core; the feature's own point stays."""
     asked = Asked(name)
     for d in directions():
-        S, ids, _ = asked.simplex(d)
+        simplex = asked.simplex(d)
         for feature in asked.candidates(d):
             if feature[0] not in (LINE, FACE) or (feature[3] > 0.0 and feature[0] == LINE):
                 continue
@@ -260,7 +254,7 @@ def test_points_are_moved_onto_features(name):
             for s in (-3.0, 0.0, 3.0):
                 along = feature[2] if feature[0] == LINE else np.cross(feature[2], d + 0.1)
                 a = tuple(map(float, np.add(feature[1], np.multiply(s * SIZE, along))))
-                x = asked.file.clamp_to(asked.core, IDENTITY, ORIGIN, feature, S, ids, 1, 3, a)
+                x = asked.file.clamp_to(asked.placed, feature, simplex, A_SIDE, a)
                 assert asked.holds(x)
                 if s == 0.0:
                     np.testing.assert_allclose(x, a, rtol=0.0, atol=1e-14)

@@ -6,7 +6,7 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import with_sign
 from scene_graph_ros.geometry.narrowphase.cores.corners import simplex_corner, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along
-from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_NOWHERE, IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_NOWHERE, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.without import (
     contains_origin,
     is_curved,
@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.narrowphase.cores.without import (
     side,
 )
 from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE, NONE, VERTEX
+from scene_graph_ros.geometry.narrowphase.pair import at_origin
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
@@ -106,8 +107,9 @@ def growth(core, hulls, q, m, t, u, flat, near):
 
 
 @inlined_kernel
-def face_of(core, R, p, hulls, f):
+def face_of(placed, hulls, f):
     """Return (outward unit normal, offset from the origin) of a face."""
+    core, R, p = placed
     params = core[3]
     d = column(R, f // 2)
     if f & 1:
@@ -116,8 +118,9 @@ def face_of(core, R, p, hulls, f):
 
 
 @inlined_kernel
-def edge_of(core, R, p, hulls, k):
+def edge_of(placed, hulls, k):
     """Return (one face, the other face, a point) of an edge."""
+    core, R, p = placed
     params = core[3]
     i, j = (k // 4 + 1) % 3, (k // 4 + 2) % 3
     v = axpy(-params[i] if k & 1 else params[i], column(R, i), p)
@@ -142,11 +145,12 @@ def _side_of(value):
 
 
 @lean_kernel
-def feature(core, R, p, free_x, free_y, free_z, corner):
+def feature(placed, free_x, free_y, free_z, corner):
     """Return the vertex, edge or face of a box that contains ``corner`` and the free directions.
 
     ``corner`` is a corner in the box's frame; it tells the signs of the coordinates not free.
     """
+    core, R, p = placed
     h = core[3]
     count = int(free_x) + int(free_y) + int(free_z)
     c = (
@@ -167,15 +171,17 @@ def feature(core, R, p, free_x, free_y, free_z, corner):
 
 
 @lean_kernel
-def feature_at(core, R, p, S, ids, lam, count, side, d):
+def feature_at(placed, simplex, side, d):
     """Return the feature that contains all corners of a simplex."""
+    R, p = placed.R, placed.p
+    S, ids, count = simplex.S, simplex.ids, simplex.num_corners
     owner = side // 3 - 1
     first = ids[0, owner]
     varies = 0
     for i in range(1, count):
         varies |= ids[i, owner] ^ first
     corner = rotate_inverse(R, subtract(simplex_corner(S, 0, side), p))
-    return feature(core, R, p, varies & 1 != 0, varies & 2 != 0, varies & 4 != 0, corner)
+    return feature(placed, varies & 1 != 0, varies & 2 != 0, varies & 4 != 0, corner)
 
 
 @lean_kernel
@@ -184,8 +190,9 @@ def _clip(x, h):
 
 
 @inlined_kernel
-def clamp_to(core, R, p, feature, S, ids, count, side, a):
+def clamp_to(placed, feature, simplex, side, a):
     """Return the point a moved into the box."""
+    core, R, p = placed
     h = core[3]
     q = rotate_inverse(R, subtract(a, p))
     q = (_clip(q[0], h[0]), _clip(q[1], h[1]), _clip(q[2], h[2]))
@@ -204,8 +211,9 @@ def _is_free(at, corner, slope, h, allowed):
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Free the coordinates whose side of the box faces away from d, fix those beyond the box."""
+    core, R, p = placed
     h = core[3]
     q = rotate_inverse(R, subtract(a, p))
     c = rotate_inverse(R, subtract(now[1], p))
@@ -219,7 +227,7 @@ def neighbor(core, hulls, R, p, now, a, d, allowed):
         n[1] if abs(q[1]) <= h[1] else q[1],
         n[2] if abs(q[2]) <= h[2] else q[2],
     )
-    return feature(core, R, p, free_x, free_y, free_z, corner)
+    return feature(placed, free_x, free_y, free_z, corner)
 
 
 @inlined_kernel
@@ -255,7 +263,7 @@ def plane_count(core, hulls):
 @inlined_kernel
 def plane_of(core, hulls, k):
     """Return (outward unit normal, offset from the origin) of a face."""
-    return face_of(core, IDENTITY, ORIGIN, hulls, k)
+    return face_of(at_origin(core), hulls, k)
 
 
 @inlined_kernel
@@ -265,44 +273,44 @@ def corner_ways(core, hulls):
 
 
 @lean_kernel
-def face_feature(core, R, p, hulls, k, d):
+def face_feature(placed, hulls, k, d):
     """Return the face k."""
     axis = k // 2
     s = -1.0 if k & 1 else 1.0
-    return feature(core, R, p, axis != 0, axis != 1, axis != 2, (s, s, s))
+    return feature(placed, axis != 0, axis != 1, axis != 2, (s, s, s))
 
 
 @lean_kernel
-def edge_feature(core, R, p, hulls, k):
+def edge_feature(placed, hulls, k):
     """Return the edge k."""
     axis = k // 4
     s, t = -1.0 if k & 1 else 1.0, -1.0 if k & 2 else 1.0
     if axis == 0:
-        return feature(core, R, p, True, False, False, (0.0, s, t))
+        return feature(placed, True, False, False, (0.0, s, t))
     if axis == 1:
-        return feature(core, R, p, False, True, False, (t, 0.0, s))
-    return feature(core, R, p, False, False, True, (s, t, 0.0))
+        return feature(placed, False, True, False, (t, 0.0, s))
+    return feature(placed, False, False, True, (s, t, 0.0))
 
 
 @lean_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return a corner."""
+    core, R, p = placed
     corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
     return vertex_at(add(rotate(R, corner), p))
 
 
 @lean_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return what the simplex tells, a corner, one of its edges, or one of its faces."""
+    R = placed.R
     if index == 0:
-        return feature_at(core, R, p, S, ids, lam, count, side, d)
+        return feature_at(placed, simplex, side, d)
     if index == 1:
-        return touched(core, hulls, R, p, d, 0.0)
+        return touched(placed, hulls, d, 0.0)
     if index > 7:
         return NO_FEATURE
     k = (index - 2) % 3
     is_face = index >= 5
     corner = rotate_inverse(R, d)
-    return feature(
-        core, R, p, (k == 0) != is_face, (k == 1) != is_face, (k == 2) != is_face, corner
-    )
+    return feature(placed, (k == 0) != is_face, (k == 1) != is_face, (k == 2) != is_face, corner)

@@ -41,8 +41,9 @@ def simplex_corner(S, row, side):
 
 
 @lean_kernel
-def feature_at(core, R, p, S, ids, lam, count, side, d):
+def feature_at(placed, simplex, side, d):
     """Return the feature spanned by the distinct corners of one body in a simplex."""
+    S, ids, count = simplex.S, simplex.ids, simplex.num_corners
     owner = side // 3 - 1
     a = simplex_corner(S, 0, side)
     i = 1
@@ -88,15 +89,16 @@ def clamp_to_line(feature, a):
 
 
 @inlined_kernel
-def clamp_to(core, R, p, feature, S, ids, count, side, a):
+def clamp_to(placed, feature, simplex, side, a):
     """Return the point a moved onto a LINE, or into the triangle of a simplex' corners."""
     if feature[0] == LINE:
         return clamp_to_line(feature, a)
-    return _clamp_to_simplex(S, ids, count, side, a)
+    return _clamp_to_simplex(simplex, side, a)
 
 
 @lean_kernel
-def _clamp_to_simplex(S, ids, count, side, a):
+def _clamp_to_simplex(simplex, side, a):
+    S, ids, count = simplex.S, simplex.ids, simplex.num_corners
     owner = side // 3 - 1
     i = 1
     while i < count and ids[i, owner] == ids[0, owner]:

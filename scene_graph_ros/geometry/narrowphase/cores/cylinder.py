@@ -121,8 +121,9 @@ def growth(core, hulls, q, m, t, u, flat, near):
 
 
 @lean_kernel
-def feature(core, R, p, kind, upper):
+def feature(placed, kind, upper):
     """Return a cylinder's side (LINE), or one of its ends' RIM or FACE."""
+    core, R, p = placed
     radius, half = core[3][0], core[3][1]
     axis = column(R, 2)
     if kind == LINE:
@@ -132,8 +133,10 @@ def feature(core, R, p, kind, upper):
 
 
 @lean_kernel
-def feature_at(core, R, p, S, ids, lam, count, side, d):
+def feature_at(placed, simplex, side, d):
     """Return the side, a rim or an end that a simplex suggests."""
+    core, R, p = placed
+    S, lam, count = simplex.S, simplex.lam, simplex.num_corners
     axis = column(R, 2)
     z = 0.0
     extreme = 0.0
@@ -142,17 +145,17 @@ def feature_at(core, R, p, S, ids, lam, count, side, d):
         q = subtract(simplex_corner(S, i, side), p)
         along = dot(axis, q)
         if along * z < 0.0:
-            return feature(core, R, p, LINE, True)
+            return feature(placed, LINE, True)
         z = along
         extreme = max(extreme, abs(along))
         witness = axpy(lam[i], q, witness)
     radial = norm(axpy(-dot(axis, witness), axis, witness))
     kind = FACE if radial < CAP_SHARE * core[3][0] else RIM
-    return feature(core, R, p, kind, z > 0.0)
+    return feature(placed, kind, z > 0.0)
 
 
 @inlined_kernel
-def clamp_to(core, R, p, feature, S, ids, count, side, a):
+def clamp_to(placed, feature, simplex, side, a):
     """Return the point a moved onto the side's line, or from the plane of an end into its disc."""
     if feature[0] == LINE:
         return clamp_to_line(feature, a)
@@ -162,29 +165,30 @@ def clamp_to(core, R, p, feature, S, ids, count, side, a):
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Follow the contact around the edges of a cylinder's side and caps."""
+    core, R, p = placed
     radius, half = core[3][0], core[3][1]
     axis = column(R, 2)
     along = dot(axis, subtract(a, p))
     slope = dot(axis, d)
     if now[0] == LINE:
         if abs(along) > half:
-            return feature(core, R, p, RIM, along > 0.0)
+            return feature(placed, RIM, along > 0.0)
         if abs(slope) * half > allowed:
-            return feature(core, R, p, RIM, slope > 0.0)
+            return feature(placed, RIM, slope > 0.0)
         return now
     upper = dot(axis, now[2]) > 0.0
     if now[0] == FACE:
         tilt = cross(axis, d)
         if norm(subtract(a, now[1])) > radius or norm(tilt) * radius > allowed:
-            return feature(core, R, p, RIM, upper)
+            return feature(placed, RIM, upper)
         return now
     # At the border of a rim's quarter turn, the contact is one of what lies beyond.
     if dot(d, now[2]) < INSIDE_CONE:
-        return feature(core, R, p, LINE, upper)
+        return feature(placed, LINE, upper)
     if norm(cross(axis, d)) < INSIDE_CONE:
-        return feature(core, R, p, FACE, upper)
+        return feature(placed, FACE, upper)
     return now
 
 
@@ -219,31 +223,33 @@ def corner_ways(core, hulls):
 
 
 @inlined_kernel
-def side(core, R, p):
+def side(placed):
     """Return its side."""
-    return feature(core, R, p, LINE, True)
+    return feature(placed, LINE, True)
 
 
 @lean_kernel
-def face_feature(core, R, p, hulls, k, d):
+def face_feature(placed, hulls, k, d):
     """Return the end that faces along d."""
-    return feature(core, R, p, FACE, dot(column(R, 2), d) > 0.0)
+    R = placed.R
+    return feature(placed, FACE, dot(column(R, 2), d) > 0.0)
 
 
 @lean_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return the side where d is across it to a tie, else a rim."""
+    core, R = placed.core, placed.R
     slope = dot(column(R, 2), d)
     if abs(slope) * core[3][1] <= tie:
-        return feature(core, R, p, LINE, True)
-    return feature(core, R, p, RIM, slope > 0.0)
+        return feature(placed, LINE, True)
+    return feature(placed, RIM, slope > 0.0)
 
 
 @lean_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return the side, the rims or the ends."""
     if index == 0:
-        return feature(core, R, p, LINE, True)
+        return feature(placed, LINE, True)
     if index <= 2:
-        return feature(core, R, p, RIM, index == 1)
-    return feature(core, R, p, FACE, index == 3) if index <= 4 else NO_FEATURE
+        return feature(placed, RIM, index == 1)
+    return feature(placed, FACE, index == 3) if index <= 4 else NO_FEATURE

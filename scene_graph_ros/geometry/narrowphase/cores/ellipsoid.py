@@ -120,24 +120,26 @@ def corner_ways(core, hulls):
 
 
 @inlined_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return the surface."""
+    p = placed.p
     return SMOOTH, p, ORIGIN, 0.0, 0.0, 0.0
 
 
 @inlined_kernel
-def feature_at(core, R, p, S, ids, lam, count, side, d):
+def feature_at(placed, simplex, side, d):
     """Return the surface."""
+    p = placed.p
     return SMOOTH, p, ORIGIN, 0.0, 0.0, 0.0
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Return the same feature."""
     return now
 
 
 @inlined_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return the surface, once."""
-    return touched(core, hulls, R, p, d, 0.0) if index == 0 else NO_FEATURE
+    return touched(placed, hulls, d, 0.0) if index == 0 else NO_FEATURE

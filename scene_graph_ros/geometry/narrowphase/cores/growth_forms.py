@@ -1,4 +1,4 @@
-"""What the growth of cores is put together from: see `narrowphase.growth`."""
+"""What the growth of cores is put together from: see `narrowphase.prove.growth`."""
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 

@@ -10,7 +10,6 @@ from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHI
 from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     CORNERS_NOWHERE,
     CORNERS_UNKNOWN,
-    IDENTITY,
     ORIGIN,
 )
 from scene_graph_ros.geometry.narrowphase.cores.without import (
@@ -19,6 +18,7 @@ from scene_graph_ros.geometry.narrowphase.cores.without import (
     side,
 )
 from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE
+from scene_graph_ros.geometry.narrowphase.pair import at_origin
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     cross,
@@ -186,16 +186,18 @@ def vertex_count(core, hulls):
 
 
 @inlined_kernel
-def face_of(core, R, p, hulls, f):
+def face_of(placed, hulls, f):
     """Return (outward unit normal, offset from the origin) of a face."""
+    core, R, p = placed
     k = face_range(hulls, core[1])[0] + FACE_STRIDE * f
     d = rotate(R, (hulls[k], hulls[k + 1], hulls[k + 2]))
     return d, hulls[k + 3] + dot(p, d)
 
 
 @inlined_kernel
-def edge_of(core, R, p, hulls, k):
+def edge_of(placed, hulls, k):
     """Return (one face, the other face, a point) of an edge."""
+    core, R, p = placed
     e = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
     v = add(rotate(R, vertex(hulls, int(hulls[e]))), p)
     return int(hulls[e + 1]), int(hulls[e + 2]), v
@@ -234,7 +236,7 @@ def plane_count(core, hulls):
 @inlined_kernel
 def plane_of(core, hulls, k):
     """Return (outward unit normal, offset from the origin) of a face."""
-    return face_of(core, IDENTITY, ORIGIN, hulls, k)
+    return face_of(at_origin(core), hulls, k)
 
 
 @inlined_kernel
@@ -257,14 +259,16 @@ def _face(hulls, R, p, at):
 
 
 @lean_kernel
-def face_feature(core, R, p, hulls, k, d):
+def face_feature(placed, hulls, k, d):
     """Return the face k."""
+    core, R, p = placed
     return _face(hulls, R, p, face_range(hulls, core[1])[0] + FACE_STRIDE * k)
 
 
 @lean_kernel
-def edge_feature(core, R, p, hulls, k):
+def edge_feature(placed, hulls, k):
     """Return the edge k."""
+    core, R, p = placed
     at = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
     a = add(rotate(R, vertex(hulls, int(hulls[at]))), p)
     b = add(rotate(R, vertex(hulls, int(hulls[at + 3]))), p)
@@ -272,16 +276,17 @@ def edge_feature(core, R, p, hulls, k):
 
 
 @lean_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return a corner."""
+    core, R, p = placed
     corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
     return vertex_at(add(rotate(R, corner), p))
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Go to an end of an edge, or along one to another corner."""
-    return corners.neighbor(now, a, d, touched(core, hulls, R, p, d, 0.0)[1], allowed)
+    return corners.neighbor(now, a, d, touched(placed, hulls, d, 0.0)[1], allowed)
 
 
 @lean_kernel
@@ -310,10 +315,11 @@ def _face_along(hulls, hull, R, p, d):
 
 
 @lean_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return what the simplex tells, a corner, a face, or one of the corner's edges."""
+    core, R, p = placed
     if index == 0:
-        return feature_at(core, R, p, S, ids, lam, count, side, d)
+        return feature_at(placed, simplex, side, d)
     local, corner_at = support(core, hulls, rotate_inverse(R, d), -1)
     if index == 1:
         return vertex_at(add(rotate(R, local), p))

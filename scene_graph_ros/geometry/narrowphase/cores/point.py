@@ -78,21 +78,22 @@ def contains_origin(core):
 
 
 @lean_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return the point."""
+    core, R, p = placed
     c = core[3]
     return vertex_at(add(rotate(R, (c[0], c[1], c[2])), p))
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Return the same feature."""
     return now
 
 
 @lean_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return the point twice: as the simplex knows it, and from its coordinates."""
     if index == 0:
-        return feature_at(core, R, p, S, ids, lam, count, side, d)
-    return touched(core, hulls, R, p, d, 0.0) if index == 1 else NO_FEATURE
+        return feature_at(placed, simplex, side, d)
+    return touched(placed, hulls, d, 0.0) if index == 1 else NO_FEATURE

@@ -3,7 +3,9 @@
 The file of its kind answers; `registry.asked` writes the body that finds it. A support point of a
 core in direction d is a point of it that lies furthest along d. Each comes with an index: which
 vertex it is, or ``CURVED`` where the core has infinitely many. Features are those of
-`narrowphase.features`.
+`narrowphase.features`, simplices those of `narrowphase.pair`.
+
+What is asked of a ``core`` is in its own frame, of a ``placed`` one in that of its pose.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
@@ -97,8 +99,7 @@ def growth(core, hulls, q, m, t, u, flat, near):
     """Return the growth of a core's extent around the outward normal m at its point q.
 
     All in its frame; what is within ``flat`` (m) is taken for flat, and a point within ``near``
-    (m) for one of the surface. The eight numbers are only for ``narrowphase.growth``, which says
-    what they mean.
+    (m) for one of the surface. ``narrowphase.prove.growth`` says what the eight numbers mean.
     """
 
 
@@ -118,12 +119,12 @@ def vertex_count(core, hulls):
 
 
 @asked(inlined_kernel)
-def face_of(core, R, p, hulls, f):
-    """Return (outward normal, offset from the origin) of a polytope's face f at pose (R, p)."""
+def face_of(placed, hulls, f):
+    """Return (outward normal, offset from the origin) of a polytope's face f."""
 
 
 @asked(inlined_kernel)
-def edge_of(core, R, p, hulls, k):
+def edge_of(placed, hulls, k):
     """Return (one face, the other face, a point of the edge they share) of edge k."""
 
 
@@ -153,41 +154,40 @@ def corner_ways(core, hulls):
 
 
 @asked(inlined_kernel)
-def side(core, R, p):
+def side(placed):
     """Return the side around its third axis as a LINE with a radius, or a feature of kind NONE."""
 
 
 @asked(inlined_kernel)
-def feature_at(core, R, p, S, ids, lam, count, side, d):
+def feature_at(placed, simplex, side, d):
     """Return the feature of a core that a simplex of the Minkowski difference points to.
 
-    ``side`` is the first column of the core's points in S (3 for A, 6 for B), ``d`` the direction
-    out of the core at the contact.
+    ``side`` is ``A_SIDE`` or ``B_SIDE``, ``d`` the direction out of the core at the contact.
     """
 
 
 @asked(lean_kernel)
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Return the feature next to ``now`` that a rejected contact at a, outward d, points to."""
 
 
 @asked(lean_kernel)
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return the feature that a plane or an edge touches, outward d: a corner, a rim, a side."""
 
 
 @asked(lean_kernel)
-def face_feature(core, R, p, hulls, k, d):
+def face_feature(placed, hulls, k, d):
     """Return the face or the plane k as a feature; of two ends, the one that faces along d."""
 
 
 @asked(lean_kernel)
-def edge_feature(core, R, p, hulls, k):
+def edge_feature(placed, hulls, k):
     """Return the edge k of a polytope as a feature."""
 
 
 @asked(lean_kernel)
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return a feature of a core that may face along d, or one of kind NONE.
 
     See ``feature_at`` for the simplex. The index runs up to ``all_features.CANDIDATES``.
@@ -195,7 +195,7 @@ def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
 
 
 @asked(inlined_kernel)
-def clamp_to(core, R, p, feature, S, ids, count, side, a):
+def clamp_to(placed, feature, simplex, side, a):
     """Return the point a of a line or a plane moved onto the core's part of it."""
 
 
@@ -206,46 +206,49 @@ def has_oblique_planes(core, hulls):
 
 
 @inlined_kernel
-def clamp(core, R, p, feature, S, ids, count, side, a):
+def clamp(placed, feature, simplex, side, a):
     """Return the point a moved onto the feature's extent on the core."""
     if feature[0] == VERTEX or feature[0] == RIM or feature[0] == SMOOTH:
         return a
     if feature[0] == FACE and feature[4] > 0.0:  # its row is known: see all_features
         return a
-    return clamp_to(core, R, p, feature, S, ids, count, side, a)
+    return clamp_to(placed, feature, simplex, side, a)
 
 
 @inlined_kernel
-def placed_support(core, hulls, R, p, d, hint):
-    """Return (point, index) like ``support`` for a core at pose (R, p), d in the outer frame."""
+def placed_support(placed, hulls, d, hint):
+    """Return (point, index) like ``support`` of a placed core, all in the outer frame."""
+    core, R, p = placed
     local, index = support(core, hulls, rotate_inverse(R, d), hint)
     return add(rotate(R, local), p), index
 
 
 @inlined_kernel
-def placed_inner_radius(core, R, p, hulls, q, m):
-    """Return ``inner_radius`` of a core at pose (R, p), q and m in the outer frame."""
+def placed_inner_radius(placed, hulls, q, m):
+    """Return ``inner_radius`` of a placed core, q and m in the outer frame."""
+    core, R, p = placed
     return inner_radius(core, hulls, rotate_inverse(R, subtract(q, p)), rotate_inverse(R, m))
 
 
 @inlined_kernel
-def placed_growth(core, hulls, R, p, q, m, size):
-    """Return ``growth`` of a core at pose (R, p) along the rows of R; ``size``: the pair's (m)."""
+def placed_growth(placed, hulls, q, m, size):
+    """Return ``growth`` of a placed core along the rows of R; ``size``: the pair's (m)."""
+    core, R, p = placed
     t, u = (R[3], R[4], R[5]), (R[6], R[7], R[8])
     q, m = rotate_inverse(R, subtract(q, p)), rotate_inverse(R, m)
     return growth(core, hulls, q, m, t, u, TIE * EPSILON * size, CONTACT_MISFIT * size)
 
 
 @inlined_kernel
-def vertex_of(core, R, p, hulls, k):
+def vertex_of(placed, hulls, k):
     """Return the vertex k of a placed polytope or segment."""
-    return add(rotate(R, local_vertex(core, hulls, k)), p)
+    return add(rotate(placed.R, local_vertex(placed.core, hulls, k)), placed.p)
 
 
 @lean_kernel
-def corner_feature(core, hulls, R, p, feature, d):
+def corner_feature(placed, hulls, feature, d):
     """Return the corner of a polytope that lies furthest along d; ``feature`` if it has none."""
-    if is_curved(core):
+    if is_curved(placed.core):
         return feature
-    corner, _ = placed_support(core, hulls, R, p, d, -1)
+    corner, _ = placed_support(placed, hulls, d, -1)
     return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0

@@ -1,17 +1,17 @@
 """Which file answers for which kind of core, and how a question finds it.
 
-A question is the head of a function whose first argument is a core. ``asked`` writes its body: it
+A question is the head of a function whose first argument is a core, or a placed one. Its body
 finds out the core's kind and calls the function of the same name in the file of that kind.
 """
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable
 import inspect
 from types import ModuleType
 from typing import Any
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.narrowphase.cores import (
     box,
     cylinder,
@@ -51,7 +51,7 @@ QUESTIONS: list[str] = []
 def asked(compiled: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator that lets the core's own file answer a question, compiled as given.
 
-    What most kinds answer by one and the same function comes last, and is compiled once.
+    The question's first parameter is a ``core``, or a ``placed`` one.
 
     Raises NotImplementedError, naming kind and question, where a file has no answer.
     """
@@ -59,22 +59,10 @@ def asked(compiled: Callable[..., Any]) -> Callable[[Callable[..., Any]], Any]:
     def decorate(question: Callable[..., Any]) -> Any:
         name = question.__name__
         QUESTIONS.append(name)
+        first = next(iter(inspect.signature(question).parameters))
+        kind = "core[0]" if first == "core" else f"{first}.core[0]"
         answers = {kind: _answer(file, name) for kind, file in FILES.items()}
-        common = Counter(map(id, reversed(answers.values()))).most_common(1)[0][0]
-        arguments = ", ".join(inspect.signature(question).parameters)
-        names: dict[str, Any] = {"__name__": question.__module__}
-        lines = [f"def {name}({arguments}):"]
-        last = ""
-        for kind, answer in answers.items():
-            called = f"return answer_{kind}({arguments})"
-            names[f"answer_{kind}"] = answer
-            if id(answer) == common:
-                last = called
-            else:
-                lines.append(f"    if core[0] == {kind}: {called}")
-        source = "\n".join([*lines, f"    {last}"])
-        exec(compile(source, inspect.getfile(question), "exec"), names)  # noqa: S102 - written here
-        return compiled(_like(names[name], question))
+        return by_kind(compiled, [kind], answers)(question)
 
     return decorate
 
@@ -85,10 +73,3 @@ def _answer(file: ModuleType, name: str) -> Any:
         kind = file.__name__.rpartition(".")[2]
         raise NotImplementedError(f"a core of the kind {kind!r} has no answer to {name!r}")
     return answer
-
-
-def _like(written: Any, question: Callable[..., Any]) -> Any:
-    """Give what was written the place and the description of the question."""
-    written.__doc__ = question.__doc__
-    written.__code__ = written.__code__.replace(co_firstlineno=question.__code__.co_firstlineno)
-    return written

@@ -94,8 +94,9 @@ def growth_along(half, q, m, t, u, flat):
 
 
 @inlined_kernel
-def face_of(core, R, p, hulls, f):
+def face_of(placed, hulls, f):
     """Return (unit normal, offset from the origin): four directions around it stand for faces."""
+    R, p = placed.R, placed.p
     axis = column(R, 2)
     d = any_orthogonal(axis)
     if f & 1:
@@ -106,8 +107,9 @@ def face_of(core, R, p, hulls, f):
 
 
 @inlined_kernel
-def edge_of(core, R, p, hulls, k):
+def edge_of(placed, hulls, k):
     """Return (one face, the next face around, a point of both)."""
+    p = placed.p
     return k, (k + 1) % PARTS, p
 
 
@@ -143,36 +145,38 @@ def corner_ways(core, hulls):
 
 
 @lean_kernel
-def edge_feature(core, R, p, hulls, k):
+def edge_feature(placed, hulls, k):
     """Return the line."""
+    core, R, p = placed
     half = core[3][0]
     return LINE, p, column(R, 2), 0.0, -half, half
 
 
 @lean_kernel
-def face_feature(core, R, p, hulls, k, d):
+def face_feature(placed, hulls, k, d):
     """Return the line: its faces are directions around it."""
-    return edge_feature(core, R, p, hulls, k)
+    return edge_feature(placed, hulls, k)
 
 
 @lean_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return an end."""
+    core, R, p = placed
     end, _ = support(core, hulls, rotate_inverse(R, d), -1)
     return vertex_at(add(rotate(R, end), p))
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Go to an end, or from there to the line."""
-    return corners.neighbor(now, a, d, touched(core, hulls, R, p, d, 0.0)[1], allowed)
+    return corners.neighbor(now, a, d, touched(placed, hulls, d, 0.0)[1], allowed)
 
 
 @lean_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return what the simplex tells, an end, or the line."""
     if index == 0:
-        return feature_at(core, R, p, S, ids, lam, count, side, d)
+        return feature_at(placed, simplex, side, d)
     if index == 1:
-        return touched(core, hulls, R, p, d, 0.0)
-    return edge_feature(core, R, p, hulls, 0) if index == 2 else NO_FEATURE
+        return touched(placed, hulls, d, 0.0)
+    return edge_feature(placed, hulls, 0) if index == 2 else NO_FEATURE

@@ -4,7 +4,6 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import every, select
 from scene_graph_ros.geometry.narrowphase.cores import corners
 from scene_graph_ros.geometry.narrowphase.cores.corners import feature_at, vertex_at
-from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.without import (
     corner_ways,
     edge_count,
@@ -24,6 +23,7 @@ from scene_graph_ros.geometry.narrowphase.cores.without import (
     vertex_count,
 )
 from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE
+from scene_graph_ros.geometry.narrowphase.pair import at_origin
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     cross,
@@ -105,8 +105,9 @@ def contains_origin(core):
 
 
 @lean_kernel
-def _corners(core, R, p):
+def _corners(placed):
     """Return the corners of a TRIANGLE at pose (R, p)."""
+    core, R, p = placed
     c = core[3]
     return (
         add(rotate(R, (c[0], c[1], c[2])), p),
@@ -124,42 +125,43 @@ def plane_count(core, hulls):
 @lean_kernel
 def plane_of(core, hulls, k):
     """Return (unit normal, offset from the origin) of its plane; one without an area has any."""
-    o, u, v = _corners(core, IDENTITY, ORIGIN)
+    o, u, v = _corners(at_origin(core))
     up = unit(cross(subtract(u, o), subtract(v, o)), (0.0, 0.0, 1.0))
     out = scale(-1.0, up) if k & 1 else up
     return out, dot(out, o)
 
 
 @inlined_kernel
-def clamp_to(core, R, p, feature, S, ids, count, side, a):
+def clamp_to(placed, feature, simplex, side, a):
     """Return the point a moved onto an edge; its first corner where a is out of the triangle."""
     if feature[0] == LINE:
         return corners.clamp_to_line(feature, a)
-    o, u, v = _corners(core, R, p)
+    o, u, v = _corners(placed)
     return corners.clamp_to_triangle(o, u, v, a)
 
 
 @lean_kernel
-def touched(core, hulls, R, p, d, tie):
+def touched(placed, hulls, d, tie):
     """Return a corner."""
+    core, R, p = placed
     corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
     return vertex_at(add(rotate(R, corner), p))
 
 
 @lean_kernel
-def neighbor(core, hulls, R, p, now, a, d, allowed):
+def neighbor(placed, hulls, now, a, d, allowed):
     """Go to an end of an edge, or along one to another corner."""
-    return corners.neighbor(now, a, d, touched(core, hulls, R, p, d, 0.0)[1], allowed)
+    return corners.neighbor(now, a, d, touched(placed, hulls, d, 0.0)[1], allowed)
 
 
 @lean_kernel
-def candidate(core, hulls, R, p, S, ids, lam, count, side, d, index):
+def candidate(placed, hulls, simplex, side, d, index):
     """Return what the simplex tells, a corner, the face, or one of the edges."""
     if index == 0:
-        return feature_at(core, R, p, S, ids, lam, count, side, d)
+        return feature_at(placed, simplex, side, d)
     if index == 1:
-        return touched(core, hulls, R, p, d, 0.0)
-    o, u, v = _corners(core, R, p)
+        return touched(placed, hulls, d, 0.0)
+    o, u, v = _corners(placed)
     if index == 2:
         n = unit(cross(subtract(u, o), subtract(v, o)), d)
         return FACE, o, n if dot(n, d) > 0.0 else scale(-1.0, n), 0.0, 0.0, 0.0

@@ -88,13 +88,13 @@ def vertex_count(core, hulls):
 
 
 @inlined_kernel
-def face_of(core, R, p, hulls, f):
+def face_of(placed, hulls, f):
     """Return no normal and no offset; never asked."""
     return ORIGIN, 0.0
 
 
 @inlined_kernel
-def edge_of(core, R, p, hulls, k):
+def edge_of(placed, hulls, k):
     """Return no faces and no point; never asked."""
     return 0, 0, ORIGIN
 
@@ -130,24 +130,24 @@ def corner_ways(core, hulls):
 
 
 @inlined_kernel
-def side(core, R, p):
+def side(placed):
     """Return no feature."""
     return NO_FEATURE
 
 
 @inlined_kernel
-def face_feature(core, R, p, hulls, k, d):
+def face_feature(placed, hulls, k, d):
     """Return no feature."""
     return NO_FEATURE
 
 
 @inlined_kernel
-def edge_feature(core, R, p, hulls, k):
+def edge_feature(placed, hulls, k):
     """Return no feature."""
     return NO_FEATURE
 
 
 @inlined_kernel
-def clamp_to(core, R, p, feature, S, ids, count, side, a):
+def clamp_to(placed, feature, simplex, side, a):
     """Return a: features without an extent hold every point."""
     return a

@@ -1,7 +1,8 @@
 """How far a distance can be off, found from the answer alone, for any pair and any algorithm."""
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.narrowphase.refine import separation
+from scene_graph_ros.geometry.narrowphase.contact.refine import separation
+from scene_graph_ros.geometry.narrowphase.pair import Pair
 from scene_graph_ros.geometry.query.distance.dispatch import core_of
 from scene_graph_ros.geometry.query.point.dispatch import distance_point
 from scene_graph_ros.geometry.query.point.point_convex import point_convex
@@ -35,7 +36,7 @@ def _gap_to_half_space(core, hulls, R, p, up, height):
     ``R``, ``p`` place the core, in the frame of ``up``, a unit vector.
     """
     at_plane = (0, -1, 0.0, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
-    level = separation(at_plane, core, R, p, hulls, scale(-1.0, up))
+    level = separation(Pair(at_plane, core, R, p, hulls), scale(-1.0, up))
     return level - core[2] - height
 
 
@@ -51,7 +52,7 @@ def _separation(table, i, j, R_AB, p_AB, n):
     if table.kind[i] == _HALF_SPACE:
         return _gap_to_half_space(core_of(table, j), hulls, R_AB, p_AB, (0.0, 0.0, 1.0), 0.0)
     core_A, core_B = core_of(table, i), core_of(table, j)
-    return separation(core_A, core_B, R_AB, p_AB, hulls, n) - core_A[2] - core_B[2]
+    return separation(Pair(core_A, core_B, R_AB, p_AB, hulls), n) - core_A[2] - core_B[2]
 
 
 @lean_kernel

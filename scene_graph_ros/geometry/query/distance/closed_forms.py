@@ -1,6 +1,9 @@
-"""The pairs of shapes with a closed form for their signed distance, in ``ShapeKind`` order."""
+"""The table of pairs of shapes with a closed form for their signed distance."""
 
-from scene_graph_ros.geometry.compiled.kernel import merged_kernel
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
 from scene_graph_ros.geometry.query.distance.distance_box_box import distance_box_box
 from scene_graph_ros.geometry.query.distance.distance_box_half_space import distance_box_half_space
 from scene_graph_ros.geometry.query.distance.distance_capsule_box import distance_capsule_box
@@ -35,59 +38,67 @@ from scene_graph_ros.geometry.query.distance.distance_sphere_sphere import dista
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import load_vector
 
-__all__ = ["distance_closed_form"]
+__all__ = ["BY_TRIANGLES", "CLOSED_FORMS", "HAS_CLOSED_FORM", "distance_closed_form"]
 
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
-_HALF_SPACE = int(ShapeKind.HALF_SPACE)
-_CONVEX = int(ShapeKind.CONVEX)
-_MESH = int(ShapeKind.MESH)
+BY_TRIANGLES = len(ShapeKind)
+"""Stands for the kind of a mesh that is measured by its triangles; others are their hulls."""
+
+CLOSED_FORMS = {
+    (ShapeKind.SPHERE, ShapeKind.SPHERE): distance_sphere_sphere,
+    (ShapeKind.SPHERE, ShapeKind.CAPSULE): distance_sphere_capsule,
+    (ShapeKind.SPHERE, ShapeKind.BOX): distance_sphere_box,
+    (ShapeKind.SPHERE, ShapeKind.CYLINDER): distance_sphere_cylinder,
+    (ShapeKind.SPHERE, ShapeKind.ELLIPSOID): distance_sphere_ellipsoid,
+    (ShapeKind.SPHERE, ShapeKind.HALF_SPACE): distance_sphere_half_space,
+    (ShapeKind.SPHERE, ShapeKind.CONVEX): distance_sphere_convex,
+    (ShapeKind.SPHERE, ShapeKind.MESH): distance_sphere_convex,
+    (ShapeKind.CAPSULE, ShapeKind.CAPSULE): distance_capsule_capsule,
+    (ShapeKind.CAPSULE, ShapeKind.BOX): distance_capsule_box,
+    (ShapeKind.CAPSULE, ShapeKind.HALF_SPACE): distance_capsule_half_space,
+    (ShapeKind.BOX, ShapeKind.BOX): distance_box_box,
+    (ShapeKind.BOX, ShapeKind.HALF_SPACE): distance_box_half_space,
+    (ShapeKind.CYLINDER, ShapeKind.HALF_SPACE): distance_cylinder_half_space,
+    (ShapeKind.ELLIPSOID, ShapeKind.HALF_SPACE): distance_ellipsoid_half_space,
+    (ShapeKind.HALF_SPACE, ShapeKind.CONVEX): distance_half_space_convex,
+    (ShapeKind.HALF_SPACE, ShapeKind.MESH): distance_half_space_convex,
+    (ShapeKind.HALF_SPACE, BY_TRIANGLES): distance_half_space_convex,
+}
+"""By kinds in ``ShapeKind`` order."""
 
 
-@merged_kernel
-def distance_closed_form(table, i, j, R_AB, p_AB, max_distance):  # noqa: C901 - the table of pairs
-    """Return (found, (phi, p_ACa, p_ACb, nhat_BA_A, unique)) of rows with kind_A <= kind_B.
+def _known() -> np.ndarray:
+    """Return which pairs of kinds are in the table."""
+    known = np.zeros((BY_TRIANGLES + 1, BY_TRIANGLES + 1), bool)
+    for kind_A, kind_B in CLOSED_FORMS:
+        known[kind_A, kind_B] = True
+    return known
 
-    ``found`` is False where the pair has no closed form. A mesh is taken as its convex hull,
-    except that a sphere's distance to a mesh measured by its triangles is left to others.
-    """
-    kind_A, kind_B = table.kind[i], table.kind[j]
-    size_A, size_B = load_vector(table.size, i), load_vector(table.size, j)
-    if kind_A == _SPHERE:
-        if kind_B == _SPHERE:
-            return True, distance_sphere_sphere(size_A, size_B, R_AB, p_AB)
-        if kind_B == _CAPSULE:
-            return True, distance_sphere_capsule(size_A, size_B, R_AB, p_AB)
-        if kind_B == _BOX:
-            return True, distance_sphere_box(size_A, size_B, R_AB, p_AB)
-        if kind_B == _CYLINDER:
-            return True, distance_sphere_cylinder(size_A, size_B, R_AB, p_AB)
-        if kind_B == _ELLIPSOID:
-            return True, distance_sphere_ellipsoid(size_A, size_B, R_AB, p_AB)
-        if kind_B == _HALF_SPACE:
-            return True, distance_sphere_half_space(size_A, size_B, R_AB, p_AB)
-        if kind_B == _CONVEX or (kind_B == _MESH and not table.exact[j]):
-            return True, distance_sphere_convex(size_A, R_AB, p_AB, table, j)
-    if kind_A == _CAPSULE:
-        if kind_B == _CAPSULE:
-            return True, distance_capsule_capsule(size_A, size_B, R_AB, p_AB)
-        if kind_B == _BOX:
-            return True, distance_capsule_box(size_A, size_B, R_AB, p_AB)
-        if kind_B == _HALF_SPACE:
-            return True, distance_capsule_half_space(size_A, size_B, R_AB, p_AB)
-    if kind_A == _BOX:
-        if kind_B == _BOX:
-            return True, distance_box_box(size_A, size_B, R_AB, p_AB, max_distance)
-        if kind_B == _HALF_SPACE:
-            return True, distance_box_half_space(size_A, size_B, R_AB, p_AB)
-    if kind_A == _CYLINDER and kind_B == _HALF_SPACE:
-        return True, distance_cylinder_half_space(size_A, size_B, R_AB, p_AB)
-    if kind_A == _ELLIPSOID and kind_B == _HALF_SPACE:
-        return True, distance_ellipsoid_half_space(size_A, size_B, R_AB, p_AB)
-    if kind_A == _HALF_SPACE and kind_B != _HALF_SPACE:
-        return True, distance_half_space_convex(R_AB, p_AB, table, j)
+
+HAS_CLOSED_FORM = _known()
+
+
+@inlined_kernel
+def _none():
     zero = (0.0, 0.0, 0.0)
-    return False, (0.0, zero, zero, (0.0, 0.0, 1.0), False)
+    return 0.0, zero, zero, (0.0, 0.0, 1.0), False
+
+
+@inlined_kernel
+def _size_A(table, i):
+    return load_vector(table.size, i)
+
+
+@inlined_kernel
+def _size_B(table, j):
+    return load_vector(table.size, j)
+
+
+@by_kind(
+    merged_kernel,
+    ["kind_A", "kind_B"],
+    CLOSED_FORMS,
+    otherwise=_none,
+    given={"size_A": _size_A, "size_B": _size_B},
+)
+def distance_closed_form(table, i, j, kind_A, kind_B, R_AB, p_AB, max_distance):
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique) of rows whose kinds ``HAS_CLOSED_FORM``."""

@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.compiled.kernel import (
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores.kinds import TRIANGLE
 from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
+from scene_graph_ros.geometry.narrowphase.pair import Placed
 from scene_graph_ros.geometry.query.distance.triangle_triangle import distance_triangle_triangle
 from scene_graph_ros.geometry.query.point.flat_features import nearest_on_triangle
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -92,7 +93,7 @@ def _gap_to_core(surfaces, core, hulls, R, p, triangles, count, n):
         for corner in range(3):
             v = surfaces.triangles[triangles[c], corner]
             highest = max(highest, dot(n, load_vector(surfaces.vertices, v)))
-    x, _ = placed_support(core, hulls, R, p, scale(-1.0, n), -1)
+    x, _ = placed_support(Placed(core, R, p), hulls, scale(-1.0, n), -1)
     return dot(n, x) - highest
 
 

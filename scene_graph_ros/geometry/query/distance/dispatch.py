@@ -16,7 +16,12 @@ from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     SEGMENT,
 )
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
-from scene_graph_ros.geometry.query.distance.closed_forms import distance_closed_form
+from scene_graph_ros.geometry.narrowphase.pair import Workspace
+from scene_graph_ros.geometry.query.distance.closed_forms import (
+    BY_TRIANGLES,
+    distance_closed_form,
+    HAS_CLOSED_FORM,
+)
 from scene_graph_ros.geometry.query.distance.distance_convex_mesh import distance_convex_mesh
 from scene_graph_ros.geometry.query.distance.distance_mesh_mesh import distance_mesh_mesh
 from scene_graph_ros.geometry.query.distance.distance_sphere_mesh import distance_sphere_mesh
@@ -44,7 +49,7 @@ _OPEN = int(Mechanism.OPEN)
 _CLOSED_FORM = int(Mechanism.CLOSED_FORM)
 _TRIANGLES = int(Mechanism.TRIANGLES)
 
-_simplex, _weights, _corners = (stack_array(part.shape, part.dtype) for part in new_workspace())
+_simplex, _corners, _weights = (stack_array(part.shape, part.dtype) for part in new_workspace())
 """What ``convex_distance_in`` works on, in the machine's stack."""
 
 
@@ -83,12 +88,15 @@ def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance, tolerance):
 @merged_kernel
 def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
     """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
-    if table.kind[j] == HALF_SPACE_KIND and table.kind[i] == HALF_SPACE_KIND:
+    kind_A = table.kind[i]
+    kind_B = BY_TRIANGLES if table.exact[j] else table.kind[j]
+    if kind_A == HALF_SPACE_KIND and kind_B == HALF_SPACE_KIND:
         zero = (0.0, 0.0, 0.0)
         return math.nan, zero, zero, (0.0, 0.0, 1.0), False, 0.0, _OPEN
-    found, closed = distance_closed_form(table, i, j, R_AB, p_AB, max_distance)
-    if found:
-        phi, p_ACa, p_ACb, nhat_BA_A, unique = closed
+    if HAS_CLOSED_FORM[kind_A, kind_B]:
+        phi, p_ACa, p_ACb, nhat_BA_A, unique = distance_closed_form(
+            table, i, j, kind_A, kind_B, R_AB, p_AB, max_distance
+        )
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0, _CLOSED_FORM
     if table.exact[j]:
         phi, p_ACa, p_ACb, nhat_BA_A, unique = _distance_to_triangles(
@@ -96,7 +104,7 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
         )
         return phi, p_ACa, p_ACb, nhat_BA_A, unique, 0.0, _TRIANGLES
     return convex_distance_in(
-        (_simplex(), _weights(), _corners()),
+        Workspace(_simplex(), _corners(), _weights()),
         core_of(table, i),
         core_of(table, j),
         R_AB,

@@ -31,6 +31,7 @@ from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores.kinds import HULL
 from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
+from scene_graph_ros.geometry.narrowphase.pair import Placed
 from scene_graph_ros.geometry.query.distance.contact_normal import (
     corners_of,
     normal_to_core,
@@ -64,12 +65,13 @@ _FIRST_CAPACITY = 64
 @inlined_kernel
 def core_bounds(core, hulls, R, p):
     """Return (lower, upper): the bounding box of a placed core, without its radius."""
-    x0, _ = placed_support(core, hulls, R, p, (-1.0, 0.0, 0.0), -1)
-    y0, _ = placed_support(core, hulls, R, p, (0.0, -1.0, 0.0), -1)
-    z0, _ = placed_support(core, hulls, R, p, (0.0, 0.0, -1.0), -1)
-    x1, _ = placed_support(core, hulls, R, p, (1.0, 0.0, 0.0), -1)
-    y1, _ = placed_support(core, hulls, R, p, (0.0, 1.0, 0.0), -1)
-    z1, _ = placed_support(core, hulls, R, p, (0.0, 0.0, 1.0), -1)
+    placed = Placed(core, R, p)
+    x0, _ = placed_support(placed, hulls, (-1.0, 0.0, 0.0), -1)
+    y0, _ = placed_support(placed, hulls, (0.0, -1.0, 0.0), -1)
+    z0, _ = placed_support(placed, hulls, (0.0, 0.0, -1.0), -1)
+    x1, _ = placed_support(placed, hulls, (1.0, 0.0, 0.0), -1)
+    y1, _ = placed_support(placed, hulls, (0.0, 1.0, 0.0), -1)
+    z1, _ = placed_support(placed, hulls, (0.0, 0.0, 1.0), -1)
     return (x0[0], y0[1], z0[2]), (x1[0], y1[1], z1[2])
 
 
@@ -180,7 +182,7 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
 @inlined_kernel
 def _depth_behind(core, hulls, R_MK, p_MK, n, height):
     """Return (depth, x): how far a core reaches behind the plane n . x = height, and where."""
-    x, _ = placed_support(core, hulls, R_MK, p_MK, scale(-1.0, n), -1)
+    x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, scale(-1.0, n), -1)
     x = axpy(-core[2], n, x)
     return height - dot(n, x), x
 
@@ -239,7 +241,7 @@ def _is_within(surfaces, k, size, core, hulls, R_MK, p_MK):
             sign if axis == 1 else 0.0,
             sign if axis == 2 else 0.0,
         )
-        x, _ = placed_support(core, hulls, R_MK, p_MK, d, -1)
+        x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, d, -1)
         middle = axpy(1.0 / 6.0, x, middle)
     return point_mesh(surfaces, k, size, middle, math.inf)[0] < 0.0
 
@@ -286,7 +288,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
     # Coordinates, and so distances, are as exact as the larger of the two permits.
     larger = max(size, _furthest(box))
     tolerance = COINCIDENCE * larger
-    some_point, _ = placed_support(bare, hulls, R_MK, p_MK, (1.0, 0.0, 0.0), -1)
+    some_point, _ = placed_support(Placed(bare, R_MK, p_MK), hulls, (1.0, 0.0, 0.0), -1)
     is_inside = False
     if surfaces.is_closed[k] and is_in_box(
         surfaces.node_lower, surfaces.node_upper, surfaces.node_start[k], some_point

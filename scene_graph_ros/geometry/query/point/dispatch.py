@@ -6,6 +6,7 @@ its hull, ``Mesh`` to its triangles.
 
 import math
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.query.point.point_box import point_box
 from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
@@ -19,14 +20,6 @@ from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import load_vector
 
 __all__ = ["distance_point", "distance_point_within", "point_mesh_within"]
-
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_ELLIPSOID = int(ShapeKind.ELLIPSOID)
-_HALF_SPACE = int(ShapeKind.HALF_SPACE)
-_CONVEX = int(ShapeKind.CONVEX)
 
 
 @inlined_kernel
@@ -44,28 +37,38 @@ def point_mesh_within(table, i, p_GQ, threshold):
 
 
 @inlined_kernel
+def _point_convex(table, i, p_GQ):
+    return point_convex(table.hulls, table.hull[i], table.scale[i], p_GQ)
+
+
+@inlined_kernel
+def _size(table, i):
+    return load_vector(table.size, i)
+
+
+POINT_KERNELS = {
+    ShapeKind.SPHERE: point_sphere,
+    ShapeKind.CAPSULE: point_capsule,
+    ShapeKind.BOX: point_box,
+    ShapeKind.CYLINDER: point_cylinder,
+    ShapeKind.ELLIPSOID: point_ellipsoid,
+    ShapeKind.HALF_SPACE: point_half_space,
+    ShapeKind.CONVEX: _point_convex,
+}
+
+
+@by_kind(
+    inlined_kernel,
+    ["table.kind[i]"],
+    POINT_KERNELS,
+    otherwise=point_mesh_within,
+    given={"size": _size},
+)
 def distance_point_within(table, i, p_GQ, threshold):
     """Return (phi, p_GN, grad_G, unique) as ``distance_point``, exact where phi <= threshold.
 
     Beyond the threshold, phi may be inf and the rest meaningless.
     """
-    kind = table.kind[i]
-    size = load_vector(table.size, i)
-    if kind == _SPHERE:
-        return point_sphere(size, p_GQ)
-    if kind == _CAPSULE:
-        return point_capsule(size, p_GQ)
-    if kind == _BOX:
-        return point_box(size, p_GQ)
-    if kind == _CYLINDER:
-        return point_cylinder(size, p_GQ)
-    if kind == _ELLIPSOID:
-        return point_ellipsoid(size, p_GQ)
-    if kind == _HALF_SPACE:
-        return point_half_space(p_GQ)
-    if kind == _CONVEX:
-        return point_convex(table.hulls, table.hull[i], table.scale[i], p_GQ)
-    return point_mesh_within(table, i, p_GQ, threshold)
 
 
 @inlined_kernel

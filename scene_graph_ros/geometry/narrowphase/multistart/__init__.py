@@ -1,0 +1,1 @@
+"""Contacts from many starts, for what nothing proves."""

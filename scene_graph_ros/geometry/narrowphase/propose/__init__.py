@@ -1,0 +1,1 @@
+"""Where the contact of two cores may be: GJK, and the expanding polytope algorithm."""

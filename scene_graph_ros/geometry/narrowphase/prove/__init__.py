@@ -1,0 +1,1 @@
+"""Is a depth the least of all directions? Proofs that it is."""
