@@ -20,3 +20,4 @@ def ask_convex_sets() -> None:
         each.projection(np.full((1, 2), 2.0))
     AffineBall.minimum_volume_circumscribed_ellipsoid(corners.vertices)
     square.uniform_sample(np.random.default_rng(0))
+    square.uniform_samples(np.random.default_rng(0), 1)

@@ -54,8 +54,10 @@ from scene_graph_ros.geometry.optimization.sets.partition import partition_conve
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
 from scene_graph_ros.geometry.optimization.sets.sampled_volume import SampledVolume
+from scene_graph_ros.geometry.optimization.sets.sampling import UniformSamples
 from scene_graph_ros.geometry.optimization.sets.spectrahedron import Spectrahedron
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+from scene_graph_ros.geometry.optimization.sets.volume_interval import VolumeInterval
 
 __all__ = [
     "AffineBall",
@@ -92,8 +94,10 @@ __all__ = [
     "SolverError",
     "Spectrahedron",
     "Support",
+    "UniformSamples",
     "VPolytope",
     "Vertex",
+    "VolumeInterval",
     "check_if_satisfies_convexity_radius",
     "compute_pairwise_intersections",
     "iris",

@@ -30,6 +30,10 @@ from scene_graph_ros.geometry.optimization.sets.sampled_volume import (
     sample_volume,
     SampledVolume,
 )
+from scene_graph_ros.geometry.optimization.sets.volume_interval import (
+    volume_interval,
+    VolumeInterval,
+)
 from scene_graph_ros.geometry.optimization.solve.cutting import find_in_cones, Found
 from scene_graph_ros.geometry.optimization.solve.maximize import maximize
 from scene_graph_ros.geometry.quoting import quoted
@@ -262,6 +266,22 @@ class ConvexSet(abc.ABC):
         the box are inside. Raises ConvexSetError for a set that is unbounded or has no dimensions.
         """
         return sample_volume(self, generator, desired_rel_accuracy, max_num_samples)
+
+    def calc_volume_interval(
+        self,
+        generator: np.random.Generator,
+        desired_rel_accuracy: float = 0.01,
+        confidence: float = 0.95,
+        max_num_samples: int = 1_000_000,
+    ) -> VolumeInterval:
+        """Return bounds that the volume is between with at least a probability.
+
+        Exact volumes to their rounding, polyhedra beyond four dimensions from independent rays,
+        others from independent points of their box: no walk has to have mixed. Ends where both
+        bounds are within ``desired_rel_accuracy`` of their middle, or with the last sample. Raises
+        ConvexSetError for a set that is unbounded or has no dimensions, or a flat polyhedron.
+        """
+        return volume_interval(self, generator, desired_rel_accuracy, confidence, max_num_samples)
 
     def add_point_in_set_constraints(self, program: ConicProgram, x: Any) -> Membership:
         """Ask in a program that its variables ``x (n,)`` are a point of the set.

@@ -44,7 +44,7 @@ from scene_graph_ros.geometry.optimization.sets.redundancy import (
     reduce_rows,
     Reduction,
 )
-from scene_graph_ros.geometry.optimization.sets.sampling import draw
+from scene_graph_ros.geometry.optimization.sets.sampling import draw, draw_many, UniformSamples
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
 from scene_graph_ros.geometry.optimization.solve.projection import project_points
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -268,6 +268,22 @@ class HPolyhedron(ConvexSet):
         don't count. Raises ConvexSetError unless the start is inside and the set bounded.
         """
         return draw(self, generator, previous_sample, mixing_steps, subspace, tol)
+
+    def uniform_samples(
+        self,
+        generator: np.random.Generator,
+        num_samples: int,
+        *,
+        mixing_steps: int | None = None,
+        num_chains: int = 64,
+    ) -> UniformSamples:
+        """Draw many points, nearly uniformly, with an effective sample size.
+
+        Chains begin uniformly in the largest ellipsoid inside, and walk along axes of coordinates
+        in which that is a ball (Smith 1984), ``mixing_steps`` between two points, by default 2 n.
+        Raises ConvexSetError for a set that is empty, flat or unbounded.
+        """
+        return draw_many(self, generator, num_samples, mixing_steps, num_chains)
 
     @functools.cached_property
     def own_box(self) -> tuple[np.ndarray, np.ndarray] | None:

@@ -1,8 +1,8 @@
-"""Draw points of a polyhedron."""
+"""Draw points of a polyhedron: one after another, or by many chains at once."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,17 @@ from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_nonnegative,
     as_vector,
 )
-from scene_graph_ros.geometry.optimization.solve.hit_and_run import hit_and_run
+from scene_graph_ros.geometry.optimization.sets.ellipsoids import inscribed
+from scene_graph_ros.geometry.optimization.solve.effective_sample_size import (
+    effective_sample_size,
+)
+from scene_graph_ros.geometry.optimization.solve.hit_and_run import hit_and_run, walk_along_axes
+from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["draw"]
+__all__ = ["UniformSamples", "draw", "draw_many"]
+
+_FORGET = 10
+"""Steps for each two coordinates, after which a chain in a round set has forgotten its start."""
 
 _START_OUTSIDE = 1e-8
 """In the set's own units: how far outside a start may be."""
@@ -54,3 +62,62 @@ def draw(
     if basis.shape[1] and not hit_and_run(A, slack, ways @ A.T, ways, shares, step):
         raise ConvexSetError(f"{label}: the set is unbounded; intersect it with a box")
     return x + step
+
+
+class UniformSamples(NamedTuple):
+    """Points ``(m, n)``, nearly uniform, and how many independent ones they are worth.
+
+    The latter is the least of all coordinates, in which the set is round; NaN of fewer than four
+    points for each of ``num_chains`` chains, whose points come one chain after the other.
+    """
+
+    points: np.ndarray
+    effective_sample_size: float
+    num_chains: int
+
+
+def draw_many(
+    polyhedron: Any,
+    generator: np.random.Generator,
+    num_samples: int,
+    mixing_steps: int | None,
+    num_chains: int,
+) -> UniformSamples:
+    """Walk with many chains at once, as `HPolyhedron.uniform_samples` says."""
+    label, n = "HPolyhedron.uniform_samples", polyhedron.ambient_dimension
+    wanted = _at_least(num_samples, 1, f"{label}: num_samples")
+    chains = min(_at_least(num_chains, 1, f"{label}: num_chains"), wanted)
+    # A step along an axis changes one of n coordinates.
+    between = 2 * n if mixing_steps is None else mixing_steps
+    steps = _at_least(between, 0 if n == 0 else 1, f"{label}: mixing_steps")
+    if n == 0:
+        return UniformSamples(np.zeros((wanted, 0)), float(wanted), chains)
+    found = inscribed(polyhedron)
+    slack = polyhedron.b - polyhedron.A @ found.center
+    rows = (polyhedron.A @ found.B) / slack[:, None]
+    columns = np.ascontiguousarray(rows.T)
+    ways = generator.normal(size=(chains, n))
+    reach = generator.random(chains) ** (1.0 / n) / np.linalg.norm(ways, axis=1)
+    points = ways * reach[:, None]
+    slacks = 1.0 - points @ columns
+    length = -(-wanted // chains)
+    kept = np.empty((chains, length, n))
+    for k in range(length):
+        # The first comes after as many steps as all chains need to forget where they began.
+        count = steps if k else _FORGET * n * n + steps
+        places = generator.integers(0, n, size=(count, chains))
+        walk_along_axes(columns, slacks, points, places, generator.random((count, chains)))
+        # What rounding added up in the slacks begins anew.
+        slacks = 1.0 - points @ columns
+        kept[:, k] = points
+    worth = effective_sample_size(kept)
+    drawn = kept.reshape(-1, n)[:wanted]
+    return UniformSamples(found.center + drawn @ found.B.T, worth, chains)
+
+
+def _at_least(value: Any, least: int, label: str) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ConvexSetError(
+            f"{label} must be a whole number, at least {least}, not {quoted(value)}"
+        )
+    return int(value)

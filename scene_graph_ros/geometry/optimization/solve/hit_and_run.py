@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 
-__all__ = ["hit_and_run"]
+__all__ = ["hit_and_run", "walk_along_axes"]
 
 
 @kernel
@@ -33,4 +33,30 @@ def hit_and_run(A, slack, slopes, directions, shares, step):
             slack[i] -= way * slopes[s, i]
         for k in range(len(step)):
             step[k] += way * directions[s, k]
+    return True
+
+
+@kernel
+def walk_along_axes(columns, slacks, points, places, shares):
+    """Take a step along an axis for each number of ``places (s, c)``, with all c chains.
+
+    ``columns (n, m)`` are those of the rows, ``slacks (c, m)`` and ``points (c, n)`` are kept up
+    to date, ``shares (s, c)`` are random between 0 and 1. False where the set does not end.
+    """
+    for s in range(len(places)):
+        for c in range(len(points)):
+            k = places[s, c]
+            low, high = -1e300, 1e300
+            for i in range(slacks.shape[1]):
+                rate = columns[k, i]
+                if rate > 0.0:
+                    high = min(high, max(slacks[c, i], 0.0) / rate)
+                elif rate < 0.0:
+                    low = max(low, max(slacks[c, i], 0.0) / rate)
+            if low == -1e300 or high == 1e300:
+                return False
+            way = low + shares[s, c] * (high - low)
+            for i in range(slacks.shape[1]):
+                slacks[c, i] -= way * columns[k, i]
+            points[c, k] += way
     return True
