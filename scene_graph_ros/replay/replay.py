@@ -88,6 +88,11 @@ class Replay:
                 f"the event at {message.time} ns can't be replayed: {error}"
             ) from error
 
+    def _on_attached(self, time: int, *, version: int, node: str) -> None:
+        raise RecordingError(
+            f"it was recorded beside {node}, which ran already: it can be published, not replayed"
+        )
+
     def _on_begin(
         self,
         time: int,

@@ -1,0 +1,127 @@
+"""`python -m scene_graph_ros.record` beside a node: others read what it writes."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+
+from geometry_msgs.msg import Transform, Vector3
+from node_harness import environment, ROOT, wait_until
+import pytest
+from rclpy.serialization import deserialize_message
+from recordings import replay
+from rosbags.rosbag2 import Reader
+from sensor_msgs.msg import MultiDOFJointState
+from visualization_msgs.msg import MarkerArray
+
+from scene_graph_msgs.msg import ContactArray
+
+SCENE = """
+version: 1
+sources: [{name: arm}]
+frames: [{name: hand, source: arm}]
+geometries:
+  - {name: ball, source: arm, frame: hand, shape: {type: sphere, radius: 0.25},
+     roles: {illustration: {}, proximity: {}}}
+  - {name: floor, source: arm, shape: {type: half_space}, roles: {proximity: {}}}
+"""
+
+
+class Command:
+    """The command as a process."""
+
+    def __init__(self, domain, *arguments):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "scene_graph_ros.record", *map(str, arguments)],
+            env=environment(domain),
+            cwd=ROOT,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+
+    def wait_for_line(self, pattern):
+        """Return what a line of the output has that matches."""
+        for line in self.process.stdout:
+            if found := re.search(pattern, line):
+                return found
+        raise AssertionError(f"it ended with {self.process.wait()}, without {pattern!r}")
+
+    def end(self):
+        """Interrupt it; return its exit code and the rest of what it said."""
+        self.process.send_signal(signal.SIGINT)
+        said, _ = self.process.communicate(timeout=60.0)
+        return self.process.returncode, said
+
+
+@pytest.fixture
+def node(start_node, tmp_path):
+    """A node with a ball above a floor."""
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    return start_node({"scene": tmp_path / "scene.yaml"})
+
+
+def test_what_a_running_node_does_is_recorded(node, client, domain, tmp_path):
+    """Inputs, contacts and markers, whole at first; rosbags reads it, and it is published."""
+    folder = tmp_path / "recording"
+    command = Command(domain, folder)
+    count = 0
+    while count < 5:  # illustration, proximity, contacts, their markers, poses
+        count = int(command.wait_for_line(r"recording (\d+) topics of /scene_graph")[1])
+    publisher = client.publisher(MultiDOFJointState, "/arm/poses")
+    # The node and the command.
+    wait_until(lambda: publisher.get_subscription_count() == 2, "both")
+    sent = []
+    contacts = client.listen(ContactArray, "/scene_graph/contacts")
+    for step in range(20):
+        message = MultiDOFJointState(joint_names=["hand"])
+        message.header.stamp = client.now()
+        transform = Transform(translation=Vector3(z=0.125 + 0.001 * step))
+        transform.rotation.w = 1.0
+        message.transforms = [transform]
+        publisher.publish(message)
+        sent.append(message.header.stamp)
+        contacts.wait_for(lambda m, at=sent[-1]: m.header.stamp == at, "its contacts")
+    code, said = command.end()
+    assert code == 0, said
+    assert " 0 dropped" in said
+    read = {}
+    with Reader(folder) as reader:
+        for connection, _, data in reader.messages():
+            read.setdefault(connection.topic, []).append(data)
+    poses = [deserialize_message(d, MultiDOFJointState) for d in read["/arm/poses"]]
+    assert [each.header.stamp for each in poses] == sent
+    depths = {}
+    for data in read["/scene_graph/contacts"]:
+        message = deserialize_message(data, ContactArray)
+        stamp = message.header.stamp
+        depths[stamp.sec, stamp.nanosec] = [point.depth for point in message.points]
+    for step, at in enumerate(sent):
+        # A ball of 0.25 m, whose middle is 0.125 m above the floor, and rises.
+        (depth,) = depths[at.sec, at.nanosec]
+        assert depth == pytest.approx(0.125 - 0.001 * step, abs=1e-12)
+    first = deserialize_message(read["/scene_graph/markers/proximity"][0], MarkerArray)
+    assert len(first.markers) == 2
+    client.forget(contacts)
+    client.destroy(publisher)
+    code, said = replay(domain, folder, "--check")
+    assert code == 2
+    assert "recorded beside /scene_graph, which ran already" in said
+    code, said = replay(domain, folder, "--rate", "100")
+    assert code == 0
+    assert int(said.split()[0]) >= len(read["/scene_graph/contacts"])
+    code, said = Command(domain, folder).process.communicate(timeout=60.0)[0], None
+    assert "exists already" in code
+
+
+def test_it_waits_for_its_node_and_ends_where_it_is_full(domain, tmp_path):
+    """A node that is not there is waited for; a limit below the first message ends it."""
+    command = Command(domain, tmp_path / "waiting", "--node", "nobody")
+    command.wait_for_line("waiting for /nobody")
+    assert command.end()[0] == 0
+    full = Command(domain, tmp_path / "full", "--max-bytes", "10")
+    said, _ = full.process.communicate(timeout=60.0)
+    assert full.process.returncode == 1
+    assert "10, and ended" in said
