@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
+import warnings
 
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.meshes.scene_colors import MeshColorWarning
+from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.views.draw_list import DrawItem
+from scene_graph_ros.views.items import DEFAULT_COLOR
 from scene_graph_ros.views.triangles import hull_triangles, surface_triangles, Triangles
 
-__all__ = ["Look", "look_of", "triangles_of"]
+__all__ = ["Look", "look_of", "paint_of", "triangles_of"]
 
 Size = tuple[float, float, float]
 
@@ -54,3 +61,24 @@ def triangles_of(item: DrawItem) -> Triangles:
     if item.as_hull or shape.kind == ShapeKind.CONVEX:
         return hull_triangles(shape)
     return surface_triangles(shape)
+
+
+def paint_of(item: DrawItem) -> NDArray[np.uint8] | None:
+    """Return red, green and blue ``(t, 3)`` of the triangles of an item whose form is ``mesh``.
+
+    None where it has one colour: one that was given, or no material in its file. Triangles
+    without a material have DEFAULT_COLOR. Raises MeshError where the mesh can't be read.
+    """
+    shape = item.shape
+    assert isinstance(shape, MeshShape), shape
+    if item.rgba is not None or item.as_hull:
+        return None
+    with warnings.catch_warnings():
+        # Who renders it says so; the page shows what there is.
+        warnings.simplefilter("ignore", MeshColorWarning)
+        colors = triangle_colors(shape)
+    if colors is None:
+        return None
+    default = [(DEFAULT_COLOR.r, DEFAULT_COLOR.g, DEFAULT_COLOR.b)]
+    palette = np.concatenate([colors.palette, default])
+    return np.rint(255.0 * np.clip(palette, 0.0, 1.0)[colors.row]).astype(np.uint8)

@@ -42,8 +42,9 @@ def _arrays(data: bytes, place: int, *parts: tuple[str, int, int]) -> list[Any]:
 
 
 def _mesh(data: bytes) -> Any:
-    number, v, t = struct.unpack_from("<dII", data)
-    return number, *_arrays(data, 16, ("<f4", v, 3), ("<u4", t, 3))
+    number, v, t, p, _ = struct.unpack_from("<dIIII", data)
+    assert p in (0, t)
+    return number, *_arrays(data, 24, ("<f4", v, 3), ("<u4", t, 3), ("u1", p, 4))
 
 
 def _poses(data: bytes) -> Any:

@@ -43,7 +43,8 @@ class BlockKind(enum.IntEnum):
     SCENE = 2
     """JSON: which items there are."""
     MESH = 3
-    """Double: number; integers: vertices v, triangles t; floats (v, 3); integers (t, 3)."""
+    """Double: number; integers: vertices v, triangles t, painted ones p, which are t or 0, and 0;
+    floats (v, 3); integers (t, 3); bytes (p, 4) red, green, blue, 255."""
     POSES = 4
     """Integers: count n, 0; doubles (n,) numbers, (n, 3) positions; floats (n, 4) x, y, z, w."""
     VERTICES = 5
@@ -81,13 +82,25 @@ def scene_block(content: Mapping[str, Any]) -> bytes:
     return _block(BlockKind.SCENE, json.dumps(content, allow_nan=False).encode())
 
 
-def mesh_block(number: int, vertices: NDArray[Any], triangles: NDArray[Any]) -> bytes:
-    """Return the block of a mesh: vertices ``(v, 3)`` in m, and triangles ``(t, 3)`` of them."""
+def mesh_block(
+    number: int,
+    vertices: NDArray[Any],
+    triangles: NDArray[Any],
+    paint: NDArray[np.uint8] | None = None,
+) -> bytes:
+    """Return the block of a mesh: vertices ``(v, 3)`` in m, and triangles ``(t, 3)`` of them.
+
+    ``paint`` ``(t, 3)`` are colours of the triangles; without, they have that of the item.
+    """
+    painted = np.empty((0, 4), np.uint8)
+    if paint is not None:
+        painted = np.column_stack([paint, np.full(len(paint), 255, np.uint8)])
     return _block(
         BlockKind.MESH,
-        struct.pack("<dII", number, len(vertices), len(triangles)),
+        struct.pack("<dIIII", number, len(vertices), len(triangles), len(painted), 0),
         _bytes(vertices, "<f4"),
         _bytes(triangles, "<u4"),
+        _bytes(painted, "u1"),
     )
 
 

@@ -24,7 +24,7 @@ from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
 from scene_graph_ros.views.deformables import deformable_items, DeformableItem
 from scene_graph_ros.views.draw_list import DrawItem, DrawList
 from scene_graph_ros.views.items import DEFAULT_COLOR, draw_items
-from scene_graph_ros.views.looks import look_of, triangles_of
+from scene_graph_ros.views.looks import look_of, paint_of, triangles_of
 from scene_graph_ros.views.moment import Moment
 from scene_graph_ros.views.sliders import Slider
 
@@ -100,6 +100,7 @@ class _Mesh(NamedTuple):
     block: bytes
     """Empty where it can't be shown, and why not:"""
     reason: str = ""
+    is_painted: bool = False
 
 
 class Meshes:
@@ -110,8 +111,8 @@ class Meshes:
 
     def __init__(self) -> None:
         self._numbers = itertools.count(1)
-        self._new: dict[tuple[Shape, bool], _Mesh] = {}
-        self._old: dict[tuple[Shape, bool], _Mesh] = {}
+        self._new: dict[tuple[Shape, bool, bool], _Mesh] = {}
+        self._old: dict[tuple[Shape, bool, bool], _Mesh] = {}
 
     def forget_old(self) -> None:
         """Begin anew to note what is asked for."""
@@ -119,7 +120,12 @@ class Meshes:
 
     def of(self, item: DrawItem) -> _Mesh:
         """Return the mesh of an item."""
-        key = (item.shape, item.as_hull or item.shape.kind == ShapeKind.CONVEX)
+        # With the colours of its file, if none is given for all of it.
+        key = (
+            item.shape,
+            item.as_hull or item.shape.kind == ShapeKind.CONVEX,
+            item.rgba is None,
+        )
         mesh = self._new.get(key) or self._old.get(key) or self._make(item)
         self._new[key] = mesh
         return mesh
@@ -127,10 +133,10 @@ class Meshes:
     def _make(self, item: DrawItem) -> _Mesh:
         number = next(self._numbers)
         try:
-            mesh = triangles_of(item)
+            mesh, paint = triangles_of(item), paint_of(item)
         except SceneGraphError as error:
             return _Mesh(number, b"", str(error))
-        return _Mesh(number, mesh_block(number, *mesh))
+        return _Mesh(number, mesh_block(number, *mesh, paint), is_painted=paint is not None)
 
 
 class Drawing:
@@ -204,6 +210,9 @@ class Drawing:
                 entry["reason"] = mesh.reason
             else:
                 entry["mesh"] = mesh.number
+                if mesh.is_painted:
+                    # What its own colour adds to those of the triangles: nothing.
+                    entry["color"] = (0.0, 0.0, 0.0, DEFAULT_COLOR.a)
                 meshes[mesh.number] = mesh.block
         return entry
 

@@ -104,7 +104,8 @@ class Stage:
         instance = GeometryInstance(np.eye(4), shape, name)
         if "illustration" in roles:
             properties = IllustrationProperties()
-            properties.add_property("phong", "diffuse", Rgba(*rgba))
+            if rgba is not None:
+                properties.add_property("phong", "diffuse", Rgba(*rgba))
             instance.set_illustration_properties(properties)
         if "proximity" in roles:
             instance.set_proximity_properties(ProximityProperties())

@@ -35,6 +35,7 @@ def test_blocks_of_any_length_stand_behind_each_other():
         (
             scene_block({"a": "é"}),
             mesh_block(5, np.arange(9.0).reshape(3, 3), triangles),
+            mesh_block(6, np.zeros((3, 3)), triangles, np.array([(255, 128, 0)], np.uint8)),
             poses_block(np.array([2.0**40 + 1]), X_WG),
             contacts_block(
                 np.ones((1, 3)),
@@ -47,12 +48,14 @@ def test_blocks_of_any_length_stand_behind_each_other():
         )
     )
     blocks = read_blocks(message)
-    assert [kind for kind, _ in blocks] == [SCENE, MESH, POSES, CONTACTS, VERTICES, TIME]
-    scene, mesh, poses, contacts, vertices, _ = (content for _, content in blocks)
+    assert [kind for kind, _ in blocks] == [SCENE, MESH, MESH, POSES, CONTACTS, VERTICES, TIME]
+    scene, mesh, painted, poses, contacts, vertices, _ = (content for _, content in blocks)
     assert scene == {"a": "é"}
     assert mesh[0] == 5
     assert mesh[1].tolist() == [[0, 1, 2], [3, 4, 5], [6, 7, 8]]
     assert mesh[2].tolist() == [[0, 1, 2]]
+    assert len(mesh[3]) == 0
+    assert painted[3].tolist() == [[255, 128, 0, 255]]
     ((position, rotation),) = [poses[2.0**40 + 1]]
     assert position.tolist() == [1e6 + 0.1, -2.0, 3.0]
     # Of a turn by a about z: (0, 0, sin(a/2), cos(a/2)).

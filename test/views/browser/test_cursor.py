@@ -76,7 +76,7 @@ def test_each_shape_has_a_form_and_a_size(stage, page):
         assert page.position(name) == [k, 0, 0]
     # The scale is in the vertices.
     for name, scale in (("gem", 2.0), ("sheet", 3.0)):
-        vertices, triangles = page.meshes[page.named(name)["mesh"]]
+        vertices, triangles, _ = page.meshes[page.named(name)["mesh"]]
         assert sorted(vertices.sum(axis=1).tolist()) == [0, scale, scale, scale]
         assert len(triangles) == 4
 

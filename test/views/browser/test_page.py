@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from msg_adapters.png import png
-from scene_graph_ros.geometry import Sphere
+from scene_graph_ros.geometry import Mesh, Sphere
 from scene_graph_ros.views.browser.page_file import PageFile
 from scene_graph_ros.views.browser.server import BrowserView
 
@@ -174,6 +174,42 @@ def test_contacts_are_shown_when_they_are_ticked(tab, stage, show):
     tab.value("document.querySelector('#contacts').click()")
     tab.wait_for(f"{count} === '1'")
     assert of_color(tab, 2)[2] < blue
+
+
+OBJ = """mtllib colors.mtl
+v -1 0 -1
+v 0 0 -1
+v 0 0 1
+v -1 0 1
+v 1 0 -1
+v 1 0 1
+usemtl leaf
+f 1 2 3 4
+usemtl sky
+f 2 5 6 3
+"""
+MTL = "newmtl leaf\nKd 0 1 0\nnewmtl sky\nKd 0 0 1\n"
+
+
+def test_a_mesh_has_the_colors_of_its_file(tab, stage, show, tmp_path):
+    """A sheet whose left half is green and whose right half is blue, and the same in one red."""
+    (tmp_path / "sheet.obj").write_text(OBJ)
+    (tmp_path / "colors.mtl").write_text(MTL)
+    sheet = Mesh(tmp_path / "sheet.obj")
+    stage.add("sheet", sheet, (0.0, -1.0, 0.0), roles=("illustration",), rgba=None)
+    shown = show()
+    tab.open(shown.view.link)
+    wait_for_items(tab, 2)
+    left, right = of_color(tab, 1), of_color(tab, 2)
+    assert left[2] > 1000
+    assert right[2] > 1000
+    # Seen from the front right: x goes to the right.
+    assert left[0] < right[0]
+    ball = of_color(tab, 0)[2]
+    stage.add("red", sheet, (0.0, -1.0, 0.0), roles=("illustration",), rgba=(1.0, 0.0, 0.0))
+    shown.offer(lambda: stage.remove("sheet"))
+    wait_until_seen(tab, lambda x, y, area: area > ball + 1000)
+    assert of_color(tab, 1)[2] == of_color(tab, 2)[2] == 0
 
 
 def test_a_click_tells_what_is_there(tab, stage, show):

@@ -25,9 +25,10 @@ const READERS = {
   },
   [MESH](reader) {
     const [number] = reader.take(Float64Array, 1);
-    const [vertices, triangles] = reader.take(Uint32Array, 2);
+    const [vertices, triangles, painted] = reader.take(Uint32Array, 4);
     return { kind: "mesh", number, vertices: reader.take(Float32Array, 3 * vertices),
-      triangles: reader.take(Uint32Array, 3 * triangles) };
+      triangles: reader.take(Uint32Array, 3 * triangles),
+      paint: painted ? reader.take(Uint32Array, painted) : null };
   },
   [POSES](reader) {
     const [count] = reader.take(Uint32Array, 2);

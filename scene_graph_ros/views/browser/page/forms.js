@@ -73,8 +73,9 @@ function cylinder() {
   return form.done();
 }
 
-// A mesh as it came, each triangle with corners and a normal of its own.
-export function flatForm(vertices, triangles) {
+// A mesh as it came, each triangle with corners and a normal of its own, and a colour where
+// there is paint: its four bytes in one integer.
+export function flatForm(vertices, triangles, paint = null) {
   const result = new Float32Array(7 * triangles.length);
   const at = (corner, k) => vertices[3 * triangles[corner] + k];
   for (let corner = 0; corner < triangles.length; corner += 3) {
@@ -89,7 +90,9 @@ export function flatForm(vertices, triangles) {
       }
     }
   }
-  return { vertices: result, triangles: null };
+  const colors = paint && new Uint32Array(triangles.length);
+  colors?.forEach((_, corner) => { colors[corner] = paint[Math.floor(corner / 3)]; });
+  return { vertices: result, triangles: null, colors };
 }
 
 export const FORMS = { ellipsoid: ball(false), capsule: ball(true), box: box(), cylinder: cylinder() };

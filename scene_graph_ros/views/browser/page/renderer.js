@@ -6,6 +6,7 @@ import { dot, minus, plus, turn } from "./vectors.js";
 
 const FLOATS = 15;  // of a body: position 3, rotation 4, stretch 4, color 4
 const LAYOUT = [[3, 3], [4, 4], [5, 4], [6, 4]];  // locations and sizes of these
+const PAINT = 7;  // the location of a corner's own color; of forms without it is nothing
 
 function program(gl, { vertex, fragment }) {
   const result = gl.createProgram();
@@ -29,10 +30,10 @@ function program(gl, { vertex, fragment }) {
 
 // A form in the memory of the graphics processor, with room for many bodies of it.
 class Batch {
-  constructor(gl, { vertices, triangles }) {
+  constructor(gl, { vertices, triangles, colors }) {
     this.gl = gl;
     this.array = gl.createVertexArray();
-    this.buffers = [gl.createBuffer(), gl.createBuffer(), gl.createBuffer()];
+    this.buffers = Array.from({ length: 4 }, () => gl.createBuffer());
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[0]);
     gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
@@ -47,6 +48,12 @@ class Batch {
       gl.vertexAttribPointer(location, size, gl.FLOAT, false, 4 * FLOATS, offset);
       gl.vertexAttribDivisor(location, 1);
       offset += 4 * size;
+    }
+    if (colors) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[3]);
+      gl.bufferData(gl.ARRAY_BUFFER, colors, gl.STATIC_DRAW);
+      gl.enableVertexAttribArray(PAINT);
+      gl.vertexAttribPointer(PAINT, 4, gl.UNSIGNED_BYTE, true, 4, 0);
     }
     this.isIndexed = triangles !== null;
     this.count = triangles ? triangles.length : vertices.length / 7;
@@ -88,6 +95,7 @@ export class Renderer {
     this.surface = program(gl, SURFACE);
     this.triangles = { array: gl.createVertexArray(), corners: gl.createBuffer(),
       pressures: gl.createBuffer() };
+    gl.vertexAttrib4f(PAINT, 0, 0, 0, 0);
     this.batches = new Map(Object.entries(FORMS).map(([name, form]) => [name, new Batch(gl, form)]));
     this.square = gl.createVertexArray();
     gl.bindVertexArray(this.square);

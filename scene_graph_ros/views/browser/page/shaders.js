@@ -13,29 +13,35 @@ export const BODY = {
     layout(location = 4) in vec4 a_rotation;
     layout(location = 5) in vec4 a_stretch;
     layout(location = 6) in vec4 a_color;
+    layout(location = 7) in vec4 a_paint;
     out vec3 v_normal;
     out vec3 v_place;
     out vec4 v_color;
+    flat out vec4 v_paint;
     vec3 turn(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
     void main() {
       vec3 place = a_place * a_stretch.xyz + vec3(0.0, 0.0, a_shift * a_stretch.w);
       v_normal = turn(a_rotation, a_normal / max(a_stretch.xyz, vec3(1e-12)));
       v_place = a_position + turn(a_rotation, place);
       v_color = a_color;
+      v_paint = a_paint;
       gl_Position = u_matrix * vec4(v_place, 1.0);
     }`,
+  // Paint shows through the body's own color, which is black for what is not chosen.
   // Light from above and from the eye; both sides of a triangle are lit.
   fragment: `${HEAD}
     in vec3 v_normal;
     in vec3 v_place;
     in vec4 v_color;
+    flat in vec4 v_paint;
     out vec4 color;
     void main() {
+      vec3 own = mix(v_color.rgb, v_paint.rgb + (1.0 - v_paint.rgb) * v_color.rgb, v_paint.a);
       vec3 view = -normalize(v_place);
       vec3 n = normalize(v_normal);
       n = dot(n, view) < 0.0 ? -n : n;
       float light = 0.42 + 0.18 * n.z + 0.4 * max(dot(n, view), 0.0);
-      color = vec4(v_color.rgb * light, v_color.a);
+      color = vec4(own * light, v_color.a);
     }`,
 };
 

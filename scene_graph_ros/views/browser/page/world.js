@@ -66,10 +66,10 @@ export class World {
     }
   }
 
-  takeMesh({ number, vertices, triangles }) {
+  takeMesh({ number, vertices, triangles, paint }) {
     // The vertices of what deforms come by themselves.
     if (number < 0) this.topologies.set(number, triangles);
-    else this.renderer.setMesh(number, flatForm(vertices, triangles));
+    else this.renderer.setMesh(number, flatForm(vertices, triangles, paint));
     this.reach.set(number, farthest(vertices));
   }
 
