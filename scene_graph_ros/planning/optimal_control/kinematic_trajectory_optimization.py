@@ -41,6 +41,10 @@ _LOOSER = SolverOptions(tolerance=1e-6, max_iterations=300)
 """With clearance, whose second derivatives are approximated: the last digits take long."""
 
 
+_BEGINS_NEAR = SolverOptions(ipopt={"mu_init": 1e-2})
+"""A line that may be too fast is near enough for a small barrier: a quarter of the iterations."""
+
+
 class _Clear(NamedTuple):
     """A checker whose pairs are to keep a distance."""
 
@@ -128,8 +132,8 @@ class KinematicTrajectoryOptimization(KinematicCurve):
         Raises TrajectoryOptimizationError where something is no number at the guess.
         """
         rounds = as_count("max_rounds", max_rounds, 1)
-        if options is None and self._clear:
-            options = _LOOSER
+        if options is None:
+            options = _LOOSER if self._clear else _BEGINS_NEAR
         before = None if warm_start is None else warm_start.program_result
         for k in range(1, rounds + 1):
             result = self.result_of(self._prog.solve(options, warm_start=before), k)
