@@ -21,7 +21,7 @@ if TYPE_CHECKING:
         LinearDistanceAndInterpolationProvider,
     )
     from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
-    from scene_graph_ros.planning.errors import CollisionCheckerError
+    from scene_graph_ros.planning.errors import CollisionCheckerError, PlanningError
     from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
     from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
     from scene_graph_ros.planning.gcs.plan_through_regions import (
@@ -30,6 +30,11 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
+    from scene_graph_ros.planning.inverse_kinematics import (
+        inverse_kinematics,
+        InverseKinematics,
+        InverseKinematicsFailure,
+    )
     from scene_graph_ros.planning.optimal_control.direct_collocation import DirectCollocation
     from scene_graph_ros.planning.optimal_control.direct_transcription import DirectTranscription
     from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
@@ -56,10 +61,12 @@ if TYPE_CHECKING:
         TrajectoryOptimizationResult,
     )
     from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
-    from scene_graph_ros.planning.path_planner import plan_path, PlanningError
+    from scene_graph_ros.planning.path_planner import plan_path
     from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
+    from scene_graph_ros.planning.pose_target import InverseKinematicsError, PoseTarget
     from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+    from scene_graph_ros.planning.roadmap import Roadmap
     from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
     from scene_graph_ros.planning.robot_diagram_builder import (
@@ -89,6 +96,9 @@ __all__ = [
     "EdgesBetweenSubgraphs",
     "GcsTrajectoryOptimization",
     "GcsTrajectoryResult",
+    "InverseKinematics",
+    "InverseKinematicsError",
+    "InverseKinematicsFailure",
     "KinematicTrajectoryOptimization",
     "KinematicTrajectoryResult",
     "LinearDistanceAndInterpolationProvider",
@@ -100,8 +110,10 @@ __all__ = [
     "PlanProgress",
     "PlanStage",
     "PlanningError",
+    "PoseTarget",
     "ProgramResult",
     "RegionPlan",
+    "Roadmap",
     "RobotClearance",
     "RobotCollisionType",
     "RobotDiagram",
@@ -118,6 +130,7 @@ __all__ = [
     "ZmpPlanner",
     "ZmpPlannerError",
     "get_continuous_revolute_joint_indices",
+    "inverse_kinematics",
     "load_robot_diagram",
     "make_body_shape_description",
     "plan_path",
@@ -137,7 +150,7 @@ _MODULES = {
         "LinearDistanceAndInterpolationProvider",
     ),
     "edge_measure": ("EdgeMeasure", "EdgeStatus"),
-    "errors": ("CollisionCheckerError",),
+    "errors": ("CollisionCheckerError", "PlanningError"),
     "gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),
     "gcs.gcs_trajectory_optimization": ("GcsTrajectoryOptimization",),
     "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
@@ -159,10 +172,17 @@ _MODULES = {
     "optimal_control.program_result": ("ConstraintViolation", "ProgramResult", "SolveStatus"),
     "optimal_control.shooting_result": ("TrajectoryOptimizationResult",),
     "optimal_control.solver_options": ("SolverOptions",),
-    "path_planner": ("PlanningError", "plan_path"),
+    "inverse_kinematics": (
+        "InverseKinematics",
+        "InverseKinematicsFailure",
+        "inverse_kinematics",
+    ),
+    "path_planner": ("plan_path",),
     "path_timing": ("TimedPath", "TimingFailure", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
+    "pose_target": ("InverseKinematicsError", "PoseTarget"),
     "position_space": ("get_continuous_revolute_joint_indices",),
+    "roadmap": ("Roadmap",),
     "robot_clearance": ("RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
     "robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),

@@ -1,4 +1,4 @@
-"""What collision checkers refuse."""
+"""What collision checkers and planners refuse."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
-__all__ = ["CollisionCheckerError", "finite_number"]
+__all__ = ["CollisionCheckerError", "PlanningError", "finite_number"]
 
 
 class CollisionCheckerError(SceneGraphError, ValueError):
     """Arguments of a collision checker that make no sense."""
+
+
+class PlanningError(SceneGraphError, ValueError):
+    """Arguments of a planner that make no sense."""
 
 
 def finite_number(name: str, value: object) -> float:

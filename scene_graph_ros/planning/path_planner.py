@@ -3,28 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 import math
 import time
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import new_stop, prove
+from scene_graph_ros.planning.errors import PlanningError
+from scene_graph_ros.planning.inverse_kinematics import (
+    inverse_kinematics,
+    InverseKinematicsFailure,
+)
 from scene_graph_ros.planning.path_ends import find_troubles
 from scene_graph_ros.planning.path_search import PathSearch
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
+from scene_graph_ros.planning.pose_target import PoseTarget
+from scene_graph_ros.planning.position_limits import describe_excess
 from scene_graph_ros.planning.position_space import normalized, PositionSpace
 from scene_graph_ros.planning.stoppable import run_stoppable, Stops
 
-__all__ = ["PLANNERS", "PlanningError", "plan_path"]
+if TYPE_CHECKING:
+    from scene_graph_ros.planning.roadmap import Roadmap
 
-PLANNERS = ("rrt_connect",)
+__all__ = ["PLANNERS", "plan_path"]
+
+PLANNERS = ("rrt_connect", "prm")
 """What may be asked for."""
 
 _PART, _KEPT = 0.9, 20.0
@@ -34,12 +44,11 @@ measures. A tenth is kept in between: two tolerances, so that parts of edges can
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
 
+_POSE_GOALS = 8
+"""Configurations that are looked for where the goal says where a tool is to be."""
+
 _QUOTED = 5
 """Goals of which is said what is wrong with them."""
-
-
-class PlanningError(SceneGraphError, ValueError):
-    """Arguments of a planner that make no sense."""
 
 
 class _Progress:
@@ -69,6 +78,8 @@ class _Problem(NamedTuple):
     seed: int
     timeout: float | None
     progress: _Progress
+    new_search: Callable[..., PathSearch]
+    """What makes a search of `PathSearch`'s arguments."""
 
     @property
     def search_rules(self) -> EdgeRules:
@@ -84,20 +95,23 @@ class _Problem(NamedTuple):
 def plan_path(
     checker: SceneGraphCollisionChecker,
     start: ArrayLike,
-    goal: ArrayLike,
+    goal: ArrayLike | PoseTarget,
     *,
     planner: str = "rrt_connect",
     seed: int = 0,
     timeout: float | None = None,
     group: str | None = None,
+    roadmap: Roadmap | None = None,
     watch: Callable[[PlanProgress], None] | None = None,
 ) -> Plan:
     """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
 
     ``goal`` is a configuration ``(nq,)`` or several ``(m, nq)``, any of which will do; those that
-    collide or are beyond limits are left out. ``group`` names the group of joints (of an SRDF)
-    that may move; all others must be at a goal as they are at the start. Joints that turn without
-    an end go round whichever way is free, and may arrive full turns away from the goal's number.
+    collide or are beyond limits are left out. Or it says where a tool is to be: then goals are
+    what `inverse_kinematics` finds, which is not counted as time. ``group`` names the group of
+    joints (of an SRDF) that may move; all others must be at a goal as they are at the start.
+    Joints that turn without an end go round whichever way is free, and may arrive full turns away
+    from the goal's number.
 
     The path is the same for the same ``seed``, unless it ran out of time: ``timeout`` (s) ends the
     search for shorter ones, too; kernels that are not compiled yet are, before time is counted.
@@ -105,9 +119,11 @@ def plan_path(
     KeyboardInterrupt. It notices both within 0.1 s. ``watch`` is told how far it has come, about
     every 0.05 s and in the thread that called; what it raises ends the search and is raised.
 
-    The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000) and
-    then takes shortcuts (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*,
-    2007). Each edge, and in the end each edge of the path once more, is proven as
+    The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000).
+    ``"prm"`` looks for a way through a `Roadmap`, which may be given: then it knows what was
+    proven before, and its path depends on all that the roadmap was used for. Both then take
+    shortcuts (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*, 2007).
+    Each edge, and in the end each edge of the path once more, is proven as
     `SceneGraphCollisionChecker.measure_edge` does.
 
     Raises PlanningError naming the argument, and as `SceneGraphCollisionChecker` does for
@@ -115,6 +131,8 @@ def plan_path(
     """
     if planner not in PLANNERS:
         raise PlanningError(f"planner must be one of {', '.join(PLANNERS)}, not {quoted(planner)}")
+    if roadmap is not None and planner != "prm":
+        raise PlanningError(f"a roadmap is for the planner 'prm', not for {quoted(planner)}")
     root = as_float(seed)
     if root is None or root < 0.0 or not root.is_integer():
         raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
@@ -122,10 +140,18 @@ def plan_path(
     if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
         raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
     checker = checker.clone()  # Others may change theirs meanwhile.
+    if np.ndim(start) != 1:
+        raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
+    if isinstance(goal, PoseTarget):
+        found = _reaching(checker, start, goal, group, int(seed))
+        if isinstance(found, Plan):
+            return found
+        goal = found
     first, goals = _ends(checker, start, goal)
     moves = _moving(checker, first, goals, group)
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
-    problem = _Problem(checker, first, goals, space, int(seed), patience, _Progress())
+    new_search = _new_search(planner, roadmap)
+    problem = _Problem(checker, first, goals, space, int(seed), patience, _Progress(), new_search)
     _load_kernels(problem)
     problem = problem._replace(progress=_Progress())
     return run_stoppable(
@@ -133,6 +159,14 @@ def plan_path(
         patience,
         lambda: None if watch is None else watch(problem.progress.now()),
     )
+
+
+def _new_search(planner: str, roadmap: Roadmap | None) -> Callable[..., PathSearch]:
+    if planner == "rrt_connect":
+        return PathSearch
+    from scene_graph_ros.planning.roadmap_search import RoadmapSearch
+
+    return partial(RoadmapSearch, roadmap=roadmap)
 
 
 def _load_kernels(problem: _Problem) -> None:
@@ -147,11 +181,31 @@ def _ends(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return start ``(nq,)`` and goals ``(m, nq)`` after checking them."""
     first, goals = (checker.checked_configurations(each) for each in (start, goal))
-    if np.ndim(start) != 1:
-        raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
     if not len(goals):
         raise PlanningError("goal must have at least one configuration")
     return normalized(checker.plan.tree, first)[0], normalized(checker.plan.tree, goals)
+
+
+def _reaching(
+    checker: SceneGraphCollisionChecker,
+    start: ArrayLike,
+    target: PoseTarget,
+    group: str | None,
+    seed: int,
+) -> NDArray[np.float64] | Plan:
+    """Return goals ``(m, nq)`` that put a tool where it is to be, or why there are none."""
+    near = checker.checked_configurations(start)[0]
+    outside = describe_excess(checker.plan.tree, near)
+    if outside is not None:
+        return _refused(near, PlanFailure.START_BEYOND_LIMITS, f"the start {outside}")
+    found = inverse_kinematics(
+        checker, target, near=near, group=group, solutions=_POSE_GOALS, seed=seed
+    )
+    if found.failure is None:
+        return found.configurations
+    is_blocked = found.failure is InverseKinematicsFailure.COLLIDES
+    kind = PlanFailure.GOAL_COLLIDES if is_blocked else PlanFailure.GOAL_UNREACHED
+    return _refused(near, kind, f"the goal: {found.reason}")
 
 
 def _moving(
@@ -196,7 +250,7 @@ def _search(problem: _Problem, usable: Sequence[int], stops: Stops) -> Plan:
     """Look for a path to one of the goals that can be used."""
     start, goals, space = problem.start, problem.goals[list(usable)], problem.space
     plan = problem.checker.plan
-    search = PathSearch(plan, space, problem.search_rules, problem.seed, stops.looking)
+    search = problem.new_search(plan, space, problem.search_rules, problem.seed, stops.looking)
     problem.progress.search, problem.progress.stage = search, PlanStage.SEARCHING
     for row, goal in zip(usable, goals, strict=True):
         if space.length(np.stack([start, goal + space.turns(start, goal)])) < _SAME:
@@ -250,5 +304,15 @@ def _failed(
     problem: _Problem, kind: PlanFailure, reason: str, search: PathSearch | None = None
 ) -> Plan:
     sizes, edges = (search.tree_sizes, search.edges) if search else ((0, 0), 0)
-    nothing = np.empty((0, len(problem.start)))
+    return _refused(problem.start, kind, reason, sizes, edges)
+
+
+def _refused(
+    start: NDArray[np.float64],
+    kind: PlanFailure,
+    reason: str,
+    sizes: tuple[int, int] = (0, 0),
+    edges: int = 0,
+) -> Plan:
+    nothing = np.empty((0, len(start)))
     return Plan(nothing, 0.0, 0.0, None, kind, reason, sizes, edges)

@@ -25,6 +25,8 @@ class PlanFailure(enum.Enum):
     """Nothing was found in time."""
     EXHAUSTED = 6
     """The trees grew to their limit and did not meet, or where they met was not proven again."""
+    GOAL_UNREACHED = 7
+    """No configuration was found that puts the tool where the goal says."""
 
 
 class PlanStage(enum.Enum):

@@ -99,6 +99,20 @@ class PositionSpace:
             squares += (4.0 * np.arcsin(np.minimum(1.0, 0.5 * apart))) ** 2
         return float(np.sqrt(squares).sum())
 
+    def distances(
+        self, q: NDArray[np.float64], others: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the distances ``(n,)`` from q ``(nq,)`` to others ``(n, nq)``, the short way."""
+        ways = others - q
+        periods = np.where(self.table.periods > 0.0, self.table.periods, math.inf)
+        ways -= np.where(np.isfinite(periods), periods, 0.0) * np.round(ways / periods)
+        squares = (self.table.weights * ways**2).sum(axis=1)
+        for s in self.table.quaternions:
+            a, b = q[s : s + 4], others[:, s : s + 4]
+            apart = np.minimum(*(np.linalg.norm(a - sign * b, axis=1) for sign in (1.0, -1.0)))
+            squares += (4.0 * np.arcsin(np.minimum(1.0, 0.5 * apart))) ** 2
+        return np.asarray(np.sqrt(squares))
+
     def turns(self, q: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the full turns ``(nq,)`` that bring another configuration nearest to q."""
         periods, turns = self.table.periods, np.zeros_like(q)
