@@ -6,7 +6,11 @@ certificate shows the answer, checked in rational arithmetic by its ``verify()``
 """
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.errors import (
+    ConvexSetError,
+    SampleError,
+    SolverError,
+)
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.expressions import (
     norm,
@@ -22,11 +26,20 @@ from scene_graph_ros.geometry.optimization.graphs.options import (
 )
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult, PathBound
 from scene_graph_ros.geometry.optimization.iris.iris import iris, IrisRegion, Separation
-from scene_graph_ros.geometry.optimization.iris.obstacles import make_iris_obstacles
 from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
+from scene_graph_ros.geometry.optimization.iris.region_cuts import (
+    find_region_cuts,
+    RegionCut,
+    RegionTest,
+)
 from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
     load_iris_regions_yaml_file,
     save_iris_regions_yaml_file,
+)
+from scene_graph_ros.geometry.optimization.iris.scene_obstacles import (
+    make_iris_obstacles,
+    scene_obstacles,
+    SceneObstacle,
 )
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
@@ -89,7 +102,11 @@ __all__ = [
     "Point",
     "Projection",
     "Reduction",
+    "RegionCut",
+    "RegionTest",
+    "SampleError",
     "SampledVolume",
+    "SceneObstacle",
     "Separation",
     "SolverError",
     "Spectrahedron",
@@ -100,6 +117,7 @@ __all__ = [
     "VolumeInterval",
     "check_if_satisfies_convexity_radius",
     "compute_pairwise_intersections",
+    "find_region_cuts",
     "iris",
     "load_iris_regions_yaml_file",
     "make_iris_obstacles",
@@ -109,5 +127,6 @@ __all__ = [
     "partition_convex_set",
     "quad_form",
     "save_iris_regions_yaml_file",
+    "scene_obstacles",
     "sum_squares",
 ]

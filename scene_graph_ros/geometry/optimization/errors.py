@@ -2,11 +2,20 @@
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 
-__all__ = ["ConvexSetError", "SolverError"]
+__all__ = ["ConvexSetError", "SampleError", "SolverError"]
 
 
 class ConvexSetError(SceneGraphError, ValueError):
     """An argument that makes no set, or a question that the set has no answer to."""
+
+
+class SampleError(ConvexSetError):
+    """A sample that is in one of the obstacles, or nearer to it than rounding."""
+
+    def __init__(self, message: str, obstacle: int) -> None:
+        """``obstacle`` is its number."""
+        super().__init__(message)
+        self.obstacle = obstacle
 
 
 class SolverError(SceneGraphError, RuntimeError):

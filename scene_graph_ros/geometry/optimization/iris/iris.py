@@ -16,7 +16,11 @@ from typing import Any, Literal, overload
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.certificates import Certificate
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.errors import (
+    ConvexSetError,
+    SampleError,
+    SolverError,
+)
 from scene_graph_ros.geometry.optimization.iris.obstacles import Obstacles
 from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
@@ -256,7 +260,9 @@ class _Grower:
             f"iris: {where} {center.tolist()} is in or at {self._obstacles.label(k)}, {depth:.3g}"
             " from its nearest point"
         )
-        raise (ConvexSetError if not self._volumes else SolverError)(message)
+        if self._volumes:
+            raise SolverError(message)
+        raise SampleError(message, k)
 
     def record(self) -> IrisRegion:
         """Prove that each obstacle is beyond its row."""

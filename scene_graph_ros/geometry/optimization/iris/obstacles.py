@@ -8,21 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.meshes.sources import hull_of
-from scene_graph_ros.geometry.model.ids import FrameId
-from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.optimization.certificates import Certificate
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.lift import shared_point
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
-from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.from_shapes import placed_shape
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
-from scene_graph_ros.geometry.optimization.sets.minkowski_sum import MinkowskiSum
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 from scene_graph_ros.geometry.optimization.solve.cutting import (
@@ -32,67 +26,15 @@ from scene_graph_ros.geometry.optimization.solve.cutting import (
 )
 from scene_graph_ros.geometry.optimization.solve.nearest_by_support import nearest_by_support
 from scene_graph_ros.geometry.optimization.solve.nearest_in_hull import nearest_in_hull
-from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.shapes.box import Box
-from scene_graph_ros.geometry.shapes.capsule import Capsule
-from scene_graph_ros.geometry.shapes.cylinder import Cylinder
-from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
-from scene_graph_ros.geometry.shapes.half_space import HalfSpace
-from scene_graph_ros.geometry.shapes.shape import Shape
-from scene_graph_ros.geometry.shapes.sphere import Sphere
 
-__all__ = ["Obstacles", "make_iris_obstacles"]
+__all__ = ["Obstacles"]
 
 _SURE = 1e-9
 """Relative to an ellipsoid's size: how far its map may be from its form."""
 
 _CORNERS_OF_BOXES = 8
 """Dimensions up to which a box is taken by its corners."""
-
-
-def make_iris_obstacles(
-    query: QueryObject, reference_frame: FrameId | None = None
-) -> list[ConvexSet]:
-    """Return all geometry with the proximity role as sets, where it is in the query's snapshot.
-
-    In a frame, the world by default. Meshes are taken by their hulls. Raises UnknownIdError for a
-    frame that is not there, ConvexSetError for deformable geometry, which is not convex.
-    """
-    if not isinstance(query, QueryObject):
-        raise ConvexSetError(
-            f"make_iris_obstacles: query must be a QueryObject, not {quoted(query)}"
-        )
-    inspector = query.inspector()
-    found: list[ConvexSet] = []
-    for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY):
-        if inspector.is_deformable(geometry_id):
-            name = inspector.get_name(geometry_id)
-            raise ConvexSetError(
-                f"make_iris_obstacles: geometry {name!r} is deformable; it is no convex set"
-            )
-        shape, X_FG = placed_shape(query, geometry_id, reference_frame)
-        found.append(_as_set(query, geometry_id, reference_frame, shape, X_FG))
-    return found
-
-
-def _as_set(
-    query: Any, geometry_id: Any, frame: FrameId | None, shape: Shape, X_FG: np.ndarray
-) -> ConvexSet:
-    """Return the description that is asked fastest."""
-    if isinstance(shape, Sphere) and shape.radius == 0.0:
-        return Point(X_FG[:3, 3])
-    if isinstance(shape, Sphere | Ellipsoid):
-        return Hyperellipsoid(query, geometry_id, frame)
-    if isinstance(shape, Capsule):
-        return MinkowskiSum(query, geometry_id, frame)
-    if isinstance(shape, Cylinder):
-        return CartesianProduct(query, geometry_id, frame)
-    if isinstance(shape, HalfSpace):
-        return HPolyhedron(query, geometry_id, frame)
-    if isinstance(shape, Box):
-        return VPolytope(query, geometry_id, frame)
-    return VPolytope(hull_of(shape).vertices @ X_FG[:3, :3].T + X_FG[:3, 3])  # type: ignore[arg-type]
 
 
 class Obstacles:

@@ -15,7 +15,12 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["load_iris_regions_yaml_file", "save_iris_regions_yaml_file"]
+__all__ = [
+    "load_iris_regions_yaml_file",
+    "regions_from_document",
+    "regions_to_yaml",
+    "save_iris_regions_yaml_file",
+]
 
 
 def save_iris_regions_yaml_file(
@@ -26,6 +31,11 @@ def save_iris_regions_yaml_file(
     With ``child_name`` below that key. Raises ConvexSetError for what is no region, OSError where
     the file can't be written.
     """
+    Path(filename).write_text(regions_to_yaml(regions, child_name), encoding="utf-8")
+
+
+def regions_to_yaml(regions: Mapping[str, HPolyhedron], child_name: str | None = None) -> str:
+    """Return the text of such a file. Raises ConvexSetError for what is no region."""
     import yaml
 
     document: dict[str, Any] = {}
@@ -42,8 +52,9 @@ def save_iris_regions_yaml_file(
         }
     whole = document if child_name is None else {child_name: document}
     # Numbers of a row on a line; the names in their order.
-    text = yaml.safe_dump(whole, default_flow_style=None, sort_keys=False, width=1 << 20)
-    Path(filename).write_text(text, encoding="utf-8")
+    return yaml.safe_dump(
+        whole, default_flow_style=None, sort_keys=False, width=1 << 20, allow_unicode=True
+    )
 
 
 def load_iris_regions_yaml_file(
@@ -61,11 +72,23 @@ def load_iris_regions_yaml_file(
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise ConvexSetError(f"{path}: no YAML: {error}") from None
+    return regions_from_document(document, str(path), child_name)
+
+
+def regions_from_document(
+    document: Any, where: str, child_name: str | None = None
+) -> dict[str, HPolyhedron]:
+    """Return the regions of what a YAML text says; ``where`` is its name in errors.
+
+    Raises ConvexSetError for what is no region.
+    """
     if child_name is not None:
-        document = _entry(document, child_name, str(path))
+        document = _entry(document, child_name, where)
     if not isinstance(document, dict):
-        raise ConvexSetError(f"{path}: regions must be a mapping of names, not {quoted(document)}")
-    return {str(name): _region(each, f"{path}: {name}") for name, each in document.items()}
+        raise ConvexSetError(
+            f"{where}: regions must be a mapping of names, not {quoted(document)}"
+        )
+    return {str(name): _region(each, f"{where}: {name}") for name, each in document.items()}
 
 
 def _entry(mapping: Any, key: str, where: str) -> Any:
