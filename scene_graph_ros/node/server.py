@@ -42,6 +42,7 @@ from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
+    from scene_graph_ros.node.world.kept_regions import KeptRegions
     from scene_graph_ros.views.browser.channels import Channel, Channels
 
 __all__ = ["Server"]
@@ -89,6 +90,8 @@ class Server:
         self._is_active = False
         self._timed_sequence = -1
         self._planned: PlannedPath | None = None
+        self._regions: KeptRegions | None = None
+        self._regions_lock = threading.Lock()
         node.add_post_set_parameters_callback(self._follow_parameters)
 
     @property
@@ -156,6 +159,24 @@ class Server:
             self._effects.come_on(self._world.snapshot)
         self.request_update()
 
+    def kept_regions(self) -> KeptRegions | None:
+        """Return the regions that are kept, None before the first."""
+        return self._regions
+
+    def regions(self) -> KeptRegions:
+        """Return what keeps regions, made when it is first asked for."""
+        from scene_graph_ros.node.world.kept_regions import KeptRegions
+
+        with self._regions_lock:
+            if self._regions is None:
+                world = self._world
+                self._regions = KeptRegions(lambda: world.snapshot, self._regions_changed)
+            return self._regions
+
+    def _regions_changed(self, count: int) -> None:
+        self._effects.keeps("regions", count)
+        self.request_update()
+
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Take the time from the arrival of poses to their contacts."""
         if snapshot.arrival is not None and snapshot.sequence != self._timed_sequence:
@@ -220,7 +241,7 @@ class Server:
             world.edit(lambda edit: loader.load(edit, scene))
         self._world = world
         self._timed_sequence = -1
-        self._planned = None
+        self._planned = self._regions = None
         changed = self._loop.topics_changed
         self._inputs = PoseInputs(self.node, world, self.group, changed)
         self._configurations = ConfigurationInputs(self.node, world, self.group, changed)

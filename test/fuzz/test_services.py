@@ -16,6 +16,7 @@ from unittest.mock import Mock
 
 from builtin_interfaces.msg import Time
 from fuzzing import BAD_NUMBERS, BAD_TEXTS, fuzz, Target
+from geometry_msgs.msg import Point
 import numpy as np
 import pytest
 from robot_scenes import SLIDE
@@ -31,6 +32,7 @@ from scene_graph_msgs.msg import (
     MotionLimits,
     Property,
     QueryOptions,
+    Region,
     RobotConfigurations,
     RoleProperties,
     SourceHandle,
@@ -81,6 +83,8 @@ LIMITS = {
 }
 OWNER = SourceHandle(name="arm", token=TOKEN)
 BALL, BOX = GeometryReference(name="ball"), GeometryReference(name="box")
+CUBE_NORMALS = [float(v) for v in np.concatenate([np.eye(3), -np.eye(3)]).ravel()]
+KEPT = "kept: {A: [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, -1, -1]], b: [9, 9, 9, -26]}"
 WHAT_IF = WhatIf(frames=["base"], poses=[0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
 
 VALID: dict[str, dict[str, Any]] = {
@@ -124,6 +128,11 @@ VALID: dict[str, dict[str, Any]] = {
         "options": QueryOptions(what_if=WHAT_IF),
         "with_measures": True,
     },
+    "CheckRegions": {
+        "options": QueryOptions(what_if=WHAT_IF),
+        "names": ["kept"],
+        "regions": [Region(name="cube", a=CUBE_NORMALS, b=[1.0] * 6)],
+    },
     "ComputePointPairPenetration": {"options": QueryOptions(what_if=WHAT_IF)},
     "ComputeSignedDistancePair": {"geometries_a": ["ball"], "geometries_b": ["box"]},
     "ComputeSignedDistancePairwise": {"max_distance": [1.0]},
@@ -133,9 +142,22 @@ VALID: dict[str, dict[str, Any]] = {
     "FindCollisionCandidates": {},
     "GetDeformableConfigurations": {},
     "GetPoseInWorld": {"frames": ["base"], "geometries": [BALL]},
+    "GrowRegion": {
+        "seed": Point(x=2.0, z=1.0),
+        "domain_min": Point(x=1.0, y=-1.0, z=-1.0),
+        "domain_max": Point(x=3.0, y=1.0, z=2.0),
+        "domain_a": [1.0, 1.0, 0.0],
+        "domain_b": [3.5],
+        "ignored": GeometrySet(geometries=[BALL]),
+        "name": "grown",
+    },
     "HasCollisions": {},
     "IsCollisionFiltered": {"a": [BALL], "b": [BOX]},
     "LoadScene": {"text": SCENE.replace("arm", "leg").replace("table", "desk"), "prefix": "p_"},
+    "LoadRegions": {
+        "text": "a: {A: [[1, 0, 0], [0, 1, 0], [0, 0, 1], [-1, -1, -1]], b: [1, 1, 1, 0]}",
+        "prefix": "p_",
+    },
     "PlanPath": {
         "goals": RobotConfigurations(names=["rail"], positions=[3.0]),
         "with_trajectory": True,
@@ -171,7 +193,9 @@ VALID: dict[str, dict[str, Any]] = {
     "RemoveGeometry": {"source": OWNER, "geometries": [BOX]},
     "RemoveRole": {"source": OWNER, "geometries": [BALL], "role": 1},
     "RemoveSource": {"source": OWNER},
+    "RemoveRegions": {"names": ["kept"]},
     "RenderImages": {"camera": "eye", "images": ["color", "depth", "label"]},
+    "SaveRegions": {"names": ["kept"], "child_name": "all"},
 }
 """A good request of each type, but those that are about surfaces: their kernels take minutes."""
 
@@ -196,6 +220,8 @@ class Host:
         self.node = self
         self.failures: list[str] = []
         self.recorder = self.channels = None
+        self.kept: Any = None
+        self.world: Any = None
         self.values = {parameter.name: parameter.default for parameter in PARAMETERS} | LIMITS
 
     def parameter(self, name: str) -> Any:
@@ -213,6 +239,13 @@ class Host:
                 return f"/{name}/configurations"
 
         return Topics()
+
+    def regions(self) -> Any:
+        from scene_graph_ros.node.world.kept_regions import KeptRegions
+
+        if self.kept is None:
+            self.kept = KeptRegions(lambda: self.world.snapshot, lambda count: None)
+        return self.kept
 
     def is_running(self) -> bool:
         return False
@@ -237,6 +270,9 @@ def offer(world: World, host: Host) -> Services:
     services._effects = Mock()  # what is published is not tried here
     services._tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
     services.counts = RequestCounts()
+    host.world = world
+    kept = ask(services, "LoadRegions", scene_graph_msgs.srv.LoadRegions.Request(text=KEPT))
+    assert kept.status.code == Status.OK
     return services
 
 

@@ -110,6 +110,13 @@ OF_PLANNING = (
     "scene_graph_ros.node.services.planning_queries",
     "scene_graph_ros.node.world.planning_robots",
 )
+OF_REGIONS = (
+    "scene_graph_ros.geometry.optimization",
+    "msg_adapters.region",
+    "scene_graph_ros.node.effects.regions",
+    "scene_graph_ros.node.services.region_",
+    "scene_graph_ros.node.world.kept_regions",
+)
 CAMERA = """
 cameras:
   - {name: eye, source: s, size: [4, 3], fov_y: 1, images: [depth]}
@@ -146,9 +153,9 @@ def test_nothing_is_imported_or_advertised_unasked(run, properties):
     assert report["got"] == ["contacts", "markers/illustration", "markers/proximity"]
     assert report["contacts"] == [1, 0]
     unwanted = OF_SURFACES + OF_DEFORMABLES + OF_BOTH + OF_CAMERAS + OF_BROWSER
-    unwanted += OF_PLANNING + OF_RECORDING
+    unwanted += OF_PLANNING + OF_RECORDING + OF_REGIONS
     assert [m for m in report["modules"] if m.startswith(unwanted)] == []
-    words = ("surface", "configurations", "camera")
+    words = ("surface", "configurations", "camera", "region")
     assert not [t for t in report["topics"] if any(word in t for word in words)]
     assert not [
         t for t in report["threads"] if any(w in t for w in ("camera", "browser", "recording"))

@@ -27,7 +27,9 @@ from scene_graph_ros.node.runtime.names import (
     MARKERS_PERCEPTION,
     MARKERS_PLAN,
     MARKERS_PROXIMITY,
+    MARKERS_REGIONS,
     PLAN_HOLDS,
+    REGIONS,
 )
 
 if TYPE_CHECKING:
@@ -122,6 +124,11 @@ def _by_request(query: str) -> Callable[[Demand], str]:
 def _by_plan(demand: Demand) -> str:
     count = demand.requests.get("plan", 0)
     return f"{count} path{'' if count == 1 else 's'} found so far" if count else ""
+
+
+def _by_region(demand: Demand) -> str:
+    count = demand.kept.get("regions", 0)
+    return f"{count} region{' is' if count == 1 else 's are'} kept" if count else ""
 
 
 def _by_browser(demand: Demand) -> str:
@@ -238,6 +245,19 @@ EFFECTS: tuple[EffectDeclaration, ...] = (
         "planning",
         _by_request("planning"),
         "a request to check configurations, edges or clearance, or a goal of plan_path",
+    ),
+    EffectDeclaration(
+        "regions",
+        _by_region,
+        "a region that is kept, by a request to grow_region with a name or to load_regions,",
+        (MARKERS_REGIONS, REGIONS),
+        f"{_PACKAGE}.regions:RegionsEffect",
+        "convex",
+    ),
+    EffectDeclaration(
+        "region_requests",
+        _by_request("region_requests"),
+        "a request to grow, check, load, save or remove regions",
     ),
 )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Container, Hashable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from scene_graph_ros.geometry import Role
@@ -28,15 +29,17 @@ class Demand:
         requests: Mapping[str, int],
         cameras: Container[str] = (),
         parameter: Callable[[str], Any] = _no_parameter,
+        kept: Mapping[str, int] = MappingProxyType({}),
     ) -> None:
         """``inspector`` introspects the model, ``requests`` counts those of each query.
 
-        ``cameras`` are the names of the scene's cameras; ``parameter`` returns the value of one
-        of the node's.
+        ``kept`` counts what the node keeps beside the scene, by what it is. ``cameras`` are
+        the names of the scene's cameras; ``parameter`` returns the value of one of the node's.
         """
         self._inspector = inspector
         self._counts: dict[Hashable, int] = {}
         self.requests, self.cameras, self.parameter = requests, cameras, parameter
+        self.kept = kept
 
     def count(self, count: Callable[..., int], *arguments: Hashable) -> int:
         """Return how many there are of what ``count`` counts with an inspector, counted once."""

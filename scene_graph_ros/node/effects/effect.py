@@ -24,6 +24,7 @@ from scene_graph_ros.node.world.world import WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
+    from scene_graph_ros.node.world.kept_regions import KeptRegions
     from scene_graph_ros.views.browser.channels import Channels
 
 __all__ = ["Effect", "Host", "Outlet", "WorksAlone"]
@@ -66,6 +67,9 @@ class Host(Protocol):
 
     def newest_plan(self) -> PlannedPath | None:
         """Return the path that was found last, None before the first."""
+
+    def kept_regions(self) -> KeptRegions | None:
+        """Return the regions that are kept, None before the first."""
 
     def contacts_published(self, snapshot: WorldSnapshot) -> None:
         """Tell that the contacts of ``snapshot`` are on their way."""

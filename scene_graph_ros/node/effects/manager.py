@@ -52,6 +52,7 @@ class Effects:
         }
         self._answering_seconds = 0.0
         self._requests: Counter[str] = Counter()
+        self._kept: dict[str, int] = {}
         self._switched_off: frozenset[str] = frozenset()
         self._scene_version = -1
         self._is_open = False
@@ -81,6 +82,11 @@ class Effects:
             if state is not None and not state.declaration.modules:
                 state.record(seconds)
                 state.reason = self._reason(state.declaration, Demand(None, self._requests))
+
+    def keeps(self, what: str, count: int) -> None:
+        """Follow how many things of a kind the node keeps beside the scene."""
+        self._kept[what] = count
+        self._scene_version = -1
 
     def prepare(self, snapshot: WorldSnapshot) -> None:
         """Do beforehand what takes long for a scene that is going to be; in the edit's thread."""
@@ -221,7 +227,11 @@ class Effects:
         version, demand = self._demanded
         if version != snapshot.scene_version:
             demand = Demand(
-                snapshot.inspector, self._requests, snapshot.cameras, self._host.parameter
+                snapshot.inspector,
+                self._requests,
+                snapshot.cameras,
+                self._host.parameter,
+                self._kept,
             )
             self._demanded = (snapshot.scene_version, demand)
         return demand

@@ -14,10 +14,12 @@ __all__ = [
     "MARKERS_PERCEPTION",
     "MARKERS_PLAN",
     "MARKERS_PROXIMITY",
+    "MARKERS_REGIONS",
     "NODE_NAME",
     "PLAN_HOLDS",
     "PLAN_PATH",
     "POSE_TOPICS",
+    "REGIONS",
     "TRANSFORMS",
     "default_configuration_topic",
     "default_pose_topic",
@@ -30,6 +32,7 @@ MARKERS_ILLUSTRATION = "~/markers/illustration"
 MARKERS_PROXIMITY = "~/markers/proximity"
 MARKERS_PERCEPTION = "~/markers/perception"
 MARKERS_PLAN = "~/markers/plan"
+MARKERS_REGIONS = "~/markers/regions"
 CONTACTS = "~/contacts"
 CONTACT_MARKERS = "~/contact_markers"
 CONTACT_SURFACE_MARKERS = "~/contact_surface_markers"
@@ -37,6 +40,7 @@ CONTACT_SURFACE_POINTS = "~/contact_surface_points"
 CAMERAS = "~/cameras"
 PLAN_HOLDS = "~/plan_holds"
 PLAN_PATH = "~/plan_path"
+REGIONS = "~/regions"
 DIAGNOSTICS = "/diagnostics"
 TRANSFORMS = "/tf"
 

@@ -248,6 +248,20 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=1000,
     ),
     Parameter(
+        "max_regions",
+        1000,
+        "Regions that are kept; more are TOO_LARGE.",
+        minimum=0,
+        maximum=100_000,
+    ),
+    Parameter(
+        "max_faces_per_region",
+        1000,
+        "Faces that a region of a request or a file may have; more is TOO_LARGE.",
+        minimum=4,
+        maximum=100_000,
+    ),
+    Parameter(
         "max_waiting_requests",
         1000,
         "Requests that may wait for a thread, and again as many for poses; more are TOO_LARGE.",
@@ -319,6 +333,12 @@ PARAMETERS: tuple[Parameter, ...] = (
         "Size at which a recording ends.",
         minimum=1_000_000,
         maximum=1_000_000_000_000_000,
+        read_only=True,
+    ),
+    Parameter(
+        "regions_folder",
+        "",
+        "Folder that save_regions may write files to; empty: none.",
         read_only=True,
     ),
     Parameter(

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 import importlib
-from typing import Any, TypeVar
+from typing import Any, TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from msg_adapters.errors import MessageError
+from msg_adapters.errors import MessageError, UnavailableError
 from msg_adapters.poses import poses_to_msg
 from msg_adapters.properties import role_from_msg
 from msg_adapters.queries import (
@@ -48,6 +48,9 @@ from scene_graph_ros.node.services.tally import (
 from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.world import WorldSnapshot
 
+if TYPE_CHECKING:
+    from scene_graph_ros.node.world.kept_regions import KeptRegions
+
 __all__ = ["QUERIES", "Asked", "Query"]
 
 T = TypeVar("T")
@@ -57,15 +60,28 @@ def _no_topics(snapshot: WorldSnapshot) -> Mapping[str, str]:
     return {}
 
 
+def _no_regions() -> KeptRegions:
+    raise UnavailableError("regions are kept by a node alone")
+
+
+def _no_text(resource: str) -> tuple[str, str]:
+    raise UnavailableError(f"{resource}: files are read by a node alone")
+
+
 @dataclass
 class Asked:
-    """What a handler answers from: a snapshot, the options of the request, and the limits."""
+    """What a handler answers from: a snapshot, the options of the request, and the limits.
+
+    ``regions`` returns what keeps regions, ``text`` the path and the text of a file.
+    """
 
     snapshot: WorldSnapshot
     options: Options
     limit: Callable[[str], Any]
     pose_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
     configuration_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
+    regions: Callable[[], KeptRegions] = _no_regions
+    text: Callable[[str], tuple[str, str]] = _no_text
 
     def each(self, question: Callable[[QueryObject], T]) -> list[T]:
         """Return what ``question`` returns for each configuration asked about, in order.
@@ -309,10 +325,15 @@ def _of_planning(name: str) -> Query:
     return Query(_on_demand(name, "planning_queries"), "planning", "planning")
 
 
+def _of_regions(name: str, module_name: str = "region_queries") -> Query:
+    return Query(_on_demand(name, module_name), "region_requests", "convex")
+
+
 QUERIES: dict[str, Query] = {
     "CheckClearance": _of_planning("check_clearance"),
     "CheckConfigurations": _of_planning("check_configurations"),
     "CheckEdges": _of_planning("check_edges"),
+    "CheckRegions": _of_regions("check_regions"),
     "ComputeContactSurfaces": Query(_on_demand("contact_surfaces"), kernels="surfaces"),
     "ComputeDeformableContact": Query(_on_demand("deformable_contact"), kernels="deformable"),
     "ComputePointPairPenetration": Query(penetration),
@@ -323,7 +344,11 @@ QUERIES: dict[str, Query] = {
     "FindCollisionCandidates": Query(candidates),
     "GetDeformableConfigurations": Query(_on_demand("deformable_configurations")),
     "GetPoseInWorld": Query(poses),
+    "GrowRegion": _of_regions("grow_region"),
     "HasCollisions": Query(collisions),
     "IsCollisionFiltered": Query(filtered),
+    "LoadRegions": _of_regions("load_regions", "region_files"),
+    "RemoveRegions": _of_regions("remove_regions"),
     "RenderImages": Query(_on_demand("render_images", "camera_queries"), kernels="cameras"),
+    "SaveRegions": _of_regions("save_regions", "region_files"),
 }

@@ -40,6 +40,7 @@ from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
+    from scene_graph_ros.node.world.kept_regions import KeptRegions
 
 __all__ = ["Services"]
 
@@ -66,6 +67,9 @@ class ServiceHost(Protocol):
 
     def configuration_topics(self, snapshot: WorldSnapshot) -> dict[str, str]:
         """Return the absolute name of the topic of each source with deformable geometry."""
+
+    def regions(self) -> KeptRegions:
+        """Return what keeps regions, made when it is first asked for."""
 
     def is_running(self) -> bool:
         """Tell whether poses are taken in at all."""
@@ -184,6 +188,8 @@ class Services:
                 self._host.parameter,
                 self._host.pose_topics,
                 self._host.configuration_topics,
+                self._host.regions,
+                self._tools.scene_text,
             )
             query.handler(request, response, asked)
             self._finish(response, snapshot)
