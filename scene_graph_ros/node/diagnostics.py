@@ -24,8 +24,9 @@ from scene_graph_ros.node.world.intake import (
     POSE_FAULTS,
     Statistics,
 )
+from scene_graph_ros.views.moment import Trouble
 
-__all__ = ["Diagnostics", "Monitor"]
+__all__ = ["Diagnostics", "Monitor", "troubles_of"]
 
 _OPTIONAL_MODULES = ("meshio", "pytetwild", "tf2_msgs", "trimesh")
 """Costly or optional imports: reported, so that it can be seen what a scene really needs."""
@@ -191,6 +192,22 @@ class Diagnostics:
         if report.failure:
             status.level, status.message = DiagnosticStatus.ERROR, f"failed: {report.failure}"
         return status
+
+
+_LEVELS = {
+    DiagnosticStatus.WARN: "warning",
+    DiagnosticStatus.ERROR: "error",
+    DiagnosticStatus.STALE: "stale",
+}
+
+
+def troubles_of(message: DiagnosticArray) -> tuple[Trouble, ...]:
+    """Return what is not as it should be, without the node's own name."""
+    return tuple(
+        Trouble(_LEVELS[status.level], status.name.partition(": ")[2], status.message)
+        for status in message.status
+        if status.level in _LEVELS
+    )
 
 
 def _listed(faults: Mapping[Fault, int]) -> str:

@@ -17,7 +17,7 @@ from rclpy.serialization import serialize_message
 from msg_adapters.definitions import kind_of
 from msg_adapters.errors import UnavailableError
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.node.diagnostics import Diagnostics, Monitor
+from scene_graph_ros.node.diagnostics import Diagnostics, Monitor, troubles_of
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
     from scene_graph_ros.node.world.kept_regions import KeptRegions
     from scene_graph_ros.views.browser.channels import Channel, Channels
+    from scene_graph_ros.views.moment import Trouble
 
 __all__ = ["Server"]
 
@@ -63,6 +64,7 @@ class Server:
         self.group = OwnThreadGroup()
         self.recorder: Recorder | None = None
         self.channels: Channels | None = None
+        self.troubles: tuple[Trouble, ...] = ()
         self._diagnostics_lock = threading.Lock()
         # Never destroyed while an executor may be waiting for it.
         self._diagnostics_timer = node.create_timer(
@@ -424,11 +426,18 @@ class Server:
                 return
             channel = self._diagnostics_channel
             is_heard = channel is not None and channel.is_heard()
-            if is_heard or self._diagnostics_publisher.get_subscription_count() > 0:
-                message = serialize_message(self._diagnostics_message())
-                self._diagnostics_publisher.publish(message)
-                if channel is not None:
-                    channel.write(message)
+            view = self._effects.running("browser")
+            is_seen = view is not None and view.has_work()
+            has_readers = self._diagnostics_publisher.get_subscription_count() > 0
+            if not (is_heard or is_seen or has_readers):
+                return
+            message = self._diagnostics_message()
+            data = serialize_message(message)
+            self._diagnostics_publisher.publish(data)
+            if channel is not None:
+                channel.write(data)
+            if is_seen:
+                self.troubles = troubles_of(message)
 
     def _diagnostics_message(self) -> DiagnosticArray:
         now = time.monotonic_ns()

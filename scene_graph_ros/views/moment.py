@@ -7,7 +7,16 @@ from typing import Any, NamedTuple, Protocol
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.views.sliders import Slider, SliderState
 
-__all__ = ["Contacts", "Moment"]
+__all__ = ["Contacts", "Moment", "Trouble"]
+
+
+class Trouble(NamedTuple):
+    """Something that is not as it should be."""
+
+    level: str
+    """``warning``, ``error`` or ``stale``."""
+    name: str
+    text: str
 
 
 class Contacts(NamedTuple):
@@ -51,6 +60,10 @@ class Moment(Protocol):
     @property
     def cameras(self) -> tuple[str, ...]:
         """Name the cameras whose pictures can be asked for: others with another scene version."""
+
+    @property
+    def troubles(self) -> tuple[Trouble, ...]:
+        """What is not as it should be, as diagnostics say; none where all is well."""
 
     @property
     def sliders(self) -> tuple[Slider, ...]:

@@ -140,6 +140,20 @@ def test_diagnostics_say_where_it_is_and_what_it_did(effect, address):
     page.close()
 
 
+def test_a_page_is_told_what_diagnostics_say(client, page):
+    """A source that sent one message, of a frame that is not there, and no more: it is stale."""
+    client.call("RegisterSource", name="ghost")
+    publisher = client.publisher(MultiDOFJointState, "/ghost/poses")
+    wait_until(publisher.get_subscription_count, "the node")
+    message = MultiDOFJointState(joint_names=["nowhere"])
+    message.header.stamp = client.now()
+    message.transforms = [Transform(rotation=Quaternion(w=1.0))]
+    publisher.publish(message)
+    page.take_until(lambda: any(each["level"] == "stale" for each in page.troubles))
+    assert [each["name"] for each in page.troubles] == ["source ghost"]
+    assert page.troubles[0]["text"].startswith("no poses for")
+
+
 PRESSED = """
 version: 1
 sources: [{name: s}]

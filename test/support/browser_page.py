@@ -17,7 +17,7 @@ __all__ = ["PageClient", "read_blocks"]
 DEADLINE = 60.0
 """Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
-TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES, PICTURE, SLIDERS = range(1, 10)
+TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES, PICTURE, SLIDERS, TROUBLES = range(1, 11)
 
 
 def read_blocks(message: bytes) -> list[tuple[int, Any]]:
@@ -85,6 +85,7 @@ _READERS: dict[int, Callable[[bytes], Any]] = {
     SURFACES: _surfaces,
     PICTURE: _picture,
     SLIDERS: json.loads,
+    TROUBLES: json.loads,
 }
 
 
@@ -113,6 +114,7 @@ class PageClient:
         self.surfaces: Any = None
         self.picture: bytes | None = None
         self.sliders: dict[str, Any] | None = None
+        self.troubles: list[dict[str, str]] = []
         self.scenes: list[dict[str, Any]] = []
         self.messages = 0
 
@@ -157,6 +159,8 @@ class PageClient:
                 self.picture = content
             elif kind == SLIDERS:
                 self.sliders = content
+            elif kind == TROUBLES:
+                self.troubles = content
             else:
                 self.surfaces = content
 

@@ -92,7 +92,8 @@ class Browser:
             self._host.answer("surfaces", snapshot)
             found = self._host.newest_answer("surfaces")
         scale, joints = self._host.parameter("pressure_scale"), self._joints
-        moment = SnapshotMoment(snapshot, found, scale, self._look)
+        troubles = self._host.troubles
+        moment = SnapshotMoment(snapshot, found, scale, self._look, troubles=troubles)
         if joints is not None:
             sliders, refused = joints.sliders(snapshot), joints.refused(snapshot)
             moment = moment._replace(

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
     from scene_graph_ros.node.world.kept_regions import KeptRegions
     from scene_graph_ros.views.browser.channels import Channels
+    from scene_graph_ros.views.moment import Trouble
 
 __all__ = ["Effect", "Host", "Outlet", "WorksAlone"]
 
@@ -39,6 +40,8 @@ class Host(Protocol):
     recorder: Recorder | None
     channels: Channels | None
     """Topics that clients of the view in a browser may subscribe to."""
+    troubles: tuple[Trouble, ...]
+    """What the last diagnostics said that is not as it should be, while a page is open."""
 
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""

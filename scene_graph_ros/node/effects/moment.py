@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.world.world import WorldSnapshot
-from scene_graph_ros.views.moment import Contacts
+from scene_graph_ros.views.moment import Contacts, Trouble
 from scene_graph_ros.views.sliders import Slider, SliderState
 
 __all__ = ["SnapshotMoment"]
@@ -28,6 +28,8 @@ class SnapshotMoment(NamedTuple):
     """Why the joints of a robot can't be moved now."""
     slider_sequence: int = 0
     """Another number for each such mapping."""
+    troubles: tuple[Trouble, ...] = ()
+    """What diagnostics say that is not as it should be."""
 
     @property
     def query(self) -> QueryObject:

@@ -7,7 +7,7 @@ numbers, which doubles hold exactly. ``page/blocks.js`` reads what is written he
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 import enum
 import json
 import struct
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
+from scene_graph_ros.views.moment import Trouble
 from scene_graph_ros.views.sliders import SliderState
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "sliders_block",
     "surfaces_block",
     "time_block",
+    "troubles_block",
     "vertices_block",
 ]
 
@@ -59,6 +61,8 @@ class BlockKind(enum.IntEnum):
     """Integers: count n, 0; bytes (n,) of a PNG file, none where a camera shows nothing."""
     SLIDERS = 9
     """JSON: where the joints are that may be moved."""
+    TROUBLES = 10
+    """JSON: a list of what is not as it should be: level, name, text."""
 
 
 def _block(kind: BlockKind, *parts: bytes) -> bytes:
@@ -173,3 +177,9 @@ def sliders_block(state: SliderState) -> bytes:
     """Return the block of where joints are that may be moved, and which may not now."""
     content = {"positions": state.positions, "refused": dict(state.refused)}
     return _block(BlockKind.SLIDERS, json.dumps(content, allow_nan=False).encode())
+
+
+def troubles_block(troubles: Iterable[Trouble]) -> bytes:
+    """Return the block of what is not as it should be."""
+    content = [trouble._asdict() for trouble in troubles]
+    return _block(BlockKind.TROUBLES, json.dumps(content).encode())

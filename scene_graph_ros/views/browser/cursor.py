@@ -11,12 +11,13 @@ from scene_graph_ros.views.browser.blocks import (
     scene_block,
     sliders_block,
     time_block,
+    troubles_block,
     vertices_block,
 )
 from scene_graph_ros.views.browser.drawing import Deforming, Drawing, Scene
 from scene_graph_ros.views.browser.wishes import Wish
 from scene_graph_ros.views.draw_list import Changes, Shown
-from scene_graph_ros.views.moment import Moment
+from scene_graph_ros.views.moment import Moment, Trouble
 from scene_graph_ros.views.sliders import SliderState
 
 __all__ = ["Cursor"]
@@ -32,6 +33,7 @@ class Cursor:
         self._deformed: dict[int, Configuration] = {}
         self._picture = ("", b"")
         self._sliders = SliderState()
+        self._troubles: tuple[Trouble, ...] = ()
 
     def message(self, moment: Moment, wish: Wish, drawing: Drawing) -> bytes:
         """Return what makes a page that was told all messages so far show ``moment``.
@@ -51,6 +53,9 @@ class Cursor:
         if scene.sliders and (scene is not before or self._sliders != moment.slider_state()):
             self._sliders = moment.slider_state()
             blocks.append(sliders_block(self._sliders))
+        if moment.troubles != self._troubles:
+            self._troubles = moment.troubles
+            blocks.append(troubles_block(moment.troubles))
         if wish.contacts:
             blocks.append(drawing.contacts(moment))
         blocks += self._pictures(moment, wish.camera, drawing)

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 import threading
 import time
+from typing import Any
 
 from scene_graph_ros.views.browser.cursor import Cursor
 from scene_graph_ros.views.browser.drawing import Drawing
@@ -28,7 +29,7 @@ class Page:
         self.wish = Wish()
         self.is_ready = True
         """Whether all that was delivered has gone out."""
-        self.seen: tuple[int, int, int, Wish] | None = None
+        self.seen: tuple[Any, ...] | None = None
         """Of which moment and contacts, and by which wish, the last message was."""
 
 
@@ -174,8 +175,9 @@ class Pump:
             return None
 
 
-def _sight(page: Page, moment: Moment) -> tuple[int, int, int, Wish]:
-    return moment.sequence, moment.contact_sequence, moment.slider_sequence, page.wish
+def _sight(page: Page, moment: Moment) -> tuple[Any, ...]:
+    late = moment.contact_sequence, moment.slider_sequence, moment.troubles
+    return moment.sequence, *late, page.wish
 
 
 def _is_due(page: Page, moment: Moment) -> bool:

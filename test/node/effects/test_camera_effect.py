@@ -57,6 +57,7 @@ class Host:
     group = None
     world_frame = "world"
     recorder = channels = None
+    troubles = ()
 
     def __init__(self, lack=lambda group: ""):
         self.publishers, self.errors = {}, []

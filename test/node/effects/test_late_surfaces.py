@@ -68,6 +68,7 @@ class Host:
     group = None
     world_frame = "world"
     recorder = channels = None
+    troubles = ()
 
     def __init__(self):
         self.publishers = {}

@@ -18,7 +18,7 @@ from scene_graph_ros.geometry import (
     SceneGraph,
 )
 from scene_graph_ros.geometry.query.query_object import QueryObject
-from scene_graph_ros.views.moment import Contacts
+from scene_graph_ros.views.moment import Contacts, Trouble
 from scene_graph_ros.views.sliders import Slider, SliderState
 
 
@@ -35,6 +35,7 @@ class StageMoment:
     sliders: tuple[Slider, ...] = ()
     slid: SliderState = field(default_factory=SliderState)
     slider_sequence: int = 0
+    troubles: tuple[Trouble, ...] = ()
 
     def slider_state(self):
         """Return where the joints are."""
@@ -80,6 +81,7 @@ class Stage:
         self.sliders: tuple[Slider, ...] = ()
         self.slid = SliderState()
         self._slides = 0
+        self.troubles: tuple[Trouble, ...] = ()
 
     def slide(self, *positions, refused=None):
         """Have joints be somewhere."""
@@ -151,7 +153,8 @@ class Stage:
         context.set_configurations(self.source, self._q_WG)
         query = self.graph.query_object(context).bake()
         stamp = 10**9 * self._sequence
-        shown = self.pressed, dict(self.pictures), self.sliders, self.slid, self._slides
+        joints = self.sliders, self.slid, self._slides
+        shown = self.pressed, dict(self.pictures), *joints, self.troubles
         return StageMoment(query, self._version, self._sequence, stamp, *shown)
 
 

@@ -12,6 +12,7 @@ from msg_adapters.png import png
 from scene_graph_ros.geometry import Mesh, Sphere
 from scene_graph_ros.views.browser.page_file import PageFile
 from scene_graph_ros.views.browser.server import BrowserView
+from scene_graph_ros.views.moment import Trouble
 
 SIZE = (700, 320)
 PANEL = 300
@@ -174,6 +175,22 @@ def test_contacts_are_shown_when_they_are_ticked(tab, stage, show):
     tab.value("document.querySelector('#contacts').click()")
     tab.wait_for(f"{count} === '1'")
     assert of_color(tab, 2)[2] < blue
+
+
+def test_what_diagnostics_say_is_listed_while_they_do(tab, stage, show):
+    """With its level; as text, and nothing once all is well."""
+    stage.troubles = (Trouble("error", "effect: <b>x</b>", "failed"),)
+    shown = show()
+    tab.open(shown.view.link)
+    rows = "[...document.querySelectorAll('#troubles p')].map((p) => [p.className, p.textContent])"
+    tab.wait_for(f"{rows}.length === 1")
+    assert tab.value(rows) == [["error", "effect: <b>x</b>: failed"]]
+
+    def heal():
+        stage.troubles = ()
+
+    shown.offer(heal)
+    tab.wait_for("document.querySelector('#troubles').hidden")
 
 
 OBJ = """mtllib colors.mtl

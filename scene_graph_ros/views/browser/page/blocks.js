@@ -1,7 +1,7 @@
 // Reads the messages that ../blocks.py writes: blocks, whose numbers are read where they are.
 
 const TIME = 1, SCENE = 2, MESH = 3, POSES = 4, VERTICES = 5, CONTACTS = 6,
-  SURFACES = 7, PICTURE = 8, SLIDERS = 9;
+  SURFACES = 7, PICTURE = 8, SLIDERS = 9, TROUBLES = 10;
 const text = new TextDecoder();
 
 // Takes arrays one after another.
@@ -55,6 +55,9 @@ const READERS = {
   [PICTURE](reader) {
     const [count] = reader.take(Uint32Array, 2);
     return { kind: "picture", file: reader.take(Uint8Array, count) };
+  },
+  [TROUBLES](reader, length) {
+    return { kind: "troubles", rows: JSON.parse(text.decode(reader.take(Uint8Array, length))) };
   },
   [SLIDERS](reader, length) {
     return { kind: "sliders", ...JSON.parse(text.decode(reader.take(Uint8Array, length))) };

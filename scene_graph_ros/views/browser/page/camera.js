@@ -85,13 +85,14 @@ export class Camera {
     return { right, up: cross(back, right), back };
   }
 
-  // Returns where the eye is, and the matrix that draws what is given relative to it.
+  // Returns where the eye is, the matrix that draws what is given relative to it, and how tall is
+  // what fills the height at a distance, as part of that.
   view(aspect) {
     const { right, up, back } = this.axes();
     const focal = 1 / Math.tan(FIELD_OF_VIEW / 2);
     const near = 0.01 * this.distance, far = 2000 * this.distance;
     return {
-      eye: plus(this.target, back, this.distance), right, up, back, far,
+      eye: plus(this.target, back, this.distance), right, up, back, far, tallness: 2 / focal,
       matrix: projection(right, up, back, focal, aspect, near, far),
     };
   }

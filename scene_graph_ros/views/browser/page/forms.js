@@ -2,6 +2,7 @@
 // the length of a capsule, and its normal. A form's triangles are counter-clockwise from outside.
 
 const SEGMENTS = 32, RINGS = 16;
+const FEW_SEGMENTS = 12, FEW_RINGS = 6;  // of what is seen small
 
 class Form {
   constructor() { this.vertices = []; this.triangles = []; }
@@ -16,14 +17,14 @@ class Form {
 }
 
 // Half circles from the lower pole to the upper one; `gap` shifts the halves apart.
-function ball(gap) {
+function ball(gap, segments = SEGMENTS, rings = RINGS) {
   const form = new Form(), rows = [];
-  for (let ring = 0; ring <= RINGS; ring++) {
-    const halves = gap && 2 * ring === RINGS ? [-1, 1] : [gap ? Math.sign(2 * ring - RINGS) : 0];
+  for (let ring = 0; ring <= rings; ring++) {
+    const halves = gap && 2 * ring === rings ? [-1, 1] : [gap ? Math.sign(2 * ring - rings) : 0];
     for (const shift of halves) {
-      const row = [], latitude = Math.PI * (ring / RINGS - 0.5);
-      for (let k = 0; k <= SEGMENTS; k++) {
-        const angle = 2 * Math.PI * k / SEGMENTS;
+      const row = [], latitude = Math.PI * (ring / rings - 0.5);
+      for (let k = 0; k <= segments; k++) {
+        const angle = 2 * Math.PI * k / segments;
         const place = [Math.cos(latitude) * Math.cos(angle), Math.cos(latitude) * Math.sin(angle),
           Math.sin(latitude)];
         row.push(form.vertex(place, shift, place));
@@ -33,7 +34,7 @@ function ball(gap) {
   }
   for (let k = 1; k < rows.length; k++) {
     const [low, high] = [rows[k - 1], rows[k]];
-    for (let j = 0; j < SEGMENTS; j++) form.quad(low[j], low[j + 1], high[j + 1], high[j]);
+    for (let j = 0; j < segments; j++) form.quad(low[j], low[j + 1], high[j + 1], high[j]);
   }
   return form.done();
 }
@@ -55,11 +56,11 @@ function box() {
   return form.done();
 }
 
-function cylinder() {
+function cylinder(segments = SEGMENTS) {
   const form = new Form();
   const lids = [-1, 1].map((side) => ({ side, middle: form.vertex([0, 0, side], 0, [0, 0, side]) }));
-  for (let k = 0; k < SEGMENTS; k++) {
-    const [a, b] = [k, k + 1].map((j) => 2 * Math.PI * j / SEGMENTS)
+  for (let k = 0; k < segments; k++) {
+    const [a, b] = [k, k + 1].map((j) => 2 * Math.PI * j / segments)
       .map((angle) => [Math.cos(angle), Math.sin(angle)]);
     const wall = [[a, -1], [b, -1], [b, 1], [a, 1]]
       .map(([[x, y], z]) => form.vertex([x, y, z], 0, [x, y, 0]));
@@ -95,7 +96,14 @@ export function flatForm(vertices, triangles, paint = null) {
   return { vertices: result, triangles: null, colors };
 }
 
-export const FORMS = { ellipsoid: ball(false), capsule: ball(true), box: box(), cylinder: cylinder() };
+export const FORMS = { ellipsoid: ball(false), capsule: ball(true), box: box(), cylinder: cylinder(),
+  "small ellipsoid": ball(false, FEW_SEGMENTS, FEW_RINGS),
+  "small capsule": ball(true, FEW_SEGMENTS, FEW_RINGS), "small cylinder": cylinder(FEW_SEGMENTS) };
+
+// The forms of what is seen smaller than this: its outline is off by less than half a pixel.
+export const SMALL = { ellipsoid: "small ellipsoid", capsule: "small capsule",
+  cylinder: "small cylinder" };
+export const SMALL_PIXELS = 0.5 / (1 - Math.cos(Math.PI / FEW_SEGMENTS));
 
 // How far a form is stretched, and how far the halves of a capsule are from its middle.
 export const STRETCH = {

@@ -56,6 +56,13 @@ function select(event) {
   redraw();
 }
 
+// Lists what the node's diagnostics say that is not as it should be.
+function showTroubles(rows) {
+  $("#troubles").hidden = !rows.length;
+  $("#troubles").replaceChildren(...rows.map(({ level, name, text }) => (
+    Object.assign(document.createElement("p"), { className: level, textContent: `${name}: ${text}` }))));
+}
+
 function fit() {
   const bounds = world.bounds();
   if (bounds) camera.fit(bounds.middle, bounds.radius);
@@ -75,6 +82,8 @@ function take(blocks) {
   }
   blocks.filter((block) => block.kind === "picture").forEach((block) => picture.take(block.file));
   blocks.filter((block) => block.kind === "sliders").forEach((block) => joints.take(block));
+  if (blocks.some((block) => block.begins)) showTroubles([]);
+  blocks.filter((block) => block.kind === "troubles").forEach((block) => showTroubles(block.rows));
   if (!isFitted && world.bounds()) {
     isFitted = true;
     fit();

@@ -1,6 +1,6 @@
 // Draws bodies, planes and contacts with WebGL 2.
 
-import { FORMS } from "./forms.js";
+import { FORMS, SMALL, SMALL_PIXELS } from "./forms.js";
 import { BODY, PICK, PLANE, SURFACE } from "./shaders.js";
 import { dot, minus, plus, turn } from "./vectors.js";
 
@@ -201,11 +201,15 @@ export class Renderer {
   drawBodies(view, bodies, { program, uniforms } = this.body) {
     this.gl.useProgram(program);
     this.gl.uniformMatrix4fv(uniforms.u_matrix, false, view.matrix);
-    const numbers = new Map();
+    const numbers = new Map(), { eye } = view;
+    const few = SMALL_PIXELS * view.tallness / Math.max(this.canvas.height, 1);
     for (const { batch, position, rotation, stretch, color } of bodies) {
-      if (!numbers.has(batch)) numbers.set(batch, []);
-      numbers.get(batch).push(position[0] - view.eye[0], position[1] - view.eye[1],
-        position[2] - view.eye[2], ...rotation, ...stretch, ...color);
+      const x = position[0] - eye[0], y = position[1] - eye[1], z = position[2] - eye[2];
+      const isSmall = batch in SMALL
+        && Math.max(stretch[0], stretch[1], stretch[2]) < few * Math.hypot(x, y, z);
+      const form = isSmall ? SMALL[batch] : batch;
+      if (!numbers.has(form)) numbers.set(form, []);
+      numbers.get(form).push(x, y, z, ...rotation, ...stretch, ...color);
     }
     for (const [batch, rows] of numbers) this.batches.get(batch)?.draw(rows);
   }
