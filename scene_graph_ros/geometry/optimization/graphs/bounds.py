@@ -7,6 +7,11 @@ turn: each convex cost by one of its affine minorants, and what is then affine b
 the two sets. Rounding is counted against the bound throughout. The potentials are the dual
 variables of the relaxation (Marcucci et al., see `relaxation`); a price for visiting a vertex is
 that of the constraint that it is visited once.
+
+A cycle of two edges, from a neighbour and back to it, has a price q, an affine function that is at
+least 0 on its vertex's set. A path that leaves the vertex on another edge pays ``q(x)`` less than
+it costs, and one that came by this edge gets it back: a simple path never gains by it, as it goes
+on by another edge where it came by this one.
 """
 
 from __future__ import annotations
@@ -18,7 +23,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import Minorant, Multipliers
 from scene_graph_ros.geometry.optimization.graphs.network import Network
-from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
+from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, Problem
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Potentials", "ProvenBound", "bound_of_paths", "bound_of_points"]
@@ -29,7 +34,8 @@ class Potentials:
     """What a bound is computed from; any numbers give a bound, good ones a good one.
 
     ``levels (n,)`` and ``slopes``, ``(k,)`` each, of the vertices; ``visits (n,)`` prices, at
-    least 0, of having left a vertex; ``prizes`` of the forced edges; multipliers of each edge.
+    least 0, of having left a vertex; ``prizes`` of the forced edges; multipliers of each edge;
+    prices of some cycles of two edges.
     """
 
     levels: np.ndarray
@@ -37,6 +43,7 @@ class Potentials:
     visits: np.ndarray
     prizes: np.ndarray
     multipliers: Sequence[Multipliers]
+    cycles: Sequence[CyclePrice] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,19 +105,66 @@ def _weights(problem: Problem, given: Potentials, with_cost: bool) -> np.ndarray
         for terms, m in zip(problem.terms, given.multipliers, strict=True)
     ]
     weights = np.array([m.a - m.rounding for m in minorants]) + _off(network, given)
+    priced = _Priced(problem, given.cycles)
+    weights += priced.levels
     for v, placed in enumerate(problem.sets):
         out, into = network.leaving[v], network.entering[v]
         if not out and not into:
             continue
         r = slopes[v]
-        D = [r - minorants[e].alpha for e in out] + [-r - minorants[e].beta for e in into]
-        off = [minorants[e].rounding_alpha for e in out] + [
-            minorants[e].rounding_beta for e in into
-        ]
+        D = [r - minorants[e].alpha - priced.at_tails.get(e, 0.0) for e in out]
+        D += [-r - minorants[e].beta - priced.at_heads.get(e, 0.0) for e in into]
+        off = [minorants[e].rounding_alpha + priced.off_at_tails.get(e, 0.0) for e in out]
+        off += [minorants[e].rounding_beta + priced.off_at_heads.get(e, 0.0) for e in into]
         reach, rounding = placed.reach(np.array(D))
         lost = (np.array(off) + 2.0 * EPSILON * np.abs(r)) @ placed.half
         np.subtract.at(weights, np.array(out + into), reach + rounding + lost)
     return weights - 8.0 * EPSILON * np.abs(weights)
+
+
+class _Priced:
+    """What prices of cycles of two edges add to edges: levels ``(m,)``, slopes at both ends.
+
+    ``levels`` are less what they are rounded by, ``off_at_tails`` and ``off_at_heads`` ``(n,)`` is
+    what slopes may be.
+    """
+
+    def __init__(self, problem: Problem, prices: Sequence[CyclePrice]) -> None:
+        self.levels = np.zeros(len(problem.network.tails))
+        self._sizes = np.zeros(len(problem.network.tails))
+        self.at_tails: dict[int, np.ndarray] = {}
+        self.at_heads: dict[int, np.ndarray] = {}
+        self.off_at_tails: dict[int, np.ndarray] = {}
+        self.off_at_heads: dict[int, np.ndarray] = {}
+        for price in prices:
+            v, slope = price.of.vertex, price.slope
+            reach, rounding = problem.sets[v].reach(-slope[None])
+            # High enough to be at least 0 on all of the set.
+            least = float(reach[0] + rounding[0]) * (1.0 + 4.0 * EPSILON)
+            level = max(price.level, least)
+            for e in problem.network.leaving[v]:
+                if e not in price.of.back:
+                    self._add(e, -level, -slope, self.at_tails, self.off_at_tails)
+            for e in price.of.into:
+                self._add(e, level, slope, self.at_heads, self.off_at_heads)
+        self.levels -= 4.0 * (len(prices) + 2) * EPSILON * self._sizes
+        rounding_of_sum = 4.0 * (len(prices) + 2) * EPSILON
+        for off in (self.off_at_tails, self.off_at_heads):
+            for e in off:
+                off[e] = rounding_of_sum * off[e]
+
+    def _add(
+        self,
+        e: int,
+        level: float,
+        slope: np.ndarray,
+        slopes: dict[int, np.ndarray],
+        sizes: dict[int, np.ndarray],
+    ) -> None:
+        self.levels[e] += level
+        self._sizes[e] += abs(level)
+        slopes[e] = slopes.get(e, 0.0) + slope
+        sizes[e] = sizes.get(e, 0.0) + np.abs(slope)
 
 
 def _off(network: Network, given: Potentials) -> np.ndarray:

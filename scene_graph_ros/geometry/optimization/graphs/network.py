@@ -9,7 +9,18 @@ import itertools
 
 import numpy as np
 
-__all__ = ["Network"]
+__all__ = ["Network", "TwoCycle"]
+
+
+@dataclass(frozen=True)
+class TwoCycle:
+    """The edges between a vertex and a neighbour, of which a simple path takes one at most."""
+
+    vertex: int
+    into: tuple[int, ...]
+    """Those from the neighbour."""
+    back: tuple[int, ...]
+    """Those to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +53,9 @@ class Network:
         way to the tail leads through the head, or every way on from the head through the tail
         (Lengauer and Tarjan, "A fast algorithm for finding dominators in a flowgraph", 1979, say
         what dominators are; found as in Cooper, Harvey and Kennedy, "A simple, fast dominance
-        algorithm", 2001). Time is nearly linear; some such edges may stay.
+        algorithm", 2001). And where it is on no simple path even if edges may be taken either
+        way, which the blocks of the graph tell (Hopcroft and Tarjan, "Algorithm 447", 1973). Time
+        is nearly linear; some such edges may stay.
         """
         tails, heads = self.tails.tolist(), self.heads.tolist()
         ahead = _Dominators(self.source, self.leaving, heads, self.entering, tails)
@@ -57,7 +70,67 @@ class Network:
             and not ahead.dominates(v, u)
             and not back.dominates(u, v)
         ]
-        return np.array(kept, dtype=np.int64)
+        rest = self._in_the_block(kept)
+        return np.array(rest, dtype=np.int64)
+
+    def _in_the_block(self, edges: Sequence[int]) -> list[int]:
+        """Return those of some edges that are in one block with an edge from source to target.
+
+        A block is what no single vertex cuts; these are the edges of simple paths of an undirected
+        graph.
+        """
+        tails, heads = self.tails.tolist(), self.heads.tolist()
+        ways: list[list[tuple[int, int]]] = [[] for _ in range(self.size)]
+        for e in edges:
+            ways[tails[e]].append((e, heads[e]))
+            ways[heads[e]].append((e, tails[e]))
+        # Depth first from the target, to which the first edge leads from the source.
+        depth, low = {self.source: 0, self.target: 1}, {self.source: 0, self.target: 0}
+        stack = [(self.target, -1, iter(ways[self.target]))]
+        passed: list[int] = []
+        block: set[int] = set()
+        while stack:
+            v, came_by, rest = stack[-1]
+            for e, w in rest:
+                if e == came_by:
+                    continue
+                if w not in depth:
+                    passed.append(e)
+                    depth[w] = low[w] = len(stack) + 1
+                    stack.append((w, e, iter(ways[w])))
+                    break
+                if depth[w] < depth[v]:
+                    passed.append(e)
+                    low[v] = min(low[v], depth[w])
+            else:
+                stack.pop()
+                if not stack:
+                    block.update(passed)
+                    break
+                u = stack[-1][0]
+                low[u] = min(low[u], low[v])
+                if low[v] >= depth[u]:
+                    # What is beyond u is a block of its own.
+                    while passed.pop() != came_by:
+                        pass
+        return [e for e in edges if e in block]
+
+    def two_cycles(self) -> list[TwoCycle]:
+        """Return those at each vertex but source and target."""
+        found = []
+        for v in range(self.size):
+            if v in (self.source, self.target):
+                continue
+            into: dict[int, list[int]] = {}
+            for e in self.entering[v]:
+                into.setdefault(int(self.tails[e]), []).append(e)
+            back: dict[int, list[int]] = {}
+            for e in self.leaving[v]:
+                back.setdefault(int(self.heads[e]), []).append(e)
+            found += [
+                TwoCycle(v, tuple(edges), tuple(back[u])) for u, edges in into.items() if u in back
+            ]
+        return found
 
     def distances(self, weights: np.ndarray, *, to_target: bool = False) -> list[float]:
         """Return the least sums of weights, at least 0 each, from the source or to the target."""

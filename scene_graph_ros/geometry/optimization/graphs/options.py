@@ -27,6 +27,9 @@ class GraphOfConvexSetsOptions:
     solved."""
     max_rounding_trials: int = 100
     """How many are drawn to find that many different ones."""
+    max_tightenings: int = 2
+    """How often the relaxation is solved again where its flows go along an edge and back along
+    another, with constraints that no path does so; ever more of these are added."""
     flow_tolerance: float = 1e-5
     """Edges with no more flow are not drawn."""
     rounding_seed: int = 0
@@ -48,6 +51,7 @@ class GraphOfConvexSetsOptions:
         for name in (
             "max_rounded_paths",
             "max_rounding_trials",
+            "max_tightenings",
             "rounding_seed",
             "max_search_programs",
         ):

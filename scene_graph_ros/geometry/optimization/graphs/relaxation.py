@@ -7,12 +7,13 @@ the set times the flow; flows and points are conserved at each vertex.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms, Multipliers
-from scene_graph_ros.geometry.optimization.graphs.network import Network
+from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Cone,
@@ -21,7 +22,7 @@ from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Rows,
 )
 
-__all__ = ["Problem", "Relaxed", "relax"]
+__all__ = ["CyclePrice", "Problem", "Relaxed", "relax"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +37,18 @@ class Problem:
     terms: list[EdgeTerms]
     forced: tuple[int, ...]
     unit: float
+
+
+@dataclass(frozen=True, eq=False)
+class CyclePrice:
+    """What the relaxation's solution says of a cycle of two edges: ``level + slope . x``.
+
+    About the centre of its vertex's set, in which it is at least 0 to rounding of the solver.
+    """
+
+    of: TwoCycle
+    level: float
+    slope: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,18 +71,22 @@ class Relaxed:
     prizes: np.ndarray
     multipliers: list[Multipliers]
     residual: float
+    cycles: list[CyclePrice]
 
 
-def relax(problem: Problem) -> Relaxed:
-    """Solve the relaxation. Raises SolverError where the solver fails."""
-    return _Relaxation(problem).solve()
+def relax(problem: Problem, cycles: Sequence[TwoCycle] = ()) -> Relaxed:
+    """Solve the relaxation, in which no path takes two edges of one of the cycles.
+
+    Raises SolverError where the solver fails.
+    """
+    return _Relaxation(problem, cycles).solve()
 
 
 class _Relaxation:
     """The program, and which of its rows is what."""
 
-    def __init__(self, problem: Problem) -> None:
-        self._problem = problem
+    def __init__(self, problem: Problem, cycles: Sequence[TwoCycle]) -> None:
+        self._problem, self._cycles = problem, cycles
         network = problem.network
         self._program = program = ConeProgram()
         m = len(network.tails)
@@ -89,6 +106,7 @@ class _Relaxation:
             self._lowered.append(problem.terms[e].lower(program, yu, yv, scale, problem.unit))
         self._conserve()
         self._limit_visits()
+        self._part_cycles()
         self._force()
 
     def _conserve(self) -> None:
@@ -124,6 +142,32 @@ class _Relaxation:
                 continue
             blocks = [(self._flows[out], -np.ones((1, len(out))))]
             self._visits.append(self._program.add_rows(Cone.NONNEGATIVE, blocks, np.ones(1)))
+
+    def _part_cycles(self) -> None:
+        """Ask that what came by an edge leaves by another than the one back.
+
+        Of a cycle of two edges, what leaves on other edges less what came by this one is a flow
+        with its point, of the vertex's set (Marcucci et al., section 5.3).
+        """
+        network, program = self._problem.network, self._program
+        self._parted: list[tuple[Rows, Rows]] = []
+        for cycle in self._cycles:
+            placed = self._problem.sets[cycle.vertex]
+            others = [e for e in network.leaving[cycle.vertex] if e not in cycle.back]
+            y, flow = program.variables(placed.S.shape[1]), program.variables(1)
+            into = list(cycle.into)
+            program.add_rows(Cone.NONNEGATIVE, [(flow, np.ones((1, 1)))], np.zeros(1))
+            placed.add_membership(program, y, flow)
+            blocks = [(flow, np.ones((1, 1)))]
+            blocks.append((self._flows[others], -np.ones((1, len(others)))))
+            blocks.append((self._flows[into], np.ones((1, len(into)))))
+            balance = program.add_rows(Cone.ZERO, blocks, np.zeros(1))
+            scaled = placed.S / _extent(placed)
+            blocks = [(y, scaled)]
+            blocks += [(self._ends[e][0], -scaled) for e in others]
+            blocks += [(self._ends[e][1], scaled) for e in into]
+            moment = program.add_rows(Cone.ZERO, blocks, np.zeros(len(scaled)))
+            self._parted.append((balance, moment))
 
     def _force(self) -> None:
         self._forced = [
@@ -175,7 +219,19 @@ class _Relaxation:
             np.array([-price(rows) for rows in self._forced]),
             multipliers,
             solution.residual,
+            self._prices(solution),
         )
+
+    def _prices(self, solution: ConeSolution) -> list[CyclePrice]:
+        unit, sets = self._problem.unit, self._problem.sets
+        return [
+            CyclePrice(
+                cycle,
+                -unit * float(solution.dual(balance)[0]),
+                -unit * solution.dual(moment) / _extent(sets[cycle.vertex]),
+            )
+            for cycle, (balance, moment) in zip(self._cycles, self._parted, strict=True)
+        ]
 
     def _at(self, solution: ConeSolution, columns: np.ndarray) -> np.ndarray:
         return solution.x[columns] if solution.is_feasible else np.zeros(len(columns))

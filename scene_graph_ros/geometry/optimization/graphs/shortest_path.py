@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.optimization.graphs.bounds import (
 )
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms, terms_of
-from scene_graph_ros.geometry.optimization.graphs.network import Network
+from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem, relax, Relaxed
@@ -118,20 +118,65 @@ def solve_path(
         return _no_path(f"no edges lead from {source.name!r} to {target.name!r}")
     problem = _problem_of(vertices, used, source, target)
     relaxed = relax(problem)
-    potentials = Potentials(
-        relaxed.levels, relaxed.slopes, relaxed.visits, relaxed.prizes, relaxed.multipliers
-    )
     if relaxed.cost == np.inf:
-        return _infeasible(problem, potentials, relaxed)
-    proven = bound_of_paths(problem, potentials)
-    answer = _Answer(vertices, used, problem, relaxed, proven)
+        return _infeasible(problem, _potentials(relaxed), relaxed)
+    proven = bound_of_paths(problem, _potentials(relaxed))
     rounded, count, failure = _round(problem, relaxed, options)
+    cycles: set[TwoCycle] = set()
+    for _ in range(options.max_tightenings):
+        if rounded is not None and _is_closed(proven, rounded, options):
+            break
+        more = _two_cycles_of(network, relaxed.flows, options) - cycles
+        if not more:
+            break
+        cycles |= more
+        tighter = relax(problem, sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into)))
+        if tighter.cost == np.inf:
+            return _infeasible(problem, _potentials(tighter), tighter)
+        relaxed, before = tighter, proven
+        proven = max(
+            bound_of_paths(problem, _potentials(relaxed)), before, key=lambda each: each.value
+        )
+        again, count_again, failure = _round(problem, relaxed, options)
+        count += count_again
+        if again is not None and (rounded is None or again.best.cost < rounded.best.cost):
+            rounded = again
+    answer = _Answer(vertices, used, problem, relaxed, proven)
     if options.convex_relaxation:
         return answer.of_relaxation(rounded, count, failure)
     searched = search_paths(
         problem, proven, rounded, options.gap_tolerance, options.max_search_programs
     )
     return answer.of_search(searched, count)
+
+
+def _potentials(relaxed: Relaxed) -> Potentials:
+    return Potentials(
+        relaxed.levels,
+        relaxed.slopes,
+        relaxed.visits,
+        relaxed.prizes,
+        relaxed.multipliers,
+        relaxed.cycles,
+    )
+
+
+def _is_closed(proven: ProvenBound, found: Incumbent, options: GraphOfConvexSetsOptions) -> bool:
+    """Tell whether the bound is as near to a path as is asked for."""
+    cost = found.best.cost
+    return cost - proven.value <= options.gap_tolerance * abs(cost)
+
+
+def _two_cycles_of(
+    network: Network, flows: np.ndarray, options: GraphOfConvexSetsOptions
+) -> set[TwoCycle]:
+    """Return the cycles of two edges around which there is flow: no others are violated."""
+    least = options.flow_tolerance
+    return {
+        cycle
+        for cycle in network.two_cycles()
+        if flows[list(cycle.into)].sum() > least and flows[list(cycle.back)].sum() > least
+    }
 
 
 def _infeasible(

@@ -47,8 +47,8 @@ def grid(kinds: int = 3):
 def test_weights_bound_what_every_edge_costs_beyond_its_potentials(kind):
     """At random points an edge costs at least its drop of potential and its weight."""
     graph, start, end = grid(kind)
-    result = graph.solve_shortest_path(start, end, RELAXED)
-    bound = result.relaxation_bound
+    options = GraphOfConvexSetsOptions(convex_relaxation=True, max_tightenings=0)
+    bound = graph.solve_shortest_path(start, end, options).relaxation_bound
     problem, given = bound.problem, bound.potentials
     proven = bound_of_paths(problem, given)
     rng = np.random.default_rng(kind)

@@ -215,3 +215,35 @@ def ancestors(vertex, parents):
         above.append(vertex)
         vertex = parents[vertex - 1]
     return above
+
+
+def both_ways(pairs):
+    """Return tails and heads of edges in both directions."""
+    ends = np.array([step for u, v in pairs for step in ((u, v), (v, u))])
+    return ends[:, 0], ends[:, 1]
+
+
+def test_preprocessing_drops_rings_that_hang_on_one_vertex():
+    """A ring to which one vertex leads is on no simple path, though each of its edges goes on."""
+    tails, heads = both_ways([(0, 1), (1, 2), (1, 3), (3, 4), (4, 5), (5, 1)])
+    kept = Network(6, tails, heads, 0, 2).on_simple_paths()
+    assert [(tails[e], heads[e]) for e in kept] == [(0, 1), (1, 2)]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_of_undirected_graphs_preprocessing_keeps_edges_of_simple_paths_alone(seed):
+    """With both directions of each edge: those that are in one block with source and target."""
+    rng = np.random.default_rng(seed)
+    pairs = [p for p in itertools.combinations(range(7), 2) if rng.random() < 0.33]
+    tails, heads = both_ways(pairs)
+    kept = Network(7, tails, heads, 0, 6).on_simple_paths()
+    steps = {(int(tails[e]), int(heads[e])) for e in kept}
+    on_paths = set()
+    for size in range(6):
+        for inner in itertools.permutations(range(1, 6), size):
+            path = list(itertools.pairwise((0, *inner, 6)))
+            if all(tuple(sorted(step)) in pairs for step in path):
+                on_paths.update(path)
+    assert on_paths <= steps
+    # No edge of a block that hangs on a single vertex is left.
+    assert {frozenset(s) for s in steps} == {frozenset(s) for s in on_paths}

@@ -1,0 +1,118 @@
+"""Constraints that no path goes there and back: a tighter relaxation, whose bound stays proven."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from benchmarks.mazes import doors_of, our_graph
+from scene_graph_ros.geometry.optimization import (
+    GraphOfConvexSets,
+    GraphOfConvexSetsOptions,
+    Hyperrectangle,
+    norm,
+)
+from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_paths, Potentials
+from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
+from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice
+
+
+def relaxed(tightenings):
+    """Return options that solve the relaxation so often again."""
+    return GraphOfConvexSetsOptions(convex_relaxation=True, max_tightenings=tightenings)
+
+
+def random_graph(seed):
+    """Return a graph of eight sets with edges both ways, and its ends."""
+    rng = np.random.default_rng(seed)
+    graph = GraphOfConvexSets()
+    centers = rng.uniform(-1.0, 1.0, (8, 2))
+    made = []
+    for k, c in enumerate(centers):
+        half = rng.uniform(0.05, 0.5, 2) * (0 < k < 7)
+        made.append(graph.add_vertex(Hyperrectangle(c - half, c + half)))
+    for a, b in itertools.combinations(range(8), 2):
+        if rng.random() < 0.45 and (a, b) != (0, 7):
+            for u, v in ((made[a], made[b]), (made[b], made[a])):
+                edge = graph.add_edge(u, v)
+                edge.add_cost(norm(edge.xv - edge.xu))
+    return graph, made
+
+
+def all_paths(graph, source, target):
+    """Return all simple paths by their edges."""
+    found, waiting = [], [[]]
+    while waiting:
+        path = waiting.pop()
+        at = path[-1].v if path else source
+        if at is target:
+            found.append(path)
+            continue
+        seen = {source.id, *(e.v.id for e in path)}
+        waiting += [[*path, e] for e in at.outgoing_edges if e.v.id not in seen]
+    return found
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bounds_are_between_the_looser_one_and_the_best_path(seed):
+    """Against all paths of random graphs."""
+    graph, made = random_graph(seed)
+    paths = all_paths(graph, made[0], made[7])
+    if not paths:
+        assert not graph.solve_shortest_path(made[0], made[7]).is_success
+        return
+    # What the solver finds of a path is not its least cost to the last digit.
+    best = min(graph.solve_convex_restriction(path).cost for path in paths)
+    loose, tight = (graph.solve_shortest_path(made[0], made[7], relaxed(k)) for k in (0, 3))
+    assert loose.lower_bound - 1e-12 <= tight.lower_bound <= best * (1.0 + 1e-13)
+    assert tight.cost >= best * (1.0 - 1e-9)
+    assert tight.relaxation_bound.verify()
+    found = graph.solve_shortest_path(made[0], made[7])
+    assert found.cost == pytest.approx(best, rel=2e-6)
+
+
+def test_cycles_are_listed_where_edges_lead_both_ways():
+    """With parallel edges, and none at source and target."""
+    tails, heads = np.array([0, 1, 1, 2, 2]), np.array([1, 2, 2, 1, 3])
+    network = Network(4, tails, heads, 0, 3)
+    assert network.two_cycles() == [
+        TwoCycle(1, (3,), (1, 2)),
+        TwoCycle(2, (1, 2), (3,)),
+    ]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_prices_give_a_bound(seed):
+    """Numbers that have nothing to do with the problem, negative ones too."""
+    graph, made = random_graph(3)
+    result = graph.solve_shortest_path(made[0], made[7])
+    problem, given = result.relaxation_bound.problem, result.relaxation_bound.potentials
+    rng = np.random.default_rng(seed)
+    cycles = problem.network.two_cycles()
+    assert cycles
+    for size in (1e-3, 1.0):
+        prices = [CyclePrice(c, size * rng.normal(), size * rng.normal(size=2)) for c in cycles]
+        wrong = Potentials(
+            given.levels, given.slopes, given.visits, given.prizes, given.multipliers, prices
+        )
+        assert bound_of_paths(problem, wrong).value <= result.cost * (1.0 + 1e-13)
+
+
+def test_a_maze_has_a_higher_bound_with_them():
+    """By more than rounding, below its best path; and where it is asked for only."""
+    size = 10
+    graph, start, goal = our_graph(doors_of(np.random.default_rng(1), size), size)
+    best = graph.solve_shortest_path(start, goal)
+    loose, tight = (graph.solve_shortest_path(start, goal, relaxed(k)) for k in (0, 2))
+    assert loose.lower_bound * (1.0 + 1e-4) < tight.lower_bound <= best.cost
+    assert not loose.relaxation_bound.potentials.cycles
+    assert tight.relaxation_bound.potentials.cycles
+    assert tight.relaxation_bound.verify()
+    # The flow of each cycle leaves room for itself.
+    flows = np.array([tight.flows[e.id] for e in graph.edges if e.id in tight.flows])
+    network = tight.relaxation_bound.problem.network
+    for cycle in network.two_cycles():
+        around = flows[[*cycle.into, *cycle.back]].sum()
+        assert around <= flows[network.leaving[cycle.vertex]].sum() + 1e-5
