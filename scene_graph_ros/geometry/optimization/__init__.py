@@ -19,12 +19,15 @@ from scene_graph_ros.geometry.optimization.graphs.expressions import (
     quad_form,
     sum_squares,
 )
+from scene_graph_ros.geometry.optimization.graphs.functions import FunctionConstraint
 from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.graphs.implicit import ImplicitGraphOfConvexSets
 from scene_graph_ros.geometry.optimization.graphs.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult, PathBound
+from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 from scene_graph_ros.geometry.optimization.iris.iris import iris, IrisRegion, Separation
 from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
 from scene_graph_ros.geometry.optimization.iris.region_cuts import (
@@ -86,6 +89,7 @@ __all__ = [
     "ConvexSetError",
     "Decision",
     "Edge",
+    "FunctionConstraint",
     "GcsGraphvizOptions",
     "GraphOfConvexSets",
     "GraphOfConvexSetsOptions",
@@ -93,6 +97,7 @@ __all__ = [
     "HPolyhedron",
     "Hyperellipsoid",
     "Hyperrectangle",
+    "ImplicitGraphOfConvexSets",
     "Intersection",
     "IrisOptions",
     "IrisRegion",
@@ -111,6 +116,7 @@ __all__ = [
     "SolverError",
     "Spectrahedron",
     "Support",
+    "Transcription",
     "UniformSamples",
     "VPolytope",
     "Vertex",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 import functools
 from typing import Any, TYPE_CHECKING
 
@@ -12,9 +13,17 @@ from scene_graph_ros.geometry.optimization.graphs.expressions import (
     Affine,
     as_cost,
     Constraint,
-    Cost,
+)
+from scene_graph_ros.geometry.optimization.graphs.functions import (
+    FunctionConstraint,
+    FunctionCost,
 )
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
+from scene_graph_ros.geometry.optimization.graphs.transcription import (
+    ALL_TRANSCRIPTIONS,
+    as_transcriptions,
+    Transcription,
+)
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -29,8 +38,8 @@ class _Costly:
 
     def __init__(self, number: int, name: str, label: str) -> None:
         self._id, self._name, self._label = number, name, label
-        self._costs: list[Cost] = []
-        self._constraints: list[Constraint] = []
+        self._costs: list[tuple[Any, frozenset[Transcription]]] = []
+        self._constraints: list[tuple[Any, frozenset[Transcription]]] = []
 
     def __repr__(self) -> str:
         return f"<{self._label} {self._name!r}>"
@@ -57,40 +66,114 @@ class _Costly:
                     f" only {' and '.join(own.values())} may be in it"
                 )
 
-    def add_cost(self, cost: Any) -> Cost:
+    def add_cost(
+        self,
+        cost: Any,
+        use_in_transcription: Iterable[Transcription] | Transcription = ALL_TRANSCRIPTIONS,
+    ) -> Any:
         """Add a number, an affine number or a convex expression; it is returned.
 
         What is affine must be at least 0 on all of the sets, which is checked when a path is
-        asked for. Raises ConvexSetError for an expression of other vertices, or of more than one
-        entry.
+        asked for. For the restriction alone also a function of the points, of ``xu`` and ``xv`` of
+        an edge or ``x`` of a vertex, that returns a number and need not be convex. Raises
+        ConvexSetError for an expression of other vertices, or of more than one entry.
         """
-        checked = as_cost(cost, f"{self._label}.add_cost: cost of {self._name!r}")
+        label = f"{self._label}.add_cost: cost of {self._name!r}"
+        used = as_transcriptions(use_in_transcription, f"{label}: use_in_transcription")
+        if callable(cost) or isinstance(cost, FunctionCost):
+            self._check_function(used, label)
+            function = cost if isinstance(cost, FunctionCost) else FunctionCost(cost)
+            self._costs.append((function, used))
+            return function
+        checked = as_cost(cost, label)
         for part in (checked.rest, *(atom.of for atom in checked.atoms)):
             self._check(part, "add_cost")
-        self._costs.append(checked)
+        self._costs.append((checked, used))
         return checked
 
-    def add_constraint(self, constraint: Constraint) -> Constraint:
-        """Add a linear equation or inequality, as ``edge.xu == edge.xv``; it is returned.
+    def add_constraint(
+        self,
+        constraint: Any,
+        use_in_transcription: Iterable[Transcription] | Transcription = ALL_TRANSCRIPTIONS,
+    ) -> Any:
+        """Add an equation or inequality, as ``edge.xu == edge.xv``; it is returned.
 
-        Raises ConvexSetError for what is no constraint, or has the points of other vertices.
+        Linear ones, ``norm(...) <= ...`` and ``sum_squares(...) <= ...``; for the restriction
+        alone also a `FunctionConstraint`, which need not be convex. Raises ConvexSetError for what
+        is no constraint, or has the points of other vertices.
         """
-        if not isinstance(constraint, Constraint):
+        label = f"{self._label}.add_constraint: constraint of {self._name!r}"
+        used = as_transcriptions(use_in_transcription, f"{label}: use_in_transcription")
+        if isinstance(constraint, FunctionConstraint):
+            self._check_function(used, label)
+        elif isinstance(constraint, Constraint):
+            self._check(constraint.rows, "add_constraint")
+        else:
             raise ConvexSetError(
-                f"{self._label}.add_constraint: constraint of {self._name!r} must be made by ==,"
-                f" <= or >= of an expression, not {quoted(constraint)}"
+                f"{label} must be made by ==, <= or >= of an expression, or be a"
+                f" FunctionConstraint, not {quoted(constraint)}"
             )
-        self._check(constraint.rows, "add_constraint")
-        self._constraints.append(constraint)
+        self._constraints.append((constraint, used))
         return constraint
 
-    def get_costs(self) -> list[Cost]:
-        """Return the costs that were added."""
-        return list(self._costs)
+    def _check_function(self, used: frozenset[Transcription], label: str) -> None:
+        if used != {Transcription.RESTRICTION}:
+            raise ConvexSetError(
+                f"{label} is a function, which has no relaxation: say use_in_transcription="
+                "{Transcription.RESTRICTION}, and add a convex one for the others"
+            )
 
-    def get_constraints(self) -> list[Constraint]:
-        """Return the constraints that were added."""
-        return list(self._constraints)
+    def get_costs(
+        self,
+        used_in_transcription: Iterable[Transcription] | Transcription = ALL_TRANSCRIPTIONS,
+    ) -> list[Any]:
+        """Return the costs that were added and count in one of some transcriptions."""
+        return _used(self._costs, used_in_transcription, f"{self._label}.get_costs")
+
+    def get_constraints(
+        self,
+        used_in_transcription: Iterable[Transcription] | Transcription = ALL_TRANSCRIPTIONS,
+    ) -> list[Any]:
+        """Return the constraints that were added and count in one of some transcriptions."""
+        return _used(self._constraints, used_in_transcription, f"{self._label}.get_constraints")
+
+    @property
+    def transcriptions(self) -> set[frozenset[Transcription]]:
+        """Which sets of transcriptions its costs and constraints count in."""
+        return {used for _, used in (*self._costs, *self._constraints)}
+
+    def _cost_at(self, cost: Any, points: dict[int, np.ndarray]) -> float:
+        """Return one of its costs at points by numbers of vertices."""
+        return float(
+            cost.at(points, list(self._own()))
+            if isinstance(cost, FunctionCost)
+            else cost.at(points)
+        )
+
+    def costs_at(self, points: dict[int, np.ndarray], used: Transcription) -> float:
+        """Return what it costs at points ``(n,)`` by numbers of vertices, in a transcription."""
+        return sum((self._cost_at(cost, points) for cost in self.get_costs(used)), 0.0)
+
+    def _solution_cost(
+        self, result: GraphOfConvexSetsResult, cost: Any, default: float | None
+    ) -> float | None:
+        """Return what it costs in a result, all of it or one cost; raises for a strange one."""
+        if cost is None:
+            return default
+        if not any(cost is each for each, _ in self._costs):
+            raise ConvexSetError(
+                f"{self._label}.get_solution_cost: cost must be one of {self._name!r}, not"
+                f" {quoted(cost)}"
+            )
+        if default is None:
+            return None
+        points = dict(zip(result.vertices, result.points, strict=True))
+        return self._cost_at(cost, points)
+
+
+def _used(terms: list[tuple[Any, frozenset[Transcription]]], asked: Any, label: str) -> list[Any]:
+    some = as_transcriptions(asked, f"{label}: used_in_transcription")
+    return [each for each, used in terms if used & some]
 
 
 class Vertex(_Costly):
@@ -135,6 +218,10 @@ class Vertex(_Costly):
 
     def _own(self) -> dict[int, str]:
         return {self.id: "vertex.x"}
+
+    def get_solution_cost(self, result: GraphOfConvexSetsResult, cost: Any = None) -> float | None:
+        """Return what the vertex, or one of its costs, costs on a path; None beside it."""
+        return self._solution_cost(result, cost, result.vertex_costs.get(self.id))
 
     def get_solution(self, result: GraphOfConvexSetsResult) -> np.ndarray | None:
         """Return the point ``(n,)`` of a result; None where its path doesn't visit the set.
@@ -216,6 +303,6 @@ class Edge(_Costly):
         """Return the flow times the point of ``v``; None where the edge was left out."""
         return result.phi_xv.get(self.id)
 
-    def get_solution_cost(self, result: GraphOfConvexSetsResult) -> float | None:
-        """Return what the edge costs on a result's path; None where it is not on it."""
-        return result.edge_costs.get(self.id)
+    def get_solution_cost(self, result: GraphOfConvexSetsResult, cost: Any = None) -> float | None:
+        """Return what the edge, or one of its costs, costs on a result's path; None beside it."""
+        return self._solution_cost(result, cost, result.edge_costs.get(self.id))

@@ -51,6 +51,7 @@ class Multipliers(NamedTuple):
     atoms: tuple[np.ndarray, ...]
     equations: np.ndarray
     inequalities: np.ndarray
+    cones: tuple[np.ndarray, ...] = ()
 
 
 class Minorant(NamedTuple):
@@ -68,16 +69,20 @@ class Minorant(NamedTuple):
 
 
 class _Lowered(NamedTuple):
-    """Rows of a program for the atoms, for equations and for inequalities."""
+    """Rows of a program for the atoms, for equations, for inequalities and for cones."""
 
     atoms: tuple[Rows, ...]
     equations: Rows
     inequalities: Rows
+    cones: tuple[Rows, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class EdgeTerms:
-    """An edge's cost - atoms and a linear rest - and its constraints, zero or at most zero."""
+    """An edge's cost - atoms and a linear rest - and its constraints, zero or at most zero.
+
+    Of a cone the first entry is at least as long as the others together.
+    """
 
     u: PlacedSet
     v: PlacedSet
@@ -86,6 +91,7 @@ class EdgeTerms:
     rest: Part
     equations: Part
     inequalities: Part
+    cones: tuple[Part, ...] = ()
 
     def cost(self, xu: np.ndarray, xv: np.ndarray) -> float:
         """Return the cost at points less their centres."""
@@ -93,6 +99,15 @@ class EdgeTerms:
         for kind, part in zip(self.kinds, self.atoms, strict=True):
             total += value_of(kind, part.at(xu, xv))
         return total
+
+    def gradient(self, xu: np.ndarray, xv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return a slope of the cost along both points; one of several where there are."""
+        along_u, along_v = self.rest.Mu[0].copy(), self.rest.Mv[0].copy()
+        for kind, part in zip(self.kinds, self.atoms, strict=True):
+            y = _slope(kind, part.at(xu, xv))
+            along_u += y @ part.Mu
+            along_v += y @ part.Mv
+        return along_u, along_v
 
     def most(self) -> float:
         """Return a bound of the cost from above, over the boxes around both sets."""
@@ -107,10 +122,19 @@ class EdgeTerms:
         broken = np.concatenate(
             [np.abs(self.equations.at(xu, xv)), np.maximum(self.inequalities.at(xu, xv), 0.0)]
         )
-        return float(np.max(broken / self._row_sizes, initial=0.0))
+        worst = float(np.max(broken / self.row_sizes, initial=0.0))
+        for part, size in zip(self.cones, self._cone_sizes, strict=True):
+            rows = part.at(xu, xv)
+            worst = max(worst, (float(np.linalg.norm(rows[1:])) - float(rows[0])) / size)
+        return worst
 
     @functools.cached_property
-    def _row_sizes(self) -> np.ndarray:
+    def _cone_sizes(self) -> list[float]:
+        """What each cone's rows are divided by; their terms are as large."""
+        return [float(self._most_of(part).max(initial=1e-300)) for part in self.cones]
+
+    @functools.cached_property
+    def row_sizes(self) -> np.ndarray:
         """What rows of constraints are divided by; their terms are as large."""
         sizes = [self._most_of(self.equations), self._most_of(self.inequalities)]
         return np.maximum(np.concatenate(sizes), 1e-300)
@@ -118,7 +142,7 @@ class EdgeTerms:
     @property
     def is_constrained(self) -> bool:
         """Whether there are constraints."""
-        return bool(len(self.equations.m) or len(self.inequalities.m))
+        return bool(len(self.equations.m) or len(self.inequalities.m) or self.cones)
 
     def lower(
         self,
@@ -140,7 +164,7 @@ class EdgeTerms:
             if values.any():
                 program.add_cost(columns, values[0])
         rows = []
-        sizes = np.split(self._row_sizes, [len(self.equations.m)])
+        sizes = np.split(self.row_sizes, [len(self.equations.m)])
         for cone, part, sign, size in (
             (Cone.ZERO, self.equations, 1.0, sizes[0]),
             (Cone.NONNEGATIVE, self.inequalities, -1.0, sizes[1]),
@@ -151,7 +175,11 @@ class EdgeTerms:
             factor = sign / size
             blocks, constant = self._blocks(part, yu, yv, scale, factor[:, None])
             rows.append(program.add_rows(cone, blocks, constant))
-        return _Lowered(atoms, rows[0], rows[1])
+        cones = tuple(
+            program.add_rows(Cone.SECOND_ORDER, *self._blocks(part, yu, yv, scale, 1.0 / size))
+            for part, size in zip(self.cones, self._cone_sizes, strict=True)
+        )
+        return _Lowered(atoms, rows[0], rows[1], cones)
 
     def _blocks(
         self,
@@ -171,7 +199,7 @@ class EdgeTerms:
     @functools.cached_property
     def _maps(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
         """Each part's matrices in the variables of the sets."""
-        parts = (*self.atoms, self.rest, self.equations, self.inequalities)
+        parts = (*self.atoms, self.rest, self.equations, self.inequalities, *self.cones)
         return {id(part): (part.Mu @ self.u.S, part.Mv @ self.v.S) for part in parts}
 
     def _lower_atom(
@@ -216,11 +244,15 @@ class EdgeTerms:
                 atoms.append(-z[1:])
             else:
                 atoms.append(-2.0 * np.sqrt(unit) * z[2:])
-        sizes = np.split(self._row_sizes, [len(self.equations.m)])
+        sizes = np.split(self.row_sizes, [len(self.equations.m)])
         return Multipliers(
             tuple(atoms),
             -unit * solution.dual(lowered.equations) / sizes[0],
             unit * solution.dual(lowered.inequalities) / sizes[1],
+            tuple(
+                unit * solution.dual(rows) / size
+                for rows, size in zip(lowered.cones, self._cone_sizes, strict=True)
+            ),
         )
 
     def minorant(self, multipliers: Multipliers, with_cost: bool = True) -> Minorant:
@@ -233,6 +265,10 @@ class EdgeTerms:
             (self.equations, multipliers.equations),
             (self.inequalities, np.maximum(multipliers.inequalities, 0.0)),
         ]
+        for part, z in zip(self.cones, multipliers.cones, strict=True):
+            # In the cone: what it weighs is at least 0 where the constraint holds.
+            length = float(np.linalg.norm(z[1:])) * (1.0 + 4.0 * len(z) * EPSILON)
+            weighted.append((part, -np.append(max(float(z[0]), length), z[1:])))
         a = 0.0
         if with_cost:
             weighted.append((self.rest, np.ones(1)))
@@ -253,6 +289,17 @@ class EdgeTerms:
             size_beta += np.abs(part.Mv).T @ magnitudes
         unit = 2.0 * terms * EPSILON
         return Minorant(a, alpha, beta, unit * size, unit * size_alpha, unit * size_beta)
+
+
+def _slope(kind: str, w: np.ndarray) -> np.ndarray:
+    """Return a subgradient of an atom at a vector."""
+    if kind == "squares":
+        return 2.0 * w
+    if kind == "norm":
+        length = float(np.linalg.norm(w))
+        return w / length if length else w
+    largest = int(np.abs(w).argmax())
+    return np.asarray(np.sign(w[largest]) * (np.arange(len(w)) == largest))
 
 
 def _subgradient(kind: str, y: np.ndarray) -> tuple[np.ndarray, float]:
@@ -295,8 +342,9 @@ def terms_of(
             f"{label}: the linear part of the cost is {low:.6g} at some points of the sets; costs"
             " must be at least 0 on all of both sets"
         )
-    equations = [_part(c.rows, ends) for c in constraints if c.is_equation]
-    inequalities = [_part(c.rows, ends) for c in constraints if not c.is_equation]
+    flat = [c for c in constraints if not c.is_cone]
+    equations = [_part(c.rows, ends) for c in flat if c.is_equation]
+    inequalities = [_part(c.rows, ends) for c in flat if not c.is_equation]
     return EdgeTerms(
         u,
         v,
@@ -305,6 +353,7 @@ def terms_of(
         total,
         Part(*_joined(equations, ends)),
         Part(*_joined(inequalities, ends)),
+        tuple(_part(c.rows, ends) for c in constraints if c.is_cone),
     )
 
 

@@ -147,10 +147,14 @@ def _constant(value: Any) -> Affine:
 
 @dataclass(frozen=True, eq=False)
 class Constraint:
-    """All entries of ``rows`` are 0, or at most 0."""
+    """All entries of ``rows`` are 0, or at most 0; or the first is no shorter than the others.
+
+    With ``is_cone`` the latter: ``rows[0] >= |rows[1:]|``.
+    """
 
     rows: Affine
     is_equation: bool
+    is_cone: bool = False
 
     def __bool__(self) -> bool:
         """Refuse to be a condition, as in ``a <= x <= b``, which says something else."""
@@ -207,6 +211,38 @@ class Cost:
         return Cost(atoms, self.rest * number)
 
     __rmul__ = __mul__
+
+    def __le__(self, other: Any) -> Constraint:
+        """Return the constraint that one norm, or one sum of squares, is at most an affine number.
+
+        Raises ConvexSetError where there are several, and where the right side is convex.
+        """
+        if len(self.atoms) != 1:
+            raise ConvexSetError(
+                f"a constraint takes one norm or sum of squares, not {len(self.atoms)}; write one"
+                " constraint for each"
+            )
+        side = as_cost(other, "the right side of <=")
+        if side.atoms:
+            raise ConvexSetError("the right side of <= must be a number or affine, and has a norm")
+        atom, bound = self.atoms[0], side.rest - self.rest
+        if atom.kind == "norm_inf":
+            return Constraint(_stacked([atom.of - bound, -1.0 * atom.of - bound]), False)
+        if atom.kind == "norm":
+            return Constraint(_stacked([bound, atom.of]), False, is_cone=True)
+        # |w|^2 <= t as |(t - 1, 2 w)| <= t + 1.
+        rows = _stacked([bound + 1.0, bound - 1.0, 2.0 * atom.of])
+        return Constraint(rows, False, is_cone=True)
+
+
+def _stacked(parts: list[Affine]) -> Affine:
+    """Return the entries of some expressions behind one another."""
+    keys = {key: matrix.shape[1] for part in parts for key, matrix in part.terms.items()}
+    terms = {
+        key: np.concatenate([part.terms.get(key, np.zeros((len(part), width))) for part in parts])
+        for key, width in keys.items()
+    }
+    return Affine(terms, np.concatenate([part.constant for part in parts]))
 
 
 def as_cost(value: Any, label: str) -> Cost:

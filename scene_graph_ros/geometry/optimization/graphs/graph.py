@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.optimization.graphs.shortest_path import (
     solve_path,
     solve_restriction,
 )
+from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -141,16 +142,28 @@ class GraphOfConvexSets:
             self.vertices, self.edges, source, target, options or GraphOfConvexSetsOptions()
         )
 
-    def solve_convex_restriction(self, active_edges: Sequence[Edge]) -> GraphOfConvexSetsResult:
+    def solve_convex_restriction(
+        self,
+        active_edges: Sequence[Edge],
+        initial_guess: GraphOfConvexSetsResult | Mapping[Vertex, Any] | None = None,
+    ) -> GraphOfConvexSetsResult:
         """Return the best points of one path, given by its edges in order.
 
-        Where the path can't keep its constraints ``is_success`` is False. Raises ConvexSetError
-        for edges that are no path, SolverError where the solver failed.
+        With functions that need not be convex, the best that were found near those of the convex
+        part, or near ``initial_guess``: points ``(n,)`` of all its vertices, or a result that has
+        them. Where the path can't keep its constraints ``is_success`` is False. Raises
+        ConvexSetError for edges that are no path, SolverError where the solver failed.
         """
         label = "solve_convex_restriction: active_edges"
         for edge in active_edges:
             self._check_edge(edge, label)
-        return solve_restriction(self.vertices, list(active_edges))
+        edges = list(active_edges)
+        guess = None
+        if initial_guess is not None and edges:
+            guess = [
+                _guessed(initial_guess, vertex) for vertex in (edges[0].u, *(e.v for e in edges))
+            ]
+        return solve_restriction(self.vertices, edges, guess)
 
     def sample_paths(
         self,
@@ -246,3 +259,16 @@ class GraphOfConvexSets:
             raise ConvexSetError(
                 f"GraphOfConvexSets.{label} must be edges of this graph, not {quoted(edge)}"
             )
+
+
+def _guessed(guess: GraphOfConvexSetsResult | Mapping[Vertex, Any], vertex: Vertex) -> np.ndarray:
+    """Return the point ``(n,)`` that is guessed of a vertex."""
+    point = (
+        vertex.get_solution(guess)
+        if isinstance(guess, GraphOfConvexSetsResult)
+        else guess.get(vertex)
+    )
+    label = f"GraphOfConvexSets.solve_convex_restriction: initial_guess of {vertex.name!r}"
+    if point is None:
+        raise ConvexSetError(f"{label} is missing")
+    return as_vector(point, label, vertex.ambient_dimension)

@@ -7,12 +7,14 @@ the set times the flow; flows and points are conserved at each vertex.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms, Multipliers
+from scene_graph_ros.geometry.optimization.graphs.functions import FunctionTerm
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
@@ -22,7 +24,7 @@ from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Rows,
 )
 
-__all__ = ["CyclePrice", "Problem", "Relaxed", "relax"]
+__all__ = ["CyclePrice", "PlacedFunction", "Problem", "Relaxed", "relax"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +32,8 @@ class Problem:
     """A shortest path problem: a network, its sets, and the terms of its edges.
 
     ``forced`` are edges that every path has to take. ``unit`` is what costs are measured in.
+    ``functions`` are costs and constraints of edges that need not be convex; of them the
+    restriction alone knows.
     """
 
     network: Network
@@ -37,6 +41,20 @@ class Problem:
     terms: list[EdgeTerms]
     forced: tuple[int, ...]
     unit: float
+    functions: Mapping[int, tuple[PlacedFunction, ...]] = field(default_factory=dict)
+
+
+class PlacedFunction(NamedTuple):
+    """A function of the points of an edge's vertices: which of ``(xu, xv)`` it takes."""
+
+    term: FunctionTerm
+    takes_u: bool
+    takes_v: bool
+
+    def at(self, xu: np.ndarray, xv: np.ndarray) -> Any:
+        """Return what the term does at points ``(n,)``."""
+        numbers = [k for k, takes in enumerate((self.takes_u, self.takes_v)) if takes]
+        return self.term.at({0: xu, 1: xv}, numbers)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,8 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_points
+from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
+from scene_graph_ros.geometry.optimization.graphs.nonconvex import functions_at, with_functions
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.solve.cone_program import ConeProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -75,8 +77,30 @@ def bound_of_prefix(problem: Problem, path: Sequence[int], end: tuple[float, np.
     return np.inf if bound > 0.0 else -np.inf
 
 
-def restrict(problem: Problem, path: Sequence[int]) -> Restricted:
-    """Return the best points of a path.
+def _kept_functions(
+    problem: Problem,
+    path: Sequence[int],
+    found: list[np.ndarray],
+    bound: float,
+    guess: Sequence[np.ndarray] | None,
+) -> tuple[list[np.ndarray], float]:
+    """Return points less their centres that keep functions, too, and the bound that holds."""
+    functions = [problem.functions.get(e, ()) for e in path]
+    if not any(functions):
+        return found, bound
+    start: Sequence[np.ndarray] = found
+    if guess is not None:
+        vertices = [problem.network.source, *(int(problem.network.heads[e]) for e in path)]
+        start = [x - problem.sets[v].center for x, v in zip(guess, vertices, strict=True)]
+    moved = with_functions(problem, path, start)
+    has_costs = any(isinstance(each.term, FunctionCost) for some in functions for each in some)
+    return moved, -np.inf if has_costs else bound
+
+
+def restrict(
+    problem: Problem, path: Sequence[int], guess: Sequence[np.ndarray] | None = None
+) -> Restricted:
+    """Return the best points of a path; where it has functions, the best near a guess, if any.
 
     Each is put into its set where no constraint ties it to others. Raises SolverError where
     points break a set or a constraint, or where it was not proven that there are none.
@@ -94,6 +118,8 @@ def restrict(problem: Problem, path: Sequence[int]) -> Restricted:
         )
     terms = [problem.terms[e] for e in path]
     is_tied = any(each.is_constrained for each in terms)
+    found, bound = _kept_functions(problem, path, found, bound, guess)
+    is_tied = is_tied or any(e in problem.functions for e in path)
     points, worst = [], 0.0
     for v, way in zip(vertices, found, strict=True):
         placed = problem.sets[v]
@@ -112,6 +138,8 @@ def restrict(problem: Problem, path: Sequence[int]) -> Restricted:
     for k, each in enumerate(terms):
         cost += each.cost(ways[k], ways[k + 1])
         worst = max(worst, each.violation(ways[k], ways[k + 1]))
+        value, broken = functions_at(problem.functions.get(path[k], ()), points[k], points[k + 1])
+        cost, worst = cost + value, max(worst, broken)
     if worst > _VIOLATION:
         raise SolverError(
             f"{what}: the points of a path of {len(path)} edges break a set or a constraint by"

@@ -44,6 +44,7 @@ class GraphOfConvexSetsResult:
     vertices: tuple[int, ...] = ()
     points: tuple[np.ndarray, ...] = ()
     edge_costs: Mapping[int, float] = field(default_factory=dict)
+    vertex_costs: Mapping[int, float] = field(default_factory=dict)
     flows: Mapping[int, float] = field(default_factory=dict)
     phi_xu: Mapping[int, np.ndarray] = field(default_factory=dict)
     phi_xv: Mapping[int, np.ndarray] = field(default_factory=dict)

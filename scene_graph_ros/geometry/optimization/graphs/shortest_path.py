@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 import itertools
 from typing import Any
 
@@ -16,10 +17,20 @@ from scene_graph_ros.geometry.optimization.graphs.bounds import (
 )
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms, terms_of
+from scene_graph_ros.geometry.optimization.graphs.expressions import Cost
+from scene_graph_ros.geometry.optimization.graphs.functions import (
+    FunctionConstraint,
+    FunctionCost,
+)
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
-from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem, relax, Relaxed
+from scene_graph_ros.geometry.optimization.graphs.relaxation import (
+    PlacedFunction,
+    Problem,
+    relax,
+    Relaxed,
+)
 from scene_graph_ros.geometry.optimization.graphs.restriction import restrict
 from scene_graph_ros.geometry.optimization.graphs.result import (
     GraphOfConvexSetsResult,
@@ -31,9 +42,10 @@ from scene_graph_ros.geometry.optimization.graphs.search import (
     search_paths,
     Searched,
 )
+from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 from scene_graph_ros.geometry.optimization.sets.point import Point
 
-__all__ = ["network_of", "solve_path", "solve_restriction"]
+__all__ = ["network_of", "solve_path", "solve_restriction", "terms_of_edge"]
 
 _ROUNDED_PATHS = 5
 """Paths that are drawn where nothing is said."""
@@ -53,39 +65,104 @@ def network_of(
     )
 
 
-def _terms(edge: Edge, source: Vertex) -> EdgeTerms:
-    """Return what an edge and the vertex it leads to cost, and the source where it leads there."""
-    parts: list[Vertex | Edge] = [edge, edge.v]
-    if edge.u is source:
-        parts.append(edge.u)
-    costs = [cost for part in parts for cost in part.get_costs()]
-    constraints = [c for part in parts for c in part.get_constraints()]
+def _parts(edge: Edge, source: Vertex) -> list[Vertex | Edge]:
+    """Return an edge and the vertex it leads to, and the source where it leads from there."""
+    return [edge, edge.v, edge.u] if edge.u is source else [edge, edge.v]
+
+
+def _is_function(term: Any) -> bool:
+    return isinstance(term, FunctionCost | FunctionConstraint)
+
+
+def terms_of_edge(
+    edge: Edge,
+    source: Vertex,
+    more: Sequence[Cost] = (),
+    used: Transcription = Transcription.MIP,
+) -> EdgeTerms:
+    """Return what an edge and the vertex it leads to cost, and the source where it leads there.
+
+    And ``more`` costs beside them. Of functions nothing is in them.
+    """
+    parts = _parts(edge, source)
+    costs = [c for part in parts for c in part.get_costs(used) if not _is_function(c)]
+    constraints = [c for part in parts for c in part.get_constraints(used) if not _is_function(c)]
     ends = ((edge.u.id, edge.u.placed), (edge.v.id, edge.v.placed))
-    return terms_of(costs, constraints, ends, f"GraphOfConvexSets: edge {edge.name!r}")
+    label = f"GraphOfConvexSets: edge {edge.name!r}"
+    return terms_of([*costs, *more], constraints, ends, label)
+
+
+def _functions(edge: Edge, source: Vertex) -> tuple[PlacedFunction, ...]:
+    """Return the functions of an edge and the vertices that count with it."""
+    used, found = Transcription.RESTRICTION, []
+    for part in _parts(edge, source):
+        takes_u, takes_v = part is not edge.v, part is not edge.u
+        terms = [*part.get_costs(used), *part.get_constraints(used)]
+        found += [PlacedFunction(each, takes_u, takes_v) for each in terms if _is_function(each)]
+    return tuple(found)
 
 
 def _problem_of(
-    vertices: Sequence[Vertex], edges: Sequence[Edge], source: Vertex, target: Vertex
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    source: Vertex,
+    target: Vertex,
+    used: Transcription = Transcription.MIP,
 ) -> Problem:
     """Return a problem of these edges alone, with costs in units of what a path may cost."""
     network = network_of(vertices, edges, source, target)
-    terms = [_terms(edge, source) for edge in edges]
+    terms = [terms_of_edge(edge, source, (), used) for edge in edges]
     most = np.array([each.most() for each in terms])
     unit = network.distances(most)[network.target]
     if not 0.0 < unit < np.inf:
         unit = float(most.max(initial=0.0)) or 1.0
     forced = tuple(k for k, edge in enumerate(edges) if True in edge.phi_constraints)
-    return Problem(network, [v.placed for v in vertices], terms, forced, float(unit))
+    functions = {}
+    if used is Transcription.RESTRICTION:
+        placed = {k: _functions(edge, source) for k, edge in enumerate(edges)}
+        functions = {k: some for k, some in placed.items() if some}
+    sets = [v.placed for v in vertices]
+    return Problem(network, sets, terms, forced, float(unit), functions)
 
 
-def _standing(vertex: Vertex) -> Problem:
+def _standing(vertex: Vertex, used: Transcription) -> Problem:
     """Return the problem of staying in one vertex: an edge to a point that costs as it does."""
     ends = ((vertex.id, vertex.placed), (-1, PlacedSet.place(Point())))
     label = f"GraphOfConvexSets: vertex {vertex.name!r}"
-    terms = terms_of(vertex.get_costs(), vertex.get_constraints(), ends, label)
+    costs, constraints = vertex.get_costs(used), vertex.get_constraints(used)
+    terms = terms_of(
+        [c for c in costs if not _is_function(c)],
+        [c for c in constraints if not _is_function(c)],
+        ends,
+        label,
+    )
+    functions = tuple(
+        PlacedFunction(each, True, False) for each in (*costs, *constraints) if _is_function(each)
+    )
     most = terms.most()
     network = Network(2, np.array([0]), np.array([1]), 0, 1)
-    return Problem(network, [e[1] for e in ends], [terms], (), most or 1.0)
+    sets = [end[1] for end in ends]
+    return Problem(network, sets, [terms], (), most or 1.0, {0: functions} if functions else {})
+
+
+def _used(options: GraphOfConvexSetsOptions) -> tuple[Transcription, Transcription]:
+    """Return what the whole graph and what single paths are made of."""
+    if options.convex_relaxation:
+        return Transcription.RELAXATION, Transcription.RESTRICTION
+    return Transcription.MIP, Transcription.MIP
+
+
+def _has_surrogates(edges: Sequence[Edge]) -> bool:
+    """Tell whether a relaxation has what paths need not keep, so that they may cost less."""
+    parts = {id(part): part for e in edges for part in (e, e.u, e.v)}
+    of = (Transcription.RELAXATION, Transcription.RESTRICTION)
+    return any(
+        (of[0] in used and of[1] not in used)
+        for part in parts.values()
+        for used in part.transcriptions
+    ) or any(
+        isinstance(cost, FunctionCost) for part in parts.values() for cost in part.get_costs(of[1])
+    )
 
 
 def _no_path(reason: str) -> GraphOfConvexSetsResult:
@@ -101,7 +178,7 @@ def solve_path(
 ) -> GraphOfConvexSetsResult:
     """Return the shortest path, as `GraphOfConvexSets.solve_shortest_path` promises."""
     if source is target:
-        return _stay(source, edges)
+        return _stay(source, edges, _used(options)[1])
     forced = [e for e in edges if True in e.phi_constraints]
     used = [e for e in edges if False not in e.phi_constraints]
     lost = next((e for e in forced if False in e.phi_constraints), None)
@@ -116,12 +193,14 @@ def solve_path(
     network = network_of(vertices, used, source, target)
     if not used or network.distances(np.zeros(len(used)))[network.target] == np.inf:
         return _no_path(f"no edges lead from {source.name!r} to {target.name!r}")
-    problem = _problem_of(vertices, used, source, target)
+    whole, single = _used(options)
+    problem = _problem_of(vertices, used, source, target, whole)
+    of_paths = problem if whole is single else _problem_of(vertices, used, source, target, single)
     relaxed = relax(problem)
     if relaxed.cost == np.inf:
         return _infeasible(problem, _potentials(relaxed), relaxed)
     proven = bound_of_paths(problem, _potentials(relaxed))
-    rounded, count, failure = _round(problem, relaxed, options)
+    rounded, count, failure = _round(of_paths, relaxed, options)
     cycles: set[TwoCycle] = set()
     for _ in range(options.max_tightenings):
         if rounded is not None and _is_closed(proven, rounded, options):
@@ -137,13 +216,14 @@ def solve_path(
         proven = max(
             bound_of_paths(problem, _potentials(relaxed)), before, key=lambda each: each.value
         )
-        again, count_again, failure = _round(problem, relaxed, options)
+        again, count_again, failure = _round(of_paths, relaxed, options)
         count += count_again
         if again is not None and (rounded is None or again.best.cost < rounded.best.cost):
             rounded = again
     answer = _Answer(vertices, used, problem, relaxed, proven)
     if options.convex_relaxation:
-        return answer.of_relaxation(rounded, count, failure)
+        found = answer.of_relaxation(rounded, count, failure)
+        return replace(found, lower_bound=-np.inf) if _has_surrogates(used) else found
     searched = search_paths(
         problem, proven, rounded, options.gap_tolerance, options.max_search_programs
     )
@@ -228,12 +308,12 @@ def _round(
     return found, len(paths), failure
 
 
-def _stay(vertex: Vertex, edges: Sequence[Edge]) -> GraphOfConvexSetsResult:
+def _stay(vertex: Vertex, edges: Sequence[Edge], used: Transcription) -> GraphOfConvexSetsResult:
     """Return the path that begins where it ends."""
     forced = next((e for e in edges if True in e.phi_constraints), None)
     if forced is not None:
         return _no_path(f"edge {forced.name!r} has to be on the path, which has none")
-    problem = _standing(vertex)
+    problem = _standing(vertex, used)
     best = restrict(problem, (0,))
     if not best.points:
         return _no_path(f"vertex {vertex.name!r} can't keep its constraints, which is proven")
@@ -249,7 +329,9 @@ def _stay(vertex: Vertex, edges: Sequence[Edge]) -> GraphOfConvexSetsResult:
 
 
 def solve_restriction(
-    vertices: Sequence[Vertex], active: Sequence[Edge]
+    vertices: Sequence[Vertex],
+    active: Sequence[Edge],
+    guess: Sequence[np.ndarray] | None = None,
 ) -> GraphOfConvexSetsResult:
     """Return the best points of a path, as `solve_convex_restriction` promises."""
     label = "GraphOfConvexSets.solve_convex_restriction: active_edges"
@@ -264,14 +346,16 @@ def solve_restriction(
     visited = [active[0].u, *(e.v for e in active)]
     if len({v.id for v in visited}) < len(visited):
         raise ConvexSetError(f"{label} visit a vertex twice: {[v.name for v in visited]}")
-    problem = _problem_of(visited, active, visited[0], visited[-1])
-    best = restrict(problem, range(len(active)))
+    used = Transcription.RESTRICTION
+    problem = _problem_of(visited, active, visited[0], visited[-1], used)
+    best = restrict(problem, range(len(active)), guess)
     if not best.points:
         return _no_path("the path can't keep its constraints, which is proven")
     return _with_points(
         visited,
         active,
         Incumbent(tuple(range(len(active))), best),
+        used,
         {
             "lower_bound": best.lower_bound,
             "reason": "the path was given",
@@ -280,19 +364,23 @@ def solve_restriction(
 
 
 def _with_points(
-    vertices: Sequence[Vertex], edges: Sequence[Edge], found: Incumbent, others: dict[str, Any]
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    found: Incumbent,
+    used: Transcription,
+    others: dict[str, Any],
 ) -> GraphOfConvexSetsResult:
     path = [edges[e] for e in found.path]
     visited = [path[0].u, *(e.v for e in path)]
     points = dict(zip((v.id for v in visited), found.best.points, strict=True))
-    costs = {e.id: sum(cost.at(points) for cost in e.get_costs()) for e in path}
     return GraphOfConvexSetsResult(
         is_success=True,
         cost=found.best.cost,
         path=tuple(e.id for e in path),
         vertices=tuple(v.id for v in visited),
         points=found.best.points,
-        edge_costs=costs,
+        edge_costs={e.id: e.costs_at(points, used) for e in path},
+        vertex_costs={v.id: v.costs_at(points, used) for v in visited},
         violation=found.best.violation,
         **others,
     )
@@ -344,7 +432,7 @@ class _Answer:
                 reason = f"none of {count} rounded paths keeps its constraints"
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
         others["reason"] = f"the best of {count} rounded paths"
-        return _with_points(self._vertices, self._edges, found, others)
+        return _with_points(self._vertices, self._edges, found, Transcription.RESTRICTION, others)
 
     def of_search(self, searched: Searched, count: int) -> GraphOfConvexSetsResult:
         """Return the best path with the search's bound."""
@@ -358,7 +446,7 @@ class _Answer:
         if searched.found is None:
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
         others["reason"] = reason
-        return _with_points(self._vertices, self._edges, searched.found, others)
+        return _with_points(self._vertices, self._edges, searched.found, Transcription.MIP, others)
 
 
 def _what_ended(searched: Searched) -> str:
