@@ -1,166 +1,224 @@
-"""Eight numbers that compiled code computes in step: one of each of eight like problems, a lane.
+"""Numbers that compiled code computes in step, one of each of like problems: a lane.
 
-Written with the operators of numbers, so that functions of tuples of numbers (see
-``spatial.vectors``) take tuples of lanes as well. What depends on a condition is computed for all
-lanes, and ``select`` picks; a lane never depends on the ones beside it. Arithmetic is IEEE's,
-without fusion, as for single numbers. With ``NUMBA_DISABLE_JIT=1`` lanes are numpy's arrays.
+Lanes are eight or four wide: as the widest registers, and half of that. They are written with the
+operators of numbers, so that functions of tuples of numbers (see ``spatial.vectors``) take tuples
+of lanes as well. A number beside lanes stands for as many of itself; ``x[k]`` is the number of
+lane k. What depends on a condition is computed for all lanes, and ``select`` picks. A lane never
+depends on the ones beside it, unless they are reordered. Arithmetic is IEEE's, without fusion, as
+for single numbers. With ``NUMBA_DISABLE_JIT=1`` lanes are numpy's arrays.
+
+Places in arrays are counted flat; the arrays are C-contiguous.
 """
-
-import operator
 
 from llvmlite import ir
 from numba.core import types
 import numba.core.config as numba_config
-from numba.extending import intrinsic, models, overload, register_model
+from numba.core.types import containers
+from numba.extending import intrinsic
 import numpy as np
 
-from scene_graph_ros.geometry.compiled.code import repeated
+from scene_graph_ros.geometry.compiled.lane_types import (
+    are_numbers,
+    LaneChoices,
+    LaneNumbers,
+    lower_of,
+    repeated,
+    vectors_of,
+)
 
 __all__ = [
+    "FOUR",
     "LANES",
     "all_of",
     "any_of",
+    "as_lanes",
     "every",
+    "larger",
+    "load_four",
     "load_lanes",
     "load_number",
     "magnitude",
+    "merging",
+    "reordering",
     "root",
     "select",
+    "smaller",
+    "store_choices",
     "store_lanes",
     "store_number",
+    "stream_lanes",
     "with_sign",
 ]
 
 LANES = 8
+"""The width of lanes of like problems."""
+FOUR = 4
+"""The width of lanes that are the coordinates of one thing: three of them, and one to spare."""
 
-_NUMBERS = ir.VectorType(ir.DoubleType(), LANES)
-_CHOICES = ir.VectorType(ir.IntType(1), LANES)
-_BITS = ir.IntType(LANES)
-
-
-class _LaneNumbers(types.Type):
-    def __init__(self):
-        super().__init__(name=f"LaneNumbers({LANES})")
+_NUMBER_BYTES = 8
 
 
-class _LaneChoices(types.Type):
-    def __init__(self):
-        super().__init__(name=f"LaneChoices({LANES})")
+def _is_lanes(kind):
+    return isinstance(kind, LaneNumbers)
 
 
-_numbers = _LaneNumbers()
-_choices = _LaneChoices()
+def _is_flat(array, kind=types.float64):
+    return isinstance(array, types.Array) and array.layout == "C" and array.dtype == kind
 
 
-@register_model(_LaneNumbers)
-class _NumbersModel(models.PrimitiveModel):
-    def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, _NUMBERS)
+def _of_numbers(generate, count):
+    """Make an intrinsic of so many numbers, some of them lanes, that returns lanes."""
+
+    def typed(*kinds):
+        kind = are_numbers(*kinds)
+        return None if kind is None else (kind(*kinds), lower_of(generate))
+
+    # Numba counts names of parameters.
+    if count == 1:
+        return intrinsic(lambda typing_context, a: typed(a))
+    return intrinsic(lambda typing_context, a, b: typed(a, b))
 
 
-@register_model(_LaneChoices)
-class _ChoicesModel(models.PrimitiveModel):
-    def __init__(self, dmm, fe_type):
-        super().__init__(dmm, fe_type, _CHOICES)
+def _llvm(name):
+    """Return what generates a call of LLVM's function of that name, for vectors."""
+
+    def generate(builder, *vectors):
+        kind = vectors[0].type
+        function = ir.FunctionType(kind, [kind] * len(vectors))
+        full_name = f"llvm.{name}.v{kind.count}f64"
+        return builder.call(builder.module.declare_intrinsic(full_name, fnty=function), vectors)
+
+    return generate
 
 
-def _lower(generate):
-    """Return numba's function that generates code of vectors; single numbers are repeated."""
+def _told_of_choices(told):
+    """Make an intrinsic that tells yes or no of choices; ``told`` compares their word of bits."""
+
+    def generate(builder, choices):
+        word = ir.IntType(choices.type.count)
+        return builder.icmp_unsigned(*told(word, builder.bitcast(choices, word)))
+
+    def typed(typing_context, a):
+        is_right = isinstance(a, LaneChoices)
+        return (types.boolean(a), lower_of(generate)) if is_right else None
+
+    return intrinsic(typed)
+
+
+def _at(context, builder, array, data, place, kind=None):
+    """Return a pointer to a place of an array, as one to a ``kind`` of LLVM's if that is given."""
+    pointer = builder.gep(context.make_array(array)(context, builder, data).data, [place])
+    return pointer if kind is None else builder.bitcast(pointer, kind.as_pointer())
+
+
+def _loader(width):
+    """Make an intrinsic that returns so many numbers of an array."""
+    vector = ir.VectorType(ir.DoubleType(), width)
 
     def lower(context, builder, signature, arguments):
-        vectors = [
-            repeated(builder, value, LANES) if isinstance(kind, types.Float) else value
-            for kind, value in zip(signature.args, arguments, strict=True)
-        ]
-        return generate(builder, *vectors)
+        array, first = arguments
+        pointer = _at(context, builder, signature.args[0], array, first, vector)
+        return builder.load(pointer, align=_NUMBER_BYTES)
 
-    return lower
+    def typed(typing_context, array, first):
+        return (LaneNumbers(width)(array, types.intp), lower) if _is_flat(array) else None
 
-
-def _of_one(generate, kind=_numbers, result=_numbers):
-    """Make an intrinsic of one argument; ``generate`` takes a builder and vectors."""
-
-    def typer(typing_context, a):
-        return (result(a), _lower(generate)) if a == kind else None
-
-    return intrinsic(typer)
+    return intrinsic(typed)
 
 
-def _are_numbers(*kinds):
-    """Return whether the types are numbers, some of them lanes."""
-    return _numbers in kinds and all(k == _numbers or isinstance(k, types.Float) for k in kinds)
+def _storer(write, kind, of_array):
+    """Make an intrinsic that writes lanes of a kind; ``write`` takes a builder, what, and where.
+
+    ``of_array`` is the type of the array's elements.
+    """
+
+    def lower(context, builder, signature, arguments):
+        array, first, vector = arguments
+        kind_of_array = signature.args[0]
+        write(builder, vector, lambda to: _at(context, builder, kind_of_array, array, first, to))
+        return context.get_dummy_value()
+
+    def typed(typing_context, array, first, lanes):
+        is_right = isinstance(lanes, kind) and _is_flat(array, of_array)
+        return (types.void(array, types.intp, lanes), lower) if is_right else None
+
+    return intrinsic(typed)
 
 
-def _of_two(generate, result=_numbers):
-    """Make an intrinsic of two arguments, one of them lanes at least."""
-
-    def typer(typing_context, a, b):
-        return (result(a, b), _lower(generate)) if _are_numbers(a, b) else None
-
-    return intrinsic(typer)
+def _store(builder, vector, pointer_to):
+    builder.store(vector, pointer_to(vector.type), align=_NUMBER_BYTES)
 
 
-def _are_choices(*kinds):
-    return all(kind == _choices for kind in kinds)
+def _stream(builder, vector, pointer_to):
+    kind = vector.type
+    written = builder.store(vector, pointer_to(kind), align=_NUMBER_BYTES * kind.count)
+    one = builder.module.add_metadata([ir.Constant(ir.IntType(32), 1)])
+    written.set_metadata("nontemporal", one)
 
 
-def _of_choices(generate):
-    """Make an intrinsic of two choices."""
-
-    def typer(typing_context, a, b):
-        return (_choices(a, b), _lower(generate)) if _are_choices(a, b) else None
-
-    return intrinsic(typer)
+def _store_bytes(builder, choices, pointer_to):
+    kind = ir.VectorType(ir.IntType(8), choices.type.count)
+    builder.store(builder.zext(choices, kind), pointer_to(kind), align=1)
 
 
-def _overload(operation, code, are_right):
-    """Let an operator mean an intrinsic, for arguments of the right types."""
-
-    @overload(operation)
-    def of_lanes(a, b):
-        return (lambda a, b: code(a, b)) if are_right(a, b) else None  # noqa: PLW0108 - numba's form
-
-
-def _call(builder, name, *vectors):
-    kind = ir.FunctionType(_NUMBERS, [_NUMBERS] * len(vectors))
-    return builder.call(builder.module.declare_intrinsic(name, fnty=kind), vectors)
-
-
-def _place(context, builder, signature, arguments):
-    data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-    return builder.bitcast(builder.gep(data, [arguments[1]]), _NUMBERS.as_pointer())
-
-
-def _bits(builder, choices):
-    return builder.bitcast(choices, _BITS)
+def _shuffled(places):
+    """Return what generates the numbers at these places of two vectors, one after the other."""
+    mask = ir.Constant(ir.VectorType(ir.IntType(32), len(places)), list(places))
+    return lambda builder, x, y: builder.shuffle_vector(x, y, mask)
 
 
 if numba_config.DISABLE_JIT:
 
     def every(number):
-        """Return lanes that all have one number."""
+        """Return eight lanes that all have one number."""
         return np.full(LANES, number)
 
+    def as_lanes(numbers):
+        """Return lanes of the numbers of a tuple."""
+        return np.array(numbers)
+
     def load_lanes(array, first):
-        """Return eight numbers of an array, counted flat."""
+        """Return eight numbers of an array."""
         return array.flat[first : first + LANES].copy()
 
+    def load_four(array, first):
+        """Return four numbers of an array."""
+        return array.flat[first : first + FOUR].copy()
+
     def store_lanes(array, first, lanes):
-        """Write eight numbers into an array, counted flat."""
-        array.flat[first : first + LANES] = lanes
+        """Write lanes into an array."""
+        array.flat[first : first + len(lanes)] = lanes
+
+    stream_lanes = store_choices = store_lanes
 
     def load_number(array, place):
-        """Return the number at a place of an array, counted flat."""
+        """Return the number at a place of an array."""
         return array.flat[place]
 
     def store_number(array, place, number):
-        """Write a number to a place of an array, counted flat."""
+        """Write a number to a place of an array."""
         array.flat[place] = number
 
     def root(lanes):
         """Return the square roots."""
         with np.errstate(invalid="ignore"):
             return np.sqrt(lanes)
+
+    def larger(a, b):
+        """Return the larger of the numbers of each lane; b where one is nan."""
+        return np.where(a > b, a, b)
+
+    def smaller(a, b):
+        """Return the smaller of the numbers of each lane; b where one is nan."""
+        return np.where(a < b, a, b)
+
+    def reordering(*places):
+        """Return what gives kernels the numbers of lanes in another order."""
+        return lambda lanes: lanes[list(places)]
+
+    def merging(*places):
+        """Return what gives kernels numbers of two lanes, the second's after the first's."""
+        return lambda a, b: np.concatenate([a, b])[list(places)]
 
     magnitude = np.abs
     with_sign = np.copysign
@@ -171,110 +229,92 @@ else:
 
     @intrinsic
     def every(typing_context, number):
-        """Return lanes that all have one number."""
+        """Return eight lanes that all have one number."""
 
         def lower(context, builder, signature, arguments):
             return repeated(builder, arguments[0], LANES)
 
-        return _numbers(types.float64), lower
+        return LaneNumbers(LANES)(types.float64), lower
 
     @intrinsic
-    def load_lanes(typing_context, array, first):
-        """Return eight numbers of a contiguous array, counted flat."""
+    def as_lanes(typing_context, numbers):
+        """Return lanes of the numbers of a tuple."""
+        if not isinstance(numbers, containers.UniTuple) or numbers.dtype != types.float64:
+            return None
+        kind = LaneNumbers(len(numbers))
 
         def lower(context, builder, signature, arguments):
-            return builder.load(_place(context, builder, signature, arguments), align=8)
+            vector = ir.Constant(context.get_value_type(kind), ir.Undefined)
+            for k in range(kind.width):
+                number = builder.extract_value(arguments[0], k)
+                vector = builder.insert_element(vector, number, ir.Constant(ir.IntType(32), k))
+            return vector
 
-        return _numbers(array, types.intp), lower
-
-    @intrinsic
-    def store_lanes(typing_context, array, first, lanes):
-        """Write eight numbers into a contiguous array, counted flat."""
-
-        def lower(context, builder, signature, arguments):
-            place = _place(context, builder, signature, arguments)
-            builder.store(arguments[2], place, align=8)
-            return context.get_dummy_value()
-
-        return types.void(array, types.intp, _numbers), lower
+        return kind(numbers), lower
 
     @intrinsic
     def load_number(typing_context, array, place):
-        """Return the number at a place of a contiguous array, counted flat."""
+        """Return the number at a place of an array."""
 
         def lower(context, builder, signature, arguments):
-            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-            return builder.load(builder.gep(data, [arguments[1]]))
+            return builder.load(_at(context, builder, signature.args[0], *arguments))
 
-        return types.float64(array, types.intp), lower
+        return (types.float64(array, types.intp), lower) if _is_flat(array) else None
 
     @intrinsic
     def store_number(typing_context, array, place, number):
-        """Write a number to a place of a contiguous array, counted flat."""
+        """Write a number to a place of an array."""
 
         def lower(context, builder, signature, arguments):
-            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-            builder.store(arguments[2], builder.gep(data, [arguments[1]]))
+            *where, value = arguments
+            builder.store(value, _at(context, builder, signature.args[0], *where))
             return context.get_dummy_value()
 
-        return types.void(array, types.intp, types.float64), lower
+        kinds = (array, types.intp, types.float64)
+        return (types.void(*kinds), lower) if _is_flat(array) else None
 
     @intrinsic
     def select(typing_context, choices, a, b):
         """Return a where a lane is chosen, else b."""
+        kind = are_numbers(a, b)
+        if kind is None or choices != LaneChoices(kind.width):
+            return None
 
         def lower(context, builder, signature, arguments):
-            chosen = arguments[0]
-            return _lower(lambda _, x, y: builder.select(chosen, x, y))(
-                context, builder, types.none(*signature.args[1:]), arguments[1:]
-            )
+            chosen, *values = arguments
+            return builder.select(chosen, *vectors_of(builder, signature.args[1:], values))
 
-        is_right = choices == _choices and _are_numbers(a, b)
-        return (_numbers(choices, a, b), lower) if is_right else None
+        return kind(choices, a, b), lower
 
-    root = _of_one(lambda b, x: _call(b, f"llvm.sqrt.v{LANES}f64", x))
-    magnitude = _of_one(lambda b, x: _call(b, f"llvm.fabs.v{LANES}f64", x))
-    with_sign = _of_two(lambda b, x, y: _call(b, f"llvm.copysign.v{LANES}f64", x, y))
-    any_of = _of_one(
-        lambda b, x: b.icmp_unsigned("!=", _bits(b, x), ir.Constant(_BITS, 0)),
-        _choices,
-        types.boolean,
+    def reordering(*places):
+        """Return what gives kernels the numbers of lanes in another order."""
+        shuffled = _shuffled(places)
+        lower = lower_of(lambda builder, x: shuffled(builder, x, x))
+
+        def typed(typing_context, lanes):
+            return (LaneNumbers(len(places))(lanes), lower) if _is_lanes(lanes) else None
+
+        return intrinsic(typed)
+
+    def merging(*places):
+        """Return what gives kernels numbers of two lanes, the second's after the first's."""
+        lower = lower_of(_shuffled(places))
+
+        def typed(typing_context, a, b):
+            return (LaneNumbers(len(places))(a, b), lower) if _is_lanes(a) and a == b else None
+
+        return intrinsic(typed)
+
+    load_lanes, load_four = _loader(LANES), _loader(FOUR)
+    store_lanes = _storer(_store, LaneNumbers, types.float64)
+    stream_lanes = _storer(_stream, LaneNumbers, types.float64)
+    store_choices = _storer(_store_bytes, LaneChoices, types.boolean)
+    root = _of_numbers(_llvm("sqrt"), 1)
+    magnitude = _of_numbers(_llvm("fabs"), 1)
+    with_sign = _of_numbers(_llvm("copysign"), 2)
+    larger = _of_numbers(lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y), 2)
+    smaller = _of_numbers(lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y), 2)
+    any_of = _told_of_choices(lambda word, bits: ("!=", bits, ir.Constant(word, 0)))
+    all_of = _told_of_choices(
+        lambda word, bits: ("==", bits, ir.Constant(word, 2**word.width - 1))
     )
-    all_of = _of_one(
-        lambda b, x: b.icmp_unsigned("==", _bits(b, x), ir.Constant(_BITS, 2**LANES - 1)),
-        _choices,
-        types.boolean,
-    )
-
-    for _operation, _generate in (
-        (operator.add, lambda b, x, y: b.fadd(x, y)),
-        (operator.sub, lambda b, x, y: b.fsub(x, y)),
-        (operator.mul, lambda b, x, y: b.fmul(x, y)),
-        (operator.truediv, lambda b, x, y: b.fdiv(x, y)),
-    ):
-        _overload(_operation, _of_two(_generate), _are_numbers)
-    for _operation, _sign in (
-        (operator.lt, "<"),
-        (operator.le, "<="),
-        (operator.gt, ">"),
-        (operator.ge, ">="),
-        (operator.eq, "=="),
-    ):
-        _compare = _of_two(lambda b, x, y, sign=_sign: b.fcmp_ordered(sign, x, y), _choices)
-        _overload(_operation, _compare, _are_numbers)
-    for _operation, _generate in (
-        (operator.and_, lambda b, x, y: b.and_(x, y)),
-        (operator.or_, lambda b, x, y: b.or_(x, y)),
-    ):
-        _overload(_operation, _of_choices(_generate), _are_choices)
-
-    _inverse = _of_one(lambda b, x: b.not_(x), _choices, _choices)
-    _negative = _of_one(lambda b, x: b.fneg(x))
-
-    @overload(operator.invert)
-    def _inverted(a):
-        return (lambda a: _inverse(a)) if a == _choices else None  # noqa: PLW0108 - numba's form
-
-    @overload(operator.neg)
-    def _negated(a):
-        return (lambda a: _negative(a)) if a == _numbers else None  # noqa: PLW0108
