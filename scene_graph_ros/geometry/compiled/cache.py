@@ -29,7 +29,7 @@ from typing import Any
 import warnings
 
 import numba
-from numba.core import caching, sigutils
+from numba.core import caching, serialize, sigutils
 import numba.core.config as numba_config
 from numba.core.types import containers
 
@@ -40,6 +40,7 @@ __all__ = [
     "cache_problem",
     "cache_root",
     "digest_of_everything",
+    "name_by_what_it_holds",
 ]
 
 # Flags that are not given are inherited from the caller that happens to trigger the compilation,
@@ -171,6 +172,36 @@ def _fields(given: Any) -> list[Any]:
     return []
 
 
+def _held_by(function: Any) -> list[Any]:
+    """List what a function holds of the function around it: kernels and other values.
+
+    Numba pickles that, and a pickled kernel is another one in each process. Here a kernel is told
+    by its name, by what its module depends on, which the other's need not import, and by what it
+    holds itself.
+    """
+    held: list[Any] = []
+    for cell in function.__closure__ or ():
+        value = cell.cell_contents
+        made_of = getattr(value, "py_func", None)
+        if made_of is None:
+            held.append(hashlib.blake2b(serialize.dumps(value)).hexdigest())
+        else:
+            module, name = made_of.__module__, made_of.__qualname__
+            held.append((module, name, _digest(module), _held_by(made_of)))
+    return held
+
+
+def name_by_what_it_holds(function: Any) -> None:
+    """Give a function that holds something a name of its own among those made as it was.
+
+    The name is that of its machine code, in which a number tells functions of one name apart. Two
+    processes may give the same number to two of them, and a third loads both.
+    """
+    if function.__closure__:
+        held = repr(_held_by(function)).encode()
+        function.__qualname__ += f"_{hashlib.blake2b(held, digest_size=8).hexdigest()}"
+
+
 class KernelCache(caching.FunctionCache):
     """The cache of one kernel's machine code, for every combination of types."""
 
@@ -200,7 +231,9 @@ class KernelCache(caching.FunctionCache):
 
     def _index_key(self, sig: Any, codegen: Any) -> Any:
         arguments, _ = sigutils.normalize_signature(sig)
-        return (*super()._index_key(sig, codegen), repr(_fields(arguments)))
+        code = hashlib.sha256(self._py_func.__code__.co_code).hexdigest()
+        held = repr(_held_by(self._py_func))
+        return (sig, codegen.magic_tuple(), code, held, repr(_fields(arguments)))
 
 
 @functools.cache

@@ -9,7 +9,11 @@ import numba
 from numba import types
 import numba.core.config as numba_config
 
-from scene_graph_ros.geometry.compiled.cache import FLAGS, KernelCache
+from scene_graph_ros.geometry.compiled.cache import (
+    FLAGS,
+    KernelCache,
+    name_by_what_it_holds,
+)
 
 __all__ = [
     "compilation_count",
@@ -79,6 +83,7 @@ def lean_kernel(function: Callable[..., Any]) -> Any:
 def _compiled(function: Callable[..., Any], flags: dict[str, Any]) -> Any:
     if numba_config.DISABLE_JIT:
         return function
+    name_by_what_it_holds(function)
     dispatcher = numba.njit(**flags)(function)
     _forget_literals(dispatcher)
     dispatcher._cache = KernelCache(function)  # as numba's enable_caching, with a cache of ours

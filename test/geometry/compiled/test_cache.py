@@ -129,6 +129,38 @@ def test_processes_that_compile_one_kernel_at_once_keep_each_others_work(tmp_pat
     assert _answer(_start(script, "(3, 0.5)", tmp_path / "cache")) == "6 1.0 0"
 
 
+_MADE = """
+from scene_graph_ros.geometry.compiled import kernel
+
+def made(change, summand):
+    @kernel.kernel
+    def changed(x):
+        return change(x) + summand
+
+    return changed
+
+@kernel.kernel
+def doubled(x):
+    return x + x
+
+@kernel.kernel
+def squared(x):
+    return x * x
+
+functions = [made(made(doubled, 1), 1), made(made(squared, 1), 1), made(squared, 2)]
+names = {function.py_func.__qualname__ for function in functions}
+print(*(function(5) for function in functions), kernel.compilation_count(), len(names))
+"""
+
+
+def test_kernels_made_around_kernels_are_found_again_and_told_apart(tmp_path):
+    """A function that makes kernels gives each its own code and name, in each process the same."""
+    script = tmp_path / "module.py"
+    script.write_text(_MADE)
+    assert _answer(_start(script, "", tmp_path / "cache")) == "12 27 27 7 3"
+    assert _answer(_start(script, "", tmp_path / "cache")) == "12 27 27 0 3"
+
+
 _KERNEL = """
 from scene_graph_ros.geometry.compiled import kernel
 
