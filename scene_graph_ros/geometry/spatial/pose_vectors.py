@@ -4,7 +4,17 @@ The compiler finds no such instructions in loops over rows and columns of single
 are C-contiguous, ``(n, 4, 4)``.
 """
 
-from scene_graph_ros.geometry.compiled.code import ARRAY, generated, PLACE, YES_OR_NO
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    all_of,
+    any_of,
+    as_lanes,
+    load_four,
+    load_number,
+    magnitude,
+    reordering,
+    store_lanes,
+)
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
     ROTATION_DEFECT,
@@ -27,114 +37,82 @@ INVALID = 2
 
 _POSE = 16
 """Numbers of a pose."""
-_NEXT = (1, 2, 0, 3)
-_BEFORE = (2, 0, 1, 3)
+_BOTTOM = (0.0, 0.0, 0.0, 1.0)
+_UNIT_COLUMNS = (1.0, 1.0, 1.0, 0.0)
+_MAX_SQUARE = MAX_COORDINATE * MAX_COORDINATE
+_VALID = (ROTATION_DEFECT, ROTATION_DEFECT, ROTATION_DEFECT, _MAX_SQUARE)
+_SMOOTH = (ROTATION_ROUNDING, ROTATION_ROUNDING, ROTATION_ROUNDING, _MAX_SQUARE)
+"""How far squares of columns may be from those of unit columns, and that of the place from 0."""
+
+_ahead, _behind = reordering(1, 2, 0, 3), reordering(2, 0, 1, 3)
 """Columns of a row, the first three in a circle."""
 
 
-def _rows(pose):
-    return [pose.vector(4 * row, 4) for row in range(3)]
+@inlined_kernel
+def _load_rows(X, i):
+    at = i * _POSE
+    return load_four(X, at), load_four(X, at + 4), load_four(X, at + 8)
 
 
-def _write(code, rows, pose):
+@inlined_kernel
+def _store_rows(rows, X, i):
     """Write the first three rows of a pose, and the last as it has to be."""
-    for row, vector in enumerate([*rows, code.numbers(0.0, 0.0, 0.0, 1.0)]):
-        pose.write(4 * row, vector)
+    at = i * _POSE
+    store_lanes(X, at, rows[0])
+    store_lanes(X, at + 4, rows[1])
+    store_lanes(X, at + 8, rows[2])
+    store_lanes(X, at + 12, as_lanes(_BOTTOM))
 
 
-def _compose_plainly(X_AB, i, X_BC, j, X_AC, k):
-    x, y, z = [[X_BC[j, row, column] for column in range(4)] for row in range(3)]
-    for row in range(3):
-        r0, r1, r2, p = [X_AB[i, row, column] for column in range(4)]
-        for column in range(4):
-            offset = p if column == 3 else 0.0
-            X_AC[k, row, column] = r0 * x[column] + r1 * y[column] + r2 * z[column] + offset
-    for column in range(4):
-        X_AC[k, 3, column] = 1.0 if column == 3 else 0.0
-
-
-def _copy_plainly(X, i, copy, k):
-    copy[k, :3] = X[i, :3]
-    copy[k, 3] = [0.0, 0.0, 0.0, 1.0]
-
-
-def _remember_plainly(X, i, known, k):
-    is_other = bool((X[i, :3] != known[k, :3]).any())
-    _copy_plainly(X, i, known, k)
-    return is_other
-
-
-def _defects_plainly(X, i):
-    R, p, bottom = X[i, :3, :3], X[i, :3, 3], X[i, 3]
-    # As below: the sums over rows, one after the other.
-    defect = abs(R[0, :, None] * R[0] + R[1, :, None] * R[1] + R[2, :, None] * R[2])
-    for axis in range(3):
-        square = R[0, axis] ** 2 + R[1, axis] ** 2 + R[2, axis] ** 2
-        defect[axis, axis] = abs(square - 1.0)
-    volume = R[0] @ [
-        R[1, 1] * R[2, 2] - R[1, 2] * R[2, 1],
-        R[1, 2] * R[2, 0] - R[1, 0] * R[2, 2],
-        R[1, 0] * R[2, 1] - R[1, 1] * R[2, 0],
-    ]
-    is_valid = (
-        (defect <= ROTATION_DEFECT).all()
-        and (abs(bottom - [0.0, 0.0, 0.0, 1.0]) <= ROTATION_DEFECT).all()
-        and p @ p <= MAX_COORDINATE * MAX_COORDINATE
-        and volume >= 0.0
+@inlined_kernel
+def _row_of_product(X_AB, at, rows):
+    """Return the row at ``X_AB.flat[at]``, of a pose, times the pose of these rows."""
+    p = load_number(X_AB, at + 3)
+    return (
+        load_number(X_AB, at) * rows[0]
+        + load_number(X_AB, at + 1) * rows[1]
+        + load_number(X_AB, at + 2) * rows[2]
+        + as_lanes((0.0, 0.0, 0.0, p))
     )
-    is_smooth = (defect <= ROTATION_ROUNDING).all()
-    return (0 if is_smooth else ROUGH) | (0 if is_valid else INVALID)
 
 
-@generated(ARRAY, PLACE, ARRAY, PLACE, ARRAY, PLACE, plain=_compose_plainly)
-def compose_pose(code, X_AB, i, X_BC, j, X_AC, k):
+@inlined_kernel
+def compose_pose(X_AB, i, X_BC, j, X_AC, k):
     """Write ``X_AB[i] X_BC[j]`` to ``X_AC[k]``."""
-    left, axes = X_AB.start(i * _POSE), _rows(X_BC.start(j * _POSE))
-    rows = []
-    for row in range(3):
-        factors = [left.number(4 * row + column) for column in range(4)]
-        terms = [code.repeated(factors[axis], 4) * axes[axis] for axis in range(3)]
-        offset = code.replaced(code.numbers(0.0, 0.0, 0.0, 0.0), 3, factors[3])
-        rows.append(code.sum([*terms, offset]))
-    _write(code, rows, X_AC.start(k * _POSE))
+    at, rows = i * _POSE, _load_rows(X_BC, j)
+    x = _row_of_product(X_AB, at, rows)
+    y = _row_of_product(X_AB, at + 4, rows)
+    z = _row_of_product(X_AB, at + 8, rows)
+    _store_rows((x, y, z), X_AC, k)
 
 
-@generated(ARRAY, PLACE, ARRAY, PLACE, plain=_copy_plainly)
-def copy_pose(code, X, i, copy, k):
+@inlined_kernel
+def copy_pose(X, i, copy, k):
     """Write ``X[i]`` to ``copy[k]``, with a last row as it has to be."""
-    _write(code, _rows(X.start(i * _POSE)), copy.start(k * _POSE))
+    _store_rows(_load_rows(X, i), copy, k)
 
 
-@generated(ARRAY, PLACE, ARRAY, PLACE, plain=_remember_plainly, returns=YES_OR_NO)
-def remember_pose(code, X, i, known, k):
+@inlined_kernel
+def remember_pose(X, i, known, k):
     """Write ``X[i]`` to ``known[k]``; return whether another pose was there."""
-    rows, place = _rows(X.start(i * _POSE)), known.start(k * _POSE)
-    x, y, z = [row.differs(before) for row, before in zip(rows, _rows(place), strict=True)]
-    _write(code, rows, place)
-    return code.any_of(x | y | z)
+    rows, before = _load_rows(X, i), _load_rows(known, k)
+    _store_rows(rows, known, k)
+    return any_of((rows[0] != before[0]) | (rows[1] != before[1]) | (rows[2] != before[2]))
 
 
-@generated(ARRAY, PLACE, plain=_defects_plainly, returns=PLACE)
-def pose_defects(code, X, i):
+@inlined_kernel
+def pose_defects(X, i):
     """Return what there is against ``X[i]``: ROUGH, INVALID, both or 0."""
-    pose = X.start(i * _POSE)
-    rows = _rows(pose)
-    ahead, behind = [[code.reordered(row, order) for row in rows] for order in (_NEXT, _BEFORE)]
+    x, y, z = _load_rows(X, i)
+    y_ahead, z_ahead = _ahead(y), _ahead(z)
     # The squares of the columns, the last being the place, and the products of two of the others.
-    lengths = code.magnitude(code.dot(rows, rows) - code.numbers(1.0, 1.0, 1.0, 0.0))
-    angles = code.magnitude(code.dot(rows, ahead))
-    bottom = code.magnitude(pose.vector(12, 4) - code.numbers(0.0, 0.0, 0.0, 1.0))
-    far = MAX_COORDINATE * MAX_COORDINATE
-    valid, smooth = [
-        code.numbers(limit, limit, limit, far) for limit in (ROTATION_DEFECT, ROTATION_ROUNDING)
-    ]
+    lengths = magnitude(x * x + y * y + z * z - as_lanes(_UNIT_COLUMNS))
+    angles = magnitude(x * _ahead(x) + y * y_ahead + z * z_ahead)
+    bottom = magnitude(load_four(X, i * _POSE + 12) - as_lanes(_BOTTOM))
+    valid, smooth = as_lanes(_VALID), as_lanes(_SMOOTH)
     # Its last number is no part of the determinant, whatever it is.
-    volume = rows[0] * (ahead[1] * behind[2] - behind[1] * ahead[2])
-    is_valid = code.all_of(
-        (lengths <= valid) & (angles <= valid) & (bottom <= ROTATION_DEFECT)
-    ) & (code.sum([volume[column] for column in range(3)]) >= 0.0)
-    is_smooth = code.all_of((lengths <= smooth) & (angles <= smooth))
-    none = code.place(0)
-    return code.select(is_smooth, none, code.place(ROUGH)) | code.select(
-        is_valid, none, code.place(INVALID)
-    )
+    volume = x * (y_ahead * _behind(z) - _behind(y) * z_ahead)
+    is_valid = all_of((lengths <= valid) & (angles <= valid) & (bottom <= ROTATION_DEFECT))
+    is_valid &= volume[0] + volume[1] + volume[2] >= 0.0
+    is_smooth = all_of((lengths <= smooth) & (angles <= smooth))
+    return (0 if is_smooth else ROUGH) | (0 if is_valid else INVALID)
