@@ -4,63 +4,74 @@ Points come in groups of GROUP: their x, then their y, then their z, then GROUP 
 not looked at.
 """
 
-import numpy as np
-
-from scene_graph_ros.geometry.compiled.code import ARRAY, generated, NUMBER, PLACE
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    as_lanes,
+    LANES,
+    load_lanes,
+    reordering,
+    select,
+)
 
 __all__ = ["GROUP", "furthest_of_groups"]
 
-GROUP = 8
+GROUP = LANES
 _STRIDE = 4 * GROUP
+_NUMBERS = tuple(float(lane) for lane in range(GROUP))
+
+_half_ahead, _quarter_ahead = [
+    reordering(*[(lane + part) % GROUP for lane in range(GROUP)])
+    for part in (GROUP // 2, GROUP // 4)
+]
 
 
-def _furthest_plainly(blocks, first, groups, x, y, z):
-    points = blocks[first : first + _STRIDE * groups].reshape(groups, 4, GROUP)
-    along = points[:, 0] * x + points[:, 1] * y + points[:, 2] * z
-    group, lane = divmod(int(np.argmax(along)), GROUP)
-    return first + _STRIDE * group + lane
+@inlined_kernel
+def _along(blocks, at, axes):
+    """Return how far the points of a group lie along a direction."""
+    return (
+        load_lanes(blocks, at) * axes[0]
+        + load_lanes(blocks, at + GROUP) * axes[1]
+        + load_lanes(blocks, at + 2 * GROUP) * axes[2]
+    )
 
 
+@inlined_kernel
 def _is_later(heights, places, other_heights, other_places):
     """Return where others are to be taken: they are higher, or as high and before."""
-    is_higher, is_tied = other_heights > heights, other_heights.equals(heights)
-    return is_higher | (is_tied & (other_places < places))
+    is_tied = other_heights == heights
+    return (other_heights > heights) | (is_tied & (other_places < places))
 
 
-def _first_of_highest(code, heights, places):
-    """Return the place of the largest height, the lowest of several, by halving the vectors.
+@inlined_kernel
+def _first_of_highest(heights, places):
+    """Return the place of the largest height, the lowest of several, by halving the lanes.
 
     The last two are compared as numbers: LLVM 22 drops a part of the comparison of vectors of
     which one element is taken.
     """
-    for half in (GROUP // 2, GROUP // 4):
-        order = [(lane + half) % GROUP for lane in range(GROUP)]
-        others, other_places = code.reordered(heights, order), code.reordered(places, order)
-        is_other = _is_later(heights, places, others, other_places)
-        heights = code.select(is_other, others, heights)
-        places = code.select(is_other, other_places, places)
+    others, other_places = _half_ahead(heights), _half_ahead(places)
+    is_other = _is_later(heights, places, others, other_places)
+    heights, places = select(is_other, others, heights), select(is_other, other_places, places)
+    others, other_places = _quarter_ahead(heights), _quarter_ahead(places)
+    is_other = _is_later(heights, places, others, other_places)
+    heights, places = select(is_other, others, heights), select(is_other, other_places, places)
     is_other = _is_later(heights[0], places[0], heights[1], places[1])
-    return code.select(is_other, places[1], places[0])
+    return int(places[1] if is_other else places[0])
 
 
-@generated(ARRAY, PLACE, PLACE, *[NUMBER] * 3, plain=_furthest_plainly, returns=PLACE)
-def furthest_of_groups(code, blocks, first, groups, x, y, z):
+@inlined_kernel
+def furthest_of_groups(blocks, first, groups, x, y, z):
     """Return the place of the x of the point furthest along (x, y, z), of at least one group.
 
     Of points that lie as far it is the first.
     """
-    axes = [code.repeated(number, GROUP) for number in (x, y, z)]
-    lanes = code.places(*range(GROUP))
-
-    def along(at):
-        return code.dot([blocks.vector(at + GROUP * axis, GROUP) for axis in range(3)], axes)
-
-    best, where = code.kept(along(first)), code.kept(code.repeated(first, GROUP) + lanes)
-    with code.loop(groups, start=1) as group:
-        at = first + group * _STRIDE
-        heights, known = along(at), best.read()
-        is_higher = heights > known
-        best.write(code.select(is_higher, heights, known))
-        places = code.repeated(at, GROUP) + lanes
-        where.write(code.select(is_higher, places, where.read()))
-    return _first_of_highest(code, best.read(), where.read())
+    axes = (x, y, z)
+    lanes = as_lanes(_NUMBERS)
+    best, where, start = _along(blocks, first, axes), lanes, 0.0
+    for group in range(1, groups):
+        heights = _along(blocks, first + group * _STRIDE, axes)
+        start += _STRIDE
+        is_higher = heights > best
+        best = select(is_higher, heights, best)
+        where = select(is_higher, start + lanes, where)
+    return first + _first_of_highest(best, where)
