@@ -3,150 +3,125 @@
 Eight lanes are in a register each, with all that is known of them, while the corners pass by.
 """
 
-import numpy as np
-
-from scene_graph_ros.geometry.compiled.code import ARRAY, generated, PLACE
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    every,
+    larger,
+    load_lanes,
+    load_number,
+    select,
+    store_lanes,
+)
 from scene_graph_ros.geometry.compiled.streams import LINE
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
-from scene_graph_ros.geometry.tables.hull_blocks import vertex
+from scene_graph_ros.geometry.spatial.vectors import dot, subtract
 from scene_graph_ros.geometry.tables.vertex_scan import GROUP
 
 __all__ = ["scan_corners_of_hull", "scan_corners_of_tile"]
 
-_TOGETHER = 2
-"""Registers of lanes that each corner is shown to at once, so that they need not wait."""
 _STRIDE = 4 * GROUP
 _GROUP_BITS = 3
-_POINT, _NEAREST, _WAY, _HEIGHT, _BEST, _REACH = (0, 7, 14, 17, 18, 19)
+_POINT, _NEAREST, _WAY, _HEIGHT, _BEST, _REACH = (LANES * k for k in (0, 7, 14, 17, 18, 19))
 """Numbers of a lane, as in ``hull_lanes``."""
 
 
-def _along(corner, way):
-    return corner[0] * way[0] + corner[1] * way[1] + corner[2] * way[2]
+@inlined_kernel
+def _load(lanes, at):
+    return load_lanes(lanes, at), load_lanes(lanes, at + LANES), load_lanes(lanes, at + 2 * LANES)
 
 
-def _scan_plainly(lanes, corners):
-    """Scan ``corners`` (k, 3, lanes); the others below say what is done."""
-    numbers = lanes.reshape(-1, LANES)
-    point = numbers[_POINT : _POINT + 3]
-    best = np.argmax([_along(corner, point - corners[0]) for corner in corners], axis=0)
-    nearest = corners[best, :, np.arange(LANES)].T
-    way = point - nearest
-    numbers[_NEAREST : _NEAREST + 3], numbers[_WAY : _WAY + 3] = nearest, way
-    numbers[_BEST], numbers[_REACH] = best, _along(nearest, way)
-    heights = [_along(corner, way) for corner in corners]
-    numbers[_HEIGHT] = np.max([numbers[_REACH], *heights], axis=0)
+@inlined_kernel
+def _store(lanes, at, v):
+    store_lanes(lanes, at, v[0])
+    store_lanes(lanes, at + LANES, v[1])
+    store_lanes(lanes, at + 2 * LANES, v[2])
 
 
-def _scan_hull_plainly(lanes, blocks, first, count):
-    places = [first + _STRIDE * (k // GROUP) + k % GROUP for k in range(count)]
-    corners = np.array([vertex(blocks, place) for place in places])
-    _scan_plainly(lanes, np.repeat(corners[:, :, None], LANES, axis=2))
+@inlined_kernel
+def _take_higher(best, way, number, corner):
+    """Return (height, number, corner) of the higher of the best corner and another."""
+    height = dot(corner, way)
+    is_higher = height > best[0]
+    x, y, z = best[2]
+    return (
+        select(is_higher, height, best[0]),
+        select(is_higher, number, best[1]),
+        (
+            select(is_higher, corner[0], x),
+            select(is_higher, corner[1], y),
+            select(is_higher, corner[2], z),
+        ),
+    )
 
 
-def _scan_tile_plainly(lanes, corners, tile, count):
-    _scan_plainly(lanes, corners[tile, :count])
+@inlined_kernel
+def _keep(lanes, lane, best):
+    """Write what is known of the best corner; return (way from it to the point, its height)."""
+    _, number, corner = best
+    way = subtract(_load(lanes, _POINT + lane), corner)
+    reach = dot(corner, way)
+    _store(lanes, _NEAREST + lane, corner)
+    _store(lanes, _WAY + lane, way)
+    store_lanes(lanes, _BEST + lane, number)
+    store_lanes(lanes, _REACH + lane, reach)
+    return way, reach
 
 
-class _Scan:
-    """Writes the code for some registers of lanes; ``corner`` gives that of each, by number."""
+def _scanner(corner_of):
+    """Make a kernel that scans corners: ``corner_of(source, at, k, lane)`` is the k-th of lanes.
 
-    def __init__(self, code, lanes, first, corner):
-        self._code, self._lanes, self._corner = code, lanes, corner
-        self._firsts = [first + LINE * k for k in range(_TOGETHER)]
-
-    def _place(self, number, k):
-        return self._firsts[k] + number * LANES
-
-    def _write(self, number, k, vectors):
-        for axis, vector in enumerate(vectors):
-            self._lanes.write(self._place(number + axis, k), vector)
-
-    def _corners(self, number):
-        return [self._corner(number, first) for first in self._firsts]
-
-    def _way(self, k, corner):
-        point = [self._lanes.vector(self._place(_POINT + axis, k), LINE) for axis in range(3)]
-        return [p - c for p, c in zip(point, corner, strict=True)]
-
-    def _keep(self, vectors):
-        return [self._code.kept(vector) for vector in vectors]
-
-    def _take(self, is_taken, vectors, kept):
-        for vector, known in zip(vectors, kept, strict=True):
-            known.write(self._code.select(is_taken, vector, known.read()))
-
-    def _find(self, count):
-        """Find the corner furthest along the way from the first one; return all of it, kept."""
-        code, states, ways = self._code, [], []
-        for k, corner in enumerate(self._corners(code.place(0))):
-            way = self._way(k, corner)
-            ways.append(way)
-            zero = code.numbers(*[0.0] * LINE)
-            states.append(self._keep([code.dot(corner, way), zero, *corner]))
-        with code.loop(count, start=1) as index:
-            number = code.repeated(code.real(index), LINE)
-            corners = self._corners(index)
-            for corner, way, state in zip(corners, ways, states, strict=True):
-                height = code.dot(corner, way)
-                is_higher = height > state[0].read()
-                self._take(is_higher, [height, number, *corner], state)
-        return states
-
-    def _look_beyond(self, count, ways, reaches):
-        """Return the height of the furthest corner along each way, kept."""
-        code, heights = self._code, self._keep(reaches)
-        with code.loop(count) as index:
-            corners = self._corners(index)
-            for corner, way, known in zip(corners, ways, heights, strict=True):
-                height = code.dot(corner, way)
-                self._take(height > known.read(), [height], [known])
-        return heights
-
-    def write(self, count):
-        """Write all that ``scan_corners_of_hull`` finds."""
-        code, ways, reaches = self._code, [], []
-        for k, state in enumerate(self._find(count)):
-            _, best, *corner = [known.read() for known in state]
-            way = self._way(k, corner)
-            reach = code.dot(corner, way)
-            ways.append(way)
-            reaches.append(reach)
-            for number, vectors in ((_NEAREST, corner), (_WAY, way), (_BEST, [best])):
-                self._write(number, k, vectors)
-            self._write(_REACH, k, [reach])
-        for k, known in enumerate(self._look_beyond(count, ways, reaches)):
-            self._write(_HEIGHT, k, [known.read()])
-
-
-def _scan(code, lanes, count, corner):
-    with code.loop(code.place(LANES // (LINE * _TOGETHER))) as index:
-        _Scan(code, lanes, index * (LINE * _TOGETHER), corner).write(count)
-
-
-@generated(ARRAY, ARRAY, PLACE, PLACE, plain=_scan_hull_plainly)
-def scan_corners_of_hull(code, lanes, blocks, first, count):
-    """Look at ``count`` corners of a hull, whose first is at the place ``first`` of a block.
-
-    For each lane is found the corner furthest along the way from the first one to the point,
-    the first of several: its coordinates, its number, the way from it to the point, how far
-    it lies along that way, and how far the furthest corner does.
+    Each corner is shown to two registers of lanes at once, so that they need not wait.
     """
 
-    def corner(number, _):
-        at = first + ((number >> _GROUP_BITS) * _STRIDE + (number & (GROUP - 1)))
-        return [code.repeated(blocks.number(at + GROUP * axis), LINE) for axis in range(3)]
+    @lean_kernel
+    def scan(lanes, source, at, count):
+        for a in range(0, LANES, 2 * LINE):
+            b = a + LINE
+            first_a, first_b = corner_of(source, at, 0, a), corner_of(source, at, 0, b)
+            way_a = subtract(_load(lanes, _POINT + a), first_a)
+            way_b = subtract(_load(lanes, _POINT + b), first_b)
+            best_a = (dot(first_a, way_a), every(0.0), first_a)
+            best_b = (dot(first_b, way_b), every(0.0), first_b)
+            for k in range(1, count):
+                number = float(k)
+                best_a = _take_higher(best_a, way_a, number, corner_of(source, at, k, a))
+                best_b = _take_higher(best_b, way_b, number, corner_of(source, at, k, b))
+            way_a, height_a = _keep(lanes, a, best_a)
+            way_b, height_b = _keep(lanes, b, best_b)
+            for k in range(count):
+                height_a = larger(dot(corner_of(source, at, k, a), way_a), height_a)
+                height_b = larger(dot(corner_of(source, at, k, b), way_b), height_b)
+            store_lanes(lanes, _HEIGHT + a, height_a)
+            store_lanes(lanes, _HEIGHT + b, height_b)
 
-    _scan(code, lanes, count, corner)
+    return scan
 
 
-@generated(ARRAY, ARRAY, PLACE, PLACE, plain=_scan_tile_plainly)
-def scan_corners_of_tile(code, lanes, corners, tile, count):
+@inlined_kernel
+def _corner_of_hull(blocks, first, k, lane):
+    at = first + (k >> _GROUP_BITS) * _STRIDE + (k & (GROUP - 1))
+    x, y = load_number(blocks, at), load_number(blocks, at + GROUP)
+    return every(x), every(y), every(load_number(blocks, at + 2 * GROUP))
+
+
+@inlined_kernel
+def _corner_of_tile(corners, start, k, lane):
+    return _load(corners, start + k * (3 * LANES) + lane)
+
+
+scan_corners_of_hull = _scanner(_corner_of_hull)
+"""Look at the corners of one hull: ``scan_corners_of_hull(lanes, blocks, first, count)``.
+
+The first corner is at the place ``first`` of the blocks. For each lane is found the corner that
+lies furthest along the way from the first one to the point, the first of several: its coordinates,
+its number, the way from it to the point, how far it lies along that way, and how far the furthest
+corner does.
+"""
+
+_scan_tile = _scanner(_corner_of_tile)
+
+
+@inlined_kernel
+def scan_corners_of_tile(lanes, corners, tile, count):
     """Do so with the first corners of each lane's hull, ``corners[tile, k, axis, lane]``."""
-    start = tile * (corners.shape[1] * (3 * LANES))
-
-    def corner(number, first):
-        at = start + number * (3 * LANES)
-        return [corners.vector(at + first + axis * LANES, LINE) for axis in range(3)]
-
-    _scan(code, lanes, count, corner)
+    _scan_tile(lanes, corners, tile * (corners.shape[1] * (3 * LANES)), count)
