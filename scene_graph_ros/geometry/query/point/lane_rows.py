@@ -5,7 +5,17 @@ the other, and a pose is a row of its own. Eight by eight, numbers are turned in
 registers, so that every line of the cache is read and written once.
 """
 
-from scene_graph_ros.geometry.compiled.code import ARRAY, ARRAYS, generated, PLACE
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    all_of,
+    every,
+    load_four,
+    load_lanes,
+    merging,
+    store_choices,
+    store_lanes,
+    stream_lanes,
+)
 from scene_graph_ros.geometry.query.point.lane_memory import LANE_ROWS, LANES
 
 __all__ = ["ANSWER", "SQUARE", "put_square", "stream_square", "take_square"]
@@ -19,129 +29,172 @@ SQUARE = LANE_ROWS
 
 _POSE = 16
 _UNIQUE = 7
-_ALL_UNIQUE = 0x0101010101010101
+
+_joined = merging(*range(SQUARE))
+_even, _odd = merging(0, 8, 2, 10, 4, 12, 6, 14), merging(1, 9, 3, 11, 5, 13, 7, 15)
+_first_pairs, _last_pairs = merging(0, 1, 8, 9, 4, 5, 12, 13), merging(2, 3, 10, 11, 6, 7, 14, 15)
 
 
-def _put_plainly(answers, first, columns, at, stride):
-    phi, p_GN, grad_W, unique = columns
-    for lane in range(SQUARE):
-        for row in range(SQUARE):
-            to, k = at + lane * stride + row, first + row * ANSWER + lane
-            phi[to], unique[to] = answers[k], answers[k + 7 * LANES] != 0.0
-            for axis in range(3):
-                p_GN[3 * to + axis] = answers[k + (1 + axis) * LANES]
-                grad_W[3 * to + axis] = answers[k + (4 + axis) * LANES]
+@inlined_kernel
+def _half_turned(array, places, start):
+    """Return four of the columns of vectors that begin at eight places, from ``start`` on."""
+    # Taking halves from memory is no work for the one unit that shuffles.
+    a = _joined(load_four(array, places[0] + start), load_four(array, places[4] + start))
+    b = _joined(load_four(array, places[1] + start), load_four(array, places[5] + start))
+    c = _joined(load_four(array, places[2] + start), load_four(array, places[6] + start))
+    d = _joined(load_four(array, places[3] + start), load_four(array, places[7] + start))
+    even, other_even, odd, other_odd = _even(a, b), _even(c, d), _odd(a, b), _odd(c, d)
+    return (
+        _first_pairs(even, other_even),
+        _first_pairs(odd, other_odd),
+        _last_pairs(even, other_even),
+        _last_pairs(odd, other_odd),
+    )
 
 
-def _take_plainly(X, rows, at, number, poses, to):
-    for lane in range(SQUARE):
-        given = X[rows.flat[at + lane]].flat[number : number + SQUARE]
-        poses[to + lane :: LANES][:SQUARE] = given
-
-
-def _both_halves(code, array, at, other, half):
-    """Return half of the vectors at two places, as one."""
-    width = SQUARE // 2
-    halves = [array.vector(start + half * width, width) for start in (at, other)]
-    return code.merged(*halves, range(SQUARE))
-
-
-def _turned(code, array, places):
+@inlined_kernel
+def _turned(array, places):
     """Return the eight columns of the vectors that begin at eight places of an array."""
-    columns = []
-    for half in (0, 1):
-        # Taking halves from memory is no work for the one unit that shuffles.
-        rows = [_both_halves(code, array, places[k], places[k + 4], half) for k in range(4)]
-        even, odd = [
-            [code.merged(rows[k], rows[k + 1], order) for k in (0, 2)]
-            for order in ((0, 8, 2, 10, 4, 12, 6, 14), (1, 9, 3, 11, 5, 13, 7, 15))
-        ]
-        for order in ((0, 1, 8, 9, 4, 5, 12, 13), (2, 3, 10, 11, 6, 7, 14, 15)):
-            columns += [code.merged(two[0], two[1], order) for two in (even, odd)]
-    return columns
+    return _half_turned(array, places, 0) + _half_turned(array, places, SQUARE // 2)
 
 
-class _Writer:
-    """Writes the code of ``put_square`` and ``stream_square``."""
-
-    def __init__(self, code, answers, first, columns, at, stride):
-        self._code, self._answers, self._first, self._columns = code, answers, first, columns
-        self._rows = [at]
-        """The first row of each lane."""
-        for _ in range(SQUARE - 1):
-            self._rows.append(self._rows[-1] + stride)
-
-    def _place_of(self, row, number):
-        return self._first + (row * ANSWER + number * LANES)
-
-    def _write_numbers(self, column, first, width, is_streamed):
-        """Write ``width`` numbers of each row, from the number ``first`` of an answer on."""
-        order = [divmod(k, width) for k in range(SQUARE * width)]
-        starts = [row * width for row in self._rows]
-        write = self._columns[column].stream if is_streamed else self._columns[column].write
-        for part in range(width):
-            places = [
-                self._place_of(row, first + axis)
-                for row, axis in order[SQUARE * part : SQUARE * (part + 1)]
-            ]
-            vectors = _turned(self._code, self._answers, places)
-            for start, vector in zip(starts, vectors, strict=True):
-                write(start + SQUARE * part, vector)
-
-    def _all_are_unique(self):
-        places = [self._place_of(row, _UNIQUE) for row in range(SQUARE)]
-        everywhere, *more = [self._answers.vector(at, SQUARE).differs(0.0) for at in places]
-        for is_unique in more:
-            everywhere = everywhere & is_unique
-        return self._code.all_of(everywhere)
-
-    def _write_flags(self):
-        unique, code = self._columns[3], self._code
-        with code.if_likely(self._all_are_unique()) as (then, otherwise):
-            with then:
-                for row in self._rows:
-                    unique.write_bytes(row, code.place(_ALL_UNIQUE))
-            with otherwise:
-                places = [self._place_of(row, _UNIQUE) for row in range(SQUARE)]
-                vectors = _turned(code, self._answers, places)
-                for row, vector in zip(self._rows, vectors, strict=True):
-                    unique.write_bytes(row, code.as_bytes(vector.differs(0.0)))
-
-    def write(self, *, is_streamed):
-        """Write all columns."""
-        for column, first, width in ((0, 0, 1), (1, 1, 3), (2, 4, 3)):
-            self._write_numbers(column, first, width, is_streamed)
-        self._write_flags()
+@inlined_kernel
+def _place_of(first, number, width, k):
+    """Return where number k is, of columns of ``width`` numbers that begin with ``number``."""
+    return first + (k // width) * ANSWER + (number + k % width) * LANES
 
 
-@generated(ARRAY, PLACE, ARRAYS, PLACE, PLACE, plain=_put_plainly)
-def put_square(code, answers, first, columns, at, stride):
+@inlined_kernel
+def _places_of(first, number, width, k):
+    """Return where eight numbers are, from number k on."""
+    return (
+        _place_of(first, number, width, k),
+        _place_of(first, number, width, k + 1),
+        _place_of(first, number, width, k + 2),
+        _place_of(first, number, width, k + 3),
+        _place_of(first, number, width, k + 4),
+        _place_of(first, number, width, k + 5),
+        _place_of(first, number, width, k + 6),
+        _place_of(first, number, width, k + 7),
+    )
+
+
+@inlined_kernel
+def _write(column, start, vector, is_streamed):
+    if is_streamed:
+        stream_lanes(column, start, vector)
+    else:
+        store_lanes(column, start, vector)
+
+
+@inlined_kernel
+def _put_numbers(answers, first, number, width, part, column, at, stride, is_streamed):
+    """Write a part of each lane's rows into a column of ``width`` numbers: eight numbers."""
+    turned = _turned(answers, _places_of(first, number, width, SQUARE * part))
+    start, step = width * at + SQUARE * part, width * stride
+    _write(column, start, turned[0], is_streamed)
+    _write(column, start + step, turned[1], is_streamed)
+    _write(column, start + 2 * step, turned[2], is_streamed)
+    _write(column, start + 3 * step, turned[3], is_streamed)
+    _write(column, start + 4 * step, turned[4], is_streamed)
+    _write(column, start + 5 * step, turned[5], is_streamed)
+    _write(column, start + 6 * step, turned[6], is_streamed)
+    _write(column, start + 7 * step, turned[7], is_streamed)
+
+
+@inlined_kernel
+def _are_unique(answers, places, k):
+    return load_lanes(answers, places[k]) != 0.0
+
+
+@inlined_kernel
+def _all_unique(answers, places):
+    """Return for which lanes the answers about all rows are unique."""
+    return (
+        (_are_unique(answers, places, 0) & _are_unique(answers, places, 1))
+        & (_are_unique(answers, places, 2) & _are_unique(answers, places, 3))
+        & (_are_unique(answers, places, 4) & _are_unique(answers, places, 5))
+        & (_are_unique(answers, places, 6) & _are_unique(answers, places, 7))
+    )
+
+
+@inlined_kernel
+def _put_flags(answers, first, unique, at, stride):
+    places = _places_of(first, _UNIQUE, 1, 0)
+    if all_of(_all_unique(answers, places)):
+        for lane in range(SQUARE):
+            store_choices(unique, at + lane * stride, every(1.0) != 0.0)
+    else:
+        turned = _turned(answers, places)
+        store_choices(unique, at, turned[0] != 0.0)
+        store_choices(unique, at + stride, turned[1] != 0.0)
+        store_choices(unique, at + 2 * stride, turned[2] != 0.0)
+        store_choices(unique, at + 3 * stride, turned[3] != 0.0)
+        store_choices(unique, at + 4 * stride, turned[4] != 0.0)
+        store_choices(unique, at + 5 * stride, turned[5] != 0.0)
+        store_choices(unique, at + 6 * stride, turned[6] != 0.0)
+        store_choices(unique, at + 7 * stride, turned[7] != 0.0)
+
+
+@inlined_kernel
+def _put(answers, first, columns, at, stride, is_streamed):
+    phi, p_GN, grad_W, unique = columns
+    _put_numbers(answers, first, 0, 1, 0, phi, at, stride, is_streamed)
+    _put_numbers(answers, first, 1, 3, 0, p_GN, at, stride, is_streamed)
+    _put_numbers(answers, first, 1, 3, 1, p_GN, at, stride, is_streamed)
+    _put_numbers(answers, first, 1, 3, 2, p_GN, at, stride, is_streamed)
+    _put_numbers(answers, first, 4, 3, 0, grad_W, at, stride, is_streamed)
+    _put_numbers(answers, first, 4, 3, 1, grad_W, at, stride, is_streamed)
+    _put_numbers(answers, first, 4, 3, 2, grad_W, at, stride, is_streamed)
+    _put_flags(answers, first, unique, at, stride)
+
+
+@inlined_kernel
+def put_square(answers, first, columns, at, stride):
     """Put eight lanes' answers about eight rows into columns.
 
     The first lane is at ``answers[first]``, its first row goes to ``at``, the next rows after
     it, and the next lanes' rows ``stride`` further each. The columns are phi, p_GN, grad_W
     and unique, all flat.
     """
-    _Writer(code, answers, first, columns, at, stride).write(is_streamed=False)
+    _put(answers, first, columns, at, stride, False)
 
 
-@generated(ARRAY, PLACE, ARRAYS, PLACE, PLACE, plain=_put_plainly)
-def stream_square(code, answers, first, columns, at, stride):
+@inlined_kernel
+def stream_square(answers, first, columns, at, stride):
     """Put answers as ``put_square`` does, past the caches.
 
     Each lane's first row has to begin a line in each column of numbers. Nobody may read
     before ``finish_streams``.
     """
-    _Writer(code, answers, first, columns, at, stride).write(is_streamed=True)
+    _put(answers, first, columns, at, stride, True)
 
 
-@generated(ARRAY, ARRAY, PLACE, PLACE, ARRAY, PLACE, plain=_take_plainly)
-def take_square(code, X, rows, at, number, poses, to):
+@inlined_kernel
+def take_square(X, rows, tile, lane, number, poses, to):
     """Write eight numbers of eight poses as lanes, the first ones to ``poses[to]``.
 
-    The poses are those of the eight rows from ``at`` on in ``rows``, counted flat, and the
-    numbers are those from ``number`` on. All arrays are C-contiguous.
+    The poses are those of the eight rows from ``rows[tile, lane]`` on, and the numbers are those
+    from ``number`` on. All arrays are C-contiguous.
     """
-    places = [rows.number(at + lane) * _POSE + number for lane in range(SQUARE)]
-    for k, vector in enumerate(_turned(code, X, places)):
-        poses.write(to + k * LANES, vector)
+    turned = _turned(
+        X,
+        (
+            _POSE * rows[tile, lane] + number,
+            _POSE * rows[tile, lane + 1] + number,
+            _POSE * rows[tile, lane + 2] + number,
+            _POSE * rows[tile, lane + 3] + number,
+            _POSE * rows[tile, lane + 4] + number,
+            _POSE * rows[tile, lane + 5] + number,
+            _POSE * rows[tile, lane + 6] + number,
+            _POSE * rows[tile, lane + 7] + number,
+        ),
+    )
+    store_lanes(poses, to, turned[0])
+    store_lanes(poses, to + LANES, turned[1])
+    store_lanes(poses, to + 2 * LANES, turned[2])
+    store_lanes(poses, to + 3 * LANES, turned[3])
+    store_lanes(poses, to + 4 * LANES, turned[4])
+    store_lanes(poses, to + 5 * LANES, turned[5])
+    store_lanes(poses, to + 6 * LANES, turned[6])
+    store_lanes(poses, to + 7 * LANES, turned[7])

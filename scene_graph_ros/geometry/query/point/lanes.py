@@ -87,8 +87,8 @@ def _of_tile(numbers, tile, first, j):
 def take_poses(X_WG, rows, tile, poses):
     """Write the poses of the rows of a tile as lanes: their first three rows, number by number."""
     for j in range(0, LANES, SQUARE):
-        take_square(X_WG, rows, tile * LANES + j, 0, poses, j)
-        take_square(X_WG, rows, tile * LANES + j, SQUARE, poses, SQUARE * LANES + j)
+        take_square(X_WG, rows, tile, j, 0, poses, j)
+        take_square(X_WG, rows, tile, j, SQUARE, poses, SQUARE * LANES + j)
 
 
 @inlined_kernel
