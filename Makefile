@@ -78,7 +78,7 @@ test-core: all-kernels  ## test the core in an environment without ROS
 	@$(BOOTSTRAP) --core
 	.venv-core/bin/python -m pytest -n auto $(IN_FILES) --budget core $(CORE_TESTS)
 
-# Kernels as functions of Python, and the plain functions that then take the place of vectors.
+# Kernels as functions of Python, and the arrays of numpy that then take the place of lanes.
 UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_renderers.py \
   $(patsubst %,compiled/test_%.py,lanes entry_points) \
   $(patsubst %,tables/test_%.py,held_table hull_blocks vertex_scan) broadphase/test_aabb.py \
