@@ -26,7 +26,7 @@ __all__ = [
     "properties_to_msg",
     "property_from_msg",
     "property_to_msg",
-    "resolve_embedded_mesh",
+    "resolve_files",
     "role_from_msg",
     "role_to_msg",
 ]
@@ -151,10 +151,13 @@ def properties_from_msg(msg: RoleProperties) -> GeometryProperties:
     return properties
 
 
-def resolve_embedded_mesh(
+def resolve_files(
     properties: GeometryProperties, resolve: Callable[[str], Any]
 ) -> None:  # fmt: skip
-    """Replace the address of a mesh to embed in a deformable geometry by that of its file."""
+    """Replace the addresses of a picture and of a mesh to embed by the paths of their files."""
+    picture = properties.get_property_or_default("phong", "diffuse_map", None)
+    if isinstance(picture, str):
+        properties.update_property("phong", "diffuse_map", str(resolve(picture)))
     if not properties.has_group(DEFORMABLE_GROUP):
         return
     from scene_graph_ros.geometry.model.driven_mesh import EMBEDDED_MESH

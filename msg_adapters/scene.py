@@ -14,7 +14,7 @@ from msg_adapters.poses import pose_from_msg, pose_to_msg, poses_to_msg
 from msg_adapters.properties import (
     properties_from_msg,
     properties_to_msg,
-    resolve_embedded_mesh,
+    resolve_files,
     role_to_msg,
 )
 from msg_adapters.shapes import resolve_file, Resolver, shape_from_msg, shape_to_msg
@@ -95,7 +95,7 @@ def instance_from_msg(
         raise MessageError(f"geometry {quoted(msg.name)} names a role more than once: {roles}")
     for role in msg.roles:
         properties = properties_from_msg(role)
-        resolve_embedded_mesh(properties, resolve)
+        resolve_files(properties, resolve)
         instance.set_properties(properties)
     return instance
 

@@ -57,19 +57,19 @@ def _add_sources(to: Application) -> None:
 
 def _add_cameras(to: Application) -> None:
     """Describe the cameras; what they are made of is imported only where there are some."""
-    if not to.spec.cameras:
+    if not to.spec.cameras and not to.spec.renderers:
         return
-    from scene_graph_ros.geometry.perception.default_renderer import add_default_renderer
     from scene_graph_ros.scene_files.cameras import camera_from_spec
+    from scene_graph_ros.scene_files.renderers import added_renderers, check_renderer_of_camera
 
-    for index, spec in enumerate(to.spec.cameras):
-        located = partial(to.located, "cameras", index)
-        source = to.source(spec.source)
-        to.frame_id(source, spec.frame, "cameras", index, "frame")
-        with located("pose"):
-            X_PC = pose_from_spec(spec.pose, f"of camera {spec.name!r}")
-        name = to.prefix + spec.name
-        camera = camera_from_spec(spec, X_PC, name, source.name, located)
-        to.cameras[camera.name] = camera
-    # After all that may fail: it stays where the rest is taken back.
-    add_default_renderer(to.scene_graph)
+    with added_renderers(to):
+        for index, spec in enumerate(to.spec.cameras):
+            located = partial(to.located, "cameras", index)
+            source = to.source(spec.source)
+            to.frame_id(source, spec.frame, "cameras", index, "frame")
+            check_renderer_of_camera(to, index)
+            with located("pose"):
+                X_PC = pose_from_spec(spec.pose, f"of camera {spec.name!r}")
+            name = to.prefix + spec.name
+            camera = camera_from_spec(spec, X_PC, name, source.name, located)
+            to.cameras[camera.name] = camera

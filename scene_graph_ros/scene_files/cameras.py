@@ -17,7 +17,6 @@ from scene_graph_ros.geometry.perception import (
     DepthRenderCamera,
     RenderCameraCore,
 )
-from scene_graph_ros.geometry.perception.default_renderer import DEFAULT_RENDERER
 from scene_graph_ros.scene_files.schema import CameraSpec
 
 __all__ = ["camera_from_spec"]
@@ -49,7 +48,7 @@ def camera_from_spec(
             intrinsics = CameraIntrinsics.from_fov_y(width, height, spec.fov_y)
     with located("clipping"):
         clipping = ClippingRange(*spec.clipping)
-        core = RenderCameraCore(DEFAULT_RENDERER, intrinsics, clipping)
+        core = RenderCameraCore(spec.renderer, intrinsics, clipping)
     with located("depth_range"):
         depth_range = DepthRange(*(spec.depth_range or spec.clipping))
         camera = DepthRenderCamera(core, depth_range)

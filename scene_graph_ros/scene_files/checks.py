@@ -124,6 +124,9 @@ class _Checker:
 
     def _cameras(self) -> None:
         places: dict[str, tuple[str | int, ...]] = {}
+        for index, renderer in enumerate(self.spec.renderers):
+            self._unique(places, renderer.name, "renderers", index, "name")
+        places = {}
         for index, camera in enumerate(self.spec.cameras):
             try:
                 canonical_name("camera", camera.name)

@@ -17,6 +17,7 @@ from pydantic import (
 
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.scene_files.schema_renderers import RendererSpec
 from scene_graph_ros.scene_files.schema_shapes import ShapeSpec
 
 __all__ = [
@@ -251,6 +252,7 @@ class CameraSpec(_Spec):
     rate: Annotated[Number, Field(ge=1e-3, le=1e3)] = Field(
         30.0, description="Most images of each kind per second."
     )
+    renderer: Text = Field("exact", description="One of renderers, or exact.")
 
     @model_validator(mode="after")
     def _one_lens(self) -> CameraSpec:
@@ -295,6 +297,7 @@ class SceneSpec(_Spec):
     robots: list[RobotSpec] = []
     frames: list[FrameSpec] = []
     geometries: list[GeometrySpec] = []
+    renderers: list[RendererSpec] = []
     cameras: list[CameraSpec] = []
     collision_filters: list[FilterSpec] = []
     effects: dict[Text, Literal["auto", "off"]] = Field(

@@ -9,7 +9,7 @@ import pytest
 
 from scene_graph_ros.check import main
 from scene_graph_ros.geometry import Rgba, Role, SceneGraph
-from scene_graph_ros.geometry.perception import CameraOutput
+from scene_graph_ros.geometry.perception import CameraOutput, ExactRenderEngine
 from scene_graph_ros.scene_files import load_scene, load_scene_text, SceneFileError
 
 HEAD = """\
@@ -268,3 +268,59 @@ def test_a_robot_may_be_covered(tmp_path):
         SceneFileError, match=r"robots\[0\]\.perception: .*skin\.png: no such file"
     ):
         load_scene(path).apply(SceneGraph())
+
+
+RENDERERS = """\
+renderers:
+  - {name: exact, type: exact, default_clear_color: [0, 0, 0]}
+  - name: studio
+    type: traced
+    samples: 2
+    lights: [{type: point, position: [0, 0, 3], frame: world}]
+"""
+
+
+def test_cameras_choose_renderers_by_name():
+    """Those of the file, with their parameters; the same file again shares them."""
+    camera = CAMERA + "    renderer: studio\n"
+    scene_graph, loaded = apply(HEAD + RENDERERS + camera)
+    assert loaded.cameras["wrist"].camera.core.renderer_name == "studio"
+    assert scene_graph.registered_renderer_names() == ["exact", "studio"]
+    assert "default_clear_color: [0.0, 0.0, 0.0, 1.0]" in scene_graph.renderer_parameter_yaml(
+        "exact"
+    )
+    studio = scene_graph.renderer_parameter_yaml("studio")
+    assert "samples: 2\n" in studio
+    assert '"type": "point"' in studio
+    load_scene_text(HEAD + RENDERERS + camera, label="f").apply(scene_graph, prefix="again_")
+    assert scene_graph.renderer_count() == 2
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("type: traced", "type: vtk", "renderers[1].type: "),
+        ("samples: 2", "samples: 0", "renderers[1].samples: must be at least 1, got 0"),
+        ("samples: 2", "samples: 70000", "f:16: renderers[1]: TracedRenderEngine: samples must"),
+        ("[0, 0, 0]}", "[0, 0, 2]}", "renderers[0].default_clear_color[2]: must be at most 1"),
+        ("[0, 0, 3]", "[0, 0]", "renderers[1].lights[0].position: must have at least 3 entries"),
+        ("type: point", "type: sun", "renderers[1].lights[0].type: must be"),
+        ("name: studio", "name: exact", "renderers[1].name: the name 'exact' is taken by line"),
+        ("renderer: studio", "renderer: studoi", "cameras[0].renderer: there is no renderer 'stu"),
+    ],
+)
+def test_mistakes_in_renderers_are_located(old, new, message):
+    """With the line and the field; nothing is left of the scene."""
+    text = HEAD + RENDERERS + CAMERA + "    renderer: studio\n"
+    assert old in text
+    (problem,) = problems(text.replace(old, new))
+    assert message in problem
+
+
+def test_another_renderer_of_a_name_is_refused():
+    """One that is there keeps its name; what was added of the file is taken back."""
+    scene_graph = SceneGraph()
+    scene_graph.add_renderer("studio", ExactRenderEngine())
+    with pytest.raises(SceneFileError, match=r"renderers\[1\]\.name: .*'studio' already, and it"):
+        load_scene_text(HEAD + RENDERERS, label="f").apply(scene_graph)
+    assert scene_graph.registered_renderer_names() == ["studio"]

@@ -48,7 +48,9 @@ def render_images(request: Any, response: Any, asked: Asked) -> None:
     def answer(world: QueryObject) -> tuple[Any, NDArray[np.float64]]:
         X_WC = world.snapshot.pose_in_world(view.parent) @ view.X_PC
         core, depth_range = view.camera.core, view.camera.depth_range
-        images = _engine(world).render(world.snapshot, core, X_WC, kinds, depth_range)
+        images = _engine(world, core.renderer_name).render(
+            world.snapshot, core, X_WC, kinds, depth_range
+        )
         return {name: image_to_msg(f, lens, images, **named) for name, f in forms.items()}, X_WC
 
     answers = asked.each(answer)
@@ -96,6 +98,12 @@ def _view(request: Any, snapshot: WorldSnapshot) -> _View:
     return _View(found.camera, parent, found.X_PC, optical_frame(found))
 
 
-def _engine(world: QueryObject) -> Any:
-    """Return the renderer of scene files' cameras, also where the scene has no camera."""
-    return world.get_render_engine_by_name(DEFAULT_RENDERER) or ExactRenderEngine()
+def _engine(world: QueryObject, name: str) -> Any:
+    """Return a renderer; the default one also where the scene has no camera."""
+    engine = world.get_render_engine_by_name(name)
+    if engine is None and name == DEFAULT_RENDERER:
+        return ExactRenderEngine()
+    if engine is None:
+        known = {DEFAULT_RENDERER, *world.snapshot.state.renderers}
+        raise UnknownIdError(f"there is no renderer {quoted(name)}{suggestion(name, known)}")
+    return engine

@@ -14,7 +14,7 @@ from typing import Any
 from msg_adapters.errors import MessageError
 from msg_adapters.properties import (
     properties_from_msg,
-    resolve_embedded_mesh,
+    resolve_files,
     role_from_msg,
 )
 from msg_adapters.scene import filter_from_msg, frame_from_msg, instance_from_msg
@@ -180,7 +180,7 @@ def assign_role(request: Any, response: Any, edit: Edit, tools: Tools) -> None:
     except ValueError as error:
         raise RoleError(f"assign must be NEW or REPLACE, not {request.assign}") from error
     properties = properties_from_msg(request.role)
-    resolve_embedded_mesh(properties, tools.resolve)
+    resolve_files(properties, tools.resolve)
     for reference in request.geometries:
         geometry_id = names.geometry_id(reference)
         edit.scene_graph.assign_role(record.id, geometry_id, properties, assign)

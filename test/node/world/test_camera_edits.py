@@ -200,3 +200,33 @@ def test_only_its_source_removes_a_camera(clients):
     clients.sources["cell"].token -= 1
     clients.remove("cell", "a", "still", "a")
     assert [c.camera.name for c in clients.described()] == ["eye"]
+
+
+STUDIO = """
+version: 1
+sources: [{name: film}]
+renderers: [{name: white, type: exact, default_clear_color: [1, 1, 1]}]
+cameras: [{name: lens, source: film, size: [4, 3], fov_y: 1, renderer: white, images: [color]}]
+"""
+
+
+def test_a_camera_chooses_a_renderer_of_its_scene(clients):
+    """By its name; one that a request registers has the default one."""
+
+    def color(name):
+        snapshot = clients.world.snapshot
+        frame = CameraFrame(snapshot.cameras[name], snapshot)
+        frame.render(frozenset({ImageKind.COLOR}))
+        return frame.images.color
+
+    clients.sources["film"] = clients.edit("LoadScene", text=STUDIO).sources[0]
+    clients.register("film", camera("second"))
+    # The ball is in the middle; in the corners nothing is, and the sky is the renderer's.
+    assert (color("lens")[0, 0] == 255).all()
+    assert color("second")[0, 0].tolist() == [204, 229, 255, 255]
+    snapshot = clients.world.snapshot
+    response = scene_graph_msgs.srv.RenderImages.Response()
+    request = scene_graph_msgs.srv.RenderImages.Request(camera="lens", images=["color"])
+    asked = Asked(snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
+    QUERIES["RenderImages"].handler(request, response, asked)
+    assert bytes(response.color[0].data[:3]) == b"\xff\xff\xff"

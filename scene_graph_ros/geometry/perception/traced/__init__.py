@@ -1,0 +1,1 @@
+"""A renderer of light and shadows: colour by path tracing, depth and label those of ``exact``."""
