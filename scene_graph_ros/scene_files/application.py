@@ -47,6 +47,7 @@ class Application:
             geometries=self.geometries,
             effects=dict(self.spec.effects),
             cameras=self.cameras,
+            servers=tuple(r.name for r in self.spec.renderers if r.type == "gltf_client"),
             warnings=tuple(self.warnings),
         )
 

@@ -84,6 +84,8 @@ class LoadedScene:
     """"auto" or "off" by the name of an effect; effects not named are "auto"."""
     warnings: tuple[str, ...]
     cameras: dict[str, CameraDescription] = field(default_factory=dict)
+    servers: tuple[str, ...] = ()
+    """The names of renderers that ask a server."""
     """By name, with the prefix that the scene was given."""
 
     def set_initial_poses(self, context: Context) -> None:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from scene_graph_ros.geometry.errors import NameConflictError
 from scene_graph_ros.geometry.perception import (
     ExactRenderEngine,
+    GltfClientRenderEngine,
     LightParameter,
     RenderEngine,
     TracedRenderEngine,
@@ -20,6 +21,7 @@ from scene_graph_ros.located import suggestion
 from scene_graph_ros.scene_files.application import Application
 from scene_graph_ros.scene_files.schema_renderers import (
     ExactRendererSpec,
+    GltfClientSpec,
     RendererSpec,
     TracedRendererSpec,
 )
@@ -46,6 +48,8 @@ def renderer_from_spec(spec: RendererSpec) -> RenderEngine:
                     LightParameter(**light.model_dump()) for light in spec.lights
                 )
             return TracedRenderEngine(**parameters)
+        case GltfClientSpec():
+            return GltfClientRenderEngine(**parameters)
     raise AssertionError(spec)
 
 

@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
 __all__ = [
     "ExactRendererSpec",
+    "GltfClientSpec",
     "LightSpec",
     "RendererSpec",
     "TracedRendererSpec",
@@ -28,6 +29,9 @@ class _Spec(BaseModel):
 
 class _RendererSpec(_Spec):
     name: Text = Field(description="What cameras call it.")
+
+
+class _OwnRendererSpec(_RendererSpec):
     default_diffuse: Color | None = Field(
         None, description="Of geometries without a colour, 0 to 1; default: 0.9, 0.7, 0.2."
     )
@@ -36,7 +40,7 @@ class _RendererSpec(_Spec):
     )
 
 
-class ExactRendererSpec(_RendererSpec):
+class ExactRendererSpec(_OwnRendererSpec):
     """Depth, label and colour by the equations of shapes, lit along the camera's axis."""
 
     type: Literal["exact"]
@@ -58,7 +62,7 @@ class LightSpec(_Spec):
     )
 
 
-class TracedRendererSpec(_RendererSpec):
+class TracedRendererSpec(_OwnRendererSpec):
     """Colour with light and shadows, by Mitsuba; depth and label as exact has them."""
 
     type: Literal["traced"]
@@ -73,7 +77,23 @@ class TracedRendererSpec(_RendererSpec):
     seed: Whole = Field(0, description="The same one gives the same image.")
 
 
+class GltfClientSpec(_RendererSpec):
+    """Images by a render server, which is sent the scene as glTF."""
+
+    type: Literal["gltf_client"]
+    base_url: Text = Field("http://127.0.0.1:8000", description="Of the server.")
+    render_endpoint: Text = Field("render", description="Below base_url.")
+    verbose: Annotated[bool, Field(strict=True)] = Field(False, description="Log each question.")
+    cleanup: Annotated[bool, Field(strict=True)] = Field(
+        True, description="false: keep each question and answer in a folder."
+    )
+    timeout: Annotated[Number, Field(gt=0.0)] = Field(60.0, description="Of an image, seconds.")
+    default_diffuse: Color | None = Field(
+        None, description="Of geometries without a colour, 0 to 1; default: 0.9, 0.7, 0.2."
+    )
+
+
 RendererSpec = Annotated[
-    ExactRendererSpec | TracedRendererSpec,
+    ExactRendererSpec | TracedRendererSpec | GltfClientSpec,
     Field(discriminator="type"),
 ]

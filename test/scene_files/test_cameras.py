@@ -324,3 +324,18 @@ def test_another_renderer_of_a_name_is_refused():
     with pytest.raises(SceneFileError, match=r"renderers\[1\]\.name: .*'studio' already, and it"):
         load_scene_text(HEAD + RENDERERS, label="f").apply(scene_graph)
     assert scene_graph.registered_renderer_names() == ["studio"]
+
+
+SERVER = """\
+renderers:
+  - {name: blender, type: gltf_client, base_url: "http://127.0.0.1:9", timeout: 0.5}
+"""
+
+
+def test_a_renderer_may_be_a_server():
+    """Nothing is asked while the scene is loaded; a wrong address is located."""
+    scene_graph, loaded = apply(HEAD + SERVER + CAMERA + "    renderer: blender\n")
+    assert scene_graph.renderer_type_name("blender") == "GltfClientRenderEngine"
+    assert loaded.servers == ("blender",)
+    (problem,) = problems(HEAD + SERVER.replace("http:", "file:"))
+    assert problem.startswith("f:15: renderers[0]: GltfClientRenderEngine: base_url and render_e")

@@ -1,8 +1,8 @@
 """What cameras see: depth, label and colour of the geometries with the perception role.
 
 A renderer is added to a scene graph by a name, which the camera says; ``ExactRenderEngine`` is
-our own, ``TracedRenderEngine`` adds light and shadows. Pixels, axes and images are described in
-``docs/cameras.md``.
+our own, ``TracedRenderEngine`` adds light and shadows, ``GltfClientRenderEngine`` asks a server.
+Pixels, axes and images are described in ``docs/cameras.md``.
 """
 
 from scene_graph_ros.geometry.model.render_label import RenderLabel
@@ -20,6 +20,9 @@ from scene_graph_ros.geometry.perception.camera_description import (
 )
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images, RenderEngine
 from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactRenderEngine
+from scene_graph_ros.geometry.perception.gltf.gltf_client_render_engine import (
+    GltfClientRenderEngine,
+)
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
 from scene_graph_ros.geometry.perception.traced.traced_render_engine import TracedRenderEngine
 
@@ -32,6 +35,7 @@ __all__ = [
     "DepthRange",
     "DepthRenderCamera",
     "ExactRenderEngine",
+    "GltfClientRenderEngine",
     "ImageKind",
     "Images",
     "LightParameter",

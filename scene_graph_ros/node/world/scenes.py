@@ -56,13 +56,21 @@ class SceneLoader:
             raise SceneFileError(f"{path}: cannot be read: {error.strerror}") from error
 
     def load_request(self, edit: Edit, request: Any) -> list[SourceRecord]:
-        """Add the scene that a LoadScene request names or contains; it switches no effect off."""
+        """Add the scene that a LoadScene request names or contains; it switches no effect off.
+
+        Nor does it have the node connect to a server: a client could have it ask anyone.
+        """
         loaded = self._load(edit, request.resource, request.text, request.prefix)
         off = [name for name, switch in loaded.effects.items() if switch == "off"]
         if off:
             raise MessageError(
                 f"effects: {', '.join(off)}: off for everybody can be said by the scene alone "
                 "that the node starts with, its parameter 'scene'"
+            )
+        if loaded.servers:
+            raise MessageError(
+                f"renderers: {', '.join(loaded.servers)}: the node asks a render server only where"
+                " the scene says so that it starts with, its parameter 'scene'"
             )
         return [self._record(edit, source) for source in loaded.sources.values()]
 

@@ -161,6 +161,26 @@ def test_an_engine_that_fails_costs_its_own_camera_alone(monkeypatch):
     assert host.publishers == {}
 
 
+def test_a_render_server_that_is_gone_costs_its_own_camera_alone():
+    """Nobody is at its port: that camera is off, with the address; another one goes on."""
+    server = "renderers: [{name: far, type: gltf_client, base_url: 'http://127.0.0.1:1'}]\n"
+    bad = "{name: bad, source: cell, size: [5, 3], fov_y: 1, images: [depth], rate: 1000"
+    assert bad in SCENE
+    world, host = world_of(SCENE.replace(bad, bad + ", renderer: far") + server), Host()
+    host.effects.update(world.snapshot)
+    wait_until(lambda: host.errors, "the fault")
+    failure = host.report("camera bad").failure
+    assert failure.startswith("EngineError: render server http://127.0.0.1:1/render: ")
+
+    def good_goes_on():
+        host.effects.update(world.snapshot)
+        return len(host.images("good")) >= 3
+
+    wait_until(good_goes_on, "images of the other camera")
+    assert host.images("bad") == []
+    host.effects.close()
+
+
 def test_what_is_offered_while_a_frame_fails_is_not_tried(monkeypatch):
     """A camera is off until the scene changes, and that is told once."""
     is_rendering, may_fail = threading.Event(), threading.Event()

@@ -230,3 +230,11 @@ def test_a_camera_chooses_a_renderer_of_its_scene(clients):
     asked = Asked(snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
     QUERIES["RenderImages"].handler(request, response, asked)
     assert bytes(response.color[0].data[:3]) == b"\xff\xff\xff"
+
+
+def test_a_request_names_no_render_server(clients):
+    """Only the scene that the node starts with has it ask one."""
+    text = STUDIO.replace("type: exact, default_clear_color: [1, 1, 1]", "type: gltf_client")
+    status = clients.refusal(lambda: clients.edit("LoadScene", text=text))
+    assert status.code == Status.INVALID_ARGUMENT
+    assert "renderers: white: the node asks a render server only where" in status.message
