@@ -18,6 +18,10 @@ from scene_graph_ros.geometry.perception.camera_description import (
     CameraDescription,
     CameraOutput,
 )
+from scene_graph_ros.geometry.perception.camera_properties import (
+    CameraProperties,
+    DepthCameraProperties,
+)
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images, RenderEngine
 from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactRenderEngine
 from scene_graph_ros.geometry.perception.gltf.gltf_client_render_engine import (
@@ -30,8 +34,10 @@ __all__ = [
     "CameraDescription",
     "CameraIntrinsics",
     "CameraOutput",
+    "CameraProperties",
     "ClippingRange",
     "ColorRenderCamera",
+    "DepthCameraProperties",
     "DepthRange",
     "DepthRenderCamera",
     "ExactRenderEngine",

@@ -1,14 +1,17 @@
 """Cameras refuse numbers that make no camera, and place their pixels as the note on axes says."""
 
-from camera_scenes import CLIPPING, core, LENS
+from camera_scenes import CLIPPING, core, instance, LENS, pose, scene_of, WORLD
 import numpy as np
 import pytest
 
+from scene_graph_ros.geometry import Sphere
 from scene_graph_ros.geometry.errors import InvalidPoseError, QueryArgumentError
 from scene_graph_ros.geometry.perception import (
     CameraIntrinsics,
+    CameraProperties,
     ClippingRange,
     ColorRenderCamera,
+    DepthCameraProperties,
     DepthRange,
     DepthRenderCamera,
     RenderCameraCore,
@@ -117,3 +120,20 @@ def test_there_are_no_windows():
     """A camera that wants one is refused with the reason."""
     with pytest.raises(QueryArgumentError, match="show_window must be False, not True"):
         ColorRenderCamera(core(), show_window=True)
+
+
+def test_cameras_by_their_older_names():
+    """An angle of view, and the depths that are told apart: 0 nearer, inf beyond."""
+    ball = instance(Sphere(0.5), pose(p=(0.0, 0.0, 2.0)), "ball", label=3)
+    query = scene_of([ball])
+    color = CameraProperties(5, 3, 1.0, "exact")
+    # The upper edge is half the angle above the axis: 1.5 pixels at tan(1/2).
+    assert color.core.intrinsics.fy == pytest.approx(1.5 / np.tan(0.5), rel=1e-15)
+    assert query.render_label_image(color, WORLD, np.eye(4))[1, 2] == 3
+    for near, far, depth in ((0.1, 5.0, 1.5), (1.6, 5.0, 0.0), (0.1, 1.4, np.inf)):
+        camera = DepthCameraProperties(5, 3, 1.0, "exact", near, far)
+        assert query.render_depth_image(camera, WORLD, np.eye(4))[1, 2] == np.float32(depth)
+    with pytest.raises(QueryArgumentError, match="fov_y must be between 0 and pi, not 0"):
+        CameraProperties(5, 3, 0, "exact")
+    with pytest.raises(QueryArgumentError, match="min_depth must be less than max_depth"):
+        DepthCameraProperties(5, 3, 1.0, "exact", 2.0, 1.0)
