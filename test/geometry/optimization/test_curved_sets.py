@@ -29,6 +29,7 @@ from scene_graph_ros.geometry.optimization import (
     Intersection,
     MinkowskiSum,
     Point,
+    SolverError,
     VPolytope,
 )
 from scene_graph_ros.geometry.optimization.sets.ellipsoids import circumscribed, inscribed
@@ -316,6 +317,32 @@ def test_largest_ellipsoid_in_a_box(size, thin):
     np.testing.assert_allclose(radii, np.sort(half), rtol=1e-9)
     assert found.gap < 1e-9
     assert exactly_inside(found, odd.A, odd.b)
+
+
+@pytest.mark.parametrize("size", [1e-8, 1.0, 1e8])
+@pytest.mark.parametrize("thin", [1e-2, 1e-4, 1e-6])
+def test_largest_ellipsoid_in_a_turned_thin_box(size, thin):
+    """As far as turning leaves its rows at right angles, which is 1e-16 beside its thinness."""
+    turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    half = size * np.array([1.0, 1.0, thin])
+    A, b = np.concatenate([turn, -turn]), np.tile(half, 2)
+    found = inscribed(HPolyhedron(A, b))
+    error = abs(np.linalg.slogdet(found.B)[1] - np.log(half).sum())
+    assert error < 1e-9 + 1e-14 / thin
+    assert exactly_inside(found, A, b)
+
+
+def test_no_ellipsoid_is_told_of_what_is_thinner_than_rounding():
+    """But an error that says so, and no other."""
+    turn, _ = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))
+    for thin in (1e-10, 1e-12, 1e-14, 1e-16):
+        box = HPolyhedron(np.concatenate([turn, -turn]), np.tile([1.0, 1.0, thin], 2))
+        try:
+            found = inscribed(box)
+        except (ConvexSetError, SolverError):
+            continue
+        error = abs(np.linalg.slogdet(found.B)[1] - math.log(thin))
+        assert error < 1e-14 / thin
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7])

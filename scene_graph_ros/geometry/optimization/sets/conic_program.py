@@ -30,7 +30,7 @@ from scene_graph_ros.geometry.optimization.solve.cone_program import (
 from scene_graph_ros.geometry.optimization.solve.equilibration import equilibrated, widened_blocks
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["Cone", "ConicConstraint", "ConicProgram", "ConicSolution"]
+__all__ = ["Cone", "ConicConstraint", "ConicProgram", "ConicSolution", "rows_of_program"]
 
 _WIDENED = 1e-7
 """Relative to the size of a program: what has to be widened by more can't be fulfilled."""
@@ -298,6 +298,25 @@ def _for_the_rows(cone: Cone, dual: np.ndarray) -> np.ndarray:
     """Return multipliers of a block for the solver as those of the rows that were given."""
     _, _, factors, _ = for_the_solver((cone, np.zeros(1), np.ones((len(dual), 1)), dual))
     return dual * factors[:, 0]
+
+
+def rows_of_program(program: ConicProgram, kind: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return rows ``A x <= b`` of all variables; of an equation two. Raises ConvexSetError."""
+    n = program.num_variables
+    A, b = [np.zeros((0, n))], [np.zeros(0)]
+    for constraint in program.constraints:
+        if constraint.cone > Cone.NONNEGATIVE:
+            raise ConvexSetError(
+                f"{kind}: a program must have linear rows alone, not {constraint.cone.name}; a"
+                " Spectrahedron may have matrices"
+            )
+        whole = np.zeros((len(constraint.constant), n))
+        for k, column in zip(constraint.variables.tolist(), constraint.matrix.T, strict=True):
+            whole[:, k] += column
+        signs = (1.0, -1.0) if constraint.cone is Cone.ZERO else (1.0,)
+        A += [-sign * whole for sign in signs]
+        b += [sign * constraint.constant for sign in signs]
+    return np.concatenate(A), np.concatenate(b)
 
 
 def _as_count(value: Any, label: str) -> int:

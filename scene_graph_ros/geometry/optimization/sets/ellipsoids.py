@@ -23,6 +23,10 @@ _MOST_PASSES = 3
 """Passes of the program, each in the coordinates in which the answer before was a ball."""
 
 
+_THIN = 1e-3
+"""Of the least to the largest spread of a set's furthest points within its box."""
+
+
 class Extremal(NamedTuple):
     """An ellipsoid ``{B u + center}``; no better one has a log volume better by more than gap."""
 
@@ -45,19 +49,23 @@ def inscribed(polyhedron: Any) -> Extremal:
         return Extremal(np.zeros((0, 0)), np.zeros(0), 0.0)
     named = np.linalg.norm(polyhedron.A, axis=1) > 0.0
     A, b = polyhedron.A[named], polyhedron.b[named]
-    ends = np.array([[s * polyhedron.support(s * e).value for s in (-1, 1)] for e in np.eye(n)])
-    widths = 0.5 * (ends[:, 1] - ends[:, 0])
+    middle, B, widths = _frame(polyhedron, A, b)
     # The deepest point in coordinates in which the set is as wide along all axes.
-    middle = ends.mean(axis=1)
-    cube = find_deepest(Rows(A * widths, b - A @ middle))
-    center, B, best = middle + widths * cube.x, np.diag(widths), None
+    cube = find_deepest(Rows(A @ B, b - A @ middle))
+    center, best = middle + B @ cube.x, None
     for _ in range(_MOST_PASSES):
         slack = b - A @ center
         if not ((slack > 0.0).all() and (widths > 0.0).all()):
             raise ConvexSetError(
                 f"{label}: the set is flat; work in the coordinates of its AffineSubspace"
             )
-        x, E, weights = largest_inscribed((A @ B) / slack[:, None])
+        try:
+            x, E, weights = largest_inscribed((A @ B) / slack[:, None])
+        except np.linalg.LinAlgError as error:
+            raise SolverError(
+                f"{label}: the set is too thin for its size to tell how wide it is ({error}); work"
+                " in the coordinates of its AffineSubspace"
+            ) from error
         center, B = center + B @ x, B @ E
         found = _put_inside(A, b, center, B, weights / slack)
         best = found if best is None or found.gap < best.gap else best
@@ -69,6 +77,29 @@ def inscribed(polyhedron: Any) -> Extremal:
             f"{label}: the log volume is known to {best.gap:.1e} only; reduce_inequalities() first"
         )
     return best
+
+
+def _frame(polyhedron: Any, A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return a middle ``(n,)``, a map ``(n, n)`` from a cube about a set, the cube's half widths.
+
+    The box along the axes, or where the set is thin across it, a box along the axes in which the
+    furthest points of that one, made a cube, are spread.
+    """
+    n = A.shape[1]
+    reached = [polyhedron.support(sign * e) for e in np.eye(n) for sign in (-1.0, 1.0)]
+    values = np.array([each.value for each in reached]).reshape(n, 2)
+    middle, widths = 0.5 * (values[:, 1] - values[:, 0]), 0.5 * values.sum(axis=1)
+    if not (widths > 0.0).all():
+        return middle, np.diag(widths), widths
+    spread = (np.array([each.point for each in reached]) - middle) / widths
+    _, lengths, axes = np.linalg.svd(spread)
+    if lengths[-1] > _THIN * lengths[0]:
+        return middle, np.diag(widths), widths
+    cube = type(polyhedron)(A * widths, b - A @ middle)
+    ends = np.array([[sign * cube.support(sign * v).value for sign in (-1, 1)] for v in axes])
+    half = 0.5 * (ends[:, 1] - ends[:, 0])
+    turned = widths[:, None] * axes.T
+    return middle + turned @ ends.mean(axis=1), turned * half, half
 
 
 def _put_inside(
@@ -83,7 +114,9 @@ def _put_inside(
     n = len(center)
     slack = np.array([exact_residual(row, center, side) for row, side in zip(A, b, strict=True)])
     reach = np.linalg.norm(A @ B, axis=1)
-    shrink = float((slack / reach).min()) * (1.0 - 16.0 * (n + 1) * EPSILON)
+    # Where columns are long beside the reach, their products cancel.
+    cancelled = 0.501 * n * EPSILON * np.linalg.norm(np.abs(A) @ np.abs(B), axis=1)
+    shrink = float((slack / (reach + cancelled)).min()) * (1.0 - 16.0 * (n + 1) * EPSILON)
     rows = A @ B
     for _ in range(2):
         # The least change of weights, relative to them, that balances the rows.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import functools
 from typing import Any, Literal, overload
 
@@ -12,11 +13,16 @@ from scene_graph_ros.geometry.optimization.certificates import Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.lift import Lift
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
+from scene_graph_ros.geometry.optimization.sets.affine_transformation import largest_image
 from scene_graph_ros.geometry.optimization.sets.answers import Projection
 from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_matrix,
     as_nonnegative,
     as_vector,
+)
+from scene_graph_ros.geometry.optimization.sets.conic_program import (
+    ConicProgram,
+    rows_of_program,
 )
 from scene_graph_ros.geometry.optimization.sets.conversions import (
     shape_of_hull,
@@ -45,6 +51,10 @@ from scene_graph_ros.geometry.optimization.sets.redundancy import (
     Reduction,
 )
 from scene_graph_ros.geometry.optimization.sets.sampling import draw, draw_many, UniformSamples
+from scene_graph_ros.geometry.optimization.sets.simplification import (
+    Simplification,
+    simplified,
+)
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
 from scene_graph_ros.geometry.optimization.solve.projection import project_points
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -63,7 +73,8 @@ class HPolyhedron(ConvexSet):
 
     ``HPolyhedron(v_polytope)`` has the faces of a hull of points,
     ``HPolyhedron(query, geometry_id, reference_frame=None)`` those of a registered box, half
-    space, hull or convex mesh, in a frame, the world by default.
+    space, hull or convex mesh, in a frame, the world by default; ``HPolyhedron(program)`` is the
+    feasible set of a `ConicProgram` of linear rows, in all its variables.
     """
 
     def __init__(
@@ -75,6 +86,8 @@ class HPolyhedron(ConvexSet):
         """Take rows, vertices or a geometry. Raises ConvexSetError unless A and b fit."""
         if is_query(A):
             A, b = half_spaces_of(*placed_shape(A, b, reference_frame), "HPolyhedron")
+        elif isinstance(A, ConicProgram):
+            A, b = rows_of_program(A, "HPolyhedron")
         elif isinstance(A, ConvexSet):
             rows = A._half_spaces()
             A, b = (A, b) if rows is None else rows
@@ -224,6 +237,58 @@ class HPolyhedron(ConvexSet):
         """
         found = inscribed(self)
         return Hyperellipsoid(AffineBall(found.B, found.center))
+
+    def maximum_volume_inscribed_affine_transformation(
+        self, circumbody: HPolyhedron
+    ) -> HPolyhedron:
+        """Return ``T x + t`` of all points, with T symmetric, semidefinite, of the largest volume.
+
+        Inside ``circumbody`` without tolerance; T is as the solver of cone programs finds it, the
+        volume's logarithm to about 1e-7. Raises ConvexSetError for a set that is empty, unbounded
+        or flat, SolverError where nothing was found.
+        """
+        self._check_other(circumbody, "maximum_volume_inscribed_affine_transformation")
+        T, t = largest_image(self, circumbody)
+        A = self._A @ np.linalg.inv(T)
+        return HPolyhedron(A, self._b + A @ t)
+
+    def simplify_by_incremental_face_translation(
+        self,
+        min_volume_ratio: float = 0.1,
+        do_affine_transformation: bool = True,
+        max_iterations: int = 10,
+        points_to_contain: Any = None,
+        intersecting_polytopes: Sequence[HPolyhedron] = (),
+        keep_whole_intersection: bool = False,
+        intersection_padding: float = 1e-4,
+        random_seed: int = 0,
+    ) -> HPolyhedron:
+        """Return a polyhedron inside this one, with fewer faces.
+
+        Faces in random order move in, as far as ``min_volume_ratio`` of the volume, the points
+        ``(m, n)`` and the polytopes allow; where others then follow from those that stay they are
+        left out, and the face moves back as far as it may. That ends after ``max_iterations``, or
+        when no more faces go. With ``do_affine_transformation`` the largest affine image inside
+        this set is returned, if it keeps points and polytopes.
+
+        Each of ``intersecting_polytopes`` still meets the result, by ``intersection_padding``
+        beyond the face where there is room; with ``keep_whole_intersection`` moving faces take
+        nothing of what they have in common. Raises ConvexSetError for a set that is empty or
+        unbounded, points outside and polytopes that don't meet it.
+        """
+        return simplified(
+            self,
+            Simplification(
+                min_volume_ratio,
+                do_affine_transformation,
+                max_iterations,
+                points_to_contain,
+                intersecting_polytopes,
+                keep_whole_intersection,
+                intersection_padding,
+                random_seed,
+            ),
+        )
 
     def pontryagin_difference(self, other: ConvexSet) -> HPolyhedron:
         """Return all a for which ``a + other`` is inside. Raises ConvexSetError if unbounded."""

@@ -1,0 +1,138 @@
+"""Polyhedra inside others with fewer faces, and the largest images inside: what they keep."""
+
+import math
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry.optimization import ConicProgram, ConvexSetError, HPolyhedron
+
+ANGLES = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False) + 0.01
+ROUND = HPolyhedron(np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1), np.ones(24))
+DOOR = HPolyhedron.make_box([0.9, -0.1], [2.0, 0.1])
+
+
+def cut_cube(n):
+    """Return a cube whose corners are cut off by 1e-3 of its edge."""
+    corners = np.array(np.meshgrid(*[[-1.0, 1.0]] * n, indexing="ij")).reshape(n, -1).T
+    rows = np.concatenate([np.eye(n), -np.eye(n), corners])
+    return HPolyhedron(rows, np.append(np.ones(2 * n), np.full(2**n, n - 2e-3)))
+
+
+@pytest.mark.parametrize("ratio", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("is_mapped", [False, True])
+def test_fewer_faces_inside_with_a_share_of_the_volume(ratio, is_mapped):
+    """Of 24 sides; the fewer, the less has to stay."""
+    found = ROUND.simplify_by_incremental_face_translation(ratio, is_mapped)
+    assert len(found.b) <= {0.1: 5, 0.5: 9, 0.9: 24}[ratio]
+    assert found.contained_in(ROUND, 0.0, certificate=True).certificate.verify()
+    assert found.contained_in(ROUND, 0.0)
+    assert found.calc_volume() >= ratio * ROUND.calc_volume() * (1.0 - 1e-9)
+
+
+@pytest.mark.parametrize("n", [2, 3])
+def test_cut_corners_are_of_no_use(n):
+    """A cube of which they took little is a cube again, at nearly its volume."""
+    found = cut_cube(n).simplify_by_incremental_face_translation(0.9)
+    assert len(found.b) == 2 * n
+    assert found.contained_in(cut_cube(n), 0.0)
+    assert found.calc_volume() > 0.98 * 2.0**n
+
+
+def test_points_stay_inside():
+    """Of which one is near to a side."""
+    points = np.array([[0.98, 0.0], [-0.5, 0.5], [0.0, 0.0]])
+    found = ROUND.simplify_by_incremental_face_translation(points_to_contain=points)
+    assert found.point_in_set(points, 0.0).all()
+    assert len(found.b) < 24
+
+
+def test_polytopes_are_met_or_kept_whole():
+    """A door on the right: it is met with some padding, or nothing of it is lost."""
+    other = HPolyhedron.make_box([-2.0, 0.5], [-0.6, 0.7])
+    for seed in range(3):
+        met = ROUND.simplify_by_incremental_face_translation(
+            intersecting_polytopes=[DOOR, other], random_seed=seed
+        )
+        assert met.intersects_with(DOOR)
+        assert met.intersects_with(other)
+        whole = ROUND.simplify_by_incremental_face_translation(
+            do_affine_transformation=False,
+            intersecting_polytopes=[DOOR],
+            keep_whole_intersection=True,
+            random_seed=seed,
+        )
+        assert ROUND.intersection(DOOR).contained_in(whole, 0.0)
+        assert len(whole.b) < 24
+
+
+def test_the_same_seed_simplifies_the_same():
+    """And one round less may leave more faces."""
+    one, other = (ROUND.simplify_by_incremental_face_translation(0.5) for _ in range(2))
+    np.testing.assert_array_equal(one.A, other.A)
+    np.testing.assert_array_equal(one.b, other.b)
+    once = ROUND.simplify_by_incremental_face_translation(0.5, False, 1)
+    assert len(once.b) >= len(ROUND.simplify_by_incremental_face_translation(0.5, False).b)
+
+
+@pytest.mark.parametrize("size", [1e-4, 1.0, 1e4])
+def test_largest_images(size):
+    """A right triangle fills half of a square, a box all of one that is moved and stretched."""
+    triangle = HPolyhedron([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]], [0.0, 0.0, 1.0])
+    square = HPolyhedron.make_box(size * np.array([9.0, 4.0]), size * np.array([11.0, 6.0]))
+    found = triangle.maximum_volume_inscribed_affine_transformation(square)
+    assert found.calc_volume() == pytest.approx(2.0 * size**2, rel=1e-6)
+    assert found.contained_in(square, 0.0)
+    wide = HPolyhedron.make_box(size * np.array([0.0, 5.0, 1.0]), size * np.array([4.0, 6.0, 3.0]))
+    filled = HPolyhedron.make_unit_box(3).maximum_volume_inscribed_affine_transformation(wide)
+    assert filled.calc_volume() == pytest.approx(8.0 * size**3, rel=1e-6)
+    assert filled.contained_in(wide, 0.0)
+    assert wide.contained_in(filled, 1e-6 * size)
+
+
+def test_feasible_sets_of_programs():
+    """Of linear rows in all variables; an equation is two rows."""
+    program = ConicProgram()
+    x = program.add_variables(2)
+    program.add_linear_inequalities([[1.0], [-1.0]], [2.0, 1.0], x[1:])
+    program.add_linear_equations([[1.0, -1.0]], [0.0], x)
+    of = HPolyhedron(program)
+    assert of.A.shape == (4, 2)
+    assert of.support([1.0, 0.0]).value == 2.0
+    assert of.point_in_set([[-1.0, -1.0], [0.5, 0.5], [0.5, 0.6]], 0.0).tolist() == [1, 1, 0]
+    program.add_second_order_cone(np.eye(2), np.zeros(2), x)
+    with pytest.raises(ConvexSetError, match="linear rows alone, not SECOND_ORDER"):
+        HPolyhedron(program)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"min_volume_ratio": 0.0}, "min_volume_ratio must be above 0, up to 1, not 0.0"),
+        ({"max_iterations": 0}, "max_iterations must be a whole number, at least 1, not 0"),
+        ({"points_to_contain": [[2.0, 0.0]]}, r"must be in the set, which \[2.0, 0.0\] is not"),
+        ({"points_to_contain": [[2.0]]}, "points_to_contain must be a point"),
+        ({"intersection_padding": -1.0}, "intersection_padding must be a finite number"),
+        (
+            {"intersecting_polytopes": [HPolyhedron.make_box([5.0, 5.0], [6.0, 6.0])]},
+            r"intersecting_polytopes\[0\] does not meet the set",
+        ),
+        ({"intersecting_polytopes": [HPolyhedron.make_unit_box(3)]}, "has 3 dimensions"),
+    ],
+)
+def test_bad_options_are_named(options, message):
+    """With their values."""
+    with pytest.raises(ConvexSetError, match=message):
+        ROUND.simplify_by_incremental_face_translation(**options)
+
+
+def test_unbounded_and_flat_sets_are_refused():
+    """As they have no volume to keep a share of."""
+    half = HPolyhedron([[1.0, 0.0]], [0.0])
+    flat = HPolyhedron.make_box([0.0, 0.0], [1.0, 0.0])
+    with pytest.raises(ConvexSetError, match="must be bounded"):
+        half.simplify_by_incremental_face_translation()
+    with pytest.raises(ConvexSetError, match="circumbody must be bounded"):
+        ROUND.maximum_volume_inscribed_affine_transformation(half)
+    with pytest.raises(ConvexSetError, match="circumbody is flat"):
+        ROUND.maximum_volume_inscribed_affine_transformation(flat)
