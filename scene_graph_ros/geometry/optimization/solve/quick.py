@@ -244,18 +244,24 @@ def _contradict(rows, sides, lengths, basis, inverse):
 
 
 @kernel
+def _weight(i):
+    """Return a row's weight between 1 and 2, none like another, so that few sums are nothing."""
+    return 1.0 + i * 0.6180339887 - math.floor(i * 0.6180339887)
+
+
+@kernel
 def bounding_weights(A, basis, inverse, y):
     """Fill a basis and multipliers that show that unit rows bound a set; return their error.
 
-    With weights 1 of all rows and ``y`` besides of the basis's, all of them positive, the rows
+    With `_weight` of all rows and ``y`` besides of the basis's, all of them positive, the rows
     add up to nothing, so that no direction breaks none (Stiemke 1915). -1 where that isn't shown.
     """
     m, n = A.shape
     goal, sides = np.zeros(n), np.empty(m)
     for i in range(m):
-        sides[i] = 1.0 + i * 0.6180339887 - math.floor(i * 0.6180339887)
+        sides[i] = _weight(i)
         for k in range(n):
-            goal[k] -= A[i, k]
+            goal[k] -= _weight(i) * A[i, k]
     x, ray = np.zeros(n), np.zeros(n)
     basis[:] = -1
     inverse[:] = np.eye(n)
@@ -269,8 +275,8 @@ def bounding_weights(A, basis, inverse, y):
     for k in range(n):
         total, size = 0.0, 0.0
         for i in range(m):
-            total += A[i, k]
-            size += abs(A[i, k])
+            total += _weight(i) * A[i, k]
+            size += abs(_weight(i) * A[i, k])
         for j in range(n):
             product = y[j] * A[basis[j], k]
             total += product
@@ -289,7 +295,7 @@ def half_widths(A, slacks, basis, inverse, y, error, widths):
     m, n = A.shape
     total = 0.0
     for i in range(m):
-        total += slacks[i]
+        total += _weight(i) * slacks[i]
     least = 1.0
     for j in range(n):
         total += (abs(y[j]) + error) * slacks[basis[j]]
