@@ -14,6 +14,18 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.checker_bodies import CheckerBody
     from scene_graph_ros.planning.checker_contexts import CollisionCheckerContext
     from scene_graph_ros.planning.checker_interface import CollisionChecker
+    from scene_graph_ros.planning.cliques.adjacency import CliqueError
+    from scene_graph_ros.planning.cliques.clique_cover import (
+        MinCliqueCoverSolverBase,
+        MinCliqueCoverSolverViaGreedy,
+    )
+    from scene_graph_ros.planning.cliques.max_clique import (
+        MaxCliqueSolverBase,
+        MaxCliqueSolverViaBranchAndBound,
+        MaxCliqueSolverViaGreedy,
+        MaxCliqueSolverViaMip,
+    )
+    from scene_graph_ros.planning.cliques.visibility_graph import visibility_graph
     from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
     from scene_graph_ros.planning.collision_checker_params import CollisionCheckerParams
     from scene_graph_ros.planning.distance_and_interpolation import (
@@ -80,6 +92,7 @@ __all__ = [
     "BodyShapeDescription",
     "BsplineBasis",
     "CheckerBody",
+    "CliqueError",
     "CollisionChecker",
     "CollisionCheckerContext",
     "CollisionCheckerError",
@@ -102,6 +115,12 @@ __all__ = [
     "KinematicTrajectoryOptimization",
     "KinematicTrajectoryResult",
     "LinearDistanceAndInterpolationProvider",
+    "MaxCliqueSolverBase",
+    "MaxCliqueSolverViaBranchAndBound",
+    "MaxCliqueSolverViaGreedy",
+    "MaxCliqueSolverViaMip",
+    "MinCliqueCoverSolverBase",
+    "MinCliqueCoverSolverViaGreedy",
     "MissingCasadiError",
     "MultipleShooting",
     "NonlinearProgram",
@@ -136,6 +155,7 @@ __all__ = [
     "plan_path",
     "plan_through_regions",
     "time_path",
+    "visibility_graph",
 ]
 
 _MODULES = {
@@ -143,6 +163,15 @@ _MODULES = {
     "checker_bodies": ("CheckerBody",),
     "checker_contexts": ("CollisionCheckerContext",),
     "checker_interface": ("CollisionChecker",),
+    "cliques.adjacency": ("CliqueError",),
+    "cliques.clique_cover": ("MinCliqueCoverSolverBase", "MinCliqueCoverSolverViaGreedy"),
+    "cliques.max_clique": (
+        "MaxCliqueSolverBase",
+        "MaxCliqueSolverViaBranchAndBound",
+        "MaxCliqueSolverViaGreedy",
+        "MaxCliqueSolverViaMip",
+    ),
+    "cliques.visibility_graph": ("visibility_graph",),
     "collision_checker_params": ("CollisionCheckerParams",),
     "collision_checker": ("SceneGraphCollisionChecker",),
     "distance_and_interpolation": (

@@ -147,7 +147,15 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def check_edges_collision_free(
         self, edges: ArrayLike, *, threads: int = 1
     ) -> NDArray[np.bool_]:
-        """Tell of each edge ``(n, 2, nq)`` whether its samples are free, both ends included."""
+        """Tell of each edge ``(n, 2, nq)`` whether it is free; here that its samples are."""
+        return self.check_edges_by_samples(edges, threads=threads)
+
+    def check_edges_by_samples(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.bool_]:
+        """Tell of each edge ``(n, 2, nq)`` whether its samples are free, both ends included.
+
+        They are at steps of ``edge_step_size``; nothing is known of what is between them. Raises
+        CollisionCheckerError for another shape.
+        """
         try:
             ends = np.asarray(edges, dtype=np.float64)
         except (TypeError, ValueError, OverflowError) as error:

@@ -14,14 +14,11 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
-from scene_graph_ros.planning.bodies import new_places
-from scene_graph_ros.planning.check_kernels import (
-    check_configurations,
-    NO_PAIR,
-)
+from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.checker_interface import CollisionChecker, one_configuration
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState, make_state
+from scene_graph_ros.planning.configuration_checks import first_pairs
 from scene_graph_ros.planning.curves import turning_quaternions
 from scene_graph_ros.planning.distance_and_interpolation import (
     ConfigurationDistanceFunction,
@@ -32,7 +29,6 @@ from scene_graph_ros.planning.edge_measure import EdgeMeasure, measure_of
 from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.edge_ways import joined_measures, joined_statuses, Ways
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
-from scene_graph_ros.planning.in_threads import in_threads
 from scene_graph_ros.planning.robot_clearance import (
     collision_types,
     poses_of_rows,
@@ -167,36 +163,13 @@ class SceneGraphCollisionChecker(CollisionChecker):
     ) -> NDArray[np.bool_]:
         """Tell the same of many configurations ``(n, nq)``; the same for any number of threads."""
         q = self.checked_configurations(configurations)
-        return self._first_pairs(self._state.plan, q, threads) == NO_PAIR
+        return first_pairs(self._state.plan, q, threads) == NO_PAIR
 
     def find_colliding_pair(self, q: ArrayLike) -> tuple[Any, Any] | None:
         """Return the ids of a pair that is nearer than its padding at q ``(nq,)``, or None."""
         plan = self._state.plan
-        pair = int(
-            self._first_pairs(plan, self.checked_configurations(one_configuration("q", q)), 1)[0]
-        )
+        pair = int(first_pairs(plan, self.checked_configurations(one_configuration("q", q)), 1)[0])
         return None if pair == NO_PAIR else plan.ids(pair)
-
-    def _first_pairs(
-        self, plan: CheckerPlan, q: NDArray[np.float64], threads: int
-    ) -> NDArray[np.int64]:
-        result = np.empty(len(q), dtype=np.int64)
-
-        def check(part: slice) -> None:
-            places = new_places(len(self._tree.table.kinds), len(plan.bodies.rows))
-            check_configurations(
-                plan.held.places,
-                self._tree.table,
-                plan.bodies,
-                plan.pairs,
-                q[part],
-                self._tree.X_WB,
-                result[part],
-                places,
-            )
-
-        in_threads(check, len(q), threads)
-        return result
 
     def find_collisions(
         self, configurations: ArrayLike, *, threads: int = 1
@@ -207,7 +180,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         """
         q = self.checked_configurations(configurations)
         state = self._state
-        first = self._first_pairs(state.plan, q, threads)
+        first = first_pairs(state.plan, q, threads)
         rows = np.flatnonzero(first != NO_PAIR)
         pairs = tuple(state.plan.ids(int(pair)) for pair in first[rows])
         depths = [_depth(state, q[row], int(first[row])) for row in rows]
@@ -312,7 +285,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
 
     def _ways(self, edges: NDArray[np.float64]) -> Ways | None:
         """Return the pieces of edges whose ways are a provider's own; None: they are straight."""
-        if self._is_straight or edges.shape[1] != 2 or not len(edges):
+        if self.is_straight or edges.shape[1] != 2 or not len(edges):
             return None
         ways = Ways.of([self.way(q1, q2) for q1, q2 in edges])
         return ways._replace(pieces=self._checked_edges(ways.pieces))

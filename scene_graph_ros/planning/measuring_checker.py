@@ -134,7 +134,7 @@ class MeasuringChecker:
         return self.interpolate_between_configurations
 
     @property
-    def _is_straight(self) -> bool:
+    def is_straight(self) -> bool:
         """Whether ways are straight edges."""
         provider = self._provider
         if isinstance(provider, FunctionsProvider):
@@ -157,7 +157,7 @@ class MeasuringChecker:
 
         A straight way is one edge, others are those between `samples`.
         """
-        return self._along(q1, q2, 1) if self._is_straight else self.samples(q1, q2)
+        return self._along(q1, q2, 1) if self.is_straight else self.samples(q1, q2)
 
     def samples(self, q1: ArrayLike, q2: ArrayLike) -> NDArray[np.float64]:
         """Return configurations ``(n + 1, nq)`` on the provider's way, q1 and q2 included.

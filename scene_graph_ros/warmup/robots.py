@@ -30,8 +30,9 @@ def place_links() -> None:
 
 
 def plan() -> None:
-    """Ask a robot of one link whether it touches a ball, and for a path beside it."""
+    """Ask a robot of one link whether it touches a ball, for a path beside it, and for cliques."""
     from scene_graph_ros.planning import (
+        MaxCliqueSolverViaBranchAndBound,
         plan_path,
         RobotDiagram,
         SceneGraphCollisionChecker,
@@ -58,4 +59,5 @@ def plan() -> None:
     checker.calc_robot_clearance(q[0], 2.0)
     checker.measure_edges(q[np.newaxis])
     plan_path(checker, [0.0], [1.0])
+    MaxCliqueSolverViaBranchAndBound().solve_max_clique(np.ones((3, 3)))
     time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))

@@ -1,0 +1,1 @@
+"""Visibility graphs, their largest cliques, and covers of graphs by cliques."""

@@ -1,0 +1,37 @@
+"""Batches of configurations, handed to the kernel that checks them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.bodies import new_places
+from scene_graph_ros.planning.check_kernels import check_configurations
+from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.in_threads import in_threads
+
+__all__ = ["first_pairs"]
+
+
+def first_pairs(plan: CheckerPlan, q: NDArray[np.float64], threads: int) -> NDArray[np.int64]:
+    """Return a pair (row of the plan) of each of ``q (n, nq)`` that is too near, or NO_PAIR.
+
+    The same for any number of threads. Configurations must have been checked.
+    """
+    result = np.empty(len(q), dtype=np.int64)
+
+    def check(part: slice) -> None:
+        places = new_places(len(plan.tree.table.kinds), len(plan.bodies.rows))
+        check_configurations(
+            plan.held.places,
+            plan.tree.table,
+            plan.bodies,
+            plan.pairs,
+            q[part],
+            plan.tree.X_WB,
+            result[part],
+            places,
+        )
+
+    in_threads(check, len(q), threads)
+    return result

@@ -1,0 +1,106 @@
+"""Work cut into shares, for any executor; the share of a worker that died is done again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future
+from typing import Any, TypeAlias, TypeVar
+import warnings
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.errors import CollisionCheckerError
+
+__all__ = ["AnyExecutor", "checked_executor", "in_executor"]
+
+AnyExecutor: TypeAlias = Executor | Callable[[], Executor]
+"""An executor, or what makes one: then another one is made where workers died."""
+
+_MOST_EXECUTORS = 3
+"""That are made for one piece of work; then a share has killed as many workers."""
+
+Result = TypeVar("Result")
+
+
+def checked_executor(executor: Any) -> AnyExecutor | None:
+    """Return an executor, what makes one, or None. Raises CollisionCheckerError."""
+    if executor is None or isinstance(executor, Executor) or callable(executor):
+        return executor
+    raise CollisionCheckerError(
+        "executor must be a concurrent.futures.Executor, or a function that makes one, not"
+        f" {quoted(executor)}"
+    )
+
+
+def in_executor(
+    function: Callable[..., Result],
+    shares: Sequence[tuple[Any, ...]],
+    executor: AnyExecutor | None,
+) -> list[Result]:
+    """Return what a function of a module returns of each share's arguments, in their order.
+
+    A process pool is broken when one of its workers dies. What it had not done is done again: by
+    another pool where ``executor`` makes them, at most three in all, else by this process, which a
+    RuntimeWarning tells. Executors that replace their workers themselves, as dask's, do so. What
+    the function raises is raised, and the shares that have not begun are dropped.
+    """
+    if executor is None:
+        return [function(*share) for share in shares]
+    done: dict[int, Result] = {}
+    if isinstance(executor, Executor):
+        if _collect(function, shares, executor, done) is not None:
+            left = len(shares) - len(done)
+            warnings.warn(
+                f"workers of the executor died: {left} of {len(shares)} shares are done by this"
+                " process. An executor that is given as a function is made anew",
+                RuntimeWarning,
+                stacklevel=3,
+            )
+            for k in range(len(shares)):
+                if k not in done:
+                    done[k] = function(*shares[k])
+        return [done[k] for k in range(len(shares))]
+    for attempt in range(_MOST_EXECUTORS):
+        with _made(executor) as pool:
+            broken = _collect(function, shares, pool, done)
+        if broken is None:
+            break
+        if attempt == _MOST_EXECUTORS - 1:
+            raise broken
+    return [done[k] for k in range(len(shares))]
+
+
+def _made(make: Callable[[], Executor]) -> Executor:
+    pool = make()
+    if not isinstance(pool, Executor):
+        raise CollisionCheckerError(
+            f"executor must make a concurrent.futures.Executor, not {quoted(pool)}"
+        )
+    return pool
+
+
+def _collect(
+    function: Callable[..., Result],
+    shares: Sequence[tuple[Any, ...]],
+    pool: Executor,
+    done: dict[int, Result],
+) -> BrokenExecutor | None:
+    """Note what a pool returns of the shares that are not done; return what broke it, if any."""
+    futures: dict[int, Future[Result]] = {}
+    broken: BrokenExecutor | None = None
+    try:
+        for k in range(len(shares)):
+            if k not in done:
+                futures[k] = pool.submit(function, *shares[k])
+    except BrokenExecutor as error:
+        broken = error
+    try:
+        for k, future in futures.items():
+            try:
+                done[k] = future.result()
+            except BrokenExecutor as error:
+                broken = error
+    except BaseException:
+        for future in futures.values():
+            future.cancel()
+        raise
+    return broken
