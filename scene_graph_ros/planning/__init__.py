@@ -78,6 +78,18 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
     from scene_graph_ros.planning.pose_target import InverseKinematicsError, PoseTarget
     from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+    from scene_graph_ros.planning.regions.around_seeds import region_around, regions_along
+    from scene_graph_ros.planning.regions.clique_cover import (
+        iris_in_configuration_space_from_clique_cover,
+        RegionCover,
+    )
+    from scene_graph_ros.planning.regions.cover_options import IrisFromCliqueCoverOptions
+    from scene_graph_ros.planning.regions.errors import RegionError, RegionNotFoundError
+    from scene_graph_ros.planning.regions.iris_np import iris_in_configuration_space
+    from scene_graph_ros.planning.regions.iris_zo import iris_zo
+    from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
+    from scene_graph_ros.planning.regions.np_options import IrisNpOptions
+    from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
     from scene_graph_ros.planning.roadmap import Roadmap
     from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
@@ -97,6 +109,7 @@ __all__ = [
     "CollisionCheckerContext",
     "CollisionCheckerError",
     "CollisionCheckerParams",
+    "ConfigurationRegion",
     "ConstraintViolation",
     "DiagramBuiltError",
     "DirectCollocation",
@@ -112,6 +125,9 @@ __all__ = [
     "InverseKinematics",
     "InverseKinematicsError",
     "InverseKinematicsFailure",
+    "IrisFromCliqueCoverOptions",
+    "IrisNpOptions",
+    "IrisZoOptions",
     "KinematicTrajectoryOptimization",
     "KinematicTrajectoryResult",
     "LinearDistanceAndInterpolationProvider",
@@ -131,6 +147,9 @@ __all__ = [
     "PlanningError",
     "PoseTarget",
     "ProgramResult",
+    "RegionCover",
+    "RegionError",
+    "RegionNotFoundError",
     "RegionPlan",
     "Roadmap",
     "RobotClearance",
@@ -150,10 +169,15 @@ __all__ = [
     "ZmpPlannerError",
     "get_continuous_revolute_joint_indices",
     "inverse_kinematics",
+    "iris_in_configuration_space",
+    "iris_in_configuration_space_from_clique_cover",
+    "iris_zo",
     "load_robot_diagram",
     "make_body_shape_description",
     "plan_path",
     "plan_through_regions",
+    "region_around",
+    "regions_along",
     "time_path",
     "visibility_graph",
 ]
@@ -211,6 +235,15 @@ _MODULES = {
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
     "pose_target": ("InverseKinematicsError", "PoseTarget"),
     "position_space": ("get_continuous_revolute_joint_indices",),
+    "regions.around_seeds": ("region_around", "regions_along"),
+    "regions.clique_cover": ("RegionCover", "iris_in_configuration_space_from_clique_cover"),
+    "regions.cover_options": ("IrisFromCliqueCoverOptions",),
+    "regions.errors": ("RegionError", "RegionNotFoundError"),
+    "regions.iris_np": ("iris_in_configuration_space",),
+    "regions.iris_zo": ("iris_zo",),
+    "regions.iris_zo_options": ("IrisZoOptions",),
+    "regions.np_options": ("IrisNpOptions",),
+    "regions.region_record": ("ConfigurationRegion",),
     "roadmap": ("Roadmap",),
     "robot_clearance": ("RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),

@@ -18,9 +18,11 @@ from scene_graph_ros.planning.checker_state import CheckerState
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 
 __all__ = [
+    "NearPairs",
     "RobotClearance",
     "RobotCollisionType",
     "collision_types",
+    "near_pairs",
     "poses_of_rows",
     "robot_clearance",
 ]
@@ -159,6 +161,19 @@ class RobotClearance:
         self._types.append(collision_type)
 
 
+class NearPairs(NamedTuple):
+    """Pairs of geometries that are near at a configuration."""
+
+    rows: NDArray[np.intp]
+    """``(k,)``: of the plan's pairs."""
+    distances: NDArray[np.float64]
+    """``(k,)`` metres, less the padding."""
+    jacobians: NDArray[np.float64]
+    """``(k, nq)``: derivatives of the distances."""
+    pairs: tuple[Any, ...]
+    """Geometry ids."""
+
+
 class _Near(NamedTuple):
     solved: SolvedPairs
     pairs: NDArray[np.intp]
@@ -170,17 +185,10 @@ def robot_clearance(
     state: CheckerState, q: NDArray[np.float64], influence: float
 ) -> RobotClearance:
     """Return the padded distances at q ``(nq,)`` up to a distance (m), and their derivatives."""
-    plan, tree = state.plan, state.plan.tree
-    found = _near(plan, poses_of_rows(plan, state.snapshot, q), influence)
-    kept, nhats_W = found.solved.rows, found.solved.nhat_BA_W
-    rates = tree.velocity_map(q)
-    chosen = np.flatnonzero(found.padded <= influence)
-    result = RobotClearance(tree.num_positions)
-    result.reserve(len(chosen))
-    for k in chosen:
-        p_ACa, p_BCb = found.solved.p_ACa[k], found.solved.p_BCb[k]
-        sides = ((kept[k, 0], p_ACa, 1.0), (kept[k, 1], p_BCb, -1.0))
-        pair = int(found.pairs[k])
+    near = near_pairs(state.plan, q, influence)
+    result = RobotClearance(state.plan.tree.num_positions)
+    result.reserve(len(near.rows))
+    for pair, distance, row, ids in zip(*near, strict=True):
         robot, other = state.body_of[pair].tolist()
         is_own = state.bodies.is_part_of_robot(other)
         kind = (
@@ -188,10 +196,25 @@ def robot_clearance(
             if is_own
             else RobotCollisionType.ENVIRONMENT_COLLISION
         )
-        row = _gradient(plan, q, nhats_W[k], sides) @ rates
-        distance = float(found.padded[k])
-        result.append(robot, other, kind, distance, row, pair=plan.ids(pair))
+        result.append(robot, other, kind, float(distance), row, pair=ids)
     return result
+
+
+def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearPairs:
+    """Return what a plan alone tells of the pairs that are near at q ``(nq,)``."""
+    tree = plan.tree
+    found = _near(plan, _poses_in_plan(plan, q), influence)
+    kept, nhats_W = found.solved.rows, found.solved.nhat_BA_W
+    rates = tree.velocity_map(q)
+    chosen = np.flatnonzero(found.padded <= influence)
+    jacobians = np.empty((len(chosen), tree.num_positions))
+    for place, k in enumerate(chosen):
+        p_ACa, p_BCb = found.solved.p_ACa[k], found.solved.p_BCb[k]
+        sides = ((kept[k, 0], p_ACa, 1.0), (kept[k, 1], p_BCb, -1.0))
+        jacobians[place] = _gradient(plan, q, nhats_W[k], sides) @ rates
+    pairs = found.pairs[chosen]
+    ids = tuple(plan.ids(int(pair)) for pair in pairs)
+    return NearPairs(pairs, found.padded[chosen], jacobians, ids)
 
 
 def collision_types(state: CheckerState, q: NDArray[np.float64]) -> list[RobotCollisionType]:
@@ -216,6 +239,15 @@ def poses_of_rows(
     X_WG = snapshot.X_WG.copy()
     X_WL = plan.tree.link_poses(q)
     X_WG[plan.bodies.rows[:robots]] = X_WL[plan.owners[:robots]] @ plan.X_LG
+    return X_WG
+
+
+def _poses_in_plan(plan: CheckerPlan, q: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the poses ``(n, 4, 4)`` of all rows of the scene's proximity arrays at q."""
+    robots = len(plan.X_LG)
+    X_WG = np.tile(np.eye(4), (len(plan.bodies.rows), 1, 1))
+    X_WG[plan.bodies.rows[robots:], :3] = plan.bodies.X_WG
+    X_WG[plan.bodies.rows[:robots]] = plan.tree.link_poses(q)[plan.owners[:robots]] @ plan.X_LG
     return X_WG
 
 

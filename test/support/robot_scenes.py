@@ -11,7 +11,7 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.planning import RobotDiagram
 from scene_graph_ros.scene_files import load_scene_text
 
-__all__ = ["BALL", "DRONE", "PLATE", "ROD", "SLIDE", "diagram", "move"]
+__all__ = ["ARM", "BALL", "DRONE", "PLATE", "POSTS", "ROD", "SLIDE", "diagram", "move"]
 
 # A rod of 1 m, 1 mm thick, on a hinge at the origin; it turns in the xy-plane.
 ROD = """<robot name="rod"><link name="base"/><link name="rod">
@@ -26,6 +26,27 @@ geometries:
     source: around
     pose: {xyz: [0.7020660495, 0.3835404309, 0], rpy: [0, 0, 0.5]}
     shape: {type: box, size: [0.2, 0.0001, 0.2]}
+"""
+
+# An arm of two links of 1 m that turns in the xy-plane; they are thin, and end before the joints.
+_LINK = """<collision><origin xyz="0.5 0 0"/><geometry><box size="0.8 0.1 0.1"/></geometry>
+  </collision>"""
+ARM = f"""<robot name="arm"><link name="base"/><link name="upper">{_LINK}</link>
+  <link name="lower">{_LINK}</link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+  <axis xyz="0 0 1"/><limit lower="-3" upper="3" effort="1" velocity="1"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+  <origin xyz="1 0 0"/><axis xyz="0 0 1"/>
+  <limit lower="-2.8" upper="2.8" effort="1" velocity="1"/></joint></robot>"""
+
+# What the stretched arm meets at the angles 0.64 and -2.36.
+POSTS = """
+geometries:
+  - {name: ball, source: around, pose: {xyz: [1.2, 0.9, 0]}, shape: {type: sphere, radius: 0.2}}
+  - name: box
+    source: around
+    pose: {xyz: [-0.9, -0.9, 0]}
+    shape: {type: box, size: [0.4, 0.4, 0.4]}
 """
 
 DRONE = """<robot name="drone"><link name="world"/><link name="body">

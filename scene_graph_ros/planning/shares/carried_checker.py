@@ -23,6 +23,7 @@ from scene_graph_ros.planning.configuration_checks import first_pairs
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.errors import CollisionCheckerError
+from scene_graph_ros.planning.robot_clearance import near_pairs, NearPairs
 
 __all__ = ["CarriedChecker", "PackedChecker", "pack"]
 
@@ -100,6 +101,10 @@ class CarriedChecker:
             prove(self.plan, edges, rules, threads=threads).statuses == FREE
         )
         return result
+
+    def calc_robot_clearance(self, q: NDArray[np.float64], influence_distance: float) -> NearPairs:
+        """Return padded distances at q ``(nq,)``, which was checked, up to one (m)."""
+        return near_pairs(self.plan, q, influence_distance)
 
 
 def pack(checker: CollisionChecker) -> PackedChecker:

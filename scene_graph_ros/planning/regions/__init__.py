@@ -1,0 +1,1 @@
+"""Convex regions of configurations that are free, as sure as samples can tell."""

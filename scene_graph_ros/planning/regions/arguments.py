@@ -1,0 +1,145 @@
+"""Checks of what regions are asked to grow from."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.planning.regions.errors import RegionError
+from scene_graph_ros.planning.regions.feasibility import Feasibility
+from scene_graph_ros.robots.tree_kernels import FLOATING
+
+__all__ = [
+    "checked_center",
+    "checked_domain",
+    "checked_kept",
+    "checked_points",
+    "domain_of_limits",
+    "ellipsoid_map",
+]
+
+_INSIDE = 1e-8
+"""rad or m: how far outside of the hull of the points to keep the centre may be."""
+
+
+def domain_of_limits(checker: CollisionChecker) -> HPolyhedron:
+    """Return the box of all positions' limits. Raises RegionError where one has none."""
+    tree = checker.model.tree
+    endless = np.flatnonzero(~np.isfinite(tree.lower) | ~np.isfinite(tree.upper))
+    if len(endless):
+        raise RegionError(
+            f"position {tree.position_names[endless[0]]!r} has no limits; give a domain, such as"
+            " HPolyhedron.make_box"
+        )
+    return HPolyhedron.make_box(tree.lower, tree.upper)
+
+
+def checked_domain(checker: CollisionChecker, domain: Any) -> HPolyhedron:
+    """Return a bounded domain of a checker's configurations; None: that of its limits."""
+    tree = checker.model.tree
+    for joint in tree.joints:
+        if joint.kind == FLOATING:
+            raise RegionError(
+                f"joint {joint.name!r} floats: quaternions have no convex regions; weld it, or"
+                " plan with plan_path"
+            )
+    if domain is None:
+        return domain_of_limits(checker)
+    n = tree.num_positions
+    if not isinstance(domain, HPolyhedron) or domain.ambient_dimension != n:
+        raise RegionError(f"domain must be an HPolyhedron in {n} dimensions, not {quoted(domain)}")
+    if domain.is_empty():
+        raise RegionError("domain is empty")
+    if not domain.is_bounded():
+        raise RegionError("domain is unbounded; intersect it with a box, HPolyhedron.make_box")
+    named = np.linalg.norm(domain.A, axis=1)
+    rows = named > 0.0
+    return HPolyhedron(domain.A[rows] / named[rows, np.newaxis], domain.b[rows] / named[rows])
+
+
+def ellipsoid_map(ellipsoid: Any, n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return map ``(n, n)`` and centre ``(n,)`` of an ellipsoid that is not flat."""
+    label = "starting_ellipsoid"
+    try:
+        ball = ellipsoid if isinstance(ellipsoid, AffineBall) else AffineBall(ellipsoid)
+        if ball.ambient_dimension == n:
+            ball.inverse()
+            return np.array(ball.B), np.array(ball.center)
+    except (ConvexSetError, AttributeError, TypeError) as error:
+        raise RegionError(
+            f"{label} must be a Hyperellipsoid in {n} dimensions, bounded and not flat: {error}"
+        ) from None
+    raise RegionError(f"{label} must be in {n} dimensions, not {ball.ambient_dimension}")
+
+
+def checked_points(name: str, points: ArrayLike, n: int) -> NDArray[np.float64]:
+    """Return points ``(m, n)``, m at least 1, also of one ``(n,)``. Raises RegionError."""
+    try:
+        array = np.array(points, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        array = np.full(0, np.nan)
+    if array.ndim == 1:
+        array = array[np.newaxis]
+    if array.ndim != 2 or array.shape[1] != n or not len(array) or not np.isfinite(array).all():
+        raise RegionError(f"{name} must be finite numbers (m, {n}), not {quoted(points)}")
+    return array
+
+
+def checked_center(
+    feasibility: Feasibility, domain: HPolyhedron, center: NDArray[np.float64], name: str
+) -> None:
+    """Raise RegionError unless a configuration ``(n,)`` is in the domain and free."""
+    if not domain.point_in_set(center, 0.0):
+        outside = float((domain.A @ center - domain.b).max())
+        raise RegionError(f"{name} {center.tolist()} is outside the domain by {outside:.3g}")
+    if not feasibility.free(center[np.newaxis])[0]:
+        raise RegionError(
+            f"{name} {center.tolist()} is not free: {_why(feasibility, center)}; begin at a free"
+            " configuration"
+        )
+
+
+def checked_kept(
+    feasibility: Feasibility,
+    domain: HPolyhedron,
+    center: NDArray[np.float64],
+    points: ArrayLike | None,
+) -> NDArray[np.float64]:
+    """Return points to keep ``(k, n)``: free, in the domain, with the centre in their hull."""
+    n = domain.ambient_dimension
+    if points is None:
+        return np.zeros((0, n))
+    kept = checked_points("containment_points", points, n)
+    for k, each in enumerate(kept):
+        checked_center(feasibility, domain, each, f"containment_points[{k}]")
+    if not VPolytope(kept).point_in_set(center, _INSIDE):
+        raise RegionError(
+            "containment_points must have the centre of starting_ellipsoid in their hull,"
+            f" {center.tolist()}"
+        )
+    return kept
+
+
+def _why(feasibility: Feasibility, q: NDArray[np.float64]) -> str:
+    """Return what keeps a configuration from being free."""
+    for k, obstacle in enumerate(feasibility.obstacles):
+        if obstacle.point_in_set(q, 0.0):
+            return f"it is in configuration_obstacles[{k}]"
+    find = getattr(feasibility.checker, "find_collisions", None)
+    if find is None:
+        return "the checker or a constraint says so"
+    found = find(q[np.newaxis])
+    if not len(found.rows):
+        return "it violates additional_constraints"
+    from scene_graph_ros.planning.path_ends import pair_words
+
+    words = pair_words(feasibility.checker, found.pairs[0])
+    return f"{words} overlap by {1e3 * found.depths[0]:.4g} mm"

@@ -1,0 +1,137 @@
+"""Regions around what one has: a configuration, some, an edge, a path."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
+from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
+from scene_graph_ros.planning.regions.arguments import (
+    checked_center,
+    checked_domain,
+    checked_points,
+)
+from scene_graph_ros.planning.regions.errors import RegionError
+from scene_graph_ros.planning.regions.feasibility import (
+    checked_constraints,
+    checked_obstacles,
+    Feasibility,
+)
+from scene_graph_ros.planning.regions.iris_np import grow_np, np_options
+from scene_graph_ros.planning.regions.iris_zo import grow_zo
+from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
+from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
+
+__all__ = ["AnyIrisOptions", "ellipsoid_around", "grow_around", "region_around", "regions_along"]
+
+AnyIrisOptions = IrisZoOptions | IrisOptions
+
+_THIN = 1e-2
+"""Relative to the longest: how long the axes of an ellipsoid around points are at least."""
+
+_SMALL = 1e-3
+"""rad or m: the radius where there is one point only; its size does not count."""
+
+
+def region_around(
+    checker: CollisionChecker,
+    seed: ArrayLike,
+    domain: HPolyhedron | None = None,
+    options: AnyIrisOptions | None = None,
+) -> ConfigurationRegion:
+    """Return a region that keeps a configuration ``(nq,)`` inside, or all of ``(m, nq)``.
+
+    Two are an edge. All edges between seeds must be free; the ellipsoid to begin with is the
+    smallest around them. ``options`` are an `IrisZoOptions`, which are the default, or an
+    `IrisOptions`; seeds are inside in any case. Raises as `iris_zo`, and RegionError for seeds
+    that do not see each other.
+    """
+    chosen = IrisZoOptions() if options is None else options
+    box = checked_domain(checker, domain)
+    seeds = checked_points("seed", seed, box.ambient_dimension)
+    feasibility = feasibility_of(checker, chosen, box)
+    for k, each in enumerate(seeds):
+        checked_center(feasibility, box, each, f"seed[{k}]")
+    pairs = list(itertools.combinations(range(len(seeds)), 2))
+    edges = np.array([[seeds[i], seeds[j]] for i, j in pairs]).reshape(-1, 2, seeds.shape[1])
+    hidden = np.flatnonzero(~feasibility.segments_free(edges))
+    if len(hidden):
+        i, j = pairs[hidden[0]]
+        raise RegionError(
+            f"seed[{i}] and seed[{j}] do not see each other: the edge between them is not free, so"
+            " no convex region has both"
+        )
+    B, center = ellipsoid_around(seeds)
+    return grow_around(feasibility, box, B, center, seeds, chosen)
+
+
+def regions_along(
+    checker: CollisionChecker,
+    path: ArrayLike,
+    domain: HPolyhedron | None = None,
+    options: AnyIrisOptions | None = None,
+) -> list[ConfigurationRegion]:
+    """Return regions along a path ``(m, nq)`` of free edges, such as `plan_path` finds.
+
+    Each keeps an edge inside, so neighbours share a configuration of the path. An edge that is in
+    the region before gets none of its own. Raises as `region_around`.
+    """
+    n = checker.model.tree.num_positions
+    q = checked_points("path", path, n)
+    if len(q) == 1:
+        return [region_around(checker, q, domain, options)]
+    regions: list[ConfigurationRegion] = []
+    for edge in itertools.pairwise(q):
+        if not (regions and regions[-1].region.point_in_set(np.stack(edge), 0.0).all()):
+            regions.append(region_around(checker, np.stack(edge), domain, options))
+    return regions
+
+
+def feasibility_of(
+    checker: CollisionChecker, options: AnyIrisOptions, domain: HPolyhedron
+) -> Feasibility:
+    """Return the predicate of options, after checking what of them it takes."""
+    chosen = options if isinstance(options, IrisZoOptions) else np_options(options)
+    n = domain.ambient_dimension
+    return Feasibility(
+        checker,
+        checked_obstacles(chosen.configuration_obstacles, n),
+        checked_constraints(chosen.additional_constraints),
+        checked_parallelism(checker, chosen.parallelism),
+    )
+
+
+def ellipsoid_around(
+    points: NDArray[np.float64], rank_tol: float = 1e-6
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return map ``(n, n)`` and centre ``(n,)`` of an ellipsoid around points that is not flat."""
+    n = points.shape[1]
+    ball = AffineBall.minimum_volume_circumscribed_ellipsoid(points, rank_tol)
+    axes, radii, _ = np.linalg.svd(ball.B)
+    least = _THIN * float(radii.max(initial=0.0)) or _SMALL
+    return axes @ np.diag(np.maximum(radii, least)).reshape(n, n), np.array(ball.center)
+
+
+def grow_around(
+    feasibility: Feasibility,
+    domain: HPolyhedron,
+    B: NDArray[np.float64],
+    center: NDArray[np.float64],
+    kept: NDArray[np.float64],
+    options: AnyIrisOptions,
+) -> ConfigurationRegion:
+    """Return a region around an ellipsoid by the algorithm that the options are of.
+
+    Where the ellipsoid's centre is not free it is moved to the nearest point that is kept.
+    """
+    if not feasibility.free(center[np.newaxis])[0]:
+        center = kept[np.argmin(np.linalg.norm(kept - center, axis=1))]
+    if isinstance(options, IrisZoOptions):
+        return grow_zo(feasibility, domain, B, center, kept, options)
+    return grow_np(feasibility, domain, B, center, kept, np_options(options))

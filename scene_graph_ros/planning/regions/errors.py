@@ -1,0 +1,15 @@
+"""Why there is no region."""
+
+from __future__ import annotations
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+
+__all__ = ["RegionError", "RegionNotFoundError"]
+
+
+class RegionError(SceneGraphError, ValueError):
+    """Arguments that no region can be grown from; the message names them and the remedy."""
+
+
+class RegionNotFoundError(SceneGraphError, RuntimeError):
+    """No region passed its test; the message says how far it came and what would help."""

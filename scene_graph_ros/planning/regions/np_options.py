@@ -1,0 +1,54 @@
+"""How `iris_in_configuration_space` grows a region."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+import math
+
+from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.planning.regions.feasibility import Constraints
+from scene_graph_ros.planning.regions.iris_zo_options import check_counts, check_numbers
+
+__all__ = ["IrisNpOptions"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IrisNpOptions(IrisOptions):
+    """Those of `iris`, and what only regions of configurations have.
+
+    Raises RegionError or ConvexSetError, which name the option and its value.
+    """
+
+    configuration_space_margin: float = 1e-2
+    """rad or m: faces keep away by this from configurations that are not free."""
+    num_collision_infeasible_samples: int = 5
+    """Rounds of searches in a row that find no configuration that is not free, to be done."""
+    configuration_obstacles: Sequence[ConvexSet] = ()
+    """Convex sets of configurations that are not free."""
+    additional_constraints: Constraints | None = None
+    """Of configurations ``(n, nq)`` returns ``(n, k)``: all at most 0 where free."""
+    num_additional_constraint_infeasible_samples: int = 5
+    """The same for constraints, where there are some; the larger of the two counts."""
+    random_seed: int = 1234
+    """The same seed gives the same region."""
+    mixing_steps: int = 10
+    """Steps of hit and run to each new point."""
+    parallelism: bool | int = True
+    """Threads that check configurations; True takes all processors."""
+    num_test_samples: int = 1000
+    """Points of the region, never used for faces, of which the record is."""
+
+    def __post_init__(self) -> None:
+        """Check all values."""
+        super().__post_init__()
+        least = {
+            "num_collision_infeasible_samples": 1,
+            "num_additional_constraint_infeasible_samples": 1,
+            "random_seed": 0,
+            "mixing_steps": 1,
+            "num_test_samples": 1,
+        }
+        check_counts(self, least)
+        check_numbers(self, ("configuration_space_margin",), 0.0, math.inf, includes=True)

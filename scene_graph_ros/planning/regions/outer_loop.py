@@ -1,0 +1,111 @@
+"""Ellipsoids and faces around them in turn, until the ellipsoid does not grow any more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
+from scene_graph_ros.geometry.optimization.sets.axes import unit_ball_volume
+from scene_graph_ros.geometry.optimization.sets.ellipsoids import Extremal, inscribed
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.planning.regions.errors import RegionNotFoundError
+from scene_graph_ros.planning.regions.feasibility import Feasibility
+from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
+
+__all__ = ["Attempt", "grow", "rounding_shape"]
+
+
+@dataclass(frozen=True, eq=False)
+class Attempt:
+    """A region around one ellipsoid, and the test that it passed."""
+
+    region: HPolyhedron
+    samples: int
+    hits: int
+    share_bound: float
+    confidence: float
+    tests: int
+
+
+def grow(
+    feasibility: Feasibility,
+    B: NDArray[np.float64],
+    center: NDArray[np.float64],
+    kept: NDArray[np.float64],
+    options: Any,
+    most: int,
+    attempt: Callable[[NDArray[np.float64], NDArray[np.float64]], Attempt],
+) -> ConfigurationRegion:
+    """Return the last region that passed, of at most so many ellipsoids; the first must pass.
+
+    ``options`` has both termination thresholds and maybe a ``termination_func``.
+    """
+    best: Attempt | None = None
+    found: Extremal | None = None
+    volumes: list[float] = []
+    stop = getattr(options, "termination_func", None)
+    reason = ""
+    while not reason:
+        if best is not None and not feasibility.free(center[np.newaxis])[0]:
+            reason = "center"
+            break
+        try:
+            tried = attempt(B, center)
+        except RegionNotFoundError:
+            if best is None:
+                raise
+            reason = "test"
+            break
+        best, found = tried, None
+        region = tried.region.reduce_inequalities()
+        best = Attempt(region, *(getattr(tried, name) for name in _TEST))
+        try:
+            found = inscribed(region)
+        except (ConvexSetError, SolverError):
+            reason = "thin"
+            break
+        B, center = found.B, found.center
+        volume = unit_ball_volume(len(center)) * abs(float(np.linalg.det(B)))
+        growth, so_far = volume - max(volumes, default=0.0), max(volumes, default=0.0)
+        volumes.append(volume)
+        least, share = options.termination_threshold, options.relative_termination_threshold
+        is_small = (growth <= least and least >= 0.0) or (
+            growth <= share * so_far and share >= 0.0
+        )
+        if stop is not None and stop(region):
+            reason = "termination_func"
+        elif len(volumes) > 1 and is_small:
+            reason = "converged"
+        elif len(volumes) >= most:
+            reason = "iterations"
+    assert best is not None
+    ellipsoid = None if found is None else Hyperellipsoid(AffineBall(found.B, found.center))
+    test = {name: getattr(best, name) for name in _TEST}
+    return ConfigurationRegion(
+        best.region, ellipsoid, **test, kept=kept, volumes=tuple(volumes), reason=reason
+    )
+
+
+def rounding_shape(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the map ``(n, n)`` of the largest ellipsoid in ``A x <= b``.
+
+    Walks along its directions mix as fast in thin sets as in round ones, where others hardly move
+    and a test of their points would say nothing. Raises RegionNotFoundError for what is too thin.
+    """
+    try:
+        return inscribed(HPolyhedron(A, b)).B
+    except (ConvexSetError, SolverError) as error:
+        raise RegionNotFoundError(
+            f"what is left of the region is too thin for floats to know its ellipsoid ({error});"
+            " begin farther from what is not free"
+        ) from None
+
+
+_TEST = ("samples", "hits", "share_bound", "confidence", "tests")

@@ -1,0 +1,317 @@
+"""Regions of configurations, tested by points that did not make them, and by construction."""
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+import functools
+import multiprocessing
+import pickle
+
+import numpy as np
+import pytest
+from robot_scenes import ARM, BALL, diagram, DRONE, POSTS, SLIDE
+
+from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperellipsoid, IrisOptions
+from scene_graph_ros.planning import (
+    iris_in_configuration_space,
+    iris_in_configuration_space_from_clique_cover,
+    iris_zo,
+    IrisFromCliqueCoverOptions,
+    IrisNpOptions,
+    IrisZoOptions,
+    MaxCliqueSolverViaBranchAndBound,
+    plan_path,
+    plan_through_regions,
+    region_around,
+    RegionError,
+    RegionNotFoundError,
+    regions_along,
+    SceneGraphCollisionChecker,
+)
+from scene_graph_ros.planning.regions.faces import Cut, cut_between
+from scene_graph_ros.planning.regions.region_record import share_bound
+from scene_graph_ros.planning.shares.carried_checker import pack
+
+LOW, HIGH = np.array([-3.0, -2.8]), np.array([3.0, 2.8])
+DOMAIN = HPolyhedron.make_box(LOW, HIGH)
+FAST = IrisZoOptions(num_particles=300, epsilon=0.05, mixing_steps=20, max_iterations=2)
+POOL = functools.partial(ProcessPoolExecutor, 2, mp_context=multiprocessing.get_context("fork"))
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """An arm of two joints between a ball and a box."""
+    return SceneGraphCollisionChecker(diagram(tmp_path_factory.mktemp("arm"), ARM, POSTS))
+
+
+@pytest.fixture(scope="module")
+def spread():
+    """Points of the domain that nothing else uses."""
+    return np.random.default_rng(77).uniform(LOW, HIGH, (20_000, 2))
+
+
+def share_in_collision(checker, region, spread):
+    """Return the share of a region that is not free, and how many points say so."""
+    inside = spread[region.point_in_set(spread, 0.0)]
+    return 1.0 - checker.check_configs_collision_free(inside).mean(), len(inside)
+
+
+def ball(center):
+    """Return an ellipsoid to begin with."""
+    return Hyperellipsoid.make_hypersphere(0.01, center)
+
+
+def test_a_region_is_free_as_its_record_says(arm, spread):
+    """The share that is not free is below epsilon, by points of a sampler of its own."""
+    options = IrisZoOptions(max_iterations=2, epsilon=0.02, num_particles=300, mixing_steps=20)
+    for seed in ([0.0, 0.0], [2.0, 0.5]):
+        found = iris_zo(arm, ball(seed), DOMAIN, options, certificate=True)
+        share, count = share_in_collision(arm, found.region, spread)
+        assert count > 100 and share <= 0.02
+        assert found.share_bound <= 0.02 and found.confidence == 0.95
+        assert found.samples > 1000 and found.hits <= 0.01 * found.samples
+        assert found.region.point_in_set(seed, 0.0)
+        assert found.region.contained_in(DOMAIN)
+        assert found.ellipsoid is not None and len(found.volumes) <= 2
+    again = iris_zo(arm, ball(seed), DOMAIN, options)
+    np.testing.assert_array_equal(again.A, found.region.A)
+
+
+def test_a_region_on_a_rail_ends_before_the_ball(tmp_path):
+    """A ball of 0.1 m meets one of 0.2 m at 1 m from 0.7 m on; the margin is 1 cm, or nothing."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
+    rail = HPolyhedron.make_box([-2.0], [3.0])
+    for margin in (0.0, 0.01):
+        options = IrisZoOptions(
+            configuration_space_margin=margin,
+            bisection_steps=25,
+            num_particles=100,
+            mixing_steps=5,
+            epsilon=0.1,
+            max_iterations=1,
+        )
+        region = iris_zo(checker, ball([0.0]), rail, options)
+        ends = [region.support(way).value for way in ([-1.0], [1.0])]
+        assert ends == pytest.approx([2.0, 0.7 - margin], abs=1e-6)
+    checker.set_padding_all_robot_environment_pairs(0.05)
+    region = iris_zo(checker, ball([0.0]), rail, options)
+    assert region.support([1.0]).value == pytest.approx(0.64, abs=1e-6)
+    found = iris_in_configuration_space(checker, [0.0], domain=rail)
+    assert found.support([1.0]).value == pytest.approx(0.64, abs=1e-5)
+
+
+def test_points_to_keep_stay_inside(arm, spread):
+    """The corners of a thin triangle; where they are near to something the margin gives way."""
+    kept = np.array([[0.0, 0.0], [-1.5, 0.3], [-1.5, 0.6]])
+    assert arm.check_edges_collision_free([[kept[0], kept[1]], [kept[0], kept[2]]]).all()
+    options = replace(FAST, containment_points=kept, configuration_space_margin=0.05)
+    found = iris_zo(arm, ball(kept.mean(axis=0)), DOMAIN, options, certificate=True)
+    assert found.region.point_in_set(kept, 0.0).all()
+    assert share_in_collision(arm, found.region, spread)[0] <= 0.05
+
+
+def test_obstacles_and_constraints_of_configurations_are_kept(arm, spread):
+    """A box, and a half plane, as exactly as the margin."""
+    obstacle = HPolyhedron.make_box([0.5, -3.0], [0.8, 3.0])
+
+    def above(q):
+        return -0.4 - q[:, 1]
+
+    both = {"configuration_obstacles": [obstacle], "additional_constraints": above}
+    for region in (
+        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, replace(FAST, **both)),
+        iris_in_configuration_space(
+            arm, [0.0, 0.0], IrisNpOptions(iteration_limit=1, **both), domain=DOMAIN
+        ),
+    ):
+        inside = spread[region.point_in_set(spread, 0.0)]
+        assert len(inside) > 100
+        assert obstacle.point_in_set(inside, 0.0).mean() <= 0.05
+        assert (above(inside) > 0.0).mean() <= 0.05
+        assert inside[:, 0].max() > 0.3 and inside[:, 1].min() < -0.3
+    with pytest.raises(RegionError, match=r"not free: it is in configuration_obstacles\[0\]"):
+        iris_zo(arm, ball([0.6, 0.0]), DOMAIN, IrisZoOptions(**both))
+
+
+def test_counter_examples_leave_nothing_to_find(arm, spread):
+    """The region is about as large as by checks alone, and next to no point collides."""
+    options = IrisNpOptions(iteration_limit=2, require_sample_point_is_contained=True)
+    for seed in ([2.0, 0.5],):
+        found = iris_in_configuration_space(arm, seed, options, domain=DOMAIN, certificate=True)
+        share, count = share_in_collision(arm, found.region, spread)
+        assert count > 100 and share <= 0.002
+        assert found.region.point_in_set(seed, 0.0)
+        assert found.hits == 0 and found.share_bound < 0.01 and found.samples == 1000
+        other = iris_zo(arm, ball(seed), DOMAIN, FAST, certificate=True)
+        assert max(found.volumes) > 0.5 * max(other.volumes)
+
+
+def test_options_of_iris_are_taken(arm):
+    """Bounds and what ends growing; the limits of the joints are the domain."""
+    bounds = HPolyhedron.make_box([-0.2, -0.2], [0.2, 0.2])
+    options = IrisOptions(bounding_region=bounds, iteration_limit=1)
+    found = iris_in_configuration_space(arm, [0.0, 0.0], options, certificate=True)
+    assert found.region.contained_in(bounds) and found.reason == "iterations"
+    options = IrisNpOptions(bounding_region=bounds, termination_func=lambda region: True)
+    found = iris_in_configuration_space(arm, [0.0, 0.0], options, certificate=True)
+    assert found.reason == "termination_func" and len(found.volumes) == 1
+
+
+def test_regions_around_seeds_and_along_paths(arm):
+    """An edge, three points, and a path whose neighbours meet; a plan goes through them."""
+    edge = region_around(arm, [[0.0, 0.0], [-1.5, 0.4]], options=FAST)
+    assert edge.region.point_in_set([[0.0, 0.0], [-1.5, 0.4]], 0.0).all()
+    with pytest.raises(RegionError, match=r"seed\[0\] and seed\[1\] do not see each other"):
+        region_around(arm, [[0.0, 0.0], [1.8, 0.0]], options=FAST)
+    plan = plan_path(arm, [0.0, 0.0], [1.8, 0.0], timeout=20.0)
+    assert plan.is_success
+    regions = regions_along(arm, plan.configurations, options=FAST)
+    for q1, q2 in zip(plan.configurations[:-1], plan.configurations[1:], strict=True):
+        assert any(r.region.point_in_set([q1, q2], 0.0).all() for r in regions)
+    through = plan_through_regions(
+        [r.region for r in regions], [0.0, 0.0], [1.8, 0.0], velocities=[1.0, 1.0]
+    )
+    assert through.is_success
+
+
+def test_a_cover_has_the_share_that_was_asked_for(arm, spread):
+    """Of free points that did not make it; the same in other processes; given ones stay."""
+    options = IrisFromCliqueCoverOptions(
+        iris_options=FAST,
+        coverage_termination_threshold=0.8,
+        num_points_per_visibility_round=60,
+        num_points_per_coverage_check=1000,
+    )
+    cover = iris_in_configuration_space_from_clique_cover(
+        arm, options, max_clique_solver=MaxCliqueSolverViaBranchAndBound(), certificate=True
+    )
+    assert cover.reason == "covered" and cover.coverage >= 0.8
+    free = spread[arm.check_configs_collision_free(spread)]
+    covered = np.any([region.point_in_set(free, 0.0) for region in cover.regions], axis=0)
+    assert covered.mean() >= 0.75
+    for region in cover.regions:
+        assert share_in_collision(arm, region, spread)[0] <= 0.06
+    shared = iris_in_configuration_space_from_clique_cover(
+        arm,
+        options,
+        max_clique_solver=MaxCliqueSolverViaBranchAndBound(),
+        executor=POOL,
+    )
+    assert len(shared) == len(cover.regions)
+    for one, other in zip(shared, cover.regions, strict=True):
+        np.testing.assert_array_equal(one.A, other.A)
+    again = iris_in_configuration_space_from_clique_cover(arm, options, sets=cover.regions)
+    assert tuple(again) == cover.regions
+
+
+def test_a_cover_keeps_to_paddings_and_obstacles_and_drops_what_fails(arm, spread):
+    """All regions keep the padding; a round too few for a clique's region drops it."""
+    checker = arm.clone()
+    checker.set_padding_all_robot_environment_pairs(0.15)
+    obstacle = HPolyhedron.make_box([-1.0, -2.8], [-0.5, 2.8])
+    inner = IrisNpOptions(iteration_limit=1, configuration_obstacles=[obstacle])
+    options = IrisFromCliqueCoverOptions(
+        iris_options=inner,
+        coverage_termination_threshold=0.3,
+        num_points_per_visibility_round=30,
+        num_points_per_coverage_check=500,
+    )
+    cover = iris_in_configuration_space_from_clique_cover(checker, options, certificate=True)
+    assert cover.reason == "covered"
+    for region in cover.regions:
+        assert share_in_collision(checker, region, spread)[0] <= 0.01
+        assert not region.intersects_with(obstacle)
+    hopeless = IrisZoOptions(max_iterations_separating_planes=1, epsilon=0.05)
+    few = IrisFromCliqueCoverOptions(
+        iris_options=hopeless, iteration_limit=1, num_points_per_visibility_round=40
+    )
+    cover = iris_in_configuration_space_from_clique_cover(arm, few, certificate=True)
+    assert cover.reason == "iterations" and cover.dropped
+    assert "rounds of faces left" in cover.dropped[0].reason
+    assert len(cover.dropped[0].points) >= 3
+
+
+def test_a_carried_checker_tells_the_same_clearances(arm):
+    """Distances and derivatives, bit for bit."""
+    carried = pickle.loads(pickle.dumps(pack(arm))).unpacked()
+    for q in np.random.default_rng(3).uniform(LOW, HIGH, (20, 2)):
+        own, other = arm.calc_robot_clearance(q, 0.5), carried.calc_robot_clearance(q, 0.5)
+        np.testing.assert_array_equal(own.distances, other.distances)
+        np.testing.assert_array_equal(own.jacobians, other.jacobians)
+
+
+def test_faces_touch_the_grown_ellipsoid_and_keep_points():
+    """A circle at the origin and a point at (2, 0): the face is x <= 2, less the margin."""
+    cut = Cut(np.eye(2), np.zeros(2), np.zeros((0, 2)))
+    normal, side = cut.face(np.array([2.0, 0.0]), 0.1)
+    np.testing.assert_allclose(normal, [1.0, 0.0])
+    assert side == pytest.approx(1.9)
+    # The point to keep gives less room than the margin, or turns the face.
+    normal, side = Cut(np.eye(2), np.zeros(2), np.array([[1.95, 0.0]])).face([2.0, 0.0], 0.1)
+    assert side == pytest.approx(1.95) and side >= 1.95
+    kept = np.array([[3.0, 1.0], [0.0, 0.0]])
+    normal, side = Cut(np.eye(2), np.zeros(2), kept).face(np.array([2.0, 0.0]), 0.1)
+    assert (kept @ normal <= side).all() and normal @ [2.0, 0.0] > side
+    inside = np.array([[1.5, 0.5]])
+    assert cut_between(Cut(np.eye(2), np.zeros(2), kept), inside, 0.1, -1)[2] is not None
+
+
+def test_bounds_of_shares_are_those_of_clopper_and_pearson():
+    """Without hits it is 1 - error^(1/n); the tail of the binomial at the bound is the error."""
+    assert share_bound(100, 0, 0.05) == pytest.approx(1.0 - 0.05**0.01)
+    bound = share_bound(20, 1, 0.05)
+    tail = (1.0 - bound) ** 20 + 20 * bound * (1.0 - bound) ** 19
+    assert tail == pytest.approx(0.05)
+    assert share_bound(5, 5, 0.05) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("center", "domain", "options", "message"),
+    [
+        ([0.64, 0.0], DOMAIN, {}, r"is not free: .* overlap by"),
+        ([9.0, 0.0], DOMAIN, {}, "outside the domain by 6"),
+        ([0.0, 0.0], HPolyhedron([[1.0, 0.0]], [1.0]), {}, "unbounded"),
+        ([0.0, 0.0], HPolyhedron.make_box([1.0, 1.0], [0.0, 0.0]), {}, "empty"),
+        ([0.0, 0.0], HPolyhedron.make_box([-1.0], [1.0]), {}, "2 dimensions"),
+        ([0.0], DOMAIN, {}, "starting_ellipsoid must be in 2"),
+        ([0.0, 0.0], DOMAIN, {"containment_points": [[-0.5, 0.1]]}, "in their hull"),
+        ([0.0, 0.0], DOMAIN, {"containment_points": [[np.nan, 0.5]]}, "containment_points"),
+        ([0.0, 0.0], DOMAIN, {"configuration_obstacles": [3]}, r"configuration_obstacles\[0\]"),
+        ([0.0, 0.0], DOMAIN, {"additional_constraints": lambda q: "no"}, "additional_con|numbers"),
+    ],
+)
+def test_bad_input_is_refused(arm, center, domain, options, message):
+    """Naming the argument and what is wrong with it."""
+    with pytest.raises((RegionError, ValueError), match=message):
+        iris_zo(arm, ball(center), domain, IrisZoOptions(**options))
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [
+        (IrisZoOptions, {"epsilon": 0.0}),
+        (IrisZoOptions, {"delta": 1.0}),
+        (IrisZoOptions, {"tau": np.nan}),
+        (IrisZoOptions, {"num_particles": 0}),
+        (IrisZoOptions, {"mixing_steps": 1.5}),
+        (IrisZoOptions, {"max_separating_planes_per_iteration": 0}),
+        (IrisZoOptions, {"configuration_space_margin": -1.0}),
+        (IrisNpOptions, {"num_collision_infeasible_samples": 0}),
+        (IrisFromCliqueCoverOptions, {"coverage_termination_threshold": 1.5}),
+        (IrisFromCliqueCoverOptions, {"iris_options": 3}),
+    ],
+)
+def test_options_that_make_no_sense_are_refused(kind, options):
+    """By their names."""
+    with pytest.raises(RegionError, match=f"{kind.__name__}: {next(iter(options))}"):
+        kind(**options)
+
+
+def test_what_floats_and_hulls_that_collide_are_refused(tmp_path, arm):
+    """Quaternions are no convex space; a hull over the ball has no region."""
+    drone = SceneGraphCollisionChecker(diagram(tmp_path, DRONE))
+    with pytest.raises(RegionError, match="joint 'free' floats"):
+        region_around(drone, drone.get_zero_configuration())
+    kept = [[0.0, 0.0], [1.8, 0.0]]
+    options = IrisZoOptions(containment_points=kept)
+    with pytest.raises(RegionNotFoundError, match=r"in the hull of|too thin|rounds of faces"):
+        iris_zo(arm, ball([0.0, 0.0]), DOMAIN, options)
