@@ -96,7 +96,7 @@ SEARCH_SEED := $(shell date +%s)
 
 search: all-kernels  ## search and soak fifty times as long as tests do (EFFORT=), and a million new pairs
 	SEARCH_EFFORT=$(EFFORT) ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto -m search $(ENDLESS) \
-	  $(CORE_TESTS) test/benchmarks
+	  $(CORE_TESTS) test/benchmarks test/robots
 	$(RUN) test/numerics/search.py --count 1000000 --seed $(SEARCH_SEED)
 	$(RUN) test/numerics/search.py --count 100000 --seed $(SEARCH_SEED) --meshes
 
