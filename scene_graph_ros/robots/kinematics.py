@@ -91,11 +91,14 @@ class Kinematics:
     @property
     def X_PB(self) -> NDArray[np.float64]:
         """Pose ``(4, 4)`` of the robot's root link in P."""
-        return self._X_PB
+        result = self._X_PB.view()
+        result.setflags(write=False)
+        return result
 
     @X_PB.setter
     def X_PB(self, X: ArrayLike) -> None:
-        self._X_PB = as_pose(X, f"X_PB of robot {self.robot.name!r}")
+        # Kernels are compiled for arrays that may be written to.
+        self._X_PB = as_pose(X, f"X_PB of robot {self.robot.name!r}").copy()
 
     @property
     def positions(self) -> dict[str, float]:

@@ -10,7 +10,9 @@ import pytest
 from robots import find_robot, ROBOTS, URDF_ONLY
 
 from scene_graph_ros.geometry.errors import InvalidPoseError
+from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.robots.robot_parts import JointType
+from scene_graph_ros.robots.tree_kernels import link_poses
 from scene_graph_ros.scene_files import JointStateError, Kinematics, load_urdf
 
 ROUNDING = 1e-13  # products of some ten rotations, in m for robots of about 1 m
@@ -142,6 +144,15 @@ def test_robots_of_one_model_move_each_for_itself():
     del one
     gc.collect()
     np.testing.assert_array_equal(position_of(other, "tip"), tip)
+
+
+def test_kernel_of_joint_states_is_the_one_that_is_compiled_beforehand():
+    """It takes arrays that may be written to, as the tree's own; for others it is another one."""
+    kinematics = Kinematics(find_robot("panda")[0], X_PB=as_pose(np.eye(4), "X_PB"))
+    kinematics.link_poses([], [])
+    arrays = [x for signature in link_poses.signatures for x in signature if hasattr(x, "ndim")]
+    assert arrays
+    assert all(array.mutable for array in arrays)
 
 
 def test_bad_base_pose_is_refused():
