@@ -42,11 +42,6 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
-    from scene_graph_ros.planning.inverse_kinematics import (
-        inverse_kinematics,
-        InverseKinematics,
-        InverseKinematicsFailure,
-    )
     from scene_graph_ros.planning.optimal_control.direct_collocation import DirectCollocation
     from scene_graph_ros.planning.optimal_control.direct_transcription import DirectTranscription
     from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
@@ -76,6 +71,11 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.path_planner import plan_path
     from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
+    from scene_graph_ros.planning.pose_solver import (
+        inverse_kinematics,
+        InverseKinematics,
+        InverseKinematicsFailure,
+    )
     from scene_graph_ros.planning.pose_target import InverseKinematicsError, PoseTarget
     from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
     from scene_graph_ros.planning.regions.around_seeds import region_around, regions_along
@@ -225,7 +225,7 @@ _MODULES = {
     "optimal_control.program_result": ("ConstraintViolation", "ProgramResult", "SolveStatus"),
     "optimal_control.shooting_result": ("TrajectoryOptimizationResult",),
     "optimal_control.solver_options": ("SolverOptions",),
-    "inverse_kinematics": (
+    "pose_solver": (
         "InverseKinematics",
         "InverseKinematicsFailure",
         "inverse_kinematics",

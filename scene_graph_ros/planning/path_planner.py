@@ -17,13 +17,13 @@ from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecke
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import new_stop, prove
 from scene_graph_ros.planning.errors import PlanningError
-from scene_graph_ros.planning.inverse_kinematics import (
-    inverse_kinematics,
-    InverseKinematicsFailure,
-)
 from scene_graph_ros.planning.path_ends import find_troubles
 from scene_graph_ros.planning.path_search import PathSearch
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
+from scene_graph_ros.planning.pose_solver import (
+    inverse_kinematics,
+    InverseKinematicsFailure,
+)
 from scene_graph_ros.planning.pose_target import PoseTarget
 from scene_graph_ros.planning.position_limits import describe_excess
 from scene_graph_ros.planning.position_space import normalized, PositionSpace

@@ -13,7 +13,7 @@ __all__ = ["Plan", "PlanFailure", "PlanProgress", "PlanStage"]
 
 
 class PlanFailure(enum.Enum):
-    """Why there is no path."""
+    """Why there is no path; numbers as in messages, which have two more."""
 
     START_BEYOND_LIMITS = 1
     START_COLLIDES = 2
@@ -25,7 +25,7 @@ class PlanFailure(enum.Enum):
     """Nothing was found in time."""
     EXHAUSTED = 6
     """The trees grew to their limit and did not meet, or where they met was not proven again."""
-    GOAL_UNREACHED = 7
+    GOAL_UNREACHED = 9
     """No configuration was found that puts the tool where the goal says."""
 
 

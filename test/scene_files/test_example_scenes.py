@@ -108,11 +108,13 @@ def test_meshes_are_what_their_script_writes():
 def test_examples_of_the_documentation_run(tmp_path):
     """The scene and the Python lines in docs/scene_files.md do what they say."""
     text = (SCENES.parents[1] / "docs" / "scene_files.md").read_text()
-    scene, bodies, cameras = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+    scene, bodies, cameras, renderers = re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     (tmp_path / "meshes").symlink_to(SCENES / "meshes")
-    (tmp_path / "scene.yaml").write_text(scene + cameras)
-    loaded = load_scene(tmp_path / "scene.yaml").apply(SceneGraph())
+    (tmp_path / "scene.yaml").write_text(scene + cameras + renderers)
+    scene_graph = SceneGraph()
+    loaded = load_scene(tmp_path / "scene.yaml").apply(scene_graph)
+    assert scene_graph.has_renderer("studio")
     assert list(loaded.sources) == ["cell", "objects", "tracker", "panda"]
     assert loaded.cameras["wrist"].frame == "panda_hand"
     _load_bodies(bodies, tmp_path / "soft")
