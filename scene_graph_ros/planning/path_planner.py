@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 import math
 import time
-from typing import NamedTuple, TYPE_CHECKING
+from typing import Any, NamedTuple, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,10 +21,7 @@ from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.path_ends import find_troubles
 from scene_graph_ros.planning.path_search import PathSearch
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
-from scene_graph_ros.planning.pose_solver import (
-    inverse_kinematics,
-    InverseKinematicsFailure,
-)
+from scene_graph_ros.planning.pose_goals import find_pose_goals, load_pose_kernels
 from scene_graph_ros.planning.pose_target import PoseTarget
 from scene_graph_ros.planning.position_limits import describe_excess
 from scene_graph_ros.planning.position_space import normalized, PositionSpace
@@ -44,9 +42,6 @@ measures. A tenth is kept in between: two tolerances, so that parts of edges can
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
 
-_POSE_GOALS = 8
-"""Configurations that are looked for where the goal says where a tool is to be."""
-
 _QUOTED = 5
 """Goals of which is said what is wrong with them."""
 
@@ -54,13 +49,18 @@ _QUOTED = 5
 class _Progress:
     """How far a plan has come, for the thread that waits for it."""
 
-    def __init__(self) -> None:
-        self._begin = time.monotonic()
+    def __init__(self, spent: float = 0.0) -> None:
+        """``spent`` seconds ago it began."""
+        self._begin = time.monotonic() - spent
         self.stage = PlanStage.CHECKING
         self.search: PathSearch | None = None
 
+    @property
+    def seconds(self) -> float:
+        return time.monotonic() - self._begin
+
     def now(self) -> PlanProgress:
-        seconds, search = time.monotonic() - self._begin, self.search
+        seconds, search = self.seconds, self.search
         if search is None:
             return PlanProgress(self.stage, seconds, (0, 0), 0)
         return PlanProgress(self.stage, seconds, search.tree_sizes, search.edges)
@@ -95,7 +95,7 @@ class _Problem(NamedTuple):
 def plan_path(
     checker: SceneGraphCollisionChecker,
     start: ArrayLike,
-    goal: ArrayLike | PoseTarget,
+    goal: ArrayLike | PoseTarget | Sequence[PoseTarget],
     *,
     planner: str = "rrt_connect",
     seed: int = 0,
@@ -107,9 +107,10 @@ def plan_path(
     """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
 
     ``goal`` is a configuration ``(nq,)`` or several ``(m, nq)``, any of which will do; those that
-    collide or are beyond limits are left out. Or it says where a tool is to be: then goals are
-    what `inverse_kinematics` finds, which is not counted as time. ``group`` names the group of
-    joints (of an SRDF) that may move; all others must be at a goal as they are at the start.
+    collide or are beyond limits are left out. Or it says where a tool is to be, or several such
+    targets: then goals are what `inverse_kinematics` finds, and the plan's ``goal`` is the target.
+    ``group`` names the group of joints (of an SRDF) that may move; all others must be at a goal as
+    they are at the start.
     Joints that turn without an end go round whichever way is free, and may arrive full turns away
     from the goal's number.
 
@@ -142,23 +143,27 @@ def plan_path(
     checker = checker.clone()  # Others may change theirs meanwhile.
     if np.ndim(start) != 1:
         raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
-    if isinstance(goal, PoseTarget):
-        found = _reaching(checker, start, goal, group, int(seed))
+    targets = _targets(goal)
+    reached: Sequence[int] | None = None
+    spent = 0.0
+    if targets is not None:
+        found = _reaching(checker, start, targets, group, int(seed), patience, watch)
         if isinstance(found, Plan):
             return found
-        goal = found
+        goal, reached, spent = found
     first, goals = _ends(checker, start, goal)
     moves = _moving(checker, first, goals, group)
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     new_search = _new_search(planner, roadmap)
     problem = _Problem(checker, first, goals, space, int(seed), patience, _Progress(), new_search)
     _load_kernels(problem)
-    problem = problem._replace(progress=_Progress())
-    return run_stoppable(
+    problem = problem._replace(progress=_Progress(spent))
+    plan = run_stoppable(
         lambda stops: _solve(problem, stops),
-        patience,
+        None if patience is None else max(patience - spent, 0.0),
         lambda: None if watch is None else watch(problem.progress.now()),
     )
+    return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
 
 
 def _new_search(planner: str, roadmap: Roadmap | None) -> Callable[..., PathSearch]:
@@ -177,7 +182,7 @@ def _load_kernels(problem: _Problem) -> None:
 
 
 def _ends(
-    checker: SceneGraphCollisionChecker, start: ArrayLike, goal: ArrayLike
+    checker: SceneGraphCollisionChecker, start: ArrayLike, goal: Any
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return start ``(nq,)`` and goals ``(m, nq)`` after checking them."""
     first, goals = (checker.checked_configurations(each) for each in (start, goal))
@@ -186,26 +191,44 @@ def _ends(
     return normalized(checker.plan.tree, first)[0], normalized(checker.plan.tree, goals)
 
 
+def _targets(goal: Any) -> Sequence[PoseTarget] | None:
+    """Return where tools are to be; None for a goal of configurations."""
+    if isinstance(goal, PoseTarget):
+        return (goal,)
+    if isinstance(goal, Sequence) and any(isinstance(each, PoseTarget) for each in goal):
+        other = next((each for each in goal if not isinstance(each, PoseTarget)), None)
+        if other is not None:
+            raise PlanningError(f"goal has targets, and {quoted(other)} among them")
+        return tuple(goal)
+    return None
+
+
 def _reaching(
     checker: SceneGraphCollisionChecker,
     start: ArrayLike,
-    target: PoseTarget,
+    targets: Sequence[PoseTarget],
     group: str | None,
     seed: int,
-) -> NDArray[np.float64] | Plan:
-    """Return goals ``(m, nq)`` that put a tool where it is to be, or why there are none."""
+    patience: float | None,
+    watch: Callable[[PlanProgress], None] | None,
+) -> tuple[NDArray[np.float64], Sequence[int], float] | Plan:
+    """Return goals ``(m, nq)``, the target that each reaches, and the time (s), or why not."""
     near = checker.checked_configurations(start)[0]
     outside = describe_excess(checker.plan.tree, near)
     if outside is not None:
         return _refused(near, PlanFailure.START_BEYOND_LIMITS, f"the start {outside}")
-    found = inverse_kinematics(
-        checker, target, near=near, group=group, solutions=_POSE_GOALS, seed=seed
-    )
-    if found.failure is None:
-        return found.configurations
-    is_blocked = found.failure is InverseKinematicsFailure.COLLIDES
-    kind = PlanFailure.GOAL_COLLIDES if is_blocked else PlanFailure.GOAL_UNREACHED
-    return _refused(near, kind, f"the goal: {found.reason}")
+    load_pose_kernels(checker, targets)
+    progress = _Progress()
+
+    def is_over() -> bool:
+        if watch is not None:
+            watch(progress.now())
+        return patience is not None and progress.seconds >= patience
+
+    found = find_pose_goals(checker, targets, near=near, group=group, seed=seed, is_over=is_over)
+    if found.failure is not None:
+        return _refused(near, found.failure, found.reason)
+    return found.configurations, found.targets, progress.seconds
 
 
 def _moving(

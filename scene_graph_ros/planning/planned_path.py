@@ -58,12 +58,13 @@ class PlanProgress(NamedTuple):
 class Plan:
     """A path, each of whose edges is proven free, or why there is none.
 
-    ``configurations`` ``(n, nq)`` lead from the start to goal number ``goal`` along straight edges
-    (floating joints turn the short way); one where the start is a goal, none without success.
-    ``least_clearance`` (m) is what all pairs certainly keep, beyond their paddings, on all of the
-    way; 0 without success. ``length`` adds up the edges, in rad and m. ``failure`` and ``reason``
-    say why there is no path; both are None where there is one. ``tree_sizes`` is how many
-    configurations the trees from start and goals had, ``edges`` how many edges were looked at.
+    ``configurations`` ``(n, nq)`` lead from the start to goal, or target, number ``goal``
+    along straight edges (floating joints turn the short way); one where the start is a goal,
+    none without success. ``least_clearance`` (m) is what all pairs certainly keep, beyond
+    their paddings, on all of the way; 0 without success. ``length`` adds up the edges, in rad
+    and m. ``failure`` and ``reason`` say why there is no path; both are None where there is
+    one. ``tree_sizes`` is how many configurations the trees from start and goals had,
+    ``edges`` how many edges were looked at.
     """
 
     configurations: NDArray[np.float64]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 import enum
 
@@ -70,6 +71,7 @@ def inverse_kinematics(
     solutions: int = 1,
     tries: int = 256,
     seed: int = 0,
+    is_over: Callable[[], bool] | None = None,
 ) -> InverseKinematics:
     """Return configurations that put a target's tool where it is to be, or why there are none.
 
@@ -77,7 +79,8 @@ def inverse_kinematics(
     of the ``tries`` begins at ``near`` ``(nq,)``, by default zero, the others at random within
     limits; joints without limits stay within half a turn of ``near``, or as far away as the target
     is. They end when there are so many different ``solutions``. ``group`` names the group of
-    joints that may move; all others stay at ``near``. The same ``seed`` gives the same.
+    joints that may move; all others stay at ``near``. The same ``seed`` gives the same, unless
+    ``is_over``, which is asked after every 32 tries, ends them.
 
     Raises InverseKinematicsError naming the argument, and KinematicTreeError for an unknown link
     or group, and for ``near`` of another shape or with numbers that mean nothing.
@@ -104,6 +107,8 @@ def inverse_kinematics(
             begin[0] = np.clip(first, lower, upper)
         found = found.with_more(descent.descend(begin), robots if is_checked else None, first)
         done += count
+        if is_over is not None and is_over():
+            break
     return found.answer(robots, target, int(solutions), done)
 
 

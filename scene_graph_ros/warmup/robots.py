@@ -30,14 +30,16 @@ def place_links() -> None:
 
 
 def plan() -> None:
-    """Ask a robot of one link whether it touches a ball, for a path beside it, and for cliques."""
+    """Ask a robot of one link whether it touches a ball, and for paths, cliques and walks."""
     from scene_graph_ros.planning import (
         MaxCliqueSolverViaBranchAndBound,
         plan_path,
+        PoseTarget,
         RobotDiagram,
         SceneGraphCollisionChecker,
         time_path,
     )
+    from scene_graph_ros.planning.regions.walks import walked
     from scene_graph_ros.planning.trajectories import MotionLimits
 
     scene_graph = SceneGraph()
@@ -59,5 +61,8 @@ def plan() -> None:
     checker.calc_robot_clearance(q[0], 2.0)
     checker.measure_edges(q[np.newaxis])
     plan_path(checker, [0.0], [1.0])
+    plan_path(checker, [0.0], PoseTarget("link", np.eye(4)))
+    sides = np.array([[1.0], [-1.0]])
+    walked(sides, np.ones(2), q, 1, np.eye(1), np.random.default_rng(0))
     MaxCliqueSolverViaBranchAndBound().solve_max_clique(np.ones((3, 3)))
     time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))

@@ -10,15 +10,15 @@ import re
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Quaternion, Transform, Vector3
+from plan_goals import Planner, Sent
 import pytest
-from rclpy.action import ActionClient
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from sliding_robots import rail_scene
 from spinning import wait_until
 from visualization_msgs.msg import Marker, MarkerArray
 
 from scene_graph_msgs.action import PlanPath
-from scene_graph_msgs.msg import MotionLimits, PlanHolds, RobotConfigurations, Status
+from scene_graph_msgs.msg import MotionLimits, PlanHolds, PoseGoal, RobotConfigurations, Status
 from scene_graph_msgs.srv import CheckConfigurations, CheckEdges
 from scene_graph_ros.planning import PlanFailure, PlanStage
 
@@ -36,6 +36,13 @@ def node(start_node, tmp_path_factory):
 def at(*rails):
     """Return configurations."""
     return RobotConfigurations(names=["rail"], positions=list(map(float, rails)))
+
+
+def tool_at(x, tool=0.0, **tolerances):
+    """Return a goal: what is ``tool`` in front of the ball's middle is to be at x on the rail."""
+    message = PoseGoal(link="ball", **tolerances)
+    message.tool.position.x, message.pose.position.x = float(tool), float(x)
+    return message
 
 
 def effect(client, name):
@@ -103,64 +110,12 @@ def test_what_means_nothing_is_refused_with_a_status(client, node):
 # The action.
 
 
-class Planner:
-    """A client of the action, used in the thread that spins it.
-
-    Elsewhere rclpy 7 may take a response before it has noted that it waits for one, and drop it.
-    """
-
-    def __init__(self, client):
-        self.run = client.run
-        self._client = ActionClient(client.node, PlanPath, "/scene_graph/plan_path")
-        wait_until(self._client.server_is_ready, "the action")
-
-    def send(self, goal, take):
-        """Send a goal; return the future of its acceptance."""
-        return self.run(lambda: self._client.send_goal_async(goal, take), "sending a goal")
-
-    def destroy(self):
-        """End it."""
-        self.run(self._client.destroy, "the end of the action's client")
-
-
 @pytest.fixture(scope="module")
 def action(client, node):
     """A client of the action."""
     planner = Planner(client)
     yield planner
     planner.destroy()
-
-
-class Sent:
-    """A goal that was sent, and what came back."""
-
-    def __init__(self, action, **fields):
-        self.feedback = []
-        self._run = action.run
-        goal = PlanPath.Goal(**fields)
-        future = action.send(goal, lambda m: self.feedback.append(m.feedback))
-        wait_until(future.done, "the goal's acceptance")
-        self.handle = future.result()
-        assert self.handle.accepted
-        self._result = self._run(self.handle.get_result_async, "asking for the result")
-
-    def wait_for(self, state, ahead=0):
-        """Wait for feedback."""
-        wait_until(
-            lambda: any((f.state, f.ahead) == (state, ahead) for f in list(self.feedback)),
-            f"feedback {state}",
-        )
-
-    def cancel(self):
-        """Ask for its end; return the response."""
-        future = self._run(self.handle.cancel_goal_async, "asking for its end")
-        wait_until(future.done, "the answer to cancelling")
-        return future.result()
-
-    def end(self):
-        """Wait for the result; return it and the status."""
-        wait_until(self._result.done, "the result")
-        return self._result.result().result, self._result.result().status
 
 
 WITHOUT_END = {"goals": at(3.0)}
@@ -188,6 +143,19 @@ def test_a_goal_of_several_and_a_start_elsewhere(action, joints):
     assert status == GoalStatus.STATUS_SUCCEEDED, result
     assert result.goal == 2
     assert list(result.path.positions) == [2.0, 2.5]
+
+
+def test_a_tool_is_put_where_the_goal_says(action, joints):
+    """What is 0.3 m in front of the ball comes to 0.5; of three goals the last can be reached."""
+    sent = Sent(action, pose_goals=[tool_at(0.5, tool=0.3)], environment_padding=0.01)
+    result, status = sent.end()
+    assert status == GoalStatus.STATUS_SUCCEEDED, result
+    assert list(result.path.positions) == pytest.approx([-1.0, 0.2], abs=1e-9)
+    goals = [tool_at(1.0), tool_at(20.0), tool_at(-3.0)]
+    result, status = Sent(action, pose_goals=goals).end()
+    assert status == GoalStatus.STATUS_SUCCEEDED, result
+    assert result.goal == 2
+    assert list(result.path.positions) == pytest.approx([-1.0, -3.0], abs=1e-9)
 
 
 TIMED = {
@@ -249,6 +217,14 @@ F = PlanPath.Result
         ({"start": at(9.5), "goals": at(0.0)}, F.START_BEYOND_LIMITS, "slide/rail.*9.5"),
         ({"goals": at(0.8)}, F.GOAL_COLLIDES, "goal collides: .*post.* overlap by 100 mm"),
         ({"goals": at(-9.5)}, F.GOAL_BEYOND_LIMITS, "'slide/rail': -9.5"),
+        ({"pose_goals": [tool_at(0.8)]}, F.GOAL_COLLIDES, "target collides: .* overlap by 100 mm"),
+        # The rail ends at 9.
+        ({"pose_goals": [tool_at(9.5)]}, F.GOAL_UNREACHED, "the nearest is 500 mm and 0 rad off"),
+        (
+            {"pose_goals": [tool_at(9.5), tool_at(0.8)]},
+            F.GOAL_COLLIDES,
+            "none of 2 goals can be reached: goal 0: none of 256 tries .*; goal 1: the only",
+        ),
         (
             {**WITHOUT_END, "timeout": Duration(nanosec=200_000_000)},
             F.TIMEOUT,
@@ -287,6 +263,26 @@ def test_a_failure_says_why(action, joints, fields, failure, words):
             {"goals": at(0.0), "timeout": Duration(sec=-1)},
             Status.INVALID_ARGUMENT,
             "timeout is negative: -1 s",
+        ),
+        (
+            {"pose_goals": [PoseGoal(link="bal")]},
+            Status.UNKNOWN_NAME,
+            "pose_goals[0].link: no robot has a link 'bal'; did you mean 'ball'",
+        ),
+        (
+            {"pose_goals": [tool_at(0.0), tool_at(0.5, position_tolerance=-1.0)]},
+            Status.INVALID_ARGUMENT,
+            "pose_goals[1].position_tolerance must be a number from 0 on, not -1.0",
+        ),
+        (
+            {"pose_goals": [tool_at(float("nan"))]},
+            Status.INVALID_ARGUMENT,
+            "pose_goals[0].pose",
+        ),
+        (
+            {"pose_goals": [tool_at(0.0)], "goals": at(0.0)},
+            Status.INVALID_ARGUMENT,
+            "goals has positions, and pose_goals is there, too: give either",
         ),
         ({"goals": at(*range(100_001))}, Status.TOO_LARGE, "configurations: 100002 are more than"),
         (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import time
 from typing import Any, NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msg_adapters.errors import MessageError
+from msg_adapters.pose_goals import pose_target_from_msg
 from msg_adapters.robot_configurations import (
     configurations_from_msg,
     configurations_to_msg,
@@ -35,6 +36,7 @@ from scene_graph_ros.planning import (
     plan_path,
     PlanProgress,
     PlanStage,
+    PoseTarget,
     SceneGraphCollisionChecker,
     time_path,
     TimedPath,
@@ -61,8 +63,8 @@ class _Asked(NamedTuple):
 
     start: NDArray[np.float64]
     """``(nq,)``."""
-    goals: NDArray[np.float64]
-    """``(m, nq)``."""
+    goals: NDArray[np.float64] | Sequence[PoseTarget]
+    """``(m, nq)``, or where tools are to be."""
     group: str | None
     moving: NDArray[np.intp]
     """``(k,)``: the positions that may change."""
@@ -185,16 +187,12 @@ def _asked(
     limit: Callable[[str], Any],
 ) -> _Asked:
     """Return what a goal says, checked, of robots that are at ``present`` ``(nq,)``."""
-    count = count_rows(request.start) + count_rows(request.goals)
+    count = count_rows(request.start) + count_rows(request.goals) + len(request.pose_goals)
     require(limit, "max_robot_configurations_per_request", count, "configurations")
     starts = configurations_from_msg(request.start, robots.positions, present, "start")
     if len(starts) != 1:
         raise MessageError(f"start has {len(starts)} rows, and must have one")
-    if not len(request.goals.names):
-        raise MessageError("goals.names is empty: a goal names at least one position")
-    goals = configurations_from_msg(request.goals, robots.positions, starts[0], "goals")
-    if not len(goals):
-        raise MessageError("goals.positions is empty: there must be one row at least")
+    goals = _goals(request, robots, starts[0])
     group, moving = None, np.arange(robots.tree.num_positions)
     if request.group:
         group = robots.groups.names[robots.groups.row(request.group, "group")]
@@ -208,6 +206,29 @@ def _asked(
         limits = _limits(request.limits, robots, moving)
     rise_time = rise_time_from_msg(request.rise_time, "rise_time")
     return _Asked(starts[0], goals, group, moving, paddings, limits, rise_time)
+
+
+def _goals(
+    request: Any, robots: PlanningRobots, start: NDArray[np.float64]
+) -> NDArray[np.float64] | Sequence[PoseTarget]:
+    """Return the configurations ``(m, nq)`` to end at, or where tools are to be."""
+    has_goals = bool(len(request.goals.names) or len(request.goals.positions))
+    if len(request.pose_goals):
+        if has_goals:
+            raise MessageError("goals has positions, and pose_goals is there, too: give either")
+        return [
+            pose_target_from_msg(each, robots.links, f"pose_goals[{row}]")
+            for row, each in enumerate(request.pose_goals)
+        ]
+    if not len(request.goals.names):
+        raise MessageError(
+            "goals.names is empty, and so is pose_goals: a goal names at least one position, or"
+            " says where a tool is to be"
+        )
+    goals = configurations_from_msg(request.goals, robots.positions, start, "goals")
+    if not len(goals):
+        raise MessageError("goals.positions is empty: there must be one row at least")
+    return goals
 
 
 def _limits(message: Any, robots: PlanningRobots, moving: NDArray[np.intp]) -> MotionLimits:

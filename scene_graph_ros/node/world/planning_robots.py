@@ -25,7 +25,7 @@ __all__ = ["PlanningRobots"]
 class PlanningRobots:
     """All robots of one model, whose positions make one configuration ``(nq,)``.
 
-    ``positions`` and ``groups`` are what the names of messages stand for.
+    ``positions``, ``groups`` and ``links`` are what the names of messages stand for.
     """
 
     def __init__(
@@ -54,6 +54,9 @@ class PlanningRobots:
         self.tree = diagram.tree
         self.positions = RobotNames("position", self.tree.position_names, robots)
         self.groups = RobotNames("group", tuple(self.tree.groups), robots)
+        prefixes = tuple(f"{robot}/" for robot in robots)
+        own = (name for name in self.tree.link_names if name.startswith(prefixes))
+        self.links = RobotNames("link", tuple(own), robots)
         self.link_frames = frozenset(diagram.frames.values())
         self._links = {int(f): self.tree.link_index(n) for n, f in diagram.frames.items()}
         self._sources = {
