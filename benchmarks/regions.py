@@ -22,6 +22,7 @@ from scene_graph_ros.planning import (
     load_robot_diagram,
     MaxCliqueSolverViaBranchAndBound,
     MaxCliqueSolverViaGreedy,
+    RegionNotFoundError,
     SceneGraphCollisionChecker,
     visibility_graph,
 )
@@ -79,10 +80,15 @@ def main() -> None:
     seconds, found = _timed(lambda: iris_zo(checker, ball, domain, zo, certificate=True))
     print(f"iris_zo: {seconds:.2f} s, {_words(checker, found)}")
     np_options = IrisNpOptions(parallelism=1, iteration_limit=min(limit, 2))
-    seconds, found = _timed(
-        lambda: iris_in_configuration_space(checker, _SEED, np_options, certificate=True)
-    )
-    print(f"iris_in_configuration_space: {seconds:.2f} s, {_words(checker, found)}")
+    name = "iris_in_configuration_space"
+    try:
+        seconds, found = _timed(
+            lambda: iris_in_configuration_space(checker, _SEED, np_options, certificate=True)
+        )
+    except RegionNotFoundError as error:
+        print(error)
+    else:
+        print(f"{name}: {seconds:.2f} s, {_words(checker, found)}")
 
 
 if __name__ == "__main__":

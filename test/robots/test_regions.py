@@ -29,6 +29,7 @@ from scene_graph_ros.planning import (
 )
 from scene_graph_ros.planning.regions.faces import Cut, cut_between
 from scene_graph_ros.planning.regions.region_record import share_bound
+from scene_graph_ros.planning.regions.walks import walked
 from scene_graph_ros.planning.shares.carried_checker import pack
 
 LOW, HIGH = np.array([-3.0, -2.8]), np.array([3.0, 2.8])
@@ -283,6 +284,26 @@ def test_bad_input_is_refused(arm, center, domain, options, message):
     """Naming the argument and what is wrong with it."""
     with pytest.raises((RegionError, ValueError), match=message):
         iris_zo(arm, ball(center), domain, IrisZoOptions(**options))
+
+
+def test_walks_end_evenly_spread_in_a_thin_simplex():
+    """Of x, y, z >= 0 with x / 1000 + y + z <= 1 a coordinate is Beta(1, 3): mean 1/4, sd 0.194.
+
+    So the mean of 4001 is known to 0.003; the walks do not fill the lanes. They depend on nothing
+    but the generator.
+    """
+    A = np.array([[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1e-3, 1.0, 1.0]])
+    b, shape = np.array([0.0, 0.0, 0.0, 1.0]), np.diag([1e3, 1.0, 1.0])
+    starts = np.tile([1.0, 1e-3, 1e-3], (4001, 1))
+    ends = walked(A, b, starts, 50, shape, np.random.default_rng(3))
+    assert ends.shape == (4001, 3) and (b[:, np.newaxis] + 1e-9 >= A @ ends.T).all()
+    scaled = ends / [1e3, 1.0, 1.0]
+    np.testing.assert_allclose(scaled.mean(axis=0), 0.25, atol=0.012)
+    np.testing.assert_allclose(scaled.std(axis=0), np.sqrt(0.0375), atol=0.01)
+    again = walked(A, b, starts, 50, shape, np.random.default_rng(3))
+    np.testing.assert_array_equal(again, ends)
+    with pytest.raises(RegionError, match="the domain is unbounded"):
+        walked(A[:3], b[:3], starts, 1, shape, np.random.default_rng(3))
 
 
 @pytest.mark.parametrize(

@@ -99,8 +99,13 @@ def rounding_shape(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np
     Walks along its directions mix as fast in thin sets as in round ones, where others hardly move
     and a test of their points would say nothing. Raises RegionNotFoundError for what is too thin.
     """
+    region = HPolyhedron(A, b)
     try:
-        return inscribed(HPolyhedron(A, b)).B
+        try:
+            return inscribed(region).B
+        except SolverError:
+            # Many faces that cut nothing off cost digits.
+            return inscribed(region.reduce_inequalities()).B
     except (ConvexSetError, SolverError) as error:
         raise RegionNotFoundError(
             f"what is left of the region is too thin for floats to know its ellipsoid ({error});"

@@ -1,4 +1,4 @@
-"""Points of a polyhedron for many walks at once: hit and run (Smith 1984)."""
+"""Points of a polyhedron for many walks at once: hit and run (Smith 1984), eight in lanes."""
 
 from __future__ import annotations
 
@@ -6,12 +6,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    any_of,
+    every,
+    LANES,
+    larger,
+    load_lanes,
+    select,
+    smaller,
+    store_lanes,
+)
 from scene_graph_ros.planning.regions.errors import RegionError
 
 __all__ = ["walked"]
 
-_AT_ONCE = 1 << 21
-"""Numbers of directions that are drawn at a time: 16 MB."""
+_AT_ONCE = 1 << 18
+"""Numbers of directions that are drawn at a time: 2 MB."""
+
+_FAR = 1e300
+"""Where a walk would be that nothing ends."""
 
 
 def walked(
@@ -28,58 +41,79 @@ def walked(
     ``{shape u}``, is a ball: thin sets are crossed as fast as round ones.
     """
     k, n = starts.shape
-    ends = starts.copy()
-    share = max(1, _AT_ONCE // max(1, steps * n))
-    for first in range(0, k, share):
-        part = ends[first : first + share]
-        directions = generator.normal(size=(len(part), steps, n)) @ shape.T
-        ratios = generator.random((len(part), steps))
-        if not _walk(np.ascontiguousarray(A.T), b, part, directions, ratios):
+    blocks = -(-k // LANES)
+    x = np.empty((blocks, n, LANES))
+    rows = np.minimum(np.arange(blocks * LANES), k - 1).reshape(blocks, LANES)
+    x[:] = starts[rows].transpose(0, 2, 1)
+    A, b, shape = (np.ascontiguousarray(each, dtype=np.float64) for each in (A, b, shape))
+    share = max(1, _AT_ONCE // max(1, steps * n * LANES))
+    for first in range(0, blocks, share):
+        part = x[first : first + share]
+        directions = generator.standard_normal((len(part), steps, n, LANES))
+        ratios = generator.random((len(part), steps, LANES))
+        if not _walk(A, b, part, shape, directions, ratios):
             raise RegionError("the domain is unbounded; intersect it with a box")
-    return ends
+    return np.ascontiguousarray(x.transpose(0, 2, 1).reshape(-1, n)[:k])
 
 
 @kernel
-def _chord(slack, rates, ways):
-    """Return how far it is to the ends along a direction in which rows lose ``rates (m,)``."""
-    low, high = -1e300, 1e300
-    for i in range(len(slack)):
-        ways[i] = slack[i] / rates[i]
-    for i in range(len(slack)):
-        if rates[i] > 0.0:
-            high = min(high, ways[i])
-        elif rates[i] < 0.0:
-            low = max(low, ways[i])
+def _slacks(A, b, x, first, slack):
+    """Write how far eight points ``(n, 8)``, at a place of x, are from each row, at least 0."""
+    m, n = A.shape
+    for i in range(m):
+        left = every(b[i])
+        for j in range(n):
+            left = left - A[i, j] * load_lanes(x, first + j * LANES)
+        store_lanes(slack, i * LANES, larger(left, every(0.0)))
+
+
+@kernel
+def _turned(shape, directions, first, ways):
+    """Write eight directions ``(n, 8)``, those at a place times the shape ``(n, n)``."""
+    n = len(shape)
+    for i in range(n):
+        way = every(0.0)
+        for j in range(n):
+            way = way + shape[i, j] * load_lanes(directions, first + j * LANES)
+        store_lanes(ways, i * LANES, way)
+
+
+@kernel
+def _chords(A, ways, slack, rates):
+    """Return how far it is to both ends along eight ways, and write what rows lose."""
+    m, n = A.shape
+    low, high = every(-_FAR), every(_FAR)
+    for i in range(m):
+        rate = every(0.0)
+        for j in range(n):
+            rate = rate + A[i, j] * load_lanes(ways, j * LANES)
+        store_lanes(rates, i * LANES, rate)
+        end = load_lanes(slack, i * LANES) / rate
+        high = select(rate > 0.0, smaller(end, high), high)
+        low = select(rate < 0.0, larger(end, low), low)
     return low, high
 
 
 @kernel
-def _walk(columns, b, x, directions, ratios):
-    """Move all of ``x (k, n)``; return False where the set does not end in a direction.
-
-    ``columns (n, m)`` are those of A: so the innermost loops are over neighbours in memory.
-    """
-    n, m = columns.shape
-    slack, rates, ways = np.empty(m), np.empty(m), np.empty(m)
-    for row in range(len(x)):
-        slack[:] = b
-        for j in range(n):
-            for i in range(m):
-                slack[i] -= columns[j, i] * x[row, j]
-        for i in range(m):
-            slack[i] = max(slack[i], 0.0)
-        for s in range(directions.shape[1]):
-            rates[:] = 0.0
-            for j in range(n):
-                along = directions[row, s, j]
-                for i in range(m):
-                    rates[i] += columns[j, i] * along
-            low, high = _chord(slack, rates, ways)
-            if low == -1e300 or high == 1e300:
+def _walk(A, b, x, shape, directions, ratios):
+    """Move all of ``x (k, n, 8)``; return False where the set does not end in a direction."""
+    m, n = A.shape
+    steps = directions.shape[1]
+    slack, rates, ways = np.empty(m * LANES), np.empty(m * LANES), np.empty(n * LANES)
+    for block in range(len(x)):
+        place = block * n * LANES
+        _slacks(A, b, x, place, slack)
+        for s in range(steps):
+            step = block * steps + s
+            _turned(shape, directions, step * n * LANES, ways)
+            low, high = _chords(A, ways, slack, rates)
+            if any_of(low <= -_FAR) or any_of(high >= _FAR):
                 return False
-            way = low + ratios[row, s] * (high - low)
+            far = low + load_lanes(ratios, step * LANES) * (high - low)
             for i in range(m):
-                slack[i] = max(slack[i] - way * rates[i], 0.0)
+                left = load_lanes(slack, i * LANES) - far * load_lanes(rates, i * LANES)
+                store_lanes(slack, i * LANES, larger(left, every(0.0)))
             for j in range(n):
-                x[row, j] += way * directions[row, s, j]
+                at = place + j * LANES
+                store_lanes(x, at, load_lanes(x, at) + far * load_lanes(ways, j * LANES))
     return True
