@@ -11,6 +11,7 @@ Places in arrays are counted flat; the arrays are C-contiguous.
 """
 
 from llvmlite import ir
+from llvmlite.binding import get_host_cpu_features
 from numba.core import types
 import numba.core.config as numba_config
 from numba.core.types import containers
@@ -29,14 +30,17 @@ from scene_graph_ros.geometry.compiled.lane_types import (
 __all__ = [
     "FOUR",
     "LANES",
+    "REGISTER",
     "all_of",
     "any_of",
     "as_lanes",
     "every",
+    "every_of_register",
     "larger",
     "load_four",
     "load_lanes",
     "load_number",
+    "load_register",
     "magnitude",
     "merging",
     "reordering",
@@ -54,6 +58,8 @@ LANES = 8
 """The width of lanes of like problems."""
 FOUR = 4
 """The width of lanes that are the coordinates of one thing: three of them, and one to spare."""
+REGISTER = LANES if get_host_cpu_features().get("avx512f") else FOUR
+"""The width of lanes that one register of this processor holds, for what needs many of them."""
 
 _NUMBER_BYTES = 8
 
@@ -126,6 +132,15 @@ def _loader(width):
     return intrinsic(typed)
 
 
+def _repeater(width):
+    """Make an intrinsic that returns so many lanes that all have one number."""
+
+    def lower(context, builder, signature, arguments):
+        return repeated(builder, arguments[0], width)
+
+    return intrinsic(lambda typing_context, number: (LaneNumbers(width)(types.float64), lower))
+
+
 def _storer(write, kind, of_array):
     """Make an intrinsic that writes lanes of a kind; ``write`` takes a builder, what, and where.
 
@@ -173,6 +188,10 @@ if numba_config.DISABLE_JIT:
         """Return eight lanes that all have one number."""
         return np.full(LANES, number)
 
+    def every_of_register(number):
+        """Return lanes as wide as a register that all have one number."""
+        return np.full(REGISTER, number)
+
     def as_lanes(numbers):
         """Return lanes of the numbers of a tuple."""
         return np.array(numbers)
@@ -184,6 +203,10 @@ if numba_config.DISABLE_JIT:
     def load_four(array, first):
         """Return four numbers of an array."""
         return array.flat[first : first + FOUR].copy()
+
+    def load_register(array, first):
+        """Return as many numbers of an array as a register holds."""
+        return array.flat[first : first + REGISTER].copy()
 
     def store_lanes(array, first, lanes):
         """Write lanes into an array."""
@@ -226,15 +249,6 @@ if numba_config.DISABLE_JIT:
     any_of, all_of = np.any, np.all
 
 else:
-
-    @intrinsic
-    def every(typing_context, number):
-        """Return eight lanes that all have one number."""
-
-        def lower(context, builder, signature, arguments):
-            return repeated(builder, arguments[0], LANES)
-
-        return LaneNumbers(LANES)(types.float64), lower
 
     @intrinsic
     def as_lanes(typing_context, numbers):
@@ -305,7 +319,9 @@ else:
 
         return intrinsic(typed)
 
+    every, every_of_register = _repeater(LANES), _repeater(REGISTER)
     load_lanes, load_four = _loader(LANES), _loader(FOUR)
+    load_register = load_lanes if REGISTER == LANES else load_four
     store_lanes = _storer(_store, LaneNumbers, types.float64)
     stream_lanes = _storer(_stream, LaneNumbers, types.float64)
     store_choices = _storer(_store_bytes, LaneChoices, types.boolean)

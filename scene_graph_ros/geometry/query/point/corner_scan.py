@@ -1,18 +1,19 @@
 """Which corner of a hull is probably nearest to a point, and how far others lie beyond it.
 
-Eight lanes are in a register each, with all that is known of them, while the corners pass by.
+As many lanes as fill a register are looked at together: all that is known of them stays in
+registers while the corners pass by.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
-    every,
+    every_of_register,
     larger,
-    load_lanes,
     load_number,
+    load_register,
+    REGISTER,
     select,
     store_lanes,
 )
-from scene_graph_ros.geometry.compiled.streams import LINE
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.spatial.vectors import dot, subtract
 from scene_graph_ros.geometry.tables.vertex_scan import GROUP
@@ -27,7 +28,8 @@ _POINT, _NEAREST, _WAY, _HEIGHT, _BEST, _REACH = (LANES * k for k in (0, 7, 14, 
 
 @inlined_kernel
 def _load(lanes, at):
-    return load_lanes(lanes, at), load_lanes(lanes, at + LANES), load_lanes(lanes, at + 2 * LANES)
+    x, y = load_register(lanes, at), load_register(lanes, at + LANES)
+    return x, y, load_register(lanes, at + 2 * LANES)
 
 
 @inlined_kernel
@@ -70,29 +72,22 @@ def _keep(lanes, lane, best):
 def _scanner(corner_of):
     """Make a kernel that scans corners: ``corner_of(source, at, k, lane)`` is the k-th of lanes.
 
-    Each corner is shown to two registers of lanes at once, so that they need not wait.
+    It has a register for each number of a lane, and all of them at once: the processor goes on to
+    the next corner before it has done with the last.
     """
 
     @lean_kernel
     def scan(lanes, source, at, count):
-        for a in range(0, LANES, 2 * LINE):
-            b = a + LINE
-            first_a, first_b = corner_of(source, at, 0, a), corner_of(source, at, 0, b)
-            way_a = subtract(_load(lanes, _POINT + a), first_a)
-            way_b = subtract(_load(lanes, _POINT + b), first_b)
-            best_a = (dot(first_a, way_a), every(0.0), first_a)
-            best_b = (dot(first_b, way_b), every(0.0), first_b)
+        for lane in range(0, LANES, REGISTER):
+            first = corner_of(source, at, 0, lane)
+            way = subtract(_load(lanes, _POINT + lane), first)
+            best = (dot(first, way), every_of_register(0.0), first)
             for k in range(1, count):
-                number = float(k)
-                best_a = _take_higher(best_a, way_a, number, corner_of(source, at, k, a))
-                best_b = _take_higher(best_b, way_b, number, corner_of(source, at, k, b))
-            way_a, height_a = _keep(lanes, a, best_a)
-            way_b, height_b = _keep(lanes, b, best_b)
+                best = _take_higher(best, way, float(k), corner_of(source, at, k, lane))
+            way, height = _keep(lanes, lane, best)
             for k in range(count):
-                height_a = larger(dot(corner_of(source, at, k, a), way_a), height_a)
-                height_b = larger(dot(corner_of(source, at, k, b), way_b), height_b)
-            store_lanes(lanes, _HEIGHT + a, height_a)
-            store_lanes(lanes, _HEIGHT + b, height_b)
+                height = larger(dot(corner_of(source, at, k, lane), way), height)
+            store_lanes(lanes, _HEIGHT + lane, height)
 
     return scan
 
@@ -101,7 +96,8 @@ def _scanner(corner_of):
 def _corner_of_hull(blocks, first, k, lane):
     at = first + (k >> _GROUP_BITS) * _STRIDE + (k & (GROUP - 1))
     x, y = load_number(blocks, at), load_number(blocks, at + GROUP)
-    return every(x), every(y), every(load_number(blocks, at + 2 * GROUP))
+    z = load_number(blocks, at + 2 * GROUP)
+    return every_of_register(x), every_of_register(y), every_of_register(z)
 
 
 @inlined_kernel
