@@ -19,9 +19,10 @@ class KernelGroup:
     """Kernels that are compiled together.
 
     ``tasks`` are functions, as ``module:name``, that call the big entry points; they run side by
-    side, the slowest first. ``checks`` ask everything after them and find nothing to compile; the
-    tasks themselves where there are none. The modules import what declares the kernels, so that
-    they can be counted beforehand.
+    side, the slowest first. What is a part of another's work stands where that is not there yet.
+    ``checks`` ask everything after them and find nothing to compile; the tasks themselves where
+    there are none. The modules import what declares the kernels, so that they can be counted
+    beforehand.
     """
 
     name: str
@@ -44,6 +45,8 @@ GROUPS: dict[str, KernelGroup] = {
                 f"{_HERE}.main_job:find_candidates",
                 f"{_HERE}.main_job:make_models",
                 f"{_HERE}.robots:place_links",
+                f"{_HERE}.main_job:find_near_contacts",
+                f"{_HERE}.main_job:find_contacts_of_kinds",
             ),
             (f"{_HERE}.main_job:ask_main_queries", f"{_HERE}.robots:place_links"),
         ),

@@ -28,10 +28,17 @@ from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.pair_memory import PairMemory
+from scene_graph_ros.geometry.compiled.held_tuples import compiled_type
 from scene_graph_ros.geometry.hydroelastic.bodies import body_of
 from scene_graph_ros.geometry.meshes.embedding import embed_points
 from scene_graph_ros.geometry.meshes.tessellate import tessellate_volume
 from scene_graph_ros.geometry.model.hydroelastic_properties import read_hydroelastic_properties
+from scene_graph_ros.geometry.narrowphase.apart import contact_apart
+from scene_graph_ros.geometry.narrowphase.convex_distance import new_workspace
+from scene_graph_ros.geometry.narrowphase.cores.kinds import BOX, IDENTITY
+from scene_graph_ros.geometry.narrowphase.lifted_contact_by_kind import OF_KINDS
+from scene_graph_ros.geometry.narrowphase.near_contact import near_contact
+from scene_graph_ros.geometry.narrowphase.pair import Pair, Workspace
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
@@ -53,6 +60,8 @@ from scene_graph_ros.warmup.bodies import FACES, TETRAHEDRON
 __all__ = [
     "ask_main_queries",
     "find_candidates",
+    "find_contacts_of_kinds",
+    "find_near_contacts",
     "find_pairs",
     "make_bodies",
     "make_models",
@@ -72,6 +81,25 @@ def find_pairs() -> None:
     """Solve a pair."""
     table, X_WG = _two_spheres()
     solve_pairs(hold(table), X_WG, np.array([[0, 1]]), 1.0, WITHIN)
+
+
+def _boxes_as_cores() -> tuple[Pair, Workspace]:
+    core = (BOX, -1, 0.0, (0.1, 0.1, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    return Pair(core, core, IDENTITY, (0.05, 0.06, 0.07), np.zeros(0)), new_workspace()
+
+
+def find_near_contacts() -> None:
+    """Do what is a part of ``find_pairs``, and takes longest there, beside it."""
+    pair, work = _boxes_as_cores()
+    _, is_overlapping, count, lower, size, found = contact_apart(pair, pair.p, 0.0, 0.0, work)
+    near_contact(pair, 0.0, count, work, size, (is_overlapping, lower, found))
+
+
+def find_contacts_of_kinds() -> None:
+    """Do another part of it."""
+    pair, work = _boxes_as_cores()
+    for contact_of_kinds in OF_KINDS.values():
+        contact_of_kinds.compile(tuple(map(compiled_type, (pair, 0.0, work))))
 
 
 def measure_points() -> None:

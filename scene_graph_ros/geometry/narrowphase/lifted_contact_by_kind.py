@@ -19,7 +19,7 @@ from scene_graph_ros.geometry.narrowphase.cores.kinds import (
 from scene_graph_ros.geometry.narrowphase.lifted_contact import lifted_contact, NO_ANSWER
 from scene_graph_ros.geometry.narrowphase.pair import Pair
 
-__all__ = ["lifted_contact_by_kind"]
+__all__ = ["OF_KINDS", "lifted_contact_by_kind"]
 
 PAIRS = (
     (SEGMENT, CYLINDER),
@@ -49,6 +49,10 @@ def _compiled_for(kind_A: int, kind_B: int) -> Any:
     return lifted_contact_of_kinds
 
 
+OF_KINDS = {kinds: _compiled_for(*kinds) for kinds in PAIRS}
+"""``lifted_contact`` by kinds."""
+
+
 @inlined_kernel
 def _untried(pair, limit, work):
     return NO_ANSWER
@@ -57,7 +61,7 @@ def _untried(pair, limit, work):
 @by_kind(
     merged_kernel,
     ["pair.core_A[0]", "pair.core_B[0]"],
-    {kinds: _compiled_for(*kinds) for kinds in PAIRS},
+    OF_KINDS,
     otherwise=_untried,
 )
 def lifted_contact_by_kind(pair, limit, work):
