@@ -4,6 +4,7 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.query.distance.segment_box import (
+    crossings,
     excess,
     nearest_on_segment_to_box,
 )
@@ -95,18 +96,28 @@ def _escape(size, c, u, tolerance):
 
 
 @kernel
-def _deepest_on_face(size, c, u, axis, n):
-    """Return t of the segment's deepest point over the face; lying flat, its middle over it."""
-    low, high = -1.0, 1.0
-    for i in range(3):
-        if i != axis and u[i] != 0.0:
-            a, b = (-size[i] - c[i]) / u[i], (size[i] - c[i]) / u[i]
-            low, high = max(low, min(a, b)), min(high, max(a, b))
-    if u[axis] == 0.0:
-        return min(max(0.5 * (low + high), -1.0), 1.0)
-    # The end is over the face, unless another way out is as short to rounding.
+def _into(t, interval):
+    return min(max(t, interval[0]), interval[1])
+
+
+@kernel
+def _deepest_on_face(size, c, u, axis, n, tolerance):
+    """Return t of the segment's deepest point over the face; lying flat, its middle over it.
+
+    Beyond the face by no more than ``tolerance`` counts as over it: where a segment hardly moves
+    sideways, rounding says little of where it passes the face's side. If no point is over it, as
+    another way out is as short, the side decides that the segment passes more quickly.
+    """
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    if abs(u[i]) > abs(u[j]):
+        i, j = j, i
+    room = tolerance if u[axis] != 0.0 else 0.0
+    over_i, over_j = crossings(size[i] + room, c[i], u[i]), crossings(size[j] + room, c[j], u[j])
+    low, high = max(over_i[0], over_j[0], -1.0), min(over_i[1], over_j[1], 1.0)
+    if u[axis] == 0.0 and low <= high:
+        return 0.5 * (low + high)
     end = -1.0 if u[axis] * n[axis] > 0.0 else 1.0
-    return min(max(end, low), high) if low <= high else end
+    return _into(_into(_into(end, over_i), over_j), (-1.0, 1.0))
 
 
 @kernel
@@ -143,7 +154,7 @@ def distance_capsule_box(size_A, size_B, R_AB, p_AB):
         depth, n, kind, unique = _escape(size_B, c, u, tolerance)
         distance = -depth
         if kind < 3:
-            t = _deepest_on_face(size_B, c, u, kind, n)
+            t = _deepest_on_face(size_B, c, u, kind, n, tolerance)
         else:
             t = _nearest_to_edge(size_B, c, u, kind - 3, n)
     nhat_BA_A = rotate(R_AB, n)

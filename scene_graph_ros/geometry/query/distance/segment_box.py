@@ -4,7 +4,7 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 
-__all__ = ["excess", "nearest_on_segment_to_box"]
+__all__ = ["crossings", "excess", "nearest_on_segment_to_box"]
 
 
 @kernel
@@ -14,7 +14,7 @@ def excess(value, bound):
 
 
 @kernel
-def _crossings(size, c, u):
+def crossings(size, c, u):
     """Return (first, last): the t between which c + t u is between two faces; all, if it stays."""
     if u == 0.0:
         return -math.inf, math.inf
@@ -38,9 +38,9 @@ def nearest_on_segment_to_box(size, c, u):
     The derivative is made of differences of t, not of places, whose rounding would hide it close
     to the box: so it grows also when computed, and t is right for a box that is rounded a little.
     """
-    x = _crossings(size[0], c[0], u[0])
-    y = _crossings(size[1], c[1], u[1])
-    z = _crossings(size[2], c[2], u[2])
+    x = crossings(size[0], c[0], u[0])
+    y = crossings(size[1], c[1], u[1])
+    z = crossings(size[2], c[2], u[2])
     xx, yy, zz = u[0] * u[0], u[1] * u[1], u[2] * u[2]
     # Derivative negative at low, positive at high; zero from first to last, if anywhere.
     low, high, low_slope, high_slope = -1.0, 1.0, 0.0, 0.0

@@ -1,5 +1,7 @@
 """Spheres, capsules and boxes against each other: known answers, and hulls of differences."""
 
+import math
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from measuring import box_vertices, measure_both_ways, polytope_distance, pose
@@ -8,6 +10,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, Sphere
+from scene_graph_ros.geometry.query.distance.distance_capsule_box import distance_capsule_box
 
 QUARTER = np.pi / 2
 
@@ -87,6 +90,29 @@ def test_parallel_capsules_touch_half_way():
     pair = measure_both_ways(Capsule(0.1, 1.0), Capsule(0.2, 0.5), pose(), pose((0.6, 0, 0.4)))
     np.testing.assert_allclose(pair.p_WCa, (0.1, 0, 0.325), atol=1e-15)
     np.testing.assert_allclose(pair.p_WCb, (0.4, 0, 0.325), atol=1e-15)
+
+
+@pytest.mark.parametrize("length", [1e-6, 3e-4, 0.1])
+def test_capsule_whose_end_touches_an_edge_has_its_witness_there(length):
+    """However little it is tilted: its other end, which is as deep to rounding, is beside."""
+    rng = np.random.default_rng(1)
+    h = np.array([0.11, 0.1, 0.065])
+    for _ in range(200):
+        tilt = 10.0 ** rng.uniform(-15.0, -11.0, 2) * rng.choice([-1.0, 1.0], 2)
+        u = 0.5 * length * np.array([tilt[0], -1.0, tilt[1]])
+        c = np.array([h[0], h[1], rng.uniform(-h[2], h[2])]) - u
+        c[:2] += 2e-17 * rng.integers(-3, 4, 2)
+        # Along the capsule's own axis, z: R_AB is made of the box's axes in the capsule's frame.
+        z = u / np.linalg.norm(u)
+        x = np.cross([0.0, 0.0, 1.0], z)
+        x /= np.linalg.norm(x)
+        R = np.array([x, np.cross(z, x), z])
+        phi, p_ACa, p_ACb, _, _ = distance_capsule_box(
+            (0.001, 0.5 * length, 0.0), tuple(h), tuple(R.ravel()), tuple(-R @ c)
+        )
+        assert phi == pytest.approx(-0.001, abs=2e-15)
+        assert np.all(np.abs(R.T @ np.array(p_ACb) + c) <= h + 2e-15)
+        assert math.dist(p_ACa, (0.0, 0.0, 0.5 * length)) == pytest.approx(0.001, abs=2e-15)
 
 
 @pytest.mark.parametrize("angle", 10.0 ** -np.arange(1, 17))
