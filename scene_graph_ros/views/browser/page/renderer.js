@@ -8,6 +8,17 @@ const FLOATS = 15;  // of a body: position 3, rotation 4, stretch 4, color 4
 const LAYOUT = [[3, 3], [4, 4], [5, 4], [6, 4]];  // locations and sizes of these
 const PAINT = 7;  // the location of a corner's own color; of forms without it is nothing
 
+// Tells whether a processor draws instead of a graphics processor: smooth edges, four samples for
+// each pixel, take it three times as long then.
+function isSoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const name = gl?.getExtension("WEBGL_debug_renderer_info");
+  const isOne = Boolean(name)
+    && /swiftshader|llvmpipe|softpipe|basic render/i.test(gl.getParameter(name.UNMASKED_RENDERER_WEBGL));
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return isOne;
+}
+
 function program(gl, { vertex, fragment }) {
   const result = gl.createProgram();
   for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -86,7 +97,7 @@ class Batch {
 export class Renderer {
   constructor(canvas) {
     this.canvas = canvas;
-    this.gl = canvas.getContext("webgl2", { antialias: true, alpha: false });
+    this.gl = canvas.getContext("webgl2", { antialias: !isSoftware(), alpha: false });
     if (!this.gl) throw new Error("this browser has no WebGL 2");
     const { gl } = this;
     this.body = program(gl, BODY);
