@@ -7,17 +7,14 @@ import time
 import traceback
 from typing import Any, TYPE_CHECKING
 
-from diagnostic_msgs.msg import DiagnosticArray
-from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
-from rclpy.clock import Clock, ClockType, JumpThreshold, TimeJump
+from rclpy.clock import JumpThreshold, TimeJump
 from rclpy.duration import Duration
 from rclpy.parameter import Parameter
-from rclpy.serialization import serialize_message
 
-from msg_adapters.definitions import kind_of
 from msg_adapters.errors import UnavailableError
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.node.diagnostics import Diagnostics, Monitor, troubles_of
+from scene_graph_ros.node.diagnostics import Monitor
+from scene_graph_ros.node.diagnostics_topic import DiagnosticsTopic, Watched
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
@@ -26,11 +23,9 @@ from scene_graph_ros.node.runtime.declare import NodeParameters
 from scene_graph_ros.node.runtime.guarded import GuardedNode
 from scene_graph_ros.node.runtime.kernel_supply import KernelSupply
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup, Topic, UpdateLoop
-from scene_graph_ros.node.runtime.names import DIAGNOSTICS
 from scene_graph_ros.node.runtime.namesakes import Namesakes
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.runtime.precedence import Precedence
-from scene_graph_ros.node.runtime.qos import diagnostics_qos, overridable
 from scene_graph_ros.node.services.services import Services
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
 from scene_graph_ros.node.world.edits import Tools
@@ -43,7 +38,7 @@ from scene_graph_ros.node.world.world import World, WorldSnapshot
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
     from scene_graph_ros.node.world.kept_regions import KeptRegions
-    from scene_graph_ros.views.browser.channels import Channel, Channels
+    from scene_graph_ros.views.browser.channels import Channels
     from scene_graph_ros.views.moment import Trouble
 
 __all__ = ["Server"]
@@ -64,16 +59,7 @@ class Server:
         self.group = OwnThreadGroup()
         self.recorder: Recorder | None = None
         self.channels: Channels | None = None
-        self.troubles: tuple[Trouble, ...] = ()
-        self._diagnostics_lock = threading.Lock()
-        # Never destroyed while an executor may be waiting for it.
-        self._diagnostics_timer = node.create_timer(
-            1.0 / self.parameter("diagnostics_rate"),
-            node.survives("publishing diagnostics", self._publish_diagnostics),
-            callback_group=MutuallyExclusiveCallbackGroup(),
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-            autostart=False,
-        )
+        self._diagnostics = DiagnosticsTopic(node, self.parameter)
         self._monitor = Monitor()
         self._namesakes = Namesakes(node)
         self._precedence = Precedence()
@@ -105,6 +91,11 @@ class Server:
     def effects(self) -> Effects:
         """The effects; only there while configured."""
         return self._effects
+
+    @property
+    def troubles(self) -> tuple[Trouble, ...]:
+        """What was not as it should be when diagnostics were last shown in a browser."""
+        return self._diagnostics.troubles
 
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
@@ -252,27 +243,17 @@ class Server:
         self._effects.switch_off(world.effects_off)
         tools = Tools(loader.resolve, message_type, loader.load_request, loader.text)
         self._services = Services(self, world, self._effects, tools)
-        self._diagnostics = Diagnostics(self.node.get_fully_qualified_name().lstrip("/"))
-        self._diagnostics_publisher = self.node.create_publisher(
-            DiagnosticArray,
-            DIAGNOSTICS,
-            diagnostics_qos(),
-            callback_group=self.group,
-            qos_overriding_options=overridable(),
-        )
-        self._diagnostics_channel: Channel | None = None
-        if self.channels is not None:
-            topic = self._diagnostics_publisher.topic_name
-            self._diagnostics_channel = self.channels.channel(topic, kind_of(DiagnosticArray))
+        watched = Watched(
+            world, self._inputs, self._configurations, self._effects, self._services,
+            self._monitor, self._namesakes,
+        )  # fmt: skip
+        self._diagnostics.open(watched, self.group, self.channels)
         self._jump_handle = self.node.get_clock().create_jump_callback(
             JumpThreshold(
                 min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True
             ),
             post_callback=self._on_clock_jump,
         )
-        self._diagnostics_timer.timer_period_ns = int(1e9 / self.parameter("diagnostics_rate"))
-        self._diagnostics_timer.reset()
-        self.node.wake_executor()
         self._is_configured = True
 
     def activate(self) -> None:
@@ -314,10 +295,8 @@ class Server:
     def clean_up(self) -> None:
         """Forget the world and stop offering the services."""
         if self._is_configured:
-            self._diagnostics_timer.cancel()
-            with self._diagnostics_lock:
-                self._is_configured = False
-                self.node.destroy_publisher(self._diagnostics_publisher)
+            self._is_configured = False
+            self._diagnostics.close()
             self._jump_handle.unregister()
             self._services.close()
             self._kernels.stop()
@@ -399,10 +378,7 @@ class Server:
                     if self.recorder is not None:
                         self.recorder.accuracy_set(parameter.value)
             elif parameter.name == "diagnostics_rate":
-                self._diagnostics_timer.timer_period_ns = int(1e9 / parameter.value)
-                # Else the executor would wait for what was due before.
-                self._diagnostics_timer.reset()
-                self.node.wake_executor()
+                self._diagnostics.follow_rate(parameter.value)
         # Rates count from now on, not after the wait that the old ones meant.
         self.request_update()
 
@@ -418,62 +394,3 @@ class Server:
             if self.recorder is not None:
                 self.recorder.stamps_forgotten(None)
         self.request_update()
-
-    def _publish_diagnostics(self) -> None:
-        with self._diagnostics_lock:
-            # A timer may have been due when it was cancelled.
-            if not self._is_configured:
-                return
-            channel = self._diagnostics_channel
-            is_heard = channel is not None and channel.is_heard()
-            view = self._effects.running("browser")
-            is_seen = view is not None and view.has_work()
-            has_readers = self._diagnostics_publisher.get_subscription_count() > 0
-            if not (is_heard or is_seen or has_readers):
-                return
-            message = self._diagnostics_message()
-            data = serialize_message(message)
-            self._diagnostics_publisher.publish(data)
-            if channel is not None:
-                channel.write(data)
-            if is_seen:
-                self.troubles = troubles_of(message)
-
-    def _diagnostics_message(self) -> DiagnosticArray:
-        now = time.monotonic_ns()
-        max_age = self.parameter("max_pose_age")
-        sources = [
-            self._diagnostics.source(name, channel.topic, channel.intake.statistics, now, max_age)
-            for name, channel in self._inputs.channels.open.items()
-        ]
-        sources += [
-            self._diagnostics.source(
-                name, channel.topic, channel.intake.statistics, now, max_age, noun="configurations"
-            )
-            for name, channel in self._configurations.channels.open.items()
-        ]
-        for noun, inputs in (("poses", self._inputs), ("configurations", self._configurations)):
-            for name, reason in inputs.channels.failures.items():
-                sources.append(self._diagnostics.missing(name, reason, noun=noun))
-        snapshot = self._world.snapshot
-        accuracy = snapshot.query.accuracy
-        world = self._diagnostics.world(
-            self._monitor,
-            now,
-            scene_version=snapshot.scene_version,
-            warning=self._namesakes.problem,
-            values={
-                "accuracy": accuracy.value,
-                "accuracy: largest error (of the larger shape)": accuracy.bound,
-                "requests": self._services.counts.requests,
-                "requests refused": self._services.counts.refused,
-                "clock messages refused": self.node.clocks_refused,
-                "nodes of the same name": self._namesakes.count,
-            },
-        )
-        return self._diagnostics.message(
-            stamp=self.node.get_clock().now().nanoseconds,
-            world=world,
-            sources=sources,
-            effects=self._effects.reports(),
-        )

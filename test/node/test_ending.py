@@ -62,7 +62,7 @@ def test_a_callback_of_the_executor_that_never_ends_does_not_keep_the_process(do
     node = NodeProcess(
         domain,
         {**HASTY, "executor": "single_threaded"},
-        program=patched("server", "Server._publish_diagnostics", FOR_EVER),
+        program=patched("diagnostics_topic", "DiagnosticsTopic._publish", FOR_EVER),
     )
     node.wait_for_output("stuck")
     assert node.stop(signal.SIGTERM) == KILLED + signal.SIGTERM

@@ -40,8 +40,10 @@ class Host(Protocol):
     recorder: Recorder | None
     channels: Channels | None
     """Topics that clients of the view in a browser may subscribe to."""
-    troubles: tuple[Trouble, ...]
-    """What the last diagnostics said that is not as it should be, while a page is open."""
+
+    @property
+    def troubles(self) -> tuple[Trouble, ...]:
+        """What the last diagnostics said that is not as it should be, while a page is open."""
 
     def parameter(self, name: str) -> Any:
         """Return the value of a parameter of the node."""
