@@ -174,7 +174,9 @@ def _settle(pair, size, face, simplex, minima, found):
     """Find the minimum that the region of a face belongs to; return (its row, minima found).
 
     The row is -1 where the face has to be divided further: one that is not yet ``is_final`` only
-    supplies a candidate, and one that leads far away is believed when it ``is_fine``.
+    supplies a candidate, and one that leads far away is believed when it ``is_fine``. What a face
+    of a core proposes is believed in its own direction only: around a face is a rim, and beside
+    that it may be less deep.
     """
     n, extent, is_fine, is_final = face
     near = nearby_minimum(minima, found, n, BASIN_COSINE)
@@ -185,8 +187,11 @@ def _settle(pair, size, face, simplex, minima, found):
     feature_B = feature_at(body_B(pair), simplex, B_SIDE, n)
     # Two minima may be close to each other, but not with the same features.
     is_known = is_higher and has_features(minima, near, feature_A, feature_B)
-    if is_known and (is_fine or minima[near, STIFFNESS] < math.inf):
+    if is_known and minima[near, STIFFNESS] < math.inf:
         return near, found
+    if is_known:
+        m = (minima[near, 0], minima[near, 1], minima[near, 2])
+        return near if dot(m, n) > SAME_DIRECTION else -1, found
     a, b = weighted_points(simplex)
     proven, least = refine(pair, n, a, b, size, simplex, 2)
     if not proven or least.stiffness < -FLAT_MINIMUM * size:
@@ -197,9 +202,10 @@ def _settle(pair, size, face, simplex, minima, found):
         found += 1
         store_minimum(minima, row, least.n, least.a, least.b, -least.distance, least.stiffness)
     note_features(minima, row, feature_A, feature_B)
-    # Around a face is a rim, beside which it may be less deep.
-    cosine = BASIN_COSINE if least.stiffness < math.inf else SAME_DIRECTION
-    is_near = dot(least.n, n) > cosine or (is_fine and -least.distance <= extent)
+    if least.stiffness < math.inf:
+        is_near = dot(least.n, n) > BASIN_COSINE or (is_fine and -least.distance <= extent)
+    else:
+        is_near = dot(least.n, n) > SAME_DIRECTION
     return row if is_final and is_near else -1, found
 
 
