@@ -14,7 +14,6 @@ import json
 import logging
 import math
 import threading
-import time
 
 from camera_scenes import depth_camera, instance, pose, WORLD
 import numpy as np
@@ -321,23 +320,25 @@ def test_what_is_no_answer_is_refused(kind, answer, words):
 
 def test_a_server_that_is_slow_or_gone_costs_the_time_that_is_given():
     """No answer, a byte now and then for ever, and nobody at the port."""
+    given_up = threading.Event()
 
     def slow(form):
-        time.sleep(1.5)
+        given_up.wait(60.0)
         return 200, GOOD
 
     with serving(slow) as (url, _):
         query = query_of([], GltfClientRenderEngine(url, timeout=0.3))
-        begin = time.monotonic()
         with pytest.raises(EngineError, match=r"no answer within 0\.3 s"):
             images(query, kinds=["color"])
-        assert time.monotonic() - begin < 1.4
+        given_up.set()
     with pytest.raises(EngineError, match=r"render server http://127\.0\.0\.1:.*refused"):
         images(query_of([], GltfClientRenderEngine(url)), kinds=["color"])
 
 
 def test_a_server_that_drips_is_cut_off():
     """It sends a byte every 0.1 s and would for a minute: the time is of all of the answer."""
+    given_up = threading.Event()
+    bytes_sent = []
 
     class Dripping(BaseHTTPRequestHandler):
         def do_POST(self):
@@ -346,11 +347,11 @@ def test_a_server_that_drips_is_cut_off():
             self.send_header("Content-Length", "600")
             self.end_headers()
             try:
-                for _ in range(600):
+                while len(bytes_sent) < 600 and not given_up.wait(0.1):
                     self.wfile.write(b"x")
                     self.wfile.flush()
-                    time.sleep(0.1)
-            except OSError:
+                    bytes_sent.append(1)
+            except OSError:  # the client has hung up
                 pass
 
         def log_message(self, *arguments):
@@ -361,11 +362,11 @@ def test_a_server_that_drips_is_cut_off():
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
         engine = GltfClientRenderEngine(f"http://127.0.0.1:{server.server_port}", timeout=0.5)
-        begin = time.monotonic()
         with pytest.raises(EngineError, match=r"no answer within 0\.5 s"):
             images(query_of([], engine), kinds=["color"])
-        assert time.monotonic() - begin < 10.0
+        assert len(bytes_sent) < 600
     finally:
+        given_up.set()
         server.shutdown()
         server.server_close()
 
