@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-import json
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,12 @@ from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images
+from scene_graph_ros.geometry.perception.engine_parameters import (
+    CLEAR_COLOR,
+    DIFFUSE,
+    parameters_as_yaml,
+    take_colors,
+)
 from scene_graph_ros.geometry.perception.exact.color import color_image
 from scene_graph_ros.geometry.perception.exact.image_kernels import write_depth, write_label
 from scene_graph_ros.geometry.perception.exact.view import look
@@ -30,15 +35,14 @@ class ExactRenderEngine:
     for opaque.
     """
 
-    default_diffuse: Rgba = field(default_factory=lambda: Rgba(0.9, 0.7, 0.2))
+    default_diffuse: Rgba = DIFFUSE
     """The colour of geometries that have none."""
-    default_clear_color: Rgba = field(default_factory=lambda: Rgba(204 / 255, 229 / 255, 1.0))
+    default_clear_color: Rgba = CLEAR_COLOR
     """The colour of pixels that see nothing."""
 
     def __post_init__(self) -> None:
         """Accept three or four numbers as a colour. Raises PropertyError for anything else."""
-        for name in ("default_diffuse", "default_clear_color"):
-            object.__setattr__(self, name, Rgba.from_value(getattr(self, name)))
+        take_colors(self, ("default_diffuse", "default_clear_color"))
 
     @property
     def type_name(self) -> str:
@@ -47,12 +51,8 @@ class ExactRenderEngine:
 
     def parameter_yaml(self) -> str:
         """Return the parameters as YAML, below the type's name."""
-        colors = {
-            name: getattr(self, name).as_array().tolist()
-            for name in ("default_diffuse", "default_clear_color")
-        }
-        lines = [f"  {name}: {json.dumps(color)}\n" for name, color in colors.items()]
-        return f"{self.type_name}:\n{''.join(lines)}"
+        names = ("default_diffuse", "default_clear_color")
+        return parameters_as_yaml(self, {name: getattr(self, name) for name in names})
 
     def render(
         self,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 import importlib.util
-import json
 import logging
 import math
 from pathlib import Path
@@ -20,6 +19,11 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 from scene_graph_ros.geometry.perception.checked_fields import checked_number
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images
+from scene_graph_ros.geometry.perception.engine_parameters import (
+    DIFFUSE,
+    parameters_as_yaml,
+    take_colors,
+)
 from scene_graph_ros.geometry.perception.exact.body_table import body_table, place_bodies
 from scene_graph_ros.geometry.perception.gltf.answers import color_of, depth_of, label_of
 from scene_graph_ros.geometry.perception.gltf.document import gltf_document
@@ -52,7 +56,7 @@ class GltfClientRenderEngine:
     """Whether nothing stays of them; else they are written into a folder, which is logged."""
     timeout: float = 60.0
     """Seconds for one image, from the connection to the last byte."""
-    default_diffuse: Rgba = field(default_factory=lambda: Rgba(0.9, 0.7, 0.2))
+    default_diffuse: Rgba = DIFFUSE
     """The colour of geometries that have none."""
 
     def __post_init__(self) -> None:
@@ -65,7 +69,7 @@ class GltfClientRenderEngine:
                     f" {quoted(getattr(self, name))}"
                 )
         object.__setattr__(self, "timeout", checked_number(self, "timeout", 1e-3, 3600.0))
-        object.__setattr__(self, "default_diffuse", Rgba.from_value(self.default_diffuse))
+        take_colors(self, ("default_diffuse",))
         if importlib.util.find_spec("PIL") is None:
             raise EngineError(
                 "GltfClientRenderEngine: Pillow is not installed: pip install pillow"
@@ -78,11 +82,10 @@ class GltfClientRenderEngine:
 
     def parameter_yaml(self) -> str:
         """Return the parameters as YAML, below the type's name."""
-        names = ("base_url", "render_endpoint", "verbose", "cleanup", "timeout")
-        values: dict[str, Any] = {name: getattr(self, name) for name in names}
-        values["default_diffuse"] = self.default_diffuse.as_array().tolist()
-        lines = [f"  {name}: {json.dumps(value)}\n" for name, value in values.items()]
-        return f"{self.type_name}:\n{''.join(lines)}"
+        names = (
+            "base_url", "render_endpoint", "verbose", "cleanup", "timeout", "default_diffuse",
+        )  # fmt: skip
+        return parameters_as_yaml(self, {name: getattr(self, name) for name in names})
 
     def render(
         self,

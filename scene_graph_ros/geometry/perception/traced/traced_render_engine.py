@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 import importlib.util
-import json
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,12 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.perception.camera import DepthRange, RenderCameraCore
 from scene_graph_ros.geometry.perception.checked_fields import checked_number, checked_whole
 from scene_graph_ros.geometry.perception.engine import ImageKind, Images
+from scene_graph_ros.geometry.perception.engine_parameters import (
+    CLEAR_COLOR,
+    DIFFUSE,
+    parameters_as_yaml,
+    take_colors,
+)
 from scene_graph_ros.geometry.perception.exact.body_table import body_table, place_bodies
 from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactRenderEngine
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
@@ -46,9 +51,9 @@ class TracedRenderEngine:
     Raises EngineError where Mitsuba is not installed and for a parameter out of range.
     """
 
-    default_diffuse: Rgba = field(default_factory=lambda: Rgba(0.9, 0.7, 0.2))
+    default_diffuse: Rgba = DIFFUSE
     """The colour of geometries that have none."""
-    default_clear_color: Rgba = field(default_factory=lambda: Rgba(204 / 255, 229 / 255, 1.0))
+    default_clear_color: Rgba = CLEAR_COLOR
     """The colour of pixels that see nothing."""
     lights: tuple[LightParameter, ...] = field(default_factory=_default_lights)
     ambient: float = 0.2
@@ -70,10 +75,9 @@ class TracedRenderEngine:
             "max_depth": checked_whole(self, "max_depth", 2, 1000),
             "seed": checked_whole(self, "seed", 0, _MAX_SEED),
         }
-        for name in ("default_diffuse", "default_clear_color"):
-            values[name] = Rgba.from_value(getattr(self, name))
         for name, value in values.items():
             object.__setattr__(self, name, value)
+        take_colors(self, ("default_diffuse", "default_clear_color"))
 
     def _checked_lights(self) -> tuple[LightParameter, ...]:
         given: Any = self.lights
@@ -92,11 +96,15 @@ class TracedRenderEngine:
 
     def parameter_yaml(self) -> str:
         """Return the parameters as YAML, below the type's name."""
-        values: dict[str, Any] = {
-            name: getattr(self, name).as_array().tolist()
-            for name in ("default_diffuse", "default_clear_color")
-        }
-        values |= {n: getattr(self, n) for n in ("ambient", "samples", "max_depth", "seed")}
+        names = (
+            "default_diffuse",
+            "default_clear_color",
+            "ambient",
+            "samples",
+            "max_depth",
+            "seed",
+        )
+        values: dict[str, Any] = {name: getattr(self, name) for name in names}
         values["lights"] = [
             {
                 "type": light.type,
@@ -109,8 +117,7 @@ class TracedRenderEngine:
             }
             for light in self.lights
         ]
-        lines = [f"  {name}: {json.dumps(value)}\n" for name, value in values.items()]
-        return f"{self.type_name}:\n{''.join(lines)}"
+        return parameters_as_yaml(self, values)
 
     def render(
         self,
