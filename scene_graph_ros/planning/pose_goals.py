@@ -85,8 +85,9 @@ def find_pose_goals(
     if len(q):
         return PoseGoals(q, tuple(rows), None, "")
     if len(words) < len(targets) or is_over():
-        text = f"none of {len(targets)} goals was reached in time; goal {len(words) - 1}:"
-        text = "the goal was not reached in time:" if len(targets) == 1 else text
+        text = "the goal was not reached in time:"
+        if len(targets) > 1:
+            text = f"none of {len(targets)} goals was reached in time; goal {len(words) - 1}:"
         return PoseGoals(q, (), PlanFailure.TIMEOUT, f"{text} {words[-1]}")
     kind = min(failures, key=lambda failure: failure.value)
     if len(targets) == 1:
