@@ -69,9 +69,10 @@ class _Listener:
         self._key_at = time.monotonic() + _KEY_PERIOD
         self._heard_at = 0.0
 
-    def count(self) -> int:
-        """Return how many topics are recorded."""
-        return sum(each is not None for each in self._heard.values())
+    def counts(self) -> tuple[int, int]:
+        """Return how many topics are recorded, and of how many publishers they come."""
+        heard = [each for each in self._heard.values() if each is not None]
+        return len(heard), sum(each.get_publisher_count() for each in heard)
 
     def look(self) -> None:
         """Follow the topics that the node has now."""
@@ -185,14 +186,16 @@ def _record(spool: Spool, target: str, cameras: bool, ending: threading.Event) -
     listener = _Listener(node, spool, target, cameras=cameras)
     spinning = threading.Thread(target=executor.spin, name="messages", daemon=True)
     spinning.start()
-    told = -1
+    told = -1, -1
     try:
         while spool.is_open:
             listener.look()
-            if listener.count() != told:
-                told = listener.count()
-                what = f"recording {told} topics of" if told else "waiting for"
-                sys.stdout.write(f"{what} {target}\n")
+            if listener.counts() != told:
+                told = topics, publishers = listener.counts()
+                what = f"waiting for {target}"
+                if topics:
+                    what = f"recording {topics} topics of {target}, from {publishers} publishers"
+                sys.stdout.write(what + "\n")
                 sys.stdout.flush()
             if ending.wait(_LOOK_PERIOD):
                 listener.await_quiet()

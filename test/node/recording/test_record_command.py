@@ -49,6 +49,12 @@ class Command:
                 return found
         raise AssertionError(f"it ended with {self.process.wait()}, without {pattern!r}")
 
+    def wait_for_counts(self):
+        """Return of how many topics and publishers it says next that it records them."""
+        line = r"recording (\d+) topics of /scene_graph, from (\d+) publishers"
+        found = self.wait_for_line(line)
+        return int(found[1]), int(found[2])
+
     def end(self):
         """Interrupt it; return its exit code and the rest of what it said."""
         self.process.send_signal(signal.SIGINT)
@@ -67,12 +73,13 @@ def test_what_a_running_node_does_is_recorded(node, client, domain, tmp_path):
     """Inputs, contacts and markers, whole at first; rosbags reads it, and it is published."""
     folder = tmp_path / "recording"
     command = Command(domain, folder)
-    count = 0
-    while count < 5:  # illustration, proximity, contacts, their markers, poses
-        count = int(command.wait_for_line(r"recording (\d+) topics of /scene_graph")[1])
+    # Markers of three roles, contacts, their markers, diagnostics; poses, which nobody sends yet.
+    while command.wait_for_counts() != (7, 6):
+        pass
     publisher = client.publisher(MultiDOFJointState, "/arm/poses")
-    # The node and the command.
+    # The node and the command know of it, and the command that it is heard.
     wait_until(lambda: publisher.get_subscription_count() == 2, "both")
+    assert command.wait_for_counts() == (7, 7)
     sent = []
     contacts = client.listen(ContactArray, "/scene_graph/contacts")
     for step in range(20):
