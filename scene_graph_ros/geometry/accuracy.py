@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 from scene_graph_ros.geometry.errors import EngineError, QueryArgumentError
 
-__all__ = ["Accuracy", "Engine", "as_accuracy", "as_engine"]
+__all__ = ["BOUNDS", "Accuracy", "Engine", "as_accuracy", "as_engine"]
 
 Choice = TypeVar("Choice", bound=enum.StrEnum)
 
@@ -23,10 +23,10 @@ class Accuracy(enum.StrEnum):
     @property
     def bound(self) -> float:
         """The largest error of a distance, relative to the size of the pair's larger shape."""
-        return _BOUNDS[self]
+        return BOUNDS[self]
 
 
-_BOUNDS = {Accuracy.QUICK: 1e-3, Accuracy.STANDARD: 1e-6, Accuracy.EXACT: 1e-12}
+BOUNDS = {Accuracy.QUICK: 1e-3, Accuracy.STANDARD: 1e-6, Accuracy.EXACT: 1e-12}
 """What each tier promises, the only place that says it: 0.2 mm, 0.2 um and rounding for shapes of
 20 cm. Pairs with a closed form are exact at every tier."""
 

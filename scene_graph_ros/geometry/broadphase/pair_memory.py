@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import Any
 
@@ -43,27 +44,30 @@ class PairMemory:
         )
         self._lock = threading.Lock()
         self._trackers: dict[float, Tracker] = {}
+        self._last_margin = math.nan
 
     def find(self, X_WG: NDArray[np.float64], margin: float, *, is_close: bool) -> Pairs:
         """Return the sorted (k, 2) rows of pairs whose boxes come within a finite ``margin``.
 
         With ``is_close`` those are left out that ``drop_separated`` shows to be further apart.
         """
-        if not self._lock.acquire(blocking=False):
+        if not self._lock.acquire(False):
             return self._search(X_WG, margin, is_close)
         try:
-            # Whoever is interrupted leaves no tracker behind, nor half of its work.
-            tracker = self._trackers.pop(margin, None) or self._new_tracker(margin)
-            found = tracker.find(X_WG, is_close)
-            self._trackers[margin] = tracker  # the last one used comes last
-            return found
+            if margin != self._last_margin:
+                self._choose(margin)
+            return self._trackers[margin].find(X_WG, is_close)
         finally:
             self._lock.release()
 
-    def _new_tracker(self, margin: float) -> Tracker:
-        while len(self._trackers) >= MAX_MARGINS:
-            del self._trackers[next(iter(self._trackers))]
-        return Tracker(self._bodies, margin)
+    def _choose(self, margin: float) -> None:
+        """Have a tracker for a margin, which is the last one used and comes last."""
+        trackers = self._trackers
+        tracker = trackers.pop(margin, None) or Tracker(self._bodies, margin)
+        while len(trackers) >= MAX_MARGINS:
+            del trackers[next(iter(trackers))]
+        trackers[margin] = tracker
+        self._last_margin = margin
 
     def _search(self, X_WG: NDArray[np.float64], margin: float, is_close: bool) -> Pairs:
         """Do without the memory."""

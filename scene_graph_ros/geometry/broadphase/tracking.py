@@ -227,14 +227,13 @@ def _track(places, X_WG, margin, is_close):
 
 
 @kernel
-def _search(bodies, tracked, X_WG, margin, is_new):
+def _search(bodies, tracked, X_WG, margin, is_new, is_dense):
     """Make all fences anew and return all pairs whose fences meet, sorted."""
     fence = tracked.fence
     n = fence.shape[1]
     if is_new:
         _move(bodies, tracked, X_WG, np.arange(n))
         tracked.step[:] = 0.0
-    is_dense = tracked.state[_LENGTH] > n
     for i in range(n):
         make_fence(tracked.lower, tracked.upper, fence, tracked.step, i, is_dense)
     tracked.is_out[:] = False
@@ -279,12 +278,13 @@ class Tracker:
         return self._candidates[:count].copy() if count else _NO_PAIRS
 
     def _search(self, X_WG: NDArray[np.float64]) -> None:
-        """Search all pairs, and make the list anew."""
-        tracked = self._tracked
-        is_new = bool(tracked.state[_LENGTH] < 0)
-        pairs = _search(self._bodies, tracked, X_WG, self._margin, is_new)
+        """Search all pairs, and make the list anew. Who is interrupted leaves it lost."""
+        tracked, n = self._tracked, len(self._bodies.frame)
+        length = int(tracked.state[_LENGTH])
+        tracked.state[_LENGTH] = _LOST
+        pairs = _search(self._bodies, tracked, X_WG, self._margin, length < 0, length > n)
         if 2 * len(pairs) > tracked.lists.shape[1]:
-            lists = _new_lists(len(pairs), len(self._bodies.frame))
+            lists = _new_lists(len(pairs), n)
             self._keep(tracked._replace(lists=lists))
         self._tracked.lists[0, : len(pairs)] = pairs
         self._tracked.state[_LENGTH:] = len(pairs), 0

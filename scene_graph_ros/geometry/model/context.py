@@ -70,20 +70,13 @@ class Context(ModelOwner):
     def snapshot(self) -> Snapshot:
         """The current moment; the same object until the model or a pose changes."""
         with self._lock:
-            last = self._snapshot
-            if (
-                last is None
-                or last.model_version != self._state.version
-                or last.pose_version != self._pose_version
-            ):
+            last, state = self._snapshot, self._state
+            # What a snapshot shares is never changed: another model is another object.
+            if last is None or last.state is not state or last.pose_version != self._pose_version:
                 self._fit_layout()
-                self._poses_are_shared = self._state.shared = True
+                self._poses_are_shared = state.shared = True
                 last = self._snapshot = Snapshot(
-                    self._state,
-                    self._X_PF,
-                    self._pose_version,
-                    self._memory,
-                    self._configurations,
+                    state, self._X_PF, self._pose_version, self._memory, self._configurations, last
                 )
             return last
 

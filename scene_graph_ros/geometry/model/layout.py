@@ -44,9 +44,9 @@ class RoleArrays(NamedTuple):
     """(n,) 0, 1, ..."""
     moving_rows: IntArray
     """(m,) those that are not on the world frame."""
-    first_frame: int | None
-    """The frame of the first geometry, where each of the following has the next frame for itself
-    and is at its origin, so that all poses are those of frames; else None."""
+    same_frames: slice | None
+    """The rows of the geometries' frames, where each has the next frame for itself and is at its
+    origin, so that all poses are those of frames; else None."""
 
 
 def frame_layout(
@@ -88,5 +88,5 @@ def role_arrays(records: Iterable[GeometryRecord], layout: FrameLayout) -> RoleA
         X_FG=X_FG,
         all_rows=all_rows,
         moving_rows=np.flatnonzero(frame),
-        first_frame=int(frame[0]) if are_frames else None,
+        same_frames=slice(int(frame[0]), int(frame[0]) + len(chosen)) if are_frames else None,
     )

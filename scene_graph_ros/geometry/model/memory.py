@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
+import threading
 from typing import Any, TypeVar
 
 __all__ = ["Memory"]
@@ -17,9 +18,11 @@ class Memory:
     It changes how fast an answer is found, never the answer. Any thread may ask.
     """
 
-    __slots__ = ("_known",)
+    __slots__ = ("_known", "lock")
 
     def __init__(self) -> None:
+        self.lock = threading.Lock()
+        """Of who computes something of a snapshot that others may want at the same time."""
         self._known: dict[Hashable, tuple[Any, Any]] = {}
 
     def of(self, begin: Callable[[About], Value], about: About, *which: Hashable) -> Value:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-import threading
 from types import MappingProxyType
 from typing import Any
 
@@ -15,7 +14,7 @@ from scene_graph_ros.geometry.loans import Lender
 from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
-from scene_graph_ros.geometry.model.layout import RoleArrays
+from scene_graph_ros.geometry.model.layout import FrameLayout, RoleArrays
 from scene_graph_ros.geometry.model.memory import Memory
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.proximity import proximity_arrays, ProximityArrays
@@ -91,11 +90,11 @@ class Snapshot(NotCopied):
         "_X_WF",
         "_X_WG",
         "_configurations",
-        "_lock",
+        "_layout",
         "_proximity",
-        "_state",
         "memory",
         "pose_version",
+        "state",
     )
 
     def __init__(
@@ -105,20 +104,24 @@ class Snapshot(NotCopied):
         pose_version: int,
         memory: Memory | None = None,
         configurations: Mapping[GeometryId, Configuration] = NO_CONFIGURATIONS,
+        before: Snapshot | None = None,
     ) -> None:
         """Take a shared state, and poses ``(f, 4, 4)`` in its layout that nobody writes to.
 
         Deformable geometries that ``configurations`` does not name are in their reference
-        configuration.
+        configuration. What a snapshot ``before`` knows of the same state is not looked up again.
         """
         assert state.shared
+        self.state = state
+        """The model, not to be changed."""
+        self._layout: FrameLayout | None = None
+        self._proximity: ProximityArrays | None = None
+        if before is not None and before.state is state:
+            self._layout, self._proximity = before._layout, before._proximity
         self._configurations = configurations
-        self._state = state
         self._X_PF = X_PF
         self._X_WF: Poses | None = None
         self._X_WG: dict[Role, Poses] = {}
-        self._proximity: ProximityArrays | None = None
-        self._lock = threading.Lock()
         self.pose_version = pose_version
         self.memory = memory or Memory()
 
@@ -128,31 +131,26 @@ class Snapshot(NotCopied):
         return self
 
     @property
-    def state(self) -> GeometryState:
-        """The model, not to be changed."""
-        return self._state
-
-    @property
     def inspector(self) -> SceneGraphInspector:
         """Answers about the model of this snapshot."""
-        return SceneGraphInspector(self._state)
+        return SceneGraphInspector(self.state)
 
     @property
     def model_version(self) -> int:
         """A number that is the same for the same model only."""
-        return self._state.version
+        return self.state.version
 
     @property
     def proximity(self) -> ProximityArrays:
         """The rigid geometries with the proximity role."""
         result = self._proximity
         if result is None:
-            result = self._proximity = proximity_arrays(self._state)
+            result = self._proximity = proximity_arrays(self.state)
         return result
 
     def role_arrays(self, role: Role) -> RoleArrays:
         """Return ids, frames and fixed poses of the rigid geometries with a role, rows by id."""
-        return self._state.role_arrays(role)
+        return self.state.role_arrays(role)
 
     @property
     def X_PF(self) -> Poses:
@@ -164,11 +162,13 @@ class Snapshot(NotCopied):
         """(f, 4, 4) frames in the world, not to be written to; row 0 is the world."""
         result = self._X_WF
         if result is None:
-            layout = self._state.layout()
+            layout = self._layout
+            if layout is None:
+                layout = self._layout = self.state.layout()
             if layout.is_flat:
                 result = self._X_WF = self._X_PF
                 return result
-            with self._lock:
+            with self.memory.lock:
                 result = self._X_WF
                 if result is None:
                     result = np.empty_like(self._X_PF)
@@ -188,16 +188,15 @@ class Snapshot(NotCopied):
         """Return ``(n, 4, 4)`` rigid geometries with a role in W, rows as in role_arrays."""
         result = self._X_WG.get(role)
         if result is None:
-            result = self._placed(role, self._state.role_arrays(role))
+            result = self._placed(role, self.state.role_arrays(role))
         return result
 
     def _placed(self, role: Role, rows: RoleArrays) -> Poses:
         """Place the geometries with a role, unless another thread has done it meanwhile."""
         X_WF = self.X_WF
-        if rows.first_frame is not None:
-            view = X_WF[rows.first_frame : rows.first_frame + len(rows.ids)]
-            return self._X_WG.setdefault(role, view)
-        with self._lock:
+        if rows.same_frames is not None:
+            return self._X_WG.setdefault(role, X_WF[rows.same_frames])
+        with self.memory.lock:
             result = self._X_WG.get(role)
             if result is None:
                 result = self._X_WG[role] = self._place(role, rows, X_WF)
@@ -218,24 +217,24 @@ class Snapshot(NotCopied):
         deformable geometry, which has no pose.
         """
         if isinstance(target, GeometryId):
-            record = self._state.geometry(target)
+            record = self.state.geometry(target)
             refuse_deformable(record, "it has a configuration in the world, and no pose")
             return self._world_pose_of_frame(record.frame_id) @ record.X_FG
-        return self._world_pose_of_frame(self._state.frame(target).id)
+        return self._world_pose_of_frame(self.state.frame(target).id)
 
     def pose_in_parent(self, frame_id: FrameId) -> Poses:
         """Return ``X_PF``, a new ``(4, 4)`` array. Raises UnknownIdError for an unknown frame."""
-        return self._X_PF[self._state.layout().row[self._state.frame(frame_id).id]].copy()
+        return self._X_PF[self.state.layout().row[self.state.frame(frame_id).id]].copy()
 
     def _world_pose_of_frame(self, frame_id: FrameId) -> Poses:
-        return self.X_WF[self._state.layout().row[frame_id]].copy()
+        return self.X_WF[self.state.layout().row[frame_id]].copy()
 
     def configuration(self, geometry_id: GeometryId) -> Configuration:
         """Return where the vertices of a deformable geometry are.
 
         Raises UnknownIdError for an unknown geometry, DeformableError for a rigid one.
         """
-        deformable = deformable_of(self._state.geometry(geometry_id))
+        deformable = deformable_of(self.state.geometry(geometry_id))
         known = self._configurations.get(geometry_id)
         # The same id may have been registered anew, after a removal, with another mesh.
         if known is None or known.deformable is not deformable:
@@ -250,7 +249,7 @@ class Snapshot(NotCopied):
         """
         from scene_graph_ros.geometry.model.driven_mesh import driven_positions
 
-        mesh = self._state.driven_mesh(geometry_id, role)
+        mesh = self.state.driven_mesh(geometry_id, role)
         return [driven_positions(mesh, self.configuration(geometry_id))]
 
     def with_frame_poses(
@@ -261,10 +260,10 @@ class Snapshot(NotCopied):
         It shares the memory of this snapshot's context unless it is given another.
         Raises as Context.set_frame_poses does; this snapshot stays as it is.
         """
-        rows, given = stacked_poses(self._state, poses)
+        rows, given = stacked_poses(self.state, poses)
         X_PF = self._X_PF.copy()
         bad, status = store_poses(given, rows, X_PF)
         if status != VALID:
-            raise refuse_frame_pose(self._state.layout().names[rows[bad]], status, given[bad])
+            raise refuse_frame_pose(self.state.layout().names[rows[bad]], status, given[bad])
         memory = memory or self.memory
-        return Snapshot(self._state, X_PF, self.pose_version, memory, self._configurations)
+        return Snapshot(self.state, X_PF, self.pose_version, memory, self._configurations)

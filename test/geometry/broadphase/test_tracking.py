@@ -19,6 +19,7 @@ from scene_graph_ros.geometry import (
     SceneGraph,
     Sphere,
 )
+from scene_graph_ros.geometry.broadphase import tracking
 from scene_graph_ros.geometry.broadphase.aabb import world_boxes
 from scene_graph_ros.geometry.broadphase.all_pairs import all_candidate_pairs
 from scene_graph_ros.geometry.broadphase.tracking import BOUNDED, LOOKED_AT, REFENCED, SEARCHED
@@ -287,3 +288,23 @@ def test_threads_that_ask_at_once() -> None:
     for thread in threads:
         thread.join()
     assert all(len(kept) == 30 and all(kept) for kept in answers)
+
+
+def test_a_search_that_is_interrupted_is_done_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who is interrupted in the midst of a search leaves nothing that is believed afterwards."""
+    scene = Scene(300, 10)
+    found_pairs(scene.query)
+    search = tracking._search
+
+    def interrupted(*arguments):
+        search(*arguments)
+        raise KeyboardInterrupt
+
+    scene.step(3.0)
+    with monkeypatch.context() as patched:
+        patched.setattr(tracking, "_search", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            found_pairs(scene.query)
+    assert np.array_equal(found_pairs(scene.query), expected_pairs(scene.query, 0.0))
+    scene.step(0.001)
+    assert np.array_equal(found_pairs(scene.query), expected_pairs(scene.query, 0.0))

@@ -24,6 +24,8 @@ from scene_graph_ros.geometry.query.distance.solved_pairs import (
     P_WCA,
     P_WCB,
     PHI,
+    ROW_A,
+    ROW_B,
     SolvedPairs,
     UNIQUE,
 )
@@ -48,6 +50,8 @@ PENETRATIONS = 1
 FIRST_PENETRATION = 2
 """As PENETRATIONS, and stop at the first."""
 
+_NO_PAIRS = SolvedPairs(np.empty(0), 0, 0)
+
 EXACT = Accuracy.EXACT.bound
 """Relative to the larger size: up to this accuracy, answers are polished to rounding."""
 
@@ -59,10 +63,9 @@ def _store(numbers, at, v):
 
 
 @lean_kernel
-def _solve(places, X_WG, pairs, max_distance, keep, accuracy, rows, numbers):
-    """Write the kept pairs; return how many, and the pair without an answer."""
+def _solve(places, X_WG, pairs, max_distance, keep, accuracy, numbers, m):
+    """Write the kept pairs, for m of which is room; return how many, and which has no answer."""
     table = borrowed_table(places)
-    m = rows.shape[0]
     count = 0
     for k in range(pairs.shape[0]):
         i, j = pairs[k, 0], pairs[k, 1]
@@ -80,7 +83,7 @@ def _solve(places, X_WG, pairs, max_distance, keep, accuracy, rows, numbers):
                 continue
         elif phi >= -OSCULATION * size:
             continue
-        rows[count, 0], rows[count, 1] = i, j
+        numbers[ROW_A * m + count], numbers[ROW_B * m + count] = i, j
         numbers[PHI * m + count], numbers[GAP * m + count] = phi, gap
         numbers[UNIQUE * m + count], numbers[DECIDED_BY * m + count] = unique, decided_by
         at = 3 * count
@@ -121,13 +124,15 @@ def solve_pairs(
             iterations know, 0 where there are none. ``decided_by`` is filled always.
 
     """
-    room = min(len(pairs), 1) if keep == FIRST_PENETRATION else len(pairs)
-    rows, numbers = np.empty((room, 2), np.int64), np.empty(NUMBERS * room)
+    if not len(pairs):
+        return _NO_PAIRS
+    room = 1 if keep == FIRST_PENETRATION else len(pairs)
+    numbers = np.empty(NUMBERS * room)
     loose = accuracy if accuracy > EXACT else 0.0
     count, failed = _solve(
-        held.places, X_WG, pairs, float(max_distance), keep, loose, rows, numbers
+        held.places, X_WG, pairs, float(max_distance), keep, loose, numbers, room
     )
-    solved = SolvedPairs(rows, numbers, count, failed)
+    solved = SolvedPairs(numbers, room, count, failed)
     if certify:
         certify_pairs(
             held.table, X_WG, solved.rows, solved.distance, solved.p_ACa, solved.p_BCb,

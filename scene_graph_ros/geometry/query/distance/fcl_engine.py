@@ -36,6 +36,8 @@ from scene_graph_ros.geometry.query.distance.solved_pairs import (
     P_WCA,
     P_WCB,
     PHI,
+    ROW_A,
+    ROW_B,
     SolvedPairs,
     UNIQUE,
 )
@@ -268,6 +270,7 @@ def _solved(found: list[tuple[int, int, Contact]], X_WG: Vector, failed: int) ->
         PHI: phi, GAP: np.full(len(found), np.nan), UNIQUE: unique,
         DECIDED_BY: np.zeros(len(found)), P_ACA: locals_[0],
         P_BCB: locals_[1], P_WCA: p_WCa, P_WCB: p_WCb, NHAT_BA_W: nhat,
+        ROW_A: rows[:, 0], ROW_B: rows[:, 1],
     }  # fmt: skip
     numbers = np.concatenate([columns[start].ravel() for start in sorted(columns)])
-    return SolvedPairs(rows, numbers, len(found), failed)
+    return SolvedPairs(numbers, len(found), len(found), failed)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.accuracy import Engine
+from scene_graph_ros.geometry.accuracy import BOUNDS, Engine
 from scene_graph_ros.geometry.errors import UnsupportedPairError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs
@@ -20,6 +20,8 @@ from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
 __all__ = ["ID_COLUMNS", "Recipes", "describe", "pair_columns", "solve"]
 
+_FCL = Engine.FCL  # a look-up of a member takes longer
+
 
 def solve(
     snapshot: Snapshot,
@@ -30,7 +32,7 @@ def solve(
     query: str,
 ) -> SolvedPairs:
     """Do what ``solve_pairs`` does. Raises UnsupportedPairError for two half spaces."""
-    if settings.engine is Engine.FCL:
+    if settings.engine is _FCL:
         from scene_graph_ros.geometry.query.distance.fcl_engine import solve_pairs_with_fcl
 
         solved = solve_pairs_with_fcl(
@@ -43,7 +45,7 @@ def solve(
             pairs,
             max_distance,
             keep,
-            settings.accuracy.bound,
+            BOUNDS[settings.accuracy],
             settings.certificate,
         )
     if solved.failed != NO_FAILURE:
@@ -75,8 +77,8 @@ class _Answers(NamedTuple):
 Recipes = Mapping[str, Callable[[_Answers], NDArray[Any]]]
 
 ID_COLUMNS: Recipes = {
-    "id_A": lambda answers: answers.ids[answers.solved.rows[:, 0]],
-    "id_B": lambda answers: answers.ids[answers.solved.rows[:, 1]],
+    "id_A": lambda answers: answers.ids[answers.solved.rows_A],
+    "id_B": lambda answers: answers.ids[answers.solved.rows_B],
 }
 
 
@@ -85,15 +87,17 @@ def pair_columns(
 ) -> LateColumns:
     """Return the columns of a result: those that it always has, and what was asked for."""
     asked_for: dict[str, NDArray[Any]] = {}
+    ids = snapshot.proximity.ids
+    if not (settings.derivatives or settings.certificate):
+        return LateColumns(recipes, _Answers(ids, solved, asked_for), solved.count)
     if settings.derivatives:
         asked_for |= _derivatives(snapshot, solved)
         asked_for |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, solved)
     if settings.certificate:
         asked_for["gap"] = solved.gap
         asked_for["decided_by"] = solved.decided_by
-    if asked_for:
-        recipes = {**recipes, **{name: _asked_for(name) for name in asked_for}}
-    return LateColumns(recipes, _Answers(snapshot.proximity.ids, solved, asked_for), solved.count)
+    recipes = {**recipes, **{name: _asked_for(name) for name in asked_for}}
+    return LateColumns(recipes, _Answers(ids, solved, asked_for), solved.count)
 
 
 def _asked_for(name: str) -> Callable[[_Answers], NDArray[Any]]:

@@ -16,14 +16,17 @@ __all__ = [
     "P_BCB",
     "P_WCA",
     "P_WCB",
+    "ROW_A",
+    "ROW_B",
     "UNIQUE",
     "SolvedPairs",
 ]
 
 PHI, GAP, UNIQUE, DECIDED_BY = 0, 1, 2, 3
 P_ACA, P_BCB, P_WCA, P_WCB, NHAT_BA_W = 4, 7, 10, 13, 16
+ROW_A, ROW_B = 19, 20
 """Where each column starts, times the number of pairs that there is room for."""
-NUMBERS = 19
+NUMBERS = 21
 """Of each pair."""
 
 NO_FAILURE = -1
@@ -36,15 +39,14 @@ class SolvedPairs:
     longer to make than a few answers.
     """
 
-    __slots__ = ("_numbers", "_room", "_rows", "count", "failed")
+    __slots__ = ("_numbers", "_room", "count", "failed")
 
     def __init__(
-        self, rows: NDArray[np.int64], numbers: NDArray[np.float64], count: int, failed: int
+        self, numbers: NDArray[np.float64], room: int, count: int, failed: int = NO_FAILURE
     ) -> None:
-        """Take (room, 2) rows and NUMBERS * room numbers, column after column."""
-        self._rows = rows
+        """Take NUMBERS * room numbers, column after column."""
         self._numbers = numbers
-        self._room = len(rows)
+        self._room = room
         self.count = count
         self.failed = failed
         """The index of the first pair that has no answer, or NO_FAILURE."""
@@ -61,9 +63,19 @@ class SolvedPairs:
         return self._numbers[first : first + 3 * self.count].reshape(-1, 3)
 
     @property
+    def rows_A(self) -> NDArray[np.int64]:
+        """(k,) rows of A; a new array."""
+        return self._column(ROW_A).astype(np.int64)
+
+    @property
+    def rows_B(self) -> NDArray[np.int64]:
+        """(k,) rows of B; a new array."""
+        return self._column(ROW_B).astype(np.int64)
+
+    @property
     def rows(self) -> NDArray[np.int64]:
-        """(k, 2) rows of A and B."""
-        return self._rows[: self.count]
+        """(k, 2) rows of A and B; a new array."""
+        return np.stack([self.rows_A, self.rows_B], axis=1)
 
     @property
     def distance(self) -> NDArray[np.float64]:
