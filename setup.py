@@ -54,6 +54,7 @@ setup(
     extras_require={
         "fcl": ["python-fcl"],
         "graphs": ["clarabel"],
+        "ompl": ["ompl"],
         "optimal-control": ["casadi"],
         "recording": ["rosbags"],
         "test": ["hypothesis", "pytest"],
