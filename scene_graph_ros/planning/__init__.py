@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
+    from scene_graph_ros.planning.ompl_bridge.ompl_library import MissingOmplError
+    from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner
+    from scene_graph_ros.planning.ompl_bridge.ompl_space import OmplSpace
     from scene_graph_ros.planning.optimal_control.direct_collocation import DirectCollocation
     from scene_graph_ros.planning.optimal_control.direct_transcription import DirectTranscription
     from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
@@ -138,8 +141,11 @@ __all__ = [
     "MinCliqueCoverSolverBase",
     "MinCliqueCoverSolverViaGreedy",
     "MissingCasadiError",
+    "MissingOmplError",
     "MultipleShooting",
     "NonlinearProgram",
+    "OmplPlanner",
+    "OmplSpace",
     "Plan",
     "PlanFailure",
     "PlanProgress",
@@ -209,6 +215,9 @@ _MODULES = {
     "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
     "gcs.result": ("GcsTrajectoryResult",),
     "gcs.subgraph": ("Subgraph",),
+    "ompl_bridge.ompl_library": ("MissingOmplError",),
+    "ompl_bridge.ompl_planner": ("OmplPlanner",),
+    "ompl_bridge.ompl_space": ("OmplSpace",),
     "optimal_control.direct_collocation": ("DirectCollocation",),
     "optimal_control.direct_transcription": ("DirectTranscription",),
     "optimal_control.dynamics": ("Dynamics",),

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.planning.bodies import new_places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
-from scene_graph_ros.planning.edge_kernels import EdgeRules, new_stretches, prove_edges
+from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE, new_stretches, prove_edges
 from scene_graph_ros.planning.in_threads import in_threads
 from scene_graph_ros.planning.motion_kernels import new_motions
 
-__all__ = ["EdgeProofs", "edge_scratch", "new_stop", "prove"]
+__all__ = ["EdgeProofs", "EdgeProver", "edge_scratch", "new_stop", "prove"]
 
 
 class EdgeProofs(NamedTuple):
@@ -78,3 +78,21 @@ def prove(
 
     in_threads(prove_part, n, threads)
     return result
+
+
+class EdgeProver:
+    """Proves straight edges one after another, in one thread, with arrays that are made once."""
+
+    def __init__(self, plan: CheckerPlan, rules: EdgeRules, stop: NDArray[np.int64]) -> None:
+        """Take what `prove` takes."""
+        self._edge = np.empty((1, 2, plan.tree.num_positions))
+        self._proof = EdgeProofs(np.empty(1, np.int64), np.empty((1, 4)), np.empty(1, np.int64))
+        before = (plan.held.places, plan.tree.table, plan.bodies, plan.pairs, plan.reaches)
+        after = (plan.tree.X_WB, rules, stop, *self._proof, *edge_scratch(plan))
+        self._arguments = (*before, self._edge, *after)
+
+    def is_free(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
+        """Tell whether the edge between two configurations ``(nq,)`` is proven free."""
+        self._edge[0, 0], self._edge[0, 1] = first, second
+        prove_edges(*self._arguments)
+        return bool(self._proof.statuses[0] == FREE)

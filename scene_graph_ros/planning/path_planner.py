@@ -18,8 +18,9 @@ from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecke
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import new_stop, prove
 from scene_graph_ros.planning.errors import PlanningError
+from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner, OmplSearch
 from scene_graph_ros.planning.path_ends import find_troubles
-from scene_graph_ros.planning.path_search import PathSearch
+from scene_graph_ros.planning.path_search import PathSearch, search_rules
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
 from scene_graph_ros.planning.pose_goals import find_pose_goals, load_pose_kernels
 from scene_graph_ros.planning.pose_target import PoseTarget
@@ -34,10 +35,6 @@ __all__ = ["PLANNERS", "plan_path"]
 
 PLANNERS = ("rrt_connect", "prm")
 """What may be asked for."""
-
-_PART, _KEPT = 0.9, 20.0
-"""How much of a distance a search uses up, and times the checker's tolerance what is left where it
-measures. A tenth is kept in between: two tolerances, so that parts of edges can be proven, too."""
 
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
@@ -84,7 +81,7 @@ class _Problem(NamedTuple):
     @property
     def search_rules(self) -> EdgeRules:
         """What counts as proven while it is looked for a path."""
-        return EdgeRules(False, part=_PART, tolerance=_KEPT * self.checker.tolerance)
+        return search_rules(self.checker.tolerance)
 
     @property
     def final_rules(self) -> EdgeRules:
@@ -97,7 +94,7 @@ def plan_path(
     start: ArrayLike,
     goal: ArrayLike | PoseTarget | Sequence[PoseTarget],
     *,
-    planner: str = "rrt_connect",
+    planner: str | OmplPlanner = "rrt_connect",
     seed: int = 0,
     timeout: float | None = None,
     group: str | None = None,
@@ -121,17 +118,22 @@ def plan_path(
     every 0.05 s and in the thread that called; what it raises ends the search and is raised.
 
     The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000).
+    An `OmplPlanner` has one of OMPL's look for the path, with our proofs of its motions.
     ``"prm"`` looks for a way through a `Roadmap`, which may be given: then it knows what was
-    proven before, and its path depends on all that the roadmap was used for. Both then take
+    proven before, and its path depends on all that the roadmap was used for. All then take
     shortcuts (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*, 2007).
     Each edge, and in the end each edge of the path once more, is proven as
     `SceneGraphCollisionChecker.measure_edge` does.
 
-    Raises PlanningError naming the argument, and as `SceneGraphCollisionChecker` does for
-    configurations of another shape or with numbers that mean nothing.
+    Raises PlanningError naming the argument, MissingOmplError, and as
+    `SceneGraphCollisionChecker` does for configurations of another shape or with numbers that mean
+    nothing.
     """
-    if planner not in PLANNERS:
-        raise PlanningError(f"planner must be one of {', '.join(PLANNERS)}, not {quoted(planner)}")
+    if planner not in PLANNERS and not isinstance(planner, OmplPlanner):
+        known = ", ".join(PLANNERS)
+        raise PlanningError(
+            f"planner must be one of {known}, or an OmplPlanner, not {quoted(planner)}"
+        )
     if roadmap is not None and planner != "prm":
         raise PlanningError(f"a roadmap is for the planner 'prm', not for {quoted(planner)}")
     root = as_float(seed)
@@ -154,19 +156,26 @@ def plan_path(
     first, goals = _ends(checker, start, goal)
     moves = _moving(checker, first, goals, group)
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
-    new_search = _new_search(planner, roadmap)
+    left = None if patience is None else max(patience - spent, 0.0)
+    new_search = _new_search(planner, roadmap, left)
     problem = _Problem(checker, first, goals, space, int(seed), patience, _Progress(), new_search)
     _load_kernels(problem)
     problem = problem._replace(progress=_Progress(spent))
     plan = run_stoppable(
         lambda stops: _solve(problem, stops),
-        None if patience is None else max(patience - spent, 0.0),
+        left,
         lambda: None if watch is None else watch(problem.progress.now()),
     )
     return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
 
 
-def _new_search(planner: str, roadmap: Roadmap | None) -> Callable[..., PathSearch]:
+def _new_search(
+    planner: str | OmplPlanner, roadmap: Roadmap | None, timeout: float | None
+) -> Callable[..., PathSearch]:
+    """Return what makes a search. Raises MissingOmplError, and PlanningError as it does."""
+    if isinstance(planner, OmplPlanner):
+        planner.check_name()
+        return partial(OmplSearch, planner=planner, timeout=timeout)
     if planner == "rrt_connect":
         return PathSearch
     from scene_graph_ros.planning.roadmap_search import RoadmapSearch
@@ -312,13 +321,8 @@ def _proven(
 def _not_found(problem: _Problem, search: PathSearch, stops: Stops, what: str = "found") -> Plan:
     """Say how far a search got."""
     is_late = stops.looking[0] != 0
-    sizes = search.tree_sizes
-    apart = f", {search.gap:.3g} apart where they are nearest" if math.isfinite(search.gap) else ""
-    words = (
-        f"no path was {what}{f' within {problem.timeout:.10g} s' if is_late else ''}: the trees"
-        f" from start and goal have {sizes[0]} and {sizes[1]} configurations{apart}, after"
-        f" {search.edges} edges"
-    )
+    when = f" within {problem.timeout:.10g} s" if is_late else ""
+    words = f"no path was {what}{when}: {search.words}"
     kind = PlanFailure.TIMEOUT if is_late else PlanFailure.EXHAUSTED
     return _failed(problem, kind, words, search)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,7 +32,7 @@ from scene_graph_ros.planning.search_state import (
 from scene_graph_ros.planning.shortcut_kernels import Corners
 from scene_graph_ros.planning.space_kernels import SpaceTable
 
-__all__ = ["PathSearch"]
+__all__ = ["PathSearch", "search_rules"]
 
 _ROOM = 256
 """Nodes that trees have room for at first; it is doubled as they grow."""
@@ -50,6 +52,15 @@ _LEAST_SAVING = 0.02
 _KEPT_BY_SHORTCUTS = 1e-3
 """Metres that shortcuts keep where they are measured: the shortest paths graze corners, and who
 proves them once more pays for it."""
+
+_PART, _KEPT = 0.9, 20.0
+"""How much of a distance a search uses up, and times the checker's tolerance what is left where it
+measures. A tenth is kept in between: two tolerances, so that parts of edges can be proven, too."""
+
+
+def search_rules(tolerance: float) -> EdgeRules:
+    """Return what counts as proven while a path is looked for, for a checker's tolerance (m)."""
+    return EdgeRules(False, part=_PART, tolerance=_KEPT * tolerance)
 
 
 class PathSearch:
@@ -90,6 +101,15 @@ class PathSearch:
     def gap(self) -> float:
         """How near (rad and m) the trees came to each other; at first infinite."""
         return float(self._trees.gap[0])
+
+    @property
+    def words(self) -> str:
+        """How far it came, in words."""
+        apart = f", {self.gap:.3g} apart where they are nearest" if math.isfinite(self.gap) else ""
+        return (
+            f"the trees from start and goal have {self.tree_sizes[0]} and {self.tree_sizes[1]}"
+            f" configurations{apart}, after {self.edges} edges"
+        )
 
     def load_kernel(self) -> None:
         """Load the kernel of the search, or compile it: a time limit is for what it does."""

@@ -1,0 +1,1 @@
+"""OMPL's planners, to which our proofs say which motions are free."""
