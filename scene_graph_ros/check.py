@@ -19,6 +19,7 @@ from typing import Any
 from scene_graph_ros.geometry import Role, SceneGraph
 from scene_graph_ros.geometry.errors import SceneGraphError, UnsupportedPairError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
+from scene_graph_ros.geometry.meshes.color_warnings import mesh_color_warnings_told
 from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.demand import count_compliant, count_deformable
@@ -67,6 +68,11 @@ class Checker:
     def check(self, file: str) -> Report:
         """Return what there is to say about a file, a ``package://`` or a ``file://`` address."""
         report = Report(file, "file")
+        with mesh_color_warnings_told(lambda text: report.warnings.append(f"{file}: {text}")):
+            self._check(report, file)
+        return report
+
+    def _check(self, report: Report, file: str) -> None:
         try:
             path = resolve_resource(file, packages=self._packages)
             report.kind, document = _kind(path, file)
@@ -85,7 +91,6 @@ class Checker:
             report.errors.append(f"{file}: {error}")
         except OSError as error:
             report.errors.append(f"{file}: cannot be read: {error.strerror}")
-        return report
 
     def _search(self) -> dict[str, Any]:
         return {

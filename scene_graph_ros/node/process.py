@@ -16,13 +16,16 @@ import warnings
 import rclpy
 from rclpy.exceptions import InvalidHandle, ParameterException
 from rclpy.executors import Executor, MultiThreadedExecutor, SingleThreadedExecutor
+from rclpy.logging import get_logger
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
 from scene_graph_ros.geometry.compiled.cache import KernelCacheWarning
+from scene_graph_ros.geometry.meshes.color_warnings import mesh_color_warnings_told
 from scene_graph_ros.node.node import SceneGraphNode
 from scene_graph_ros.node.runtime.collecting import keep_what_is_there, look_at_all_again
 from scene_graph_ros.node.runtime.ending import Ending
+from scene_graph_ros.node.runtime.names import NODE_NAME
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 
 __all__ = ["make_executor", "run"]
@@ -56,7 +59,8 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     ending.has_begun()
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    code = _serve(ending)
+    with mesh_color_warnings_told(get_logger(NODE_NAME).warning):
+        code = _serve(ending)
     rclpy.shutdown()
     # What the middleware shares with other processes goes with the last object that refers to it.
     gc.collect()

@@ -9,7 +9,7 @@ import warnings
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.scene_colors import MeshColorWarning
+from scene_graph_ros.geometry.meshes.color_warnings import MeshColorWarning
 from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape

@@ -21,6 +21,7 @@ from node_harness import (
     RUN_NODE,
     wait_until,
 )
+from pictured_files import write_obj
 import pytest
 from rcl_interfaces.msg import Parameter as ParameterMessage
 from rcl_interfaces.msg import ParameterType, ParameterValue
@@ -99,6 +100,22 @@ def test_a_wrong_start_is_refused_with_a_reason(domain, parameters, message):
     assert node.process.wait(timeout=DEADLINE) == 1
     assert message in node.output()
     assert "Traceback" not in node.output()
+
+
+def test_what_a_mesh_is_shown_without_is_in_the_log(start_node, tmp_path):
+    """A picture that its file names is missing: a warning of the node's own, once."""
+    write_obj(tmp_path, [(None, "lost.png")])
+    shape = f"shape: {{type: mesh, file: {tmp_path}/squares.obj}}, roles: {{perception: {{}}}}"
+    (tmp_path / "cup.yaml").write_text(
+        SCENE.split("frames:", maxsplit=1)[0]
+        + f"geometries:\n  - {{name: cup, source: ball, {shape}}}\n"
+    )
+    process = start_node({"scene": tmp_path / "cup.yaml"})
+    process.wait_for_output("squares.obj' names 'lost.png', shown without: ")
+    lines = [line for line in process.output().splitlines() if "lost.png" in line]
+    assert len(lines) == 1
+    assert lines[0].startswith("[WARN]")
+    assert lines[0].endswith("lost.png' does not exist")
 
 
 def test_names_can_be_remapped_and_put_into_a_namespace(client, start_node, scene):

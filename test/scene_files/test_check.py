@@ -6,6 +6,7 @@ from pathlib import Path
 import subprocess
 import sys
 
+from pictured_files import write_obj
 import pytest
 
 from scene_graph_ros.check import main
@@ -318,3 +319,20 @@ def test_schema(capsys):
     assert {"sources", "robots", "geometries"} <= set(schema["properties"])
     mapping = schema["$defs"]["GeometrySpec"]["properties"]["shape"]["discriminator"]["mapping"]
     assert len(mapping) == 8
+
+
+def test_a_picture_that_a_mesh_names_and_nobody_has(tmp_path, capsys):
+    """It is told by the names of mesh and picture, and an error where warnings are taken so."""
+    write_obj(tmp_path, [((0.5, 0.5, 0.5), "lost.png")])
+    scene = write(
+        tmp_path,
+        "scene.yaml",
+        "version: 1\nsources: [{name: table}]\ngeometries:\n- {source: table, name: cup,"
+        " shape: {type: mesh, file: squares.obj}, roles: {perception: {}}}\n",
+    )
+    status, out, err = check(capsys, "--strict", scene)
+    assert status == 1
+    assert out == [f"{scene}: scene not usable: 0 errors, 1 warning"]
+    (line,) = err
+    assert line.startswith(f"warning: {scene}: mesh file '{tmp_path}/squares.obj' names 'lost.png',")
+    assert line.endswith(f"shown without: texture file '{tmp_path}/lost.png' does not exist")

@@ -6,19 +6,23 @@ with its transform applied. The unit that a COLLADA file states is applied; its 
 as in RViz.
 """
 
+import importlib.util
 import io
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import MAX_MESH_BYTES, read_limited
-from scene_graph_ros.geometry.meshes.gltf_materials import without_images
+from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
+from scene_graph_ros.geometry.meshes.dae_pictures import AddressResolver
+from scene_graph_ros.geometry.meshes.file_pictures import FilePicture, FilePictures
+from scene_graph_ros.geometry.meshes.gltf_materials import gltf_pictures, without_images
 from scene_graph_ros.geometry.meshes.obj_file import parse_obj
 from scene_graph_ros.geometry.meshes.promises import check_promises, MAX_CORNERS
-from scene_graph_ros.geometry.meshes.scene_colors import scene_colors
+from scene_graph_ros.geometry.meshes.scene_colors import scene_colors, scene_pictures
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
@@ -38,7 +42,19 @@ VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
 
 Triangulation = tuple[np.ndarray, np.ndarray]
-ColoredMesh = tuple[np.ndarray, np.ndarray, np.ndarray | None]
+
+
+class ColoredMesh(NamedTuple):
+    """A mesh, and what its own file says of its triangles' look."""
+
+    vertices: np.ndarray
+    """(n, 3)."""
+    triangles: np.ndarray
+    """(m, 3)."""
+    colors: np.ndarray | None = None
+    """(m, 3) as ``scene_colors`` has them; None for OBJ, which names colours of other files."""
+    pictures: FilePictures | None = None
+    """None for OBJ as well."""
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
@@ -80,17 +96,14 @@ def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangu
 
 
 def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredMesh:
-    """Read a mesh as ``read_mesh_contents`` does, with the colours (m, 3) that are in the file.
-
-    The third array is that of ``scene_colors``; None for OBJ, which names colours of other files.
-    """
+    """Read a mesh as ``read_mesh_contents`` does, with what the file says of its look."""
     file_type = file_type.lower().lstrip(".")
     if not contents.strip():
         raise MeshError(f"{name}: the file is empty")
     if file_type == "obj":
-        return *checked_mesh(*parse_obj(contents, name), name), None
-    vertices, triangles, colors = _read_by_trimesh(contents, file_type, name)
-    return *checked_mesh(vertices, triangles, name), colors
+        return ColoredMesh(*checked_mesh(*parse_obj(contents, name), name))
+    mesh = _read_by_trimesh(contents, file_type, name)
+    return ColoredMesh(*checked_mesh(*mesh[:2], name), *mesh[2:])
 
 
 def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:
@@ -134,21 +147,42 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
     check_promises(contents, file_type, name)
     import trimesh
 
-    # No textures are looked for: without a resolver there are no other files.
+    # No textures are looked for: the resolver opens no other files.
+    resolver, by_name = AddressResolver(), {}
     try:
         if file_type in ("glb", "gltf"):
+            by_name = _gltf_pictures(contents, file_type, name)
             contents = without_images(contents, file_type)
         # What is not finite is refused where all meshes are checked.
         with np.errstate(all="ignore"):
             scene = trimesh.load(
-                io.BytesIO(contents), file_type=file_type, process=False, force="scene"
+                io.BytesIO(contents),
+                file_type=file_type,
+                process=False,
+                force="scene",
+                resolver=resolver if file_type == "dae" else None,
             )
             _check_size(scene, name)
-            return *_flatten(scene), scene_colors(scene, name)
+            mesh = ColoredMesh(
+                *_flatten(scene), scene_colors(scene, name), scene_pictures(scene, by_name)
+            )
     except MeshError:
         raise
     except Exception as error:  # third-party parsers raise whatever they meet
         raise MeshError(f"{name}: unreadable {file_type}: {quoted(error)}") from error
+    if resolver.was_asked and importlib.util.find_spec("PIL") is None:
+        warn_of_color(
+            f"{name}: shown without its pictures: reading them takes Pillow: pip install pillow"
+        )
+    return mesh
+
+
+def _gltf_pictures(contents: bytes, file_type: str, name: str) -> dict[str, FilePicture]:
+    try:
+        return gltf_pictures(contents, file_type)
+    except (AttributeError, LookupError, TypeError, ValueError) as error:
+        warn_of_color(f"{name}: shown without its pictures, which are unreadable: {quoted(error)}")
+        return {}
 
 
 def _flatten(scene: Any) -> Triangulation:

@@ -24,6 +24,16 @@ MAX_PLACES = 100_000
 
 _MAX_DEPTH = 100
 
+_NONSENSE = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What a document of JSON raises that is not what it should be; 1e999 is a number there."""
+
 
 def check_promises(contents: bytes, file_type: str, name: str) -> None:
     """Raise MeshError, naming the file and the count, for what no parser should see."""
@@ -65,7 +75,7 @@ def _check_gltf(contents: bytes, name: str) -> None:
     """Accessors state counts, and nodes place bodies as often as they like."""
     try:
         count = _corners_of_gltf(json.loads(contents))
-    except (ValueError, TypeError, KeyError, IndexError, AttributeError, RecursionError) as error:
+    except _NONSENSE as error:
         raise MeshError(f"{name}: unreadable glTF: {error!r}"[:500]) from error
     if count > MAX_CORNERS:
         raise MeshError(f"{name}: it states {count} vertices and corners, more than {MAX_CORNERS}")

@@ -14,6 +14,7 @@ import numpy as np
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.distinct_rows import used_indices
+from scene_graph_ros.geometry.meshes.file_pictures import FilePictures
 from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import (
     checked_mesh,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "file_colors",
+    "file_pictures",
     "hull_of",
     "is_convex",
     "load_surface",
@@ -67,7 +69,7 @@ def load_surface(shape: MeshShape) -> tuple[np.ndarray, np.ndarray]:
         MeshError: the source can't be read or is no mesh; names source and reason.
 
     """
-    vertices, triangles, _ = _raw.get(shape.source_key, lambda: _read(shape))
+    vertices, triangles, *_ = _raw.get(shape.source_key, lambda: _read(shape))
     scale = np.array(shape.scale)
     if scale.prod() < 0.0:
         triangles = np.ascontiguousarray(triangles[:, ::-1])
@@ -86,7 +88,16 @@ def file_colors(shape: MeshShape) -> np.ndarray | None:
     NaN for triangles without; None for a file without, and for OBJ, which names other files'.
     Raises MeshError as ``load_surface`` does.
     """
-    return _raw.get(shape.source_key, lambda: _read(shape))[2]
+    return _raw.get(shape.source_key, lambda: _read(shape)).colors
+
+
+def file_pictures(shape: MeshShape) -> FilePictures | None:
+    """Return the pictures of the triangles of ``load_surface`` that the file itself has.
+
+    None for a file without, and for OBJ, which leaves that to others. Raises MeshError as
+    ``load_surface`` does.
+    """
+    return _raw.get(shape.source_key, lambda: _read(shape)).pictures
 
 
 def hull_of(shape: MeshShape) -> Hull:
@@ -172,7 +183,7 @@ def _name(shape: MeshShape) -> str:
 def _read(shape: MeshShape) -> ColoredMesh:
     if shape.file_type in VOLUME_FILE_TYPES:
         volume = _raw_volume(shape)
-        return volume.vertices, volume.boundary_triangles(), None
+        return ColoredMesh(volume.vertices, volume.boundary_triangles())
     if shape.path is not None:
         name = f"mesh file {str(shape.path)!r}"
         return read_colored_mesh(read_file(shape.path), shape.file_type, name=name)
@@ -180,4 +191,4 @@ def _read(shape: MeshShape) -> ColoredMesh:
         return read_colored_mesh(shape.contents, shape.file_type, name=_name(shape))
     faces = np.zeros((0, 3), dtype=np.int64) if shape.faces is None else shape.faces
     assert shape.vertices is not None  # a shape without path and contents has vertices
-    return *checked_mesh(shape.vertices, faces, _name(shape)), None
+    return ColoredMesh(*checked_mesh(shape.vertices, faces, _name(shape)))

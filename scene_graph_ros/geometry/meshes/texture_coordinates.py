@@ -22,7 +22,7 @@ from scene_graph_ros.geometry.meshes.sources import load_surface
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["texture_coordinates"]
+__all__ = ["coordinates_of_file", "texture_coordinates"]
 
 _CAPACITY = 1024
 _BY_TRIMESH = ("dae", "glb", "gltf")
@@ -38,12 +38,29 @@ def texture_coordinates(shape: MeshShape) -> Coordinates:
     They are in the order of ``load_surface``. Raises MeshError, naming the mesh, where it has none
     or has none for a triangle, and as ``load_surface`` does.
     """
-    name = f"mesh file {str(shape.path)!r}" if shape.path is not None else f"{shape!r}"
+    name = _name(shape)
     if shape.kind != ShapeKind.MESH:
         raise MeshError(f"{name}: a hull has no texture coordinates")
-    found = _coordinates.get(shape.source_key, lambda: _read(shape, name))
+    found = coordinates_of_file(shape)
+    lacking = ~np.isfinite(found).all(axis=(1, 2))
+    if lacking.all():
+        raise MeshError(f"{name} has no texture coordinates")
+    if lacking.any():
+        raise MeshError(f"{name}: triangle {int(lacking.argmax())} has no texture coordinates")
     # A mirroring scale turns the corners round, see load_surface.
     return found[:, ::-1] if np.prod(shape.scale) < 0.0 else found
+
+
+def coordinates_of_file(shape: MeshShape) -> Coordinates:
+    """Return what ``texture_coordinates`` does, for scale 1, with NaN where the file has none.
+
+    Raises MeshError for files that can't have any, and as ``load_surface`` does.
+    """
+    return _coordinates.get(shape.source_key, lambda: _read(shape, _name(shape)))
+
+
+def _name(shape: MeshShape) -> str:
+    return f"mesh file {str(shape.path)!r}" if shape.path is not None else f"{shape!r}"
 
 
 def _read(shape: MeshShape, name: str) -> Coordinates:
@@ -61,11 +78,6 @@ def _read(shape: MeshShape, name: str) -> Coordinates:
     )
     if len(found) != count:
         raise MeshError(f"{name} has changed since it was read")
-    lacking = ~np.isfinite(found).all(axis=(1, 2))
-    if lacking.all():
-        raise MeshError(f"{name} has no texture coordinates")
-    if lacking.any():
-        raise MeshError(f"{name}: triangle {int(lacking.argmax())} has no texture coordinates")
     return found
 
 

@@ -7,6 +7,7 @@ again.
 
 from __future__ import annotations
 
+import hashlib
 import io
 import os
 from pathlib import Path
@@ -21,7 +22,15 @@ from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import find_file, MAX_MESH_BYTES, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["MAX_TEXELS", "Texture", "known_texture", "place_of", "read_texture"]
+__all__ = [
+    "MAX_TEXELS",
+    "PictureFile",
+    "Texture",
+    "known_texture",
+    "picture_texture",
+    "place_of",
+    "read_texture",
+]
 
 MAX_TEXELS = 2**26
 """Of one picture, 8192 x 8192; each takes four bytes."""
@@ -36,11 +45,20 @@ _SHARE = 257.0
 """65535 / 255: what turns levels of 16 bits into levels of 8."""
 
 
+class PictureFile(NamedTuple):
+    """A picture as files have it: a file of its own, or part of a mesh's."""
+
+    place: str
+    """The absolute path of its file; of a part, what messages call it."""
+    contents: bytes | None = None
+    """What a PNG or JPEG file would hold, of a part."""
+
+
 class Texture(NamedTuple):
     """A picture, as numbers that its file has: no curve is applied to them or undone."""
 
     name: str
-    """The path of its file."""
+    """The path of its file, or what else tells it from others."""
     texels: NDArray[np.uint8]
     """(height, width, 4) red, green, blue and alpha, from the upper row down."""
     is_opaque: bool
@@ -79,6 +97,21 @@ def read_texture(path: str | os.PathLike[str]) -> Texture:
         raise MeshError(f"{name}: {error.strerror}") from error
     texels = _decoded(contents, name)
     texture = Texture(place, texels, bool((texels[..., 3] == 255).all()), stamp)
+    _keep(texture)
+    return texture
+
+
+def picture_texture(picture: PictureFile) -> Texture:
+    """Return a mesh's picture, that of a file as ``known_texture`` does. Raises MeshError."""
+    if picture.contents is None:
+        return known_texture(picture.place)
+    digest = hashlib.blake2b(picture.contents, digest_size=16).hexdigest()
+    with _lock:
+        known = _known.get(digest)
+    if known is not None:
+        return known
+    texels = _decoded(picture.contents, picture.place)
+    texture = Texture(digest, texels, bool((texels[..., 3] == 255).all()), (0, 0))
     _keep(texture)
     return texture
 

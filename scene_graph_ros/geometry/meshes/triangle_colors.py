@@ -1,24 +1,19 @@
 """The colours that a mesh's file gives its triangles, read when something is to look so.
 
 OBJ files name materials of MTL files beside them; DAE, GLB and glTF hold materials, PLY and OFF
-colours of triangles or corners. Textures are not read: a material that has one has no colour.
+colours of triangles or corners. What has a picture and no colour is white, as below any picture.
 """
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import NamedTuple
-import warnings
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.cache import BuildCache
-from scene_graph_ros.geometry.meshes.io import read_file
-from scene_graph_ros.geometry.meshes.obj_colors import obj_materials, parse_mtl
-from scene_graph_ros.geometry.meshes.scene_colors import MeshColorWarning
-from scene_graph_ros.geometry.meshes.sources import file_colors, load_surface
+from scene_graph_ros.geometry.meshes.obj_look import obj_look, ObjLook
+from scene_graph_ros.geometry.meshes.sources import file_colors
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
@@ -51,39 +46,19 @@ def triangle_colors(shape: MeshShape) -> TriangleColors | None:
 
 
 def _read(shape: MeshShape) -> TriangleColors | None:
-    if shape.file_type == "obj" and shape.path is not None:
-        found = _of_obj(shape.path, len(load_surface(shape)[1]))
+    if shape.file_type == "obj":
+        look = obj_look(shape)
+        found = None if look is None else _of_look(look)
     else:
         found = _of_file(shape)
     return found if found is not None and (found.row >= 0).any() else None
 
 
-def _warn(text: str) -> None:
-    warnings.warn(MeshColorWarning(text), stacklevel=2)
-
-
-def _of_obj(path: Path, count: int) -> TriangleColors | None:
-    """Return the colours of ``count`` triangles."""
-    contents = read_file(path)
-    if b"usemtl" not in contents:
-        return None
-    uses = obj_materials(contents)
-    if len(uses.row) != count:
-        _warn(f"mesh file {str(path)!r} has changed since it was read: shown without its colours")
-        return None
-    known: dict[str, tuple[float, float, float]] = {}
-    for library in uses.libraries:
-        name = f"{str(path)!r} names the materials {library!r}"
-        try:
-            known |= parse_mtl(read_file(path.parent / library), name)
-        except MeshError as error:
-            _warn(f"{name}, shown without their colours: {error}")
-    missing = sorted(set(uses.materials) - known.keys())
-    if missing and uses.libraries:
-        _warn(f"mesh file {str(path)!r}: no colour (Kd) of material {', '.join(missing[:5])}")
-    palette = np.array([known.get(m, (0.0, 0.0, 0.0)) for m in uses.materials]).reshape(-1, 3)
-    has_color = np.array([*(m in known for m in uses.materials), False])
-    return TriangleColors(palette, np.where(has_color[uses.row], uses.row, np.int32(-1)))
+def _of_look(look: ObjLook) -> TriangleColors:
+    shown = [(1.0, 1.0, 1.0) if m.picture and not m.color else m.color for m in look.materials]
+    palette = np.array([color or (0.0, 0.0, 0.0) for color in shown]).reshape(-1, 3)
+    has_color = np.array([*(color is not None for color in shown), False])
+    return TriangleColors(palette, np.where(has_color[look.row], look.row, np.int32(-1)))
 
 
 def _of_file(shape: MeshShape) -> TriangleColors | None:

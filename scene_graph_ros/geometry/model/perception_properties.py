@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.meshes.sources import hull_of, load_surface
 from scene_graph_ros.geometry.meshes.texture_coordinates import texture_coordinates
 from scene_graph_ros.geometry.meshes.textures import place_of, read_texture
 from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
+from scene_graph_ros.geometry.meshes.triangle_pictures import triangle_pictures
 from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.render_label import RenderLabel
 from scene_graph_ros.geometry.model.rgba import Rgba
@@ -45,6 +46,11 @@ class Appearance(NamedTuple):
     label: RenderLabel
     accepting: frozenset[str]
     """The names of the renderers that draw the geometry; all do if there are none."""
+
+    @property
+    def is_of_file(self) -> bool:
+        """Whether a mesh looks as its file says."""
+        return self.diffuse is None and self.picture is None
 
 
 def read_perception_properties(properties: GeometryProperties, name: str) -> Appearance:
@@ -114,9 +120,9 @@ def _picture(properties: GeometryProperties) -> Picture | None:
 def check_appearance(
     shape: Any, properties: GeometryProperties, name: str, *, deforms: bool = False
 ) -> None:
-    """Read and keep what cameras see of a geometry: a mesh, its colours, the picture on it.
+    """Read and keep what cameras see of a geometry: a mesh, its colours, the pictures on it.
 
-    The colours of a mesh's file are read where the ``properties`` have none.
+    The colours and pictures of a mesh's file are read where the ``properties`` have none.
 
     This may take long, so it is called before a model is locked for a change. Raises MeshError for
     a mesh, PropertyError for properties without a meaning, for a picture that is missing or
@@ -129,8 +135,9 @@ def check_appearance(
             load_surface(shape)
     look = read_perception_properties(properties, name)
     if look.picture is None:
-        if isinstance(shape, MeshShape) and not deforms and look.diffuse is None:
+        if isinstance(shape, MeshShape) and not deforms and look.is_of_file:
             triangle_colors(shape)
+            triangle_pictures(shape)
         return
     try:
         if deforms:

@@ -61,7 +61,15 @@ def test_gltf_that_places_one_body_a_million_times():
 
 
 @pytest.mark.parametrize(
-    "contents", [b"{" * 5, b"[" * 100_000, b"[]", gltf(accessors=[{"count": -1}]), b"7"]
+    "contents",
+    [
+        b"{" * 5,
+        b"[" * 100_000,
+        b"[]",
+        gltf(accessors=[{"count": -1}]),
+        b'{"accessors": [{"count": 1e999}]}',
+        b"7",
+    ],
 )
 def test_gltf_that_is_none(contents):
     """What is no glTF is refused, however deep it is nested."""

@@ -10,8 +10,9 @@ import pytest
 
 from scene_graph_ros.geometry import Convex, Mesh
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.meshes.obj_colors import obj_materials, parse_mtl
-from scene_graph_ros.geometry.meshes.scene_colors import MeshColorWarning, scene_colors
+from scene_graph_ros.geometry.meshes.color_warnings import MeshColorWarning
+from scene_graph_ros.geometry.meshes.obj_colors import MtlMaterial, obj_materials, parse_mtl
+from scene_graph_ros.geometry.meshes.scene_colors import scene_colors
 from scene_graph_ros.geometry.meshes.triangle_colors import triangle_colors
 
 CORNERS = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\n"
@@ -47,7 +48,7 @@ def written(folder, **files):
 
 
 @pytest.mark.filterwarnings(
-    "ignore::scene_graph_ros.geometry.meshes.scene_colors.MeshColorWarning"
+    "ignore::scene_graph_ros.geometry.meshes.color_warnings.MeshColorWarning"
 )
 def test_triangles_have_the_colours_of_their_materials(tmp_path):
     """In the order of the file; a square is two triangles; names may have blanks."""
@@ -110,8 +111,8 @@ def test_a_material_without_a_colour_is_told_once(tmp_path):
 
 def test_mtl_by_itself():
     """Colours before the first material are nobody's; the last of two counts."""
-    text = b"Kd 1 1 1\nnewmtl a\nKd 0 0 1\nKd 0 1 0\nmap_Kd picture.png\n"
-    assert parse_mtl(text, "x.mtl") == {"a": (0.0, 1.0, 0.0)}
+    text = b"Kd 1 1 1\nnewmtl a\nKd 0 0 1\nKd 0 1 0\nnewmtl b\n"
+    assert parse_mtl(text, "x.mtl") == {"a": MtlMaterial((0.0, 1.0, 0.0)), "b": MtlMaterial()}
     with pytest.raises(MeshError, match=r"x.mtl: line 2: Kd '2'"):
         parse_mtl(b"newmtl a\nKd 2\n", "x.mtl")
 
@@ -153,17 +154,16 @@ def glb(materials):
 def test_glb_materials():
     """The factor of the base colour, 51 / 255 and so on; white where a material says nothing.
 
-    None without a material, and where the colour is a texture.
+    None without a material.
     """
     materials = [
         {"name": "a", "pbrMetallicRoughness": {"baseColorFactor": [0.2, 0.4, 0.6, 1.0]}},
         None,
         {"name": "b", "pbrMetallicRoughness": {"baseColorFactor": [1.0, 0.0, 0.8, 0.5]}},
         {"name": "white"},
-        {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}},
     ]
     colors = triangle_colors(Mesh(contents=glb(materials), file_type="glb"))
-    assert rows(colors) == [[0.2, 0.4, 0.6], None, [1.0, 0.0, 0.8], [1.0, 1.0, 1.0], None]
+    assert rows(colors) == [[0.2, 0.4, 0.6], None, [1.0, 0.0, 0.8], [1.0, 1.0, 1.0]]
 
 
 DAE = """<?xml version="1.0"?>

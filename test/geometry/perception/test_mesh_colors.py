@@ -34,7 +34,7 @@ MTL = "newmtl a\nKd 0.8 0.4 0.2\nnewmtl b\nKd 0.1 0.6 1\n"
 A, B = (0.8, 0.4, 0.2), (0.1, 0.6, 1.0)
 
 pytestmark = pytest.mark.filterwarnings(
-    "ignore::scene_graph_ros.geometry.meshes.scene_colors.MeshColorWarning"
+    "ignore::scene_graph_ros.geometry.meshes.color_warnings.MeshColorWarning"
 )
 
 

@@ -4,11 +4,10 @@ import base64
 import itertools
 import json
 import re
-import struct
-import zlib
 
 from camera_scenes import color_camera, depth_camera, instance, pose, rays, scene_of, seen, WORLD
 import numpy as np
+from pictured_files import huge_png
 from PIL import Image
 import pytest
 from scipy.spatial.transform import Rotation
@@ -308,19 +307,6 @@ def test_grey_of_sixteen_bits(tmp_path):
     assert (textures.read_texture(tmp_path / "deep.png").texels == [77, 77, 77, 255]).all()
 
 
-def _huge(path):
-    """Write a PNG file that promises 8193 x 8192 pixels."""
-
-    def chunk(kind, data):
-        return (
-            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-        )
-
-    head = struct.pack(">IIBBBBB", 8193, 8192, 8, 0, 0, 0, 0)
-    body = chunk(b"IHDR", head) + chunk(b"IDAT", zlib.compress(b"\0" * 100)) + chunk(b"IEND", b"")
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + body)
-
-
 def _refusals(folder):
     good = folder / "good.png"
     Image.new("RGB", (2, 2)).save(good)
@@ -329,7 +315,7 @@ def _refusals(folder):
     Image.fromarray(good_bytes).save(folder / "whole.png")
     (folder / "cut.png").write_bytes((folder / "whole.png").read_bytes()[:2000])
     Image.new("RGB", (2, 2)).save(folder / "picture.bmp")
-    _huge(folder / "huge.png")
+    (folder / "huge.png").write_bytes(huge_png())
     (folder / "bare.obj").write_text(re.sub("/[1-4]", "", SQUARE))
     (folder / "half.obj").write_text(SQUARE + "f 1 2 3\n")
     (folder / "nan.obj").write_text(SQUARE.replace("vt 1 0", "vt nan 0"))

@@ -23,7 +23,8 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies, MAX_TRIANGLES
-from scene_graph_ros.geometry.perception.exact.cover import Cover, cover_of
+from scene_graph_ros.geometry.perception.exact.cover import Cover
+from scene_graph_ros.geometry.perception.exact.cover_table import cover_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import PrimitiveShape
@@ -93,9 +94,9 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
             known[identity] = len(meshes)
             meshes.append(_visible_mesh(shape, records[row].name))
         mesh[row] = known[identity]
-        if _is_plain(looks[row]) and known[identity] not in colors_of:
+        if looks[row].is_of_file and known[identity] not in colors_of:
             colors_of[known[identity]] = triangle_colors(shape)
-        is_painted[row] = _is_plain(looks[row]) and colors_of[known[identity]] is not None
+        is_painted[row] = looks[row].is_of_file and colors_of[known[identity]] is not None
         center[row], radius[row] = meshes[mesh[row]].center, meshes[mesh[row]].radius
     deformable = {int(row): records[row].id for row in np.flatnonzero(~is_rigid)}
     rigid_ids = np.array([int(i) for i in state.rigid_ids(Role.PERCEPTION)], dtype=np.int64)
@@ -118,11 +119,6 @@ def body_table(state: GeometryState, renderer: str, diffuse: tuple[float, ...]) 
     )
     posed = np.searchsorted(rigid_ids, chosen[rigid])
     return BodyTable(bodies, cover_of(records, looks, own[:, 3].copy()), rigid, posed, deformable)
-
-
-def _is_plain(look: Appearance) -> bool:
-    """Tell whether a mesh has the colours of its file."""
-    return look.diffuse is None and look.picture is None
 
 
 def _own_color(look: Appearance, is_painted: bool, default: tuple[float, ...]) -> Any:

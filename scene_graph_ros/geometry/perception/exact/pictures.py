@@ -64,14 +64,14 @@ def _mixed(texels, a, b, c, d, x, y, channel):
 
 
 @lean_kernel
-def texel_at(bodies, cover, row, triangle, p_GQ):
-    """Return red, green, blue and alpha, 0 to 1, of the picture on a body at a point of it."""
+def texel_at(bodies, cover, row, triangle, picture, p_GQ):
+    """Return red, green, blue and alpha, 0 to 1, of a picture on a body at a point of it."""
     kind = bodies.kind[row]
     if kind > _HALF_SPACE:
         u, v = _on_triangle(bodies, cover, row, triangle, p_GQ)
     else:
         u, v = picture_coordinates(kind, load_vector(bodies.size, row), p_GQ)
-    picture = cover.picture[row] & LAST_PLACE
+    picture = picture & LAST_PLACE
     width, height = cover.size[picture, 0], cover.size[picture, 1]
     left, right, x = _cell(u * cover.repeats[row, 0], width)
     up, down, y = _cell(-v * cover.repeats[row, 1], height)

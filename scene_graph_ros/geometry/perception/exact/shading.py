@@ -3,6 +3,7 @@
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.perception.exact.bodies import row_of, triangle_of
+from scene_graph_ros.geometry.perception.exact.cover import picture_of
 from scene_graph_ros.geometry.perception.exact.image_kernels import level, paint_of
 from scene_graph_ros.geometry.perception.exact.normals import normal_at, triangle_normal
 from scene_graph_ros.geometry.perception.exact.pictures import texel_at
@@ -50,8 +51,9 @@ def lit_color(bodies, cover, row, triangle, p_GQ, ahead):
     if paint >= 0:
         at = paint & LAST_PLACE
         red, green, blue = bodies.palette[at, 0], bodies.palette[at, 1], bodies.palette[at, 2]
-    if cover.picture[row] >= 0:
-        texel = texel_at(bodies, cover, row, triangle, p_GQ)
+    picture = picture_of(cover, row, triangle)
+    if picture >= 0:
+        texel = texel_at(bodies, cover, row, triangle, picture, p_GQ)
         red, green, blue = red * texel[0], green * texel[1], blue * texel[2]
         alpha *= texel[3]
     return red * light, green * light, blue * light, alpha
@@ -59,7 +61,7 @@ def lit_color(bodies, cover, row, triangle, p_GQ, ahead):
 
 @lean_kernel
 def write_pictures(sensor, screen, bodies, cover, image):
-    """Write red, green and blue of the pixels that see a body with a picture."""
+    """Write red, green and blue of the pixels that see a picture."""
     known = -1
     right, down, ahead, p_GS = sensor.p_WS, sensor.p_WS, sensor.p_WS, sensor.p_WS
     for v in range(image.shape[0]):
@@ -67,7 +69,7 @@ def write_pictures(sensor, screen, bodies, cover, image):
         for u in range(image.shape[1]):
             number = screen.seen[v, u]
             row = row_of(number) & LAST_PLACE if number >= 0.0 else 0
-            if number < 0.0 or cover.picture[row] < 0:
+            if number < 0.0 or picture_of(cover, row, triangle_of(number)) < 0:
                 continue
             if row != known:
                 known = row

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.perception.camera import RenderCameraCore
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
 from scene_graph_ros.geometry.perception.exact.cover import Cover
+from scene_graph_ros.geometry.perception.picture_bodies import with_one_picture_each
 from scene_graph_ros.geometry.perception.traced.mitsuba_scene import linear
 from scene_graph_ros.geometry.perception.traced.surfaces import Patch, patch_of_shape
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -40,6 +41,7 @@ def gltf_document(
 
     A label's red and green are its lower and its upper byte, and node extras have it as a number.
     """
+    bodies, cover = with_one_picture_each(bodies, cover)
     writer = _Writer()
     nodes = [_camera_node(X_WS)]
     for row in range(len(bodies.kind)):

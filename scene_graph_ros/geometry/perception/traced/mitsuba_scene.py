@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.perception.camera import CameraIntrinsics, RenderCameraCore
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
 from scene_graph_ros.geometry.perception.exact.cover import Cover
+from scene_graph_ros.geometry.perception.picture_bodies import with_one_picture_each
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
 from scene_graph_ros.geometry.perception.traced.surfaces import Patch, patch_of_shape
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -68,6 +69,7 @@ def trace(
     import mitsuba
 
     mi: Any = mitsuba  # its own annotations are of all its variants
+    bodies, cover = with_one_picture_each(bodies, cover)
     lens = core.intrinsics
     height = (
         lens.height if lens.fx == lens.fy else int(np.ceil(lens.height * lens.fx / lens.fy)) + 2
