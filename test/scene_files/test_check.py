@@ -334,5 +334,6 @@ def test_a_picture_that_a_mesh_names_and_nobody_has(tmp_path, capsys):
     assert status == 1
     assert out == [f"{scene}: scene not usable: 0 errors, 1 warning"]
     (line,) = err
-    assert line.startswith(f"warning: {scene}: mesh file '{tmp_path}/squares.obj' names 'lost.png',")
+    mesh = f"{tmp_path}/squares.obj"
+    assert line.startswith(f"warning: {scene}: mesh file '{mesh}' names 'lost.png', ")
     assert line.endswith(f"shown without: texture file '{tmp_path}/lost.png' does not exist")

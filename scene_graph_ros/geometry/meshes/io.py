@@ -180,7 +180,7 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
 def _gltf_pictures(contents: bytes, file_type: str, name: str) -> dict[str, FilePicture]:
     try:
         return gltf_pictures(contents, file_type)
-    except (AttributeError, LookupError, TypeError, ValueError) as error:
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         warn_of_color(f"{name}: shown without its pictures, which are unreadable: {quoted(error)}")
         return {}
 
