@@ -94,6 +94,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.regions.np_options import IrisNpOptions
     from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
     from scene_graph_ros.planning.roadmap import Roadmap
+    from scene_graph_ros.planning.roadmap_building import build_roadmap
     from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
     from scene_graph_ros.planning.robot_diagram_builder import (
@@ -173,6 +174,7 @@ __all__ = [
     "UnimplementedCollisionChecker",
     "ZmpPlanner",
     "ZmpPlannerError",
+    "build_roadmap",
     "get_continuous_revolute_joint_indices",
     "inverse_kinematics",
     "iris_in_configuration_space",
@@ -254,6 +256,7 @@ _MODULES = {
     "regions.np_options": ("IrisNpOptions",),
     "regions.region_record": ("ConfigurationRegion",),
     "roadmap": ("Roadmap",),
+    "roadmap_building": ("build_roadmap",),
     "robot_clearance": ("RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
     "robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),

@@ -25,7 +25,7 @@ from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgres
 from scene_graph_ros.planning.pose_goals import find_pose_goals, load_pose_kernels
 from scene_graph_ros.planning.pose_target import PoseTarget
 from scene_graph_ros.planning.position_limits import describe_excess
-from scene_graph_ros.planning.position_space import normalized, PositionSpace
+from scene_graph_ros.planning.position_space import moving_positions, normalized, PositionSpace
 from scene_graph_ros.planning.stoppable import run_stoppable, Stops
 
 if TYPE_CHECKING:
@@ -248,10 +248,7 @@ def _moving(
 ) -> NDArray[np.bool_]:
     """Return ``(nq,)`` which positions may change, after checking that no others have to."""
     tree = checker.plan.tree
-    moves = np.ones(tree.num_positions, dtype=np.bool_)
-    if group is not None:
-        moves[:] = False
-        moves[tree.group_positions(group)] = True
+    moves = moving_positions(tree, group)
     for row, column in np.argwhere(~moves & (goals != start)):
         raise PlanningError(
             f"position {tree.position_names[column]!r} is not of group {group!r} and must stay at"

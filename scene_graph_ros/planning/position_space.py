@@ -13,7 +13,12 @@ from scene_graph_ros.planning.space_kernels import SpaceTable
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, PRISMATIC, REVOLUTE
 
-__all__ = ["PositionSpace", "get_continuous_revolute_joint_indices", "normalized"]
+__all__ = [
+    "PositionSpace",
+    "get_continuous_revolute_joint_indices",
+    "moving_positions",
+    "normalized",
+]
 
 _TURN = 2.0 * math.pi
 
@@ -130,6 +135,14 @@ def normalized(tree: KinematicTree, q: NDArray[np.float64]) -> NDArray[np.float6
     for s in tree.table.starts[tree.table.kinds == FLOATING]:
         result[:, s : s + 4] /= np.linalg.norm(q[:, s : s + 4], axis=1)[:, np.newaxis]
     return result
+
+
+def moving_positions(tree: KinematicTree, group: str | None) -> NDArray[np.bool_]:
+    """Return ``(nq,)`` which positions may change: all, or those of a group of the SRDF."""
+    moves = np.full(tree.num_positions, group is None)
+    if group is not None:
+        moves[tree.group_positions(group)] = True
+    return moves
 
 
 def get_continuous_revolute_joint_indices(tree: KinematicTree) -> list[int]:

@@ -42,7 +42,7 @@ class Roadmap:
 
     One that is given to `plan_path` again knows what was proven before. Where the checker has
     changed meanwhile, all is proven anew as it is needed. What does not move must stay as it was.
-    One search uses it at a time.
+    One search uses it at a time. `build_roadmap` makes one whose edges are proven beforehand.
     """
 
     def __init__(self) -> None:
@@ -92,6 +92,8 @@ class Roadmap:
     def add(self, q: NDArray[np.float64]) -> NDArray[np.int64]:
         """Add configurations ``(n, nq)`` and edges to their neighbours; return their rows."""
         space, rows = self._needed(), np.arange(len(self._nodes), len(self._nodes) + len(q))
+        if not len(q):
+            return rows
         self._nodes = np.concatenate([self._nodes, q])
         count, moving = len(self._nodes), int((space.lower < space.upper).sum())
         dimensions = max(1, moving + 3 * len(space.quaternions))
@@ -115,16 +117,37 @@ class Roadmap:
 
     def grow(self, most: int, stop: NDArray[np.int64], rules: EdgeRules) -> bool:
         """Add random free configurations; tell whether there is room for any."""
-        plan, space = self._needed_plan(), self._needed()
+        plan = self._needed_plan()
         count = min(max(_FIRST, int(_GROWTH * len(self._nodes))), most - len(self._nodes))
         if count <= 0:
             return False
-        drawn = space.samples(self._rng, count)
+        drawn = self.draw(count)
         points = np.repeat(drawn[:, np.newaxis], 2, axis=1)
         free = prove(plan, points, rules._replace(part=1.0), stop=stop).statuses == FREE
         if free.any():
             self.add(drawn[free])
         return True
+
+    def edge_table(self) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return rows of configurations ``(e, 2)`` at edges; which are proven; which are not free.
+
+        Of others nothing is known.
+        """
+        return self._ends.copy(), self._states == _PROVEN, self._states == _REFUSED
+
+    def draw(self, count: int) -> NDArray[np.float64]:
+        """Return random configurations ``(count, nq)``."""
+        return self._needed().samples(self._rng, count)
+
+    def unknown(self) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Return the rows of edges nothing is known of, and these edges ``(n, 2, nq)``."""
+        rows = np.flatnonzero(self._states == _UNKNOWN)
+        return rows, self._straight(rows)
+
+    def note(self, rows: NDArray[np.intp], is_free: NDArray[np.bool_]) -> None:
+        """Remember of some edges whether they are proven free."""
+        self._states[rows] = np.where(is_free, _PROVEN, _REFUSED)
+        self.edges += len(rows)
 
     def shortest(self, start: int, goals: NDArray[np.int64]) -> list[int] | None:
         """Return the rows of the shortest way to a goal that may be free, or None."""
@@ -146,8 +169,7 @@ class Roadmap:
             proofs = prove(plan, self._straight(new), rules, stop=stop)
             if stop[0] != 0:
                 return False
-            self.edges += len(new)
-            self._states[new] = np.where(proofs.statuses == FREE, _PROVEN, _REFUSED)
+            self.note(new, proofs.statuses == FREE)
         return bool((self._states[edges] == _PROVEN).all())
 
     def path(self, way: list[int]) -> NDArray[np.float64]:

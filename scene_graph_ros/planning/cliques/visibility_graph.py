@@ -18,15 +18,21 @@ from scene_graph_ros.planning.shares.in_executor import (
     AnyExecutor,
     checked_executor,
     in_executor,
+    parts_of,
 )
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
-__all__ = ["checked_configurations", "checked_parallelism", "visibility_graph"]
+__all__ = [
+    "checked_configurations",
+    "checked_parallelism",
+    "numbered_pairs",
+    "visibility_graph",
+]
 
-_EDGES = 4096
-"""Of a share of the work: some tenths of a second for a robot of seven joints."""
+_LEAST_EDGES, _MOST_EDGES = 64, 4096
+"""Of a share of the work: milliseconds to some tenths of a second for a robot of seven joints."""
 
 
 def visibility_graph(
@@ -64,13 +70,12 @@ def visibility_graph(
     free = np.flatnonzero(seen)
     count = len(free) * (len(free) - 1) // 2
     asked: Any = checker if executor is None else pack(checker)
-    shares = [
-        (asked, q[free], first, min(first + _EDGES, count), bool(proof), threads)
-        for first in range(0, count, _EDGES)
-    ]
-    parts = in_executor(_visible, shares, executor)
-    visible = np.concatenate([np.zeros(0, dtype=np.bool_), *parts])
-    i, j = (free[rows[visible]] for rows in _pairs(len(free), 0, count))
+    least = _MOST_EDGES if executor is None else _LEAST_EDGES
+    parts = parts_of(count, least, _MOST_EDGES)
+    shares = [(asked, q[free], *part, bool(proof), threads) for part in parts]
+    seen_parts = in_executor(_visible, shares, executor)
+    visible = np.concatenate([np.zeros(0, dtype=np.bool_), *seen_parts])
+    i, j = (free[rows[visible]] for rows in numbered_pairs(len(free), 0, count))
     rows, columns = np.concatenate([free, i, j]), np.concatenate([free, j, i])
     return csc_matrix((np.ones(len(rows), np.bool_), (rows, columns)), shape=(len(q), len(q)))
 
@@ -85,7 +90,8 @@ def _visible(
 ) -> NDArray[np.bool_]:
     """Answer about some pairs of points, by their numbers from first to last."""
     checker = asked.unpacked() if isinstance(asked, PackedChecker) else asked
-    return _free(checker, q, *_pairs(len(q), first, last), proof=proof, threads=threads)
+    pairs = numbered_pairs(len(q), first, last)
+    return _free(checker, q, *pairs, proof=proof, threads=threads)
 
 
 def _free(
@@ -103,7 +109,7 @@ def _free(
     return checker.check_edges_by_samples(edges, threads=threads)
 
 
-def _pairs(n: int, first: int, last: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def numbered_pairs(n: int, first: int, last: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return pairs ``i < j`` of n points, by their numbers in the order of i, then j."""
     numbers = np.arange(first, last)
     begins = np.arange(n) * n - np.arange(n) * (np.arange(n) + 1) // 2

@@ -18,7 +18,7 @@ from scene_graph_ros.planning.edge_proofs import EdgeProver, new_stop
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_library import get_ompl
 from scene_graph_ros.planning.path_search import search_rules
-from scene_graph_ros.planning.position_space import normalized, PositionSpace
+from scene_graph_ros.planning.position_space import moving_positions, normalized, PositionSpace
 
 __all__ = ["OmplSpace"]
 
@@ -48,11 +48,7 @@ class OmplSpace:
         if np.ndim(q) != 1:
             raise PlanningError(f"q must have shape (nq,), not {np.shape(q)}")
         held = normalized(plan.tree, checker.checked_configurations(q))
-        moves = np.ones(plan.tree.num_positions, dtype=np.bool_)
-        if group is not None:
-            moves[:] = False
-            moves[plan.tree.group_positions(group)] = True
-        space = PositionSpace.of(plan, held, moves)
+        space = PositionSpace.of(plan, held, moving_positions(plan.tree, group))
         self._set_up(plan, space, search_rules(checker.tolerance), new_stop())
 
     @classmethod

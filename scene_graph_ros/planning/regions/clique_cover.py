@@ -22,7 +22,10 @@ from scene_graph_ros.planning.cliques.max_clique import (
     MaxCliqueSolverBase,
     MaxCliqueSolverViaGreedy,
 )
-from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
+from scene_graph_ros.planning.cliques.visibility_graph import (
+    checked_parallelism,
+    numbered_pairs,
+)
 from scene_graph_ros.planning.regions.arguments import checked_domain
 from scene_graph_ros.planning.regions.around_seeds import (
     ellipsoid_around,
@@ -38,6 +41,7 @@ from scene_graph_ros.planning.shares.in_executor import (
     AnyExecutor,
     checked_executor,
     in_executor,
+    parts_of,
 )
 
 __all__ = ["DroppedClique", "RegionCover", "iris_in_configuration_space_from_clique_cover"]
@@ -45,7 +49,7 @@ __all__ = ["DroppedClique", "RegionCover", "iris_in_configuration_space_from_cli
 _MOST_DRAWS = 100
 """Batches of random points, until there are enough that are free and in no region."""
 
-_EDGES = 4096
+_LEAST_EDGES, _MOST_EDGES = 64, 4096
 """Of a share of a visibility graph."""
 
 _CONFIDENCE = 0.95
@@ -125,7 +129,7 @@ def iris_in_configuration_space_from_clique_cover(
     one predicate everywhere: the checker with its paddings, and the obstacles and constraints of
     ``iris_options``. A clique without a region is dropped, and told of. The domain is the box of
     the joints' limits unless given; the same ``generator`` gives the same cover, with an
-    ``executor``, too, which grows regions of a round in other processes.
+    ``executor``, too: then other processes prove edges, and grow the regions of a round.
 
     Raises RegionError for what makes no sense.
     """
@@ -166,6 +170,11 @@ class _Cover:
         self._regions: list[HPolyhedron] = []
         self._records: list[ConfigurationRegion] = []
         self._dropped: list[DroppedClique] = []
+
+    @property
+    def _threads(self) -> int:
+        """Of a share."""
+        return self._feasibility.threads if self._executor is None else 1
 
     def take(self, sets: Sequence[Any]) -> None:
         """Begin with regions. Raises RegionError for what is none."""
@@ -235,13 +244,15 @@ class _Cover:
     def _cliques(self, points: NDArray[np.float64]) -> list[NDArray[np.float64]]:
         """Return the points ``(k, nq)`` of each clique of a partition, largest first."""
         n = len(points)
-        i, j = np.triu_indices(n, 1)
-        edges = np.stack([points[i], points[j]], axis=1)
-        parts = [
-            self._feasibility.segments_free(edges[first : first + _EDGES])
-            for first in range(0, len(edges), _EDGES)
+        count = n * (n - 1) // 2
+        least = _MOST_EDGES if self._executor is None else _LEAST_EDGES
+        shares = [
+            (self._asked, points, *part, self._options.iris_options, self._threads)
+            for part in parts_of(count, least, _MOST_EDGES)
         ]
+        parts = in_executor(_seen, shares, self._executor)
         seen = np.concatenate([np.zeros(0, dtype=np.bool_), *parts])
+        i, j = numbered_pairs(n, 0, count)
         graph = np.zeros((n, n), dtype=np.bool_)
         graph[i[seen], j[seen]] = graph[j[seen], i[seen]] = True
         cover = self._solver.solve_min_clique_cover(graph, partition=True)
@@ -251,9 +262,8 @@ class _Cover:
         """Grow a region around each clique."""
         options = self._options
         rank_tol = options.rank_tol_for_minimum_volume_circumscribed_ellipsoid
-        threads = self._feasibility.threads if self._executor is None else 1
         shares = [
-            (self._asked, self._domain, clique, rank_tol, options.iris_options, threads)
+            (self._asked, self._domain, clique, rank_tol, options.iris_options, self._threads)
             for clique in cliques
         ]
         for clique, found in zip(
@@ -264,6 +274,33 @@ class _Cover:
             else:
                 self._records.append(found)
                 self._regions.append(found.region)
+
+
+def _feasibility(
+    asked: CollisionChecker | PackedChecker, iris_options: Any, threads: int
+) -> Feasibility:
+    """Return what a share takes for free."""
+    checker: Any = asked.unpacked() if isinstance(asked, PackedChecker) else asked
+    return Feasibility(
+        checker,
+        getattr(iris_options, "configuration_obstacles", ()),
+        getattr(iris_options, "additional_constraints", None),
+        threads,
+    )
+
+
+def _seen(
+    asked: CollisionChecker | PackedChecker,
+    points: NDArray[np.float64],
+    first: int,
+    last: int,
+    iris_options: Any,
+    threads: int,
+) -> NDArray[np.bool_]:
+    """Tell of some pairs of points, by their numbers, whether they see each other."""
+    i, j = numbered_pairs(len(points), first, last)
+    edges = np.stack([points[i], points[j]], axis=1)
+    return _feasibility(asked, iris_options, threads).segments_free(edges)
 
 
 def _region_of_clique(
@@ -279,13 +316,7 @@ def _region_of_clique(
     The centre of their ellipsoid stays inside, or the point nearest to it where that is not free:
     the hull of all need not be free.
     """
-    checker: Any = asked.unpacked() if isinstance(asked, PackedChecker) else asked
-    feasibility = Feasibility(
-        checker,
-        getattr(iris_options, "configuration_obstacles", ()),
-        getattr(iris_options, "additional_constraints", None),
-        threads,
-    )
+    feasibility = _feasibility(asked, iris_options, threads)
     try:
         B, center = ellipsoid_around(clique, rank_tol)
         if not (domain.point_in_set(center, 0.0) and feasibility.free(center[np.newaxis])[0]):

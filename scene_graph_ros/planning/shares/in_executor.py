@@ -10,7 +10,7 @@ import warnings
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.errors import CollisionCheckerError
 
-__all__ = ["AnyExecutor", "checked_executor", "in_executor"]
+__all__ = ["AnyExecutor", "checked_executor", "in_executor", "parts_of"]
 
 AnyExecutor: TypeAlias = Executor | Callable[[], Executor]
 """An executor, or what makes one: then another one is made where workers died."""
@@ -18,7 +18,19 @@ AnyExecutor: TypeAlias = Executor | Callable[[], Executor]
 _MOST_EXECUTORS = 3
 """That are made for one piece of work; then a share has killed as many workers."""
 
+_PARTS = 64
+"""Of a piece of work, at least: as many workers as that are kept busy."""
+
 Result = TypeVar("Result")
+
+
+def parts_of(count: int, least: int, most: int) -> list[tuple[int, int]]:
+    """Return where parts of so many items begin and end, however many workers there are.
+
+    Each has ``most`` items, or fewer where that makes less than 64 parts, but ``least`` of them.
+    """
+    size = min(max(-(-count // _PARTS), least), most)
+    return [(first, min(first + size, count)) for first in range(0, count, size)]
 
 
 def checked_executor(executor: Any) -> AnyExecutor | None:
