@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING
 
 from scene_graph_ros.geometry import GeometryFrame, GeometryInstance
 from scene_graph_ros.geometry.errors import NameConflictError, SceneGraphError
-from scene_graph_ros.geometry.model.perception_properties import check_appearance
+from scene_graph_ros.geometry.model.perception_properties import (
+    check_appearance,
+    check_illustration,
+)
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.scene_files.application import Application
 from scene_graph_ros.scene_files.instances import (
@@ -79,11 +82,14 @@ def _find_picture(
     to: Application, instance: GeometryInstance, index: int, *, deforms: bool
 ) -> None:
     """Have the picture that a geometry is covered with read now, so that errors have a place."""
-    seen = instance.perception_properties()
-    if seen is not None and seen.has_property("phong", "diffuse_map"):
-        with to.located("geometries", index, "roles", "perception", "phong", "diffuse_map"):
-            find_picture(seen, to.resolve)
-            check_appearance(instance.shape(), seen, instance.name(), deforms=deforms)
+    for role, properties, check in (
+        ("perception", instance.perception_properties(), check_appearance),
+        ("illustration", instance.illustration_properties(), check_illustration),
+    ):
+        if properties is not None and properties.has_property("phong", "diffuse_map"):
+            with to.located("geometries", index, "roles", role, "phong", "diffuse_map"):
+                find_picture(properties, to.resolve)
+                check(instance.shape(), properties, instance.name(), deforms=deforms)
 
 
 def _add_rigid(

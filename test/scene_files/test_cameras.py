@@ -251,6 +251,25 @@ def test_the_check_names_the_line_of_a_picture(tmp_path, capsys, old, new, messa
     assert message in error
 
 
+def test_what_people_see_may_be_covered(tmp_path, capsys):
+    """The picture is found beside the scene file, and what is wrong with it told by its line."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(COVERED.replace("perception", "illustration"))
+    assert main([str(path)]) == 1
+    place = f"{path}:10: geometries[0].roles.illustration.phong.diffuse_map: "
+    error = capsys.readouterr().err
+    assert place in error
+    assert "looks/wood.png: no such file" in error
+    (tmp_path / "looks").mkdir()
+    Image.new("RGB", (2, 2)).save(tmp_path / "looks" / "wood.png")
+    scene_graph = SceneGraph()
+    load_scene(path).apply(scene_graph)
+    inspector = scene_graph.model_inspector()
+    (crate,) = inspector.get_all_geometry_ids(Role.ILLUSTRATION)
+    look = inspector.get_properties(crate, Role.ILLUSTRATION)
+    assert look.get_property("phong", "diffuse_map") == str(tmp_path / "looks" / "wood.png")
+
+
 def test_a_robot_may_be_covered(tmp_path):
     """All of its visual geometry, from a file beside the scene's."""
     (tmp_path / "r.urdf").write_text(URDF)

@@ -1,4 +1,4 @@
-"""What a geometry's properties say about how cameras see it, read and checked as a whole."""
+"""What a geometry's properties say about how it looks, to cameras and people; read and checked."""
 
 from __future__ import annotations
 
@@ -21,7 +21,14 @@ from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 
-__all__ = ["Appearance", "Picture", "check_appearance", "read_perception_properties"]
+__all__ = [
+    "Appearance",
+    "Picture",
+    "check_appearance",
+    "check_illustration",
+    "picture_of",
+    "read_perception_properties",
+]
 
 _LABELS = (RenderLabel.DONT_CARE, RenderLabel.DO_NOT_RENDER)
 _MAX_SCALE = 1e6
@@ -63,7 +70,7 @@ def read_perception_properties(properties: GeometryProperties, name: str) -> App
         diffuse = properties.get_property_or_default("phong", "diffuse", None)
         return Appearance(
             diffuse=None if diffuse is None else Rgba.from_value(diffuse),
-            picture=_picture(properties),
+            picture=picture_of(properties),
             label=label,
             accepting=_accepting(properties),
         )
@@ -93,7 +100,8 @@ def _accepting(properties: GeometryProperties) -> frozenset[str]:
     return frozenset(value)
 
 
-def _picture(properties: GeometryProperties) -> Picture | None:
+def picture_of(properties: GeometryProperties) -> Picture | None:
+    """Return what a geometry is covered with, None for nothing. Raises PropertyError."""
     path = properties.get_property_or_default("phong", "diffuse_map", None)
     if path is None:
         if properties.has_property("phong", "diffuse_scale"):
@@ -140,12 +148,32 @@ def check_appearance(
             triangle_pictures(shape)
         return
     try:
+        _check_picture(shape, look.picture, deforms=deforms)
+    except PropertyError as error:
+        raise PropertyError(f"perception properties of geometry {name!r}: {error}") from error
+
+
+def check_illustration(
+    shape: Any, properties: GeometryProperties, name: str, *, deforms: bool = False
+) -> None:
+    """Read and keep the picture on a geometry that people see, if it has one.
+
+    Raises PropertyError as ``check_appearance`` does for pictures.
+    """
+    try:
+        picture = picture_of(properties)
+        if picture is not None:
+            _check_picture(shape, picture, deforms=deforms)
+    except PropertyError as error:
+        raise PropertyError(f"illustration properties of geometry {name!r}: {error}") from error
+
+
+def _check_picture(shape: Any, picture: Picture, *, deforms: bool) -> None:
+    try:
         if deforms:
             raise MeshError("deformable geometry has no texture coordinates")
-        read_texture(look.picture.path)
+        read_texture(picture.path)
         if isinstance(shape, MeshShape):
             texture_coordinates(shape)
     except MeshError as error:
-        raise PropertyError(
-            f"perception properties of geometry {name!r}: ('phong', 'diffuse_map'): {error}"
-        ) from error
+        raise PropertyError(f"('phong', 'diffuse_map'): {error}") from error

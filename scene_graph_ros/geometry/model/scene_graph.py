@@ -19,10 +19,12 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import checked_shape, GeometryInstance
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.perception_properties import check_appearance
+from scene_graph_ros.geometry.model.perception_properties import (
+    check_appearance,
+    check_illustration,
+)
 from scene_graph_ros.geometry.model.properties import (
     GeometryProperties,
-    PerceptionProperties,
     ProximityProperties,
 )
 from scene_graph_ros.geometry.model.proximity import read_mesh_data
@@ -222,9 +224,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         registration.check_instance(geometry)
         if geometry.properties(Role.PROXIMITY) is not None:
             read_mesh_data(geometry.shape())
-        seen = geometry.properties(Role.PERCEPTION)
-        if seen is not None:
-            check_appearance(geometry.shape(), seen, geometry.name())
+        _check_looks(geometry.shape(), geometry.properties, geometry.name())
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)
 
@@ -264,9 +264,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         registration.check_instance(geometry)
         registration.check_deformable_frame(owner.state, source_id, frame_id)
         made = make_deformable(geometry, resolution_hint, reference_mesh)
-        seen = geometry.properties(Role.PERCEPTION)
-        if seen is not None:
-            check_appearance(geometry.shape(), seen, geometry.name(), deforms=True)
+        _check_looks(geometry.shape(), geometry.properties, geometry.name(), deforms=True)
         read_embedded_meshes(geometry.properties(role) for role in ROLES)
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, frame_id, geometry, made)
@@ -351,9 +349,8 @@ class SceneGraph(RendererRegistry, NotCopied):
         record = owner.state.geometry(geometry_id)
         if record.deformable is None and Role.PROXIMITY in record.properties:
             read_mesh_data(checked_shape(shape, record.name))
-        if record.deformable is None and Role.PERCEPTION in record.properties:
-            seen = record.properties[Role.PERCEPTION]
-            check_appearance(checked_shape(shape, record.name), seen, record.name)
+        if record.deformable is None:
+            _check_looks(checked_shape(shape, record.name), record.properties.get, record.name)
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 
@@ -397,11 +394,28 @@ class SceneGraph(RendererRegistry, NotCopied):
 
 def _read_files(record: GeometryRecord, properties: GeometryProperties) -> None:
     """Read what a geometry needs for a role, before its model is locked for the change."""
-    if record.deformable is not None:
-        if isinstance(properties, PerceptionProperties):
-            check_appearance(record.shape, properties, record.name, deforms=True)
+    deforms = record.deformable is not None
+    # Whoever gives something else is told when it is assigned.
+    of_role = {getattr(properties, "role", Role.UNASSIGNED): properties}
+    _check_looks(record.shape, of_role.get, record.name, deforms=deforms)
+    if deforms:
         read_embedded_meshes([properties])
     elif isinstance(properties, ProximityProperties):
         read_mesh_data(record.shape)
-    elif isinstance(properties, PerceptionProperties):
-        check_appearance(record.shape, properties, record.name)
+
+
+def _check_looks(
+    shape: Shape,
+    properties_of: Callable[[Role], GeometryProperties | None],
+    name: str,
+    *,
+    deforms: bool = False,
+) -> None:
+    """Read what cameras and people are to see. Raises MeshError and PropertyError."""
+    for role, check in (
+        (Role.PERCEPTION, check_appearance),
+        (Role.ILLUSTRATION, check_illustration),
+    ):
+        properties = properties_of(role)
+        if properties is not None:
+            check(shape, properties, name, deforms=deforms)

@@ -20,10 +20,12 @@ from scene_graph_ros.geometry import (
     Ellipsoid,
     GeometryInstance,
     HalfSpace,
+    IllustrationProperties,
     Mesh,
     PerceptionProperties,
     ProximityProperties,
     Rgba,
+    RoleAssign,
     SceneGraph,
     Sphere,
 )
@@ -366,6 +368,24 @@ def test_what_is_refused_when_the_role_is_assigned(tmp_path):
         geometry = graph.register_anchored_geometry(source, bare)
         with pytest.raises(PropertyError, match=f"'body': .*diffuse_.*{reason}"):
             graph.assign_role(source, geometry, properties)
+
+
+def test_pictures_of_what_people_see_are_checked_as_well(tmp_path, ramp):
+    """By the role's name: a missing file, a mesh without coordinates, now and by another shape."""
+    properties = IllustrationProperties()
+    properties.add_property("phong", "diffuse_map", ramp)
+    graph = SceneGraph()
+    source = graph.register_source("s")
+    body = GeometryInstance(np.eye(4), Sphere(1.0), "body")
+    body.set_illustration_properties(properties)
+    geometry = graph.register_anchored_geometry(source, body)
+    bare = Mesh(vertices=np.eye(3), faces=[[0, 1, 2]])
+    with pytest.raises(PropertyError, match=r"illustration properties of geometry 'body': .*no t"):
+        graph.change_shape(source, geometry, bare)
+    lost = IllustrationProperties()
+    lost.add_property("phong", "diffuse_map", tmp_path / "lost.png")
+    with pytest.raises(PropertyError, match=r"illustration .*'body': .*lost.png' does not exist"):
+        graph.assign_role(source, geometry, lost, RoleAssign.REPLACE)
 
 
 def test_deformable_geometry_has_no_picture(ramp):
