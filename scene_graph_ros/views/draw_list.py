@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.model.perception_properties import Picture
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -35,6 +36,8 @@ class DrawItem(NamedTuple):
     """Draw the convex hull of a mesh instead of the mesh."""
     path: tuple[str, ...] = ()
     """Role, source, frame and name, each of which may contain slashes."""
+    picture: Picture | None = None
+    """What it is covered with, for viewers that can; ``rgba`` multiplies it."""
 
 
 class DrawList:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from scene_graph_ros.geometry.model.contact_properties import uses_triangles
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
+from scene_graph_ros.geometry.model.perception_properties import picture_of
 from scene_graph_ros.geometry.model.properties import ProximityProperties
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.geometry.model.roles import Role
@@ -34,7 +35,7 @@ def draw_items(
     The colour is the role's property ("phong", "diffuse"). Without one, collision geometry gets
     PROXIMITY_COLOR, the rest the materials of its mesh file. ``mesh_hulls`` draws the convex hull
     of each collision Mesh that is not said to mean its triangles. Raises UnknownIdError for a
-    geometry that is not there, PropertyError for a colour that is none.
+    geometry that is not there, PropertyError for a colour or a picture that is none.
     """
     return [_item(inspector, role, geometry_id, mesh_hulls) for geometry_id in geometry_ids]
 
@@ -59,4 +60,5 @@ def _item(
     source = inspector.get_owning_source_name(geometry_id)
     frame = inspector.get_name(inspector.get_frame_id(geometry_id))
     path = (role.name.lower(), source, frame, inspector.get_name(geometry_id))
-    return DrawItem(int(geometry_id), "/".join(path[:3]), shape, rgba, means_hull, path)
+    picture = None if role is Role.PROXIMITY else picture_of(properties)
+    return DrawItem(int(geometry_id), "/".join(path[:3]), shape, rgba, means_hull, path, picture)

@@ -66,12 +66,13 @@ def triangles_of(item: DrawItem) -> Triangles:
 def paint_of(item: DrawItem) -> NDArray[np.uint8] | None:
     """Return red, green and blue ``(t, 3)`` of the triangles of an item whose form is ``mesh``.
 
-    None where it has one colour: one that was given, or no material in its file. Triangles
+    None where it has one colour: one that was given, below a picture too, or no material in its
+    file. Triangles
     without a material have DEFAULT_COLOR. Raises MeshError where the mesh can't be read.
     """
     shape = item.shape
     assert isinstance(shape, MeshShape), shape
-    if item.rgba is not None or item.as_hull:
+    if item.rgba is not None or item.picture is not None or item.as_hull:
         return None
     with warnings.catch_warnings():
         # Who renders it says so; the page shows what there is.

@@ -18,6 +18,7 @@ DEADLINE = 60.0
 """Seconds after which a test gives up waiting: far more than anything takes on a busy machine."""
 
 TIME, SCENE, MESH, POSES, VERTICES, CONTACTS, SURFACES, PICTURE, SLIDERS, TROUBLES = range(1, 11)
+TEXTURE = 11
 
 
 def read_blocks(message: bytes) -> list[tuple[int, Any]]:
@@ -42,9 +43,17 @@ def _arrays(data: bytes, place: int, *parts: tuple[str, int, int]) -> list[Any]:
 
 
 def _mesh(data: bytes) -> Any:
-    number, v, t, p, _ = struct.unpack_from("<dIIII", data)
+    number, v, t, p, c = struct.unpack_from("<dIIII", data)
     assert p in (0, t)
-    return number, *_arrays(data, 24, ("<f4", v, 3), ("<u4", t, 3), ("u1", p, 4))
+    assert c in (0, t)
+    parts = ("<f4", v, 3), ("<u4", t, 3), ("u1", p, 4), ("<u4", c, 1), ("<f4", c, 6)
+    return number, *_arrays(data, 24, *parts)
+
+
+def _texture(data: bytes) -> Any:
+    number, width, height = struct.unpack_from("<dII", data)
+    (texels,) = _arrays(data, 16, ("u1", width * height, 4))
+    return number, texels.reshape(height, width, 4)
 
 
 def _poses(data: bytes) -> Any:
@@ -86,6 +95,7 @@ _READERS: dict[int, Callable[[bytes], Any]] = {
     PICTURE: _picture,
     SLIDERS: json.loads,
     TROUBLES: json.loads,
+    TEXTURE: _texture,
 }
 
 
@@ -109,6 +119,7 @@ class PageClient:
         self.items: dict[int, dict[str, Any]] = {}
         self.poses: dict[int, Any] = {}
         self.meshes: dict[int, Any] = {}
+        self.textures: dict[int, Any] = {}
         self.vertices: dict[int, Any] = {}
         self.contacts: Any = None
         self.surfaces: Any = None
@@ -139,6 +150,7 @@ class PageClient:
         blocks = read_blocks(message)
         if any(kind == SCENE and content["begins"] for kind, content in blocks):
             self.items, self.poses, self.meshes, self.vertices = {}, {}, {}, {}
+            self.textures = {}
         self.messages += 1
         self.contacts = self.surfaces = None
         for kind, content in blocks:
@@ -146,8 +158,8 @@ class PageClient:
                 self.time = content
             elif kind == SCENE:
                 self._scene(content)
-            elif kind == MESH:
-                self.meshes[content[0]] = content[1:]
+            elif kind in (MESH, TEXTURE):
+                {MESH: self.meshes, TEXTURE: self.textures}[kind][content[0]] = content[1:]
             elif kind == POSES:
                 assert content.keys() <= self.items.keys()
                 self.poses.update(content)
@@ -170,6 +182,8 @@ class PageClient:
             del self.items[number]
         for number in content["meshes_gone"]:
             del self.meshes[number]
+        for number in content["textures_gone"]:
+            del self.textures[number]
         self.items.update((entry["number"], entry) for entry in content["appeared"])
         assert {e["mesh"] for e in self.items.values() if "mesh" in e} == self.meshes.keys()
 

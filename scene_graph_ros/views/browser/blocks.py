@@ -29,6 +29,7 @@ __all__ = [
     "scene_block",
     "sliders_block",
     "surfaces_block",
+    "texture_block",
     "time_block",
     "troubles_block",
     "vertices_block",
@@ -45,8 +46,9 @@ class BlockKind(enum.IntEnum):
     SCENE = 2
     """JSON: which items there are."""
     MESH = 3
-    """Double: number; integers: vertices v, triangles t, painted ones p, which are t or 0, and 0;
-    floats (v, 3); integers (t, 3); bytes (p, 4) red, green, blue, 255."""
+    """Double: number; integers: vertices v, triangles t, painted ones p and covered ones c, which
+    are t or 0; floats (v, 3); integers (t, 3); bytes (p, 4) red, green, blue, 255; integers (c,)
+    numbers of textures, ascending, 0 for none; floats (c, 3, 2) u to the right and v up there."""
     POSES = 4
     """Integers: count n, 0; doubles (n,) numbers, (n, 3) positions; floats (n, 4) x, y, z, w."""
     VERTICES = 5
@@ -63,6 +65,9 @@ class BlockKind(enum.IntEnum):
     """JSON: where the joints are that may be moved."""
     TROUBLES = 10
     """JSON: a list of what is not as it should be: level, name, text."""
+    TEXTURE = 11
+    """Double: number; integers: width w, height h; bytes (h, w, 4) red, green, blue, alpha, from
+    the upper row down."""
 
 
 def _block(kind: BlockKind, *parts: bytes) -> bytes:
@@ -91,21 +96,36 @@ def mesh_block(
     vertices: NDArray[Any],
     triangles: NDArray[Any],
     paint: NDArray[np.uint8] | None = None,
+    *,
+    textures: ArrayLike = (),
+    coordinates: ArrayLike = (),
 ) -> bytes:
     """Return the block of a mesh: vertices ``(v, 3)`` in m, and triangles ``(t, 3)`` of them.
 
     ``paint`` ``(t, 3)`` are colours of the triangles; without, they have that of the item.
+    ``textures`` ``(t,)``, ascending, are numbers of pictures on them, 0 for none, and
+    ``coordinates`` ``(t, 3, 2)`` say where on these their corners are.
     """
     painted = np.empty((0, 4), np.uint8)
     if paint is not None:
         painted = np.column_stack([paint, np.full(len(paint), 255, np.uint8)])
+    counts = len(vertices), len(triangles), len(painted), np.size(textures)
     return _block(
         BlockKind.MESH,
-        struct.pack("<dIIII", number, len(vertices), len(triangles), len(painted), 0),
+        struct.pack("<dIIII", number, *counts),
         _bytes(vertices, "<f4"),
         _bytes(triangles, "<u4"),
         _bytes(painted, "u1"),
+        _bytes(textures, "<u4"),
+        _bytes(coordinates, "<f4"),
     )
+
+
+def texture_block(number: int, texels: NDArray[np.uint8]) -> bytes:
+    """Return the block of a picture ``(height, width, 4)`` that covers something."""
+    height, width = texels.shape[:2]
+    head = struct.pack("<dII", number, width, height)
+    return _block(BlockKind.TEXTURE, head, _bytes(texels, "u1"))
 
 
 def poses_block(numbers: NDArray[np.float64], X_WG: NDArray[np.float64]) -> bytes:

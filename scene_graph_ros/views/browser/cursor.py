@@ -30,6 +30,7 @@ class Cursor:
         self._shown = Shown()
         self._scene: Scene | None = None
         self._meshes: set[int] = set()
+        self._textures: set[int] = set()
         self._deformed: dict[int, Configuration] = {}
         self._picture = ("", b"")
         self._sliders = SliderState()
@@ -84,6 +85,9 @@ class Cursor:
         made = [block for n, block in scene.meshes.items() if n not in self._meshes]
         made += [each.block for each in new]
         self._meshes |= meshes.keys()
+        stale = self._textures - scene.textures.keys()
+        made += [block for n, block in scene.textures.items() if n not in self._textures]
+        self._textures = set(scene.textures)
         entries = [scene.entries[row] for row in changes.appeared.tolist()]
         content = {
             "begins": before is None,
@@ -94,6 +98,7 @@ class Cursor:
             "appeared": [*entries, *(each.entry for each in new)],
             "vanished": [*_numbers(before, changes), *gone],
             "meshes_gone": sorted(unused),
+            "textures_gone": sorted(stale),
         }
         return [*made, scene_block(content)]
 

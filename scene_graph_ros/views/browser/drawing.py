@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-import itertools
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,23 +11,22 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import GeometryId
 from scene_graph_ros.geometry.model.roles import Role
-from scene_graph_ros.geometry.shapes.kinds import ShapeKind
-from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.views.browser.blocks import (
     contacts_block,
     mesh_block,
     picture_block,
     surfaces_block,
 )
+from scene_graph_ros.views.browser.shared_meshes import SharedMeshes, SharedTexture
 from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
 from scene_graph_ros.views.deformables import deformable_items, DeformableItem
 from scene_graph_ros.views.draw_list import DrawItem, DrawList
 from scene_graph_ros.views.items import DEFAULT_COLOR, draw_items
-from scene_graph_ros.views.looks import look_of, paint_of, triangles_of
+from scene_graph_ros.views.looks import look_of
 from scene_graph_ros.views.moment import Moment
 from scene_graph_ros.views.sliders import Slider
 
-__all__ = ["Deforming", "Drawing", "Meshes", "Scene"]
+__all__ = ["Deforming", "Drawing", "Scene"]
 
 Entry = dict[str, Any]
 
@@ -77,6 +75,8 @@ class Scene(NamedTuple):
     """The others, by number."""
     meshes: dict[int, bytes]
     """Blocks of the meshes of all rigid ones, by number."""
+    textures: dict[int, bytes]
+    """Blocks of the pictures on these, by number."""
 
 
 def _number(geometry_id: int, role: Role) -> int:
@@ -95,48 +95,15 @@ def _entry(item: DrawItem, number: int) -> Entry:
     }
 
 
-class _Mesh(NamedTuple):
-    number: int
-    block: bytes
-    """Empty where it can't be shown, and why not:"""
-    reason: str = ""
-    is_painted: bool = False
+class _Blocks(NamedTuple):
+    """What goes to pages once, by number."""
 
+    meshes: dict[int, bytes]
+    textures: dict[int, bytes]
 
-class Meshes:
-    """Blocks of triangles, made once for all items of the same shape.
-
-    Those that no scene has asked for between two calls of ``forget_old`` are forgotten.
-    """
-
-    def __init__(self) -> None:
-        self._numbers = itertools.count(1)
-        self._new: dict[tuple[Shape, bool, bool], _Mesh] = {}
-        self._old: dict[tuple[Shape, bool, bool], _Mesh] = {}
-
-    def forget_old(self) -> None:
-        """Begin anew to note what is asked for."""
-        self._old, self._new = self._new, {}
-
-    def of(self, item: DrawItem) -> _Mesh:
-        """Return the mesh of an item."""
-        # With the colours of its file, if none is given for all of it.
-        key = (
-            item.shape,
-            item.as_hull or item.shape.kind == ShapeKind.CONVEX,
-            item.rgba is None,
-        )
-        mesh = self._new.get(key) or self._old.get(key) or self._make(item)
-        self._new[key] = mesh
-        return mesh
-
-    def _make(self, item: DrawItem) -> _Mesh:
-        number = next(self._numbers)
-        try:
-            mesh, paint = triangles_of(item), paint_of(item)
-        except SceneGraphError as error:
-            return _Mesh(number, b"", str(error))
-        return _Mesh(number, mesh_block(number, *mesh, paint), is_painted=paint is not None)
+    def add(self, *textures: SharedTexture) -> None:
+        """Take pictures in."""
+        self.textures.update((texture.number, texture.block) for texture in textures)
 
 
 class Drawing:
@@ -145,7 +112,7 @@ class Drawing:
     def __init__(self, cannot_show: Callable[[int, Exception], None]) -> None:
         """Call ``cannot_show`` with the id of a deformable geometry that can't be, and why."""
         self._cannot_show = cannot_show
-        self._meshes = Meshes()
+        self._meshes = SharedMeshes()
         self._version = -1
         self._scenes: dict[tuple[Role, ...], Scene] = {}
         self._placed: tuple[int, dict[tuple[Role, ...], NDArray[np.float64]]] = (-1, {})
@@ -181,9 +148,9 @@ class Drawing:
             items += draw_items(inspector, role, ids, mesh_hulls=True)
             numbers += [_number(int(i), role) for i in ids]
             deforming.update(self._deforming(moment, role))
-        meshes: dict[int, bytes] = {}
+        blocks = _Blocks({}, {})
         entries = [
-            self._entry(item, number, meshes) for item, number in zip(items, numbers, strict=True)
+            self._entry(item, number, blocks) for item, number in zip(items, numbers, strict=True)
         ]
         counts = {
             role.name.lower(): inspector.num_geometries_with_role(role) for role in SHOWN_ROLES
@@ -198,23 +165,44 @@ class Drawing:
             np.array(numbers, dtype=np.float64),
             entries,
             deforming,
-            meshes,
+            blocks.meshes,
+            blocks.textures,
         )
 
-    def _entry(self, item: DrawItem, number: int, meshes: dict[int, bytes]) -> Entry:
+    def _entry(self, item: DrawItem, number: int, blocks: _Blocks) -> Entry:
         form, size = look_of(item)
+        if item.picture is not None and form != "half_space":
+            form, size = "mesh", (1.0, 1.0, 1.0)
         entry = {**_entry(item, number), "form": form, "size": size}
+        if form == "half_space":
+            self._cover_plane(item, entry, blocks)
         if form == "mesh":
             mesh = self._meshes.of(item)
             if mesh.reason:
                 entry["reason"] = mesh.reason
-            else:
-                entry["mesh"] = mesh.number
-                if mesh.is_painted:
-                    # What its own colour adds to those of the triangles: nothing.
-                    entry["color"] = (0.0, 0.0, 0.0, DEFAULT_COLOR.a)
-                meshes[mesh.number] = mesh.block
+                return entry
+            entry["mesh"] = mesh.number
+            blocks.meshes[mesh.number] = mesh.block
+            blocks.add(*mesh.textures)
+            if mesh.is_painted:
+                # What its own colour adds to those of the triangles: nothing.
+                alpha = DEFAULT_COLOR.a if item.rgba is None else item.rgba.a
+                entry["color"] = (0.0, 0.0, 0.0, alpha)
+            if not all(texture.is_opaque for texture in mesh.textures):
+                entry["sheer"] = True
         return entry
+
+    def _cover_plane(self, item: DrawItem, entry: Entry, blocks: _Blocks) -> None:
+        try:
+            texture = self._meshes.texture_of_plane(item)
+        except SceneGraphError as error:
+            entry["reason"] = str(error)
+            return
+        if texture is not None and item.picture is not None:
+            blocks.add(texture)
+            entry.update(texture=texture.number, repeats=item.picture.scale)
+            if item.rgba is None:
+                entry["color"] = (1.0, 1.0, 1.0, 1.0)
 
     def _deforming(self, moment: Moment, role: Role) -> Iterable[tuple[int, Deforming]]:
         ids = {int(i): i for i in moment.query.snapshot.state.deformable_ids(role)}

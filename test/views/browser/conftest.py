@@ -100,14 +100,20 @@ class Stage:
         p_WF=(0.0, 0.0, 0.0),
         roles=("illustration", "proximity"),
         rgba=(0.25, 0.5, 0.75),
+        picture=None,
+        scale=None,
     ):
-        """Put a shape on a frame of its own."""
+        """Put a shape on a frame of its own, with a picture on it if one is given."""
         frame = self.graph.register_frame(self.source, GeometryFrame(f"{name}_frame"))
         instance = GeometryInstance(np.eye(4), shape, name)
         if "illustration" in roles:
             properties = IllustrationProperties()
             if rgba is not None:
                 properties.add_property("phong", "diffuse", Rgba(*rgba))
+            if picture is not None:
+                properties.add_property("phong", "diffuse_map", picture)
+            if scale is not None:
+                properties.add_property("phong", "diffuse_scale", scale)
             instance.set_illustration_properties(properties)
         if "proximity" in roles:
             instance.set_proximity_properties(ProximityProperties())

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import struct
 
-from browser_page import CONTACTS, MESH, POSES, read_blocks, SCENE, SURFACES, TIME, VERTICES
+from browser_page import (
+    CONTACTS,
+    MESH,
+    POSES,
+    read_blocks,
+    SCENE,
+    SURFACES,
+    TEXTURE,
+    TIME,
+    VERTICES,
+)
 import numpy as np
 import pytest
 
@@ -14,9 +24,30 @@ from scene_graph_ros.views.browser.blocks import (
     poses_block,
     scene_block,
     surfaces_block,
+    texture_block,
     time_block,
     vertices_block,
 )
+
+
+def test_a_covered_mesh_and_its_picture():
+    """Numbers of pictures and places on them, triangle by triangle; pixels row by row."""
+    places = np.arange(12.0).reshape(2, 3, 2)
+    texels = np.arange(24, dtype=np.uint8).reshape(2, 3, 4)
+    message = texture_block(8, texels) + mesh_block(
+        5,
+        np.zeros((3, 3)),
+        np.array([(0, 1, 2), (2, 1, 0)]),
+        np.full((2, 3), 7, np.uint8),
+        textures=[0, 8],
+        coordinates=places,
+    )
+    (kind, texture), (_, mesh) = read_blocks(message)
+    assert kind == TEXTURE
+    assert texture[0] == 8
+    assert texture[1].tolist() == texels.tolist()
+    assert mesh[4].tolist() == [0, 8]
+    assert mesh[5].tolist() == places.reshape(2, 6).tolist()
 
 
 def test_a_time_is_three_doubles_behind_kind_and_length():

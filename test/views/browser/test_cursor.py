@@ -4,8 +4,19 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from browser_page import MESH, PageClient, PICTURE, POSES, read_blocks, SCENE, TIME, VERTICES
+from browser_page import (
+    MESH,
+    PageClient,
+    PICTURE,
+    POSES,
+    read_blocks,
+    SCENE,
+    TEXTURE,
+    TIME,
+    VERTICES,
+)
 import numpy as np
+from pictured_files import png, write_obj
 import pytest
 
 from scene_graph_ros.geometry import (
@@ -76,7 +87,7 @@ def test_each_shape_has_a_form_and_a_size(stage, page):
         assert page.position(name) == [k, 0, 0]
     # The scale is in the vertices.
     for name, scale in (("gem", 2.0), ("sheet", 3.0)):
-        vertices, triangles, _ = page.meshes[page.named(name)["mesh"]]
+        vertices, triangles, *_ = page.meshes[page.named(name)["mesh"]]
         assert sorted(vertices.sum(axis=1).tolist()) == [0, scale, scale, scale]
         assert len(triangles) == 4
 
@@ -166,6 +177,40 @@ def test_meshes_are_told_once_and_forgotten_with_their_last_item(stage, page):
     assert page.scenes[-1]["meshes_gone"] == [shared]
     stage.add("three", Mesh(vertices=CORNERS, faces=FACES), roles=("illustration",))
     assert page.see(stage.moment()).count(MESH) == 1
+
+
+def test_pictures_are_told_once_and_forgotten_with_their_last_item(stage, page, tmp_path):
+    """A mesh of two pictures, a ball that has one of them, and a plane with the other.
+
+    Triangles of one picture stand together; forms that have a picture become triangles.
+    """
+    only = {"roles": ("illustration",), "rgba": None}
+    for name, color in (("a", (10, 20, 30)), ("b", (40, 50, 60))):
+        (tmp_path / f"{name}.png").write_bytes(png(np.full((1100, 2, 3), color, np.uint8)))
+    path = write_obj(tmp_path, [(None, "b.png"), (None, "a.png"), ((1, 1, 1), None)])
+    stage.add("sheet", Mesh(path), **only)
+    stage.add("ball", Sphere(0.1), picture=tmp_path / "a.png", **only)
+    stage.add("floor", HalfSpace(), picture=tmp_path / "b.png", scale=(2.0, 1.0), **only)
+    assert page.see(stage.moment()).count(TEXTURE) == 2
+    # Of more than 1024 pixels along a side, every two are one.
+    colors = {n: (*t[0].shape, *t[0][0, 0].tolist()) for n, t in page.textures.items()}
+    assert sorted(colors.values()) == [(550, 1, 4, *c, 255) for c in ((10, 20, 30), (40, 50, 60))]
+    of_ball, _, _, numbers, places = page.meshes[page.named("ball")["mesh"]]
+    assert np.abs(np.linalg.norm(of_ball, axis=1) - 0.1).max() < 1e-6
+    (number,) = np.unique(numbers)
+    assert colors[number][3:6] == (10, 20, 30)
+    assert (places.min(), places.max()) == (0.0, 1.0)
+    sheet = page.meshes[page.named("sheet")["mesh"]]
+    assert sheet[3].tolist() == [0, 0, *sorted(2 * list(colors))]
+    floor = page.named("floor")
+    assert colors[floor["texture"]][3:6] == (40, 50, 60)
+    assert floor["repeats"] == [2.0, 1.0]
+    stage.remove("sheet")
+    assert TEXTURE not in page.see(stage.moment())
+    stage.remove("ball")
+    page.see(stage.moment())
+    assert page.scenes[-1]["textures_gone"] == [number]
+    assert list(page.textures) == [floor["texture"]]
 
 
 def test_a_collision_mesh_is_shown_as_the_hull_that_it_means(stage, page):

@@ -1,7 +1,7 @@
 // Reads the messages that ../blocks.py writes: blocks, whose numbers are read where they are.
 
 const TIME = 1, SCENE = 2, MESH = 3, POSES = 4, VERTICES = 5, CONTACTS = 6,
-  SURFACES = 7, PICTURE = 8, SLIDERS = 9, TROUBLES = 10;
+  SURFACES = 7, PICTURE = 8, SLIDERS = 9, TROUBLES = 10, TEXTURE = 11;
 const text = new TextDecoder();
 
 // Takes arrays one after another.
@@ -25,10 +25,17 @@ const READERS = {
   },
   [MESH](reader) {
     const [number] = reader.take(Float64Array, 1);
-    const [vertices, triangles, painted] = reader.take(Uint32Array, 4);
+    const [vertices, triangles, painted, covered] = reader.take(Uint32Array, 4);
     return { kind: "mesh", number, vertices: reader.take(Float32Array, 3 * vertices),
       triangles: reader.take(Uint32Array, 3 * triangles),
-      paint: painted ? reader.take(Uint32Array, painted) : null };
+      paint: painted ? reader.take(Uint32Array, painted) : null,
+      cover: covered ? { textures: reader.take(Uint32Array, covered),
+        coordinates: reader.take(Float32Array, 6 * covered) } : null };
+  },
+  [TEXTURE](reader) {
+    const [number] = reader.take(Float64Array, 1), [width, height] = reader.take(Uint32Array, 2);
+    return { kind: "texture", number, width, height,
+      texels: reader.take(Uint8Array, 4 * width * height) };
   },
   [POSES](reader) {
     const [count] = reader.take(Uint32Array, 2);

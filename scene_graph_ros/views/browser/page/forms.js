@@ -75,8 +75,8 @@ function cylinder(segments = SEGMENTS) {
 }
 
 // A mesh as it came, each triangle with corners and a normal of its own, and a colour where
-// there is paint: its four bytes in one integer.
-export function flatForm(vertices, triangles, paint = null) {
+// there is paint: its four bytes in one integer. What is covered has parts of one texture each.
+export function flatForm(vertices, triangles, paint = null, cover = null) {
   const result = new Float32Array(7 * triangles.length);
   const at = (corner, k) => vertices[3 * triangles[corner] + k];
   for (let corner = 0; corner < triangles.length; corner += 3) {
@@ -93,7 +93,19 @@ export function flatForm(vertices, triangles, paint = null) {
   }
   const colors = paint && new Uint32Array(triangles.length);
   colors?.forEach((_, corner) => { colors[corner] = paint[Math.floor(corner / 3)]; });
-  return { vertices: result, triangles: null, colors };
+  return { vertices: result, triangles: null, colors, coordinates: cover?.coordinates,
+    parts: cover && partsOf(cover.textures) };
+}
+
+// Which corners have which texture: triangles of one texture stand together.
+function partsOf(textures) {
+  const parts = [];
+  textures.forEach((texture, triangle) => {
+    const last = parts.at(-1);
+    if (last?.texture === texture) last.count += 3;
+    else parts.push({ texture, begin: 3 * triangle, count: 3 });
+  });
+  return parts;
 }
 
 export const FORMS = { ellipsoid: ball(false), capsule: ball(true), box: box(), cylinder: cylinder(),

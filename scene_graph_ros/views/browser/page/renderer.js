@@ -7,6 +7,7 @@ import { dot, minus, plus, turn } from "./vectors.js";
 const FLOATS = 15;  // of a body: position 3, rotation 4, stretch 4, color 4
 const LAYOUT = [[3, 3], [4, 4], [5, 4], [6, 4]];  // locations and sizes of these
 const PAINT = 7;  // the location of a corner's own color; of forms without it is nothing
+const COVER = 8;  // that of its place on a picture
 
 // Tells whether a processor draws instead of a graphics processor: smooth edges, four samples for
 // each pixel, take it three times as long then.
@@ -41,10 +42,10 @@ function program(gl, { vertex, fragment }) {
 
 // A form in the memory of the graphics processor, with room for many bodies of it.
 class Batch {
-  constructor(gl, { vertices, triangles, colors }) {
+  constructor(gl, { vertices, triangles, colors, coordinates, parts }) {
     this.gl = gl;
     this.array = gl.createVertexArray();
-    this.buffers = Array.from({ length: 4 }, () => gl.createBuffer());
+    this.buffers = Array.from({ length: 5 }, () => gl.createBuffer());
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[0]);
     gl.bufferData(gl.ARRAY_BUFFER, vertices, gl.STATIC_DRAW);
@@ -66,25 +67,33 @@ class Batch {
       gl.enableVertexAttribArray(PAINT);
       gl.vertexAttribPointer(PAINT, 4, gl.UNSIGNED_BYTE, true, 4, 0);
     }
+    if (coordinates) {
+      gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[4]);
+      gl.bufferData(gl.ARRAY_BUFFER, coordinates, gl.STATIC_DRAW);
+      gl.enableVertexAttribArray(COVER);
+      gl.vertexAttribPointer(COVER, 2, gl.FLOAT, false, 8, 0);
+    }
     this.isIndexed = triangles !== null;
     this.count = triangles ? triangles.length : vertices.length / 7;
+    this.parts = parts ?? [{ texture: 0, begin: 0, count: this.count }];
     if (triangles) {
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.buffers[2]);
       gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, triangles, gl.STATIC_DRAW);
     }
   }
 
-  draw(numbers) {
+  // Draws bodies; `cover` is called with the texture of each part.
+  draw(numbers, cover) {
     const { gl } = this;
     if (!numbers.length || !this.count) return;
     gl.bindVertexArray(this.array);
     gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[1]);
     gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(numbers), gl.STREAM_DRAW);
     const bodies = numbers.length / FLOATS;
-    if (this.isIndexed) {
-      gl.drawElementsInstanced(gl.TRIANGLES, this.count, gl.UNSIGNED_INT, 0, bodies);
-    } else {
-      gl.drawArraysInstanced(gl.TRIANGLES, 0, this.count, bodies);
+    for (const { texture, begin, count } of this.parts) {
+      cover(texture);
+      if (this.isIndexed) gl.drawElementsInstanced(gl.TRIANGLES, count, gl.UNSIGNED_INT, 0, bodies);
+      else gl.drawArraysInstanced(gl.TRIANGLES, begin, count, bodies);
     }
   }
 
@@ -107,6 +116,7 @@ export class Renderer {
     this.triangles = { array: gl.createVertexArray(), corners: gl.createBuffer(),
       pressures: gl.createBuffer() };
     gl.vertexAttrib4f(PAINT, 0, 0, 0, 0);
+    this.textures = new Map();
     this.batches = new Map(Object.entries(FORMS).map(([name, form]) => [name, new Batch(gl, form)]));
     this.square = gl.createVertexArray();
     gl.bindVertexArray(this.square);
@@ -127,8 +137,30 @@ export class Renderer {
     this.batches.delete(number);
   }
 
-  // Draws bodies {batch, position, rotation, stretch, color}, planes {position, rotation, color}
-  // and, seen through all of these, surfaces
+  // Takes a picture, by rows from above.
+  setTexture(number, width, height, texels) {
+    this.dropTexture(number);
+    const { gl } = this, texture = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, texels);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    this.textures.set(number, texture);
+  }
+
+  dropTexture(number) {
+    this.gl.deleteTexture(this.textures.get(number) ?? null);
+    this.textures.delete(number);
+  }
+
+  // Has a program draw with a texture, or without one.
+  cover(uniforms, number) {
+    const { gl } = this, texture = this.textures.get(number);
+    gl.uniform1i(uniforms.u_covered ?? null, texture ? 1 : 0);
+    if (texture) gl.bindTexture(gl.TEXTURE_2D, texture);
+  }
+
+  // Draws bodies {batch, position, rotation, stretch, color, sheer}, planes {position, rotation,
+  // color, texture, repeats} and, seen through all of these, surfaces
   // {origin, corners, pressures, scale} and marks, which are bodies.
   draw(camera, { bodies, planes, marks, surfaces }, background) {
     const { gl, canvas } = this;
@@ -142,12 +174,13 @@ export class Renderer {
     const view = camera.view(width / Math.max(height, 1));
     gl.enable(gl.DEPTH_TEST);
     gl.disable(gl.BLEND);
-    this.drawBodies(view, bodies.filter((body) => body.color[3] >= 1));
+    const isWhole = (body) => body.color[3] >= 1 && !body.sheer;
+    this.drawBodies(view, bodies.filter(isWhole));
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     planes.forEach((plane) => this.drawPlane(view, plane, camera.distance));
-    const veils = bodies.filter((body) => body.color[3] < 1 && body.color[3] > 0);
+    const veils = bodies.filter((body) => !isWhole(body) && body.color[3] > 0);
     gl.enable(gl.CULL_FACE);
     for (const hidden of [gl.FRONT, gl.BACK]) {
       gl.cullFace(hidden);
@@ -222,11 +255,12 @@ export class Renderer {
       if (!numbers.has(form)) numbers.set(form, []);
       numbers.get(form).push(x, y, z, ...rotation, ...stretch, ...color);
     }
-    for (const [batch, rows] of numbers) this.batches.get(batch)?.draw(rows);
+    const cover = (texture) => this.cover(uniforms, texture);
+    for (const [batch, rows] of numbers) this.batches.get(batch)?.draw(rows, cover);
   }
 
-  drawPlane(view, { position, rotation, color }, distance) {
-    const { gl } = this, { uniforms } = this.plane;
+  drawPlane(view, { position, rotation, color, texture, repeats = [1, 1] }, distance) {
+    const { gl, canvas } = this, { uniforms } = this.plane;
     const [along, across, normal] = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map((v) => turn(rotation, v));
     const away = minus(view.eye, position), height = dot(away, normal);
     const step = 10 ** Math.floor(Math.log10(Math.max(distance, 1e-9)) - 0.7);
@@ -239,7 +273,16 @@ export class Renderer {
     gl.uniform1f(uniforms.u_extent, 0.5 * view.far);
     gl.uniform1f(uniforms.u_step, step);
     gl.uniform2fv(uniforms.u_start, start);
+    gl.uniform1f(uniforms.u_height, height);
+    gl.uniform2fv(uniforms.u_pixels, [canvas.width, canvas.height]);
+    const tall = 0.5 * view.tallness, wide = tall * canvas.width / Math.max(canvas.height, 1);
+    const rays = [[view.right, wide], [view.up, tall], [view.back, -1]];
+    gl.uniformMatrix3fv(uniforms.u_rays, false, rays.flatMap(
+      ([ray, size]) => [along, across, normal].map((axis) => size * dot(ray, axis))));
     gl.uniform4fv(uniforms.u_color, color);
+    gl.uniform2fv(uniforms.u_repeats, repeats);
+    gl.uniform2fv(uniforms.u_begin, [along, across].map((axis, k) => (dot(away, axis) * repeats[k]) % 1));
+    this.cover(uniforms, texture);
     gl.bindVertexArray(this.square);
     gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4);
   }

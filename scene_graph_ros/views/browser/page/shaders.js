@@ -14,10 +14,12 @@ export const BODY = {
     layout(location = 5) in vec4 a_stretch;
     layout(location = 6) in vec4 a_color;
     layout(location = 7) in vec4 a_paint;
+    layout(location = 8) in vec2 a_cover;
     out vec3 v_normal;
     out vec3 v_place;
     out vec4 v_color;
     flat out vec4 v_paint;
+    out vec2 v_cover;
     vec3 turn(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
     void main() {
       vec3 place = a_place * a_stretch.xyz + vec3(0.0, 0.0, a_shift * a_stretch.w);
@@ -25,23 +27,30 @@ export const BODY = {
       v_place = a_position + turn(a_rotation, place);
       v_color = a_color;
       v_paint = a_paint;
+      v_cover = a_cover;
       gl_Position = u_matrix * vec4(v_place, 1.0);
     }`,
   // Paint shows through the body's own color, which is black for what is not chosen.
-  // Light from above and from the eye; both sides of a triangle are lit.
+  // Light from above and from the eye; both sides of a triangle are lit. Rows of textures are counted
+  // from above.
   fragment: `${HEAD}
+    uniform bool u_covered;
+    uniform sampler2D u_texture;
     in vec3 v_normal;
     in vec3 v_place;
     in vec4 v_color;
     flat in vec4 v_paint;
+    in vec2 v_cover;
     out vec4 color;
     void main() {
-      vec3 own = mix(v_color.rgb, v_paint.rgb + (1.0 - v_paint.rgb) * v_color.rgb, v_paint.a);
+      vec4 paint = vec4(v_paint.rgb, 1.0);
+      if (u_covered) paint *= texture(u_texture, vec2(v_cover.x, 1.0 - v_cover.y));
+      vec3 own = mix(v_color.rgb, paint.rgb + (1.0 - paint.rgb) * v_color.rgb, v_paint.a);
       vec3 view = -normalize(v_place);
       vec3 n = normalize(v_normal);
       n = dot(n, view) < 0.0 ? -n : n;
       float light = 0.42 + 0.18 * n.z + 0.4 * max(dot(n, view), 0.0);
-      color = vec4(own * light, v_color.a);
+      color = vec4(own * light, v_color.a * paint.a);
     }`,
 };
 
@@ -55,38 +64,45 @@ export const PICK = {
 };
 
 // A plane without end: a square around the point of it that is nearest to the eye, so large that
-// its edge has faded. Lines are counted from the origin of the half space.
+// its edge has faded. Lines are counted from the origin of the half space, and a picture is there
+// instead of them where it has one.
 export const PLANE = {
   vertex: `${HEAD}
     uniform mat4 u_matrix;
     uniform vec3 u_foot, u_along, u_across;
     uniform float u_extent;
-    uniform vec2 u_start;
     layout(location = 0) in vec2 a_corner;
-    out vec2 v_lines;
-    out vec2 v_away;
     void main() {
-      v_away = a_corner * u_extent;
-      v_lines = u_start + v_away;
-      gl_Position = u_matrix * vec4(u_foot + u_along * v_away.x + u_across * v_away.y, 1.0);
+      vec2 away = a_corner * u_extent;
+      gl_Position = u_matrix * vec4(u_foot + u_along * away.x + u_across * away.y, 1.0);
     }`,
+  // Where the ray of a pixel meets the plane: between corners that are so far apart, an interpolated
+  // place would be off by decimetres.
   fragment: `${HEAD}
     uniform vec4 u_color;
-    uniform float u_extent, u_step;
-    in vec2 v_lines;
-    in vec2 v_away;
+    uniform float u_extent, u_step, u_height;
+    uniform mat3 u_rays;
+    uniform vec2 u_pixels, u_start;
+    uniform bool u_covered;
+    uniform sampler2D u_texture;
+    uniform vec2 u_repeats, u_begin;
     out vec4 color;
-    float lines(float step) {
-      vec2 place = v_lines / step;
+    float lines(vec2 at, float step) {
+      vec2 place = at / step;
       vec2 width = fwidth(place);
       vec2 away = abs(fract(place - 0.5) - 0.5) / max(width, vec2(1e-6));
       float line = 1.0 - min(min(away.x, away.y), 1.0);
       return line * (1.0 - smoothstep(0.2, 0.6, max(width.x, width.y)));
     }
     void main() {
-      float line = max(0.5 * lines(u_step), lines(10.0 * u_step));
-      float fade = 1.0 - smoothstep(0.1, 0.9, length(v_away) / u_extent);
-      color = vec4(u_color.rgb * (0.72 - 0.3 * line), u_color.a * fade);
+      vec3 ray = u_rays * vec3(2.0 * gl_FragCoord.xy / u_pixels - 1.0, 1.0);
+      vec2 away = -u_height / ray.z * ray.xy;
+      float line = max(0.5 * lines(u_start + away, u_step), lines(u_start + away, 10.0 * u_step));
+      float fade = 1.0 - smoothstep(0.1, 0.9, length(away) / u_extent);
+      vec4 own = vec4(u_color.rgb * (0.72 - 0.3 * line), u_color.a);
+      vec2 place = u_begin + away * u_repeats;
+      if (u_covered) own = u_color * texture(u_texture, vec2(place.x, 1.0 - place.y));
+      color = vec4(own.rgb, own.a * fade);
     }`,
 };
 

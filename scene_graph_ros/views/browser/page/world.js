@@ -12,6 +12,7 @@ export class World {
     this.renderer = renderer;
     this.items = new Map();
     this.topologies = new Map();
+    this.textures = new Set();
     this.reach = new Map();  // of each mesh: its farthest vertex from its origin
     this.hidden = new Set();
     this.contacts = this.surfaces = null;
@@ -28,6 +29,7 @@ export class World {
       if (block.kind === "time") this.time = block;
       else if (block.kind === "scene") { this.takeScene(block); changed = true; }
       else if (block.kind === "mesh") this.takeMesh(block);
+      else if (block.kind === "texture") this.takeTexture(block);
       else if (block.kind === "poses") this.takePoses(block);
       else if (block.kind === "vertices") this.takeVertices(block);
       else if (block.kind === "contacts") this.contacts = block;
@@ -43,9 +45,12 @@ export class World {
     this.topologies.clear();
     [...this.reach.keys()].forEach((number) => this.renderer.dropMesh(number));
     this.reach.clear();
+    this.textures.forEach((number) => this.renderer.dropTexture(number));
+    this.textures.clear();
   }
 
-  takeScene({ roles, counts, cameras, sliders, appeared, vanished, meshes_gone: gone }) {
+  takeScene({ roles, counts, cameras, sliders, appeared, vanished, meshes_gone: gone,
+    textures_gone: stale }) {
     this.roles = roles;
     this.cameras = cameras;
     this.sliders = sliders;
@@ -64,12 +69,21 @@ export class World {
       this.reach.delete(number);
       this.renderer.dropMesh(number);
     }
+    for (const number of stale) {
+      this.textures.delete(number);
+      this.renderer.dropTexture(number);
+    }
   }
 
-  takeMesh({ number, vertices, triangles, paint }) {
+  takeTexture({ number, width, height, texels }) {
+    this.textures.add(number);
+    this.renderer.setTexture(number, width, height, texels);
+  }
+
+  takeMesh({ number, vertices, triangles, paint, cover }) {
     // The vertices of what deforms come by themselves.
     if (number < 0) this.topologies.set(number, triangles);
-    else this.renderer.setMesh(number, flatForm(vertices, triangles, paint));
+    else this.renderer.setMesh(number, flatForm(vertices, triangles, paint, cover));
     this.reach.set(number, farthest(vertices));
   }
 
