@@ -19,7 +19,14 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.meshes.sources import hull_of
 
-__all__ = ["coal_shape", "drake_shape", "fcl_shape", "hull_triangles", "mujoco_geom"]
+__all__ = [
+    "add_mujoco_geom",
+    "coal_shape",
+    "drake_shape",
+    "fcl_shape",
+    "hull_triangles",
+    "mujoco_geom",
+]
 
 _UP = np.array([0.0, 0.0, 1.0])
 
@@ -114,3 +121,22 @@ def mujoco_geom(shape: Any, name: str) -> tuple[str, str]:
         numbers[1] *= 0.5
     size = " ".join(map(repr, map(float, numbers)))
     return f'type="{type(shape).__name__.lower()}" size="{size}"', ""
+
+
+def add_mujoco_geom(spec: Any, parent: Any, shape: Any, name: str, place: dict[str, Any]) -> None:
+    """Add a geom to a body of an ``MjSpec``; ``place`` has its ``pos`` and ``quat`` (w first)."""
+    types = importlib.import_module("mujoco").mjtGeom
+    if isinstance(shape, HalfSpace):
+        parent.add_geom(type=types.mjGEOM_PLANE, size=[0.0, 0.0, 1.0], **place)
+        return
+    if isinstance(shape, Convex | Mesh):
+        spec.add_mesh(name=name, uservert=hull_triangles(shape)[0].ravel().tolist())
+        parent.add_geom(type=types.mjGEOM_MESH, meshname=name, **place)
+        return
+    size = list(_numbers(shape))
+    if isinstance(shape, Box):
+        size = [0.5 * each for each in size]
+    if isinstance(shape, Capsule | Cylinder):
+        size[1] *= 0.5
+    kind = getattr(types, f"mjGEOM_{type(shape).__name__.upper()}")
+    parent.add_geom(type=kind, size=size + [0.0] * (3 - len(size)), **place)

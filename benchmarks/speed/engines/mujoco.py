@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peer_shapes import hull_triangles
-from benchmarks.speed.scenes import Body, Scene, WORLD
-from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh
+from benchmarks.peer_shapes import add_mujoco_geom
+from benchmarks.speed.scenes import Scene, WORLD
 from scene_graph_ros.geometry.spatial.poses import quaternions_from_poses
 
 __all__ = ["MuJoCo"]
@@ -42,36 +41,13 @@ class MuJoCo:
             bodies.append(body)
         for k, b in enumerate(scene.bodies):
             parent = spec.worldbody if b.frame == WORLD else bodies[b.frame]
-            self._add_geom(spec, parent, b, f"geometry_{k}")
+            place = {"pos": b.X_FG[:3, 3], "quat": _wxyz(b.X_FG[None])[0]}
+            add_mujoco_geom(spec, parent, b.shape, f"geometry_{k}", place)
         for f, g in sorted(scene.excluded):
             spec.add_exclude(bodyname1=f"frame_{f}", bodyname2=f"frame_{g}")
         self._model = spec.compile()
         self._data = self._mujoco.MjData(self._model)
         self.choose(scene.X_WF, 0.0)
-
-    def _add_geom(self, spec: Any, parent: Any, body: Body, name: str) -> None:
-        types, shape = self._mujoco.mjtGeom, body.shape
-        place = {"pos": body.X_FG[:3, 3], "quat": _wxyz(body.X_FG[None])[0]}
-        match shape:
-            case HalfSpace():
-                parent.add_geom(type=types.mjGEOM_PLANE, size=[0.0, 0.0, 1.0], **place)
-            case Convex() | Mesh():
-                spec.add_mesh(name=name, uservert=hull_triangles(shape)[0].ravel().tolist())
-                parent.add_geom(type=types.mjGEOM_MESH, meshname=name, **place)
-            case Box():
-                half = [shape.width / 2, shape.depth / 2, shape.height / 2]
-                parent.add_geom(type=types.mjGEOM_BOX, size=half, **place)
-            case Ellipsoid():
-                size = [shape.a, shape.b, shape.c]
-                parent.add_geom(type=types.mjGEOM_ELLIPSOID, size=size, **place)
-            case Capsule():
-                size = [shape.radius, shape.length / 2, 0.0]
-                parent.add_geom(type=types.mjGEOM_CAPSULE, size=size, **place)
-            case Cylinder():
-                size = [shape.radius, shape.length / 2, 0.0]
-                parent.add_geom(type=types.mjGEOM_CYLINDER, size=size, **place)
-            case _:
-                parent.add_geom(type=types.mjGEOM_SPHERE, size=[shape.radius, 0.0, 0.0], **place)
 
     def choose(self, X_WFs: np.ndarray, max_distance: float) -> None:
         """See Engine."""

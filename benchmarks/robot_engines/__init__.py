@@ -1,0 +1,1 @@
+"""One robot in one scene, as each engine knows it."""

@@ -1,0 +1,101 @@
+"""Drake: its SceneGraphCollisionChecker, one thread."""
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peer_shapes import drake_shape, hull_triangles
+from benchmarks.robot_engines.robot_world import RobotWorld
+from scene_graph_ros.geometry import HalfSpace, Mesh, Shape
+
+__all__ = ["DrakeEngine"]
+
+
+class DrakeEngine:
+    """``CheckConfigsCollisionFree`` and ``CheckEdgesCollisionFree``."""
+
+    name = "Drake"
+
+    def __init__(self, world: RobotWorld, step: float) -> None:
+        self._world, self._step = world, step
+        planning: Any = importlib.import_module("pydrake.planning")
+        tree: Any = importlib.import_module("pydrake.multibody.tree")
+        math: Any = importlib.import_module("pydrake.math")
+        geometry: Any = importlib.import_module("pydrake.geometry")
+        builder = planning.RobotDiagramBuilder(time_step=0.0)
+        plant, graph = builder.plant(), builder.scene_graph()
+        instance = plant.AddModelInstance("robot")
+        around = plant.AddModelInstance("around")
+        inertia = tree.SpatialInertia(1.0, np.zeros(3), tree.UnitInertia(1.0, 1.0, 1.0))
+        frames = [plant.world_body()]
+        for name, turns, parent, X in world.placed_joints():
+            body = plant.AddRigidBody(name, instance, inertia)
+            kind = tree.RevoluteJoint if turns else tree.PrismaticJoint
+            parent_frame = plant.AddFrame(
+                tree.FixedOffsetFrame(
+                    f"parent of {name}",
+                    frames[parent].body_frame(),
+                    math.RigidTransform(X),
+                    instance,
+                )
+            )
+            plant.AddJoint(kind(name, parent_frame, body.body_frame(), [0.0, 0.0, 1.0]))
+            frames.append(body)
+        bodies = []
+        for k, thing in enumerate(world.things):
+            # Pairs are left out by bodies, so each geometry has one of its own; a half space that
+            # is welded to the world, but not of it, makes Drake crash.
+            if isinstance(thing.shape, HalfSpace):
+                bodies.append(plant.world_body())
+                continue
+            body = plant.AddRigidBody(f"thing_{k}", instance if thing.joint else around, inertia)
+            X = math.RigidTransform(np.ascontiguousarray(thing.X))
+            plant.WeldFrames(frames[thing.joint].body_frame(), body.body_frame(), X)
+            bodies.append(body)
+        friction = importlib.import_module("pydrake.multibody.plant").CoulombFriction(1.0, 1.0)
+        ids = []
+        for k, (thing, body) in enumerate(zip(world.things, bodies, strict=True)):
+            is_here = isinstance(thing.shape, HalfSpace)
+            X = math.RigidTransform(np.ascontiguousarray(thing.X) if is_here else np.eye(4))
+            shape = _shape(thing.shape)
+            ids.append(plant.RegisterCollisionGeometry(body, X, shape, f"{k}", friction))
+        filters = graph.collision_filter_manager()
+        for a, b in world.excluded:
+            declaration = geometry.CollisionFilterDeclaration()
+            filters.Apply(
+                declaration.ExcludeBetween(
+                    geometry.GeometrySet(ids[a]), geometry.GeometrySet(ids[b])
+                )
+            )
+        plant.Finalize()
+        self._checker = planning.SceneGraphCollisionChecker(
+            model=builder.Build(),
+            robot_model_instances=[instance],
+            edge_step_size=step,
+            configuration_distance_function=None,
+        )
+        self._single = importlib.import_module("pydrake.common").Parallelism(1)
+
+    def collide(self, q: np.ndarray) -> np.ndarray:
+        """See RobotEngine."""
+        positions = self._world.all_positions(q)
+        free = self._checker.CheckConfigsCollisionFree(positions, parallelize=self._single)
+        return np.array(free) == 0
+
+    def edges_collide(self, edges: np.ndarray, step: float) -> np.ndarray:
+        """See RobotEngine; its step was chosen when it was made."""
+        assert step == self._step
+        ends = [self._world.all_positions(edge) for edge in edges]
+        free = self._checker.CheckEdgesCollisionFree(ends, parallelize=self._single)
+        return np.array(free) == 0
+
+
+def _shape(shape: Shape) -> Any:
+    """Return Drake's shape; of a mesh its hull."""
+    if not isinstance(shape, Mesh):
+        return drake_shape(shape)
+    convex: Any = importlib.import_module("pydrake.geometry").Convex
+    return convex(points=hull_triangles(shape)[0].T, label="hull")

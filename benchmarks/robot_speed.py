@@ -1,0 +1,122 @@
+"""Configurations and edges per second of a Panda in its cell, beside the peers in one run.
+
+``python -m benchmarks.robot_speed`` prints the table. All are called from Python with one thread,
+about the same geometries and pairs. Ours proves edges; the others sample them at steps of 0.05 rad
+and stop at the first collision. To them a mesh is its convex hull: where a finger is in the bowl,
+they differ. Peers that are not installed are
+left out, and that is said; ``make peers`` installs them.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+import os
+import time
+from typing import NamedTuple
+
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
+
+import numpy as np  # noqa: E402
+
+from benchmarks.edge_errors import edges_of  # noqa: E402
+from benchmarks.machine import machine  # noqa: E402
+from benchmarks.robot_engines.drake_engine import DrakeEngine  # noqa: E402
+from benchmarks.robot_engines.mujoco_engine import MuJoCoEngine  # noqa: E402
+from benchmarks.robot_engines.our_engine import OurEngine  # noqa: E402
+from benchmarks.robot_engines.pinocchio_engine import PinocchioEngine  # noqa: E402
+from benchmarks.robot_engines.robot_world import RobotEngine, RobotWorld  # noqa: E402
+from scene_graph_ros.planning import (  # noqa: E402
+    load_robot_diagram,
+    SceneGraphCollisionChecker,
+)
+
+__all__ = ["main"]
+
+_SCENE = "config/scenes/panda_cell.yaml"
+_STEP = 0.05
+_REPEATS = 3
+
+
+class _Row(NamedTuple):
+    name: str
+    configurations: float
+    """Microseconds each."""
+    edges: float
+    """Microseconds each."""
+    apart: int
+    """Configurations of which it says otherwise than ours."""
+    colliding: int
+    """Edges."""
+
+
+def _microseconds(function: Callable[[], np.ndarray], count: int) -> tuple[float, np.ndarray]:
+    """Return the least processor time of a call, per unit of work, and what it returned."""
+    result, times = function(), []
+    for _ in range(_REPEATS):
+        begin = time.process_time()
+        function()
+        times.append(time.process_time() - begin)
+    return min(times) / count * 1e6, result
+
+
+def _engines(checker: SceneGraphCollisionChecker) -> list[RobotEngine]:
+    """Return ours first, and the peers that are installed."""
+    world, found = RobotWorld.of(checker), [OurEngine(checker)]
+    peers: tuple[Callable[[], RobotEngine], ...] = (
+        lambda: DrakeEngine(world, _STEP),
+        lambda: MuJoCoEngine(world),
+        lambda: PinocchioEngine(world),
+    )
+    engines: list[RobotEngine] = [*found]
+    for make in peers:
+        try:
+            engines.append(make())
+        except ImportError as error:
+            print(f"left out: {error}")
+    return engines
+
+
+def _measured(engines: Sequence[RobotEngine], q: np.ndarray, edges: np.ndarray) -> list[_Row]:
+    rows: list[_Row] = []
+    truth = engines[0].collide(q)
+    for engine in engines:
+        each, hits = _microseconds(lambda e=engine: e.collide(q), len(q))  # type: ignore[misc]
+        edge, colliding = _microseconds(
+            lambda e=engine: e.edges_collide(edges, _STEP),  # type: ignore[misc]
+            len(edges),
+        )
+        apart = int((hits != truth).sum())
+        rows.append(_Row(engine.name, each, edge, apart, int(colliding.sum())))
+    return rows
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=1000, help="configurations, and edges")
+    options = parser.parse_args(arguments)
+    load = os.getloadavg()[0]
+    checker = SceneGraphCollisionChecker(load_robot_diagram(_SCENE))
+    tree, rng = checker.model.tree, np.random.default_rng(0)
+    q = rng.uniform(tree.lower, tree.upper, (options.count, tree.num_positions))
+    edges = edges_of(checker, options.count)
+    rows = _measured(_engines(checker), q, edges)
+    ours = rows[0]
+    print(
+        f"{'':18} {'configurations/s':>17} {'ours is':>9} {'edges/s':>9} {'ours is':>9}"
+        f" {'differ':>7} {'collide':>8}"
+    )
+    for row in rows:
+        print(
+            f"{row.name:18} {1e6 / row.configurations:17.0f}"
+            f" {row.configurations / ours.configurations:8.1f}x {1e6 / row.edges:9.0f}"
+            f" {row.edges / ours.edges:8.1f}x {row.apart:7} {row.colliding:8}"
+        )
+    print(f"{len(q)} configurations, {len(edges)} edges, {checker.num_pairs} pairs. ", end="")
+    print(machine(load), end="")
+
+
+if __name__ == "__main__":
+    main()

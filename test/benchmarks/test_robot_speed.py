@@ -1,0 +1,57 @@
+"""The benchmark of robots asks all engines about the same geometries and pairs."""
+
+import re
+
+import numpy as np
+import pytest
+
+from benchmarks import robot_speed
+from benchmarks.robot_engines.pinocchio_engine import PinocchioEngine
+from benchmarks.robot_engines.robot_world import RobotWorld
+from scene_graph_ros.planning import load_robot_diagram, SceneGraphCollisionChecker
+
+
+@pytest.fixture(scope="module")
+def checker():
+    """A Panda in its cell."""
+    return SceneGraphCollisionChecker(load_robot_diagram("config/scenes/panda_cell.yaml"))
+
+
+def test_links_are_where_they_are_for_pinocchio(checker):
+    """Joints by name, also the finger that follows the other one."""
+    world, tree = RobotWorld.of(checker), checker.model.tree
+    q = np.random.default_rng(2).uniform(tree.lower, tree.upper, (5, tree.num_positions))
+    engine = PinocchioEngine(world)
+    joints = [joint.name for joint in tree.joints]
+    frames = [world.things[k].joint - 1 for k in range(len(world.things)) if world.things[k].joint]
+    assert set(frames) <= set(range(len(joints))) and len(set(frames)) >= 8
+    positions = world.all_positions(q)
+    assert positions.shape == (5, 9)
+    np.testing.assert_array_equal(positions[:, 7], positions[:, 8])
+    for each, row in zip(q, positions, strict=True):
+        engine.collides(row)
+        checker.update_positions(each)
+        placed = checker.model_context().query_object()
+        for k, thing in enumerate(world.things):
+            geometry = checker.plan.geometry_ids[k]
+            X_WG = placed.get_pose_in_world(geometry)
+            found = engine.places[k].homogeneous
+            np.testing.assert_allclose(found, X_WG, atol=1e-13, err_msg=str(thing))
+
+
+def test_engines_agree_and_the_table_says_so(capsys, monkeypatch):
+    """Ours and pinocchio with Coal, which are always there; a peer that is missing is named."""
+    monkeypatch.setattr(robot_speed, "_REPEATS", 1)
+    for name in ("DrakeEngine", "MuJoCoEngine"):
+
+        def missing(*arguments, _name=name):
+            raise ImportError(f"no {_name}")
+
+        monkeypatch.setattr(robot_speed, name, missing)
+    robot_speed.main(["--count", "200"])
+    text = capsys.readouterr().out
+    assert "left out: no DrakeEngine" in text and "left out: no MuJoCoEngine" in text
+    rows = re.findall(r"^(.+?) +(\d+) +[\d.]+x +(\d+) +[\d.]+x +(\d+) +(\d+)$", text, re.M)
+    (ours, *_, ours_differ, ours_hit), (theirs, *_, differ, hit) = rows
+    assert (ours, theirs) == ("scene_graph_ros", "pinocchio, Coal")
+    assert int(ours_differ) == int(differ) == 0 and 0 < int(ours_hit) == int(hit)
