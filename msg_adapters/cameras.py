@@ -54,11 +54,13 @@ def camera_from_msg(
 def scene_camera_from_msg(msg: SceneCamera, source: str, renderer: str) -> CameraDescription:
     """Return the camera of ``source`` to register; whether it has the frame is not looked at.
 
+    Nor is whether there is the renderer that it names, ``renderer`` if it names none.
+
     Raises MessageError, naming the camera, for a lens, ranges and a pose that no camera has, and
     what CameraDescription raises.
     """
     try:
-        camera, X_PC = camera_from_msg(msg.description, renderer)
+        camera, X_PC = camera_from_msg(msg.description, msg.renderer or renderer)
     except SceneGraphError as error:
         raise MessageError(f"camera {quoted(msg.name)}: {error}") from error
     frame = msg.description.frame or "world"
@@ -89,6 +91,7 @@ def scene_camera_to_msg(camera: CameraDescription) -> SceneCameraInfo:
                 depth_max=depth_range.max_depth,
             ),
             images=sorted(output.value for output in camera.outputs),
+            renderer=core.renderer_name,
             rate=camera.rate,
         ),
     )

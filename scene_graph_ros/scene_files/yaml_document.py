@@ -108,6 +108,11 @@ class YamlDocument:
         self.data = data
         self._lines = lines
 
+    @property
+    def lines(self) -> dict[tuple[str | int, ...], int]:
+        """The line of each value, by its path."""
+        return self._lines
+
     def location(self, *path: str | int) -> Location:
         """Return where the value at ``path`` is, or where the nearest value around it is."""
         for length in range(len(path), -1, -1):

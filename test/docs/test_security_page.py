@@ -3,6 +3,7 @@
 from pathlib import Path
 import re
 
+from msg_adapters.renderers import MAX_REQUESTED_SAMPLES
 from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises, textures
 from scene_graph_ros.node.runtime.parameters import defaults
@@ -30,6 +31,13 @@ def test_the_limits_are_those_of_the_code():
     }
     limits = {name for name in defaults() if name.startswith("max_")} | set(CONSTANTS)
     assert limits <= set(rows)
+
+
+def test_the_limits_of_renderers_are_those_of_the_code():
+    """Samples, and surfaces on a path, that requests may ask for."""
+    text = " ".join((ROOT / "docs" / "security.md").read_text().split())
+    most = MAX_REQUESTED_SAMPLES
+    assert f"trace {most} samples of a pixel at most, and {most // 16} surfaces on a path" in text
 
 
 def test_the_limits_of_the_browser_are_those_of_the_code():

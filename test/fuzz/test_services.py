@@ -33,6 +33,7 @@ from scene_graph_msgs.msg import (
     Property,
     QueryOptions,
     Region,
+    RendererDescription,
     RobotConfigurations,
     RoleProperties,
     SourceHandle,
@@ -173,7 +174,13 @@ VALID: dict[str, dict[str, Any]] = {
         "source": OWNER,
         "geometries": [sphere("lamp", at=pose(x=1.0))],
     },
-    "RegisterCamera": {"source": OWNER, "cameras": [camera("nose", "hand")]},
+    "RegisterCamera": {
+        "source": OWNER,
+        "cameras": [camera("nose", "hand", renderer="red")],
+        "renderers": [
+            RendererDescription(name="red", type="exact", parameters="default_diffuse: [1, 0, 0]")
+        ],
+    },
     "RegisterDeformableGeometry": {
         "source": OWNER,
         "geometries": [
@@ -194,7 +201,11 @@ VALID: dict[str, dict[str, Any]] = {
     "RemoveRole": {"source": OWNER, "geometries": [BALL], "role": 1},
     "RemoveSource": {"source": OWNER},
     "RemoveRegions": {"names": ["kept"]},
-    "RenderImages": {"camera": "eye", "images": ["color", "depth", "label"]},
+    "RenderImages": {
+        "camera": "eye",
+        "images": ["color", "depth", "label"],
+        "renderer": RendererDescription(type="exact", parameters="default_diffuse: [1, 0, 0]"),
+    },
     "SaveRegions": {"names": ["kept"], "child_name": "all"},
 }
 """A good request of each type, but those that are about surfaces: their kernels take minutes."""

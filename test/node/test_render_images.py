@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scene_graph_msgs.msg import CameraDescription, LabelTable, QueryOptions, Status, WhatIf
+from scene_graph_msgs.msg import (
+    CameraDescription,
+    LabelTable,
+    QueryOptions,
+    RendererDescription,
+    Status,
+    WhatIf,
+)
 
 SCENE = """
 version: 1
@@ -19,6 +26,7 @@ geometries:
     color: [0, 0, 1]
     label: 3
   - {name: plain, source: cell, pose: {xyz: [0, 0, -1]}, shape: {type: box, size: [9, 9, 1]}}
+renderers: [{name: dark, type: exact, default_clear_color: [0, 0, 0]}]
 cameras:
   - {name: eye, source: arm, frame: hand, size: [4, 3], fov_y: 1, images: [depth]}
 """
@@ -167,3 +175,66 @@ def test_meshes_have_the_colours_of_their_files(ask, client, tmp_path):
     assert (image[:, :2] == [153, 0, 0]).all()
     assert (image[:, 2:] == [0, 102, 204]).all()
     assert client.call("RemoveSource", source=loaded.sources[0]).status.code == Status.OK
+
+
+def test_the_renderer_may_be_another(ask):
+    """One of the scene by name, or one of this request: its background is beside the wall."""
+    away = described()
+    away.pose.orientation.x, away.pose.orientation.w = 1.0, 0.0  # turned about x by half a turn
+    away.pose.position.z = -2.0
+
+    def background(camera="", **renderer):
+        described_here = {} if camera else {"description": away}
+        answer = ask(
+            camera=camera,
+            images=["color", "depth"],
+            renderer=RendererDescription(**renderer),
+            **described_here,
+        )
+        assert answer.status.code == Status.OK, answer.status.message
+        return pixels(answer.color[0], np.uint8, 3)[0, 0].tolist()
+
+    assert background() == [204, 229, 255]
+    assert background(name="dark") == [0, 0, 0]
+    own = {"type": "exact", "parameters": "default_clear_color: [1, 0.2, 0]"}
+    assert background(**own) == [255, 51, 0]
+    assert background(type="traced", parameters="samples: 1") == [204, 229, 255]
+    # Of a camera of the scene, which sees the wall.
+    assert background("eye", **own) == [0, 0, 255]
+
+
+@pytest.mark.parametrize(
+    ("renderer", "code", "reason"),
+    [
+        ({"name": "drak"}, Status.UNKNOWN_NAME, "there is no renderer 'drak'"),
+        ({"name": "dark", "type": "exact"}, Status.INVALID_ARGUMENT, "give a renderer's name, or"),
+        (
+            {"parameters": "samples: 3"},
+            Status.INVALID_ARGUMENT,
+            "renderer.type must be 'exact' or",
+        ),
+        (
+            {"type": "gltf_client"},
+            Status.INVALID_ARGUMENT,
+            "renderer.type: 'gltf_client': the node",
+        ),
+        (
+            {"type": "traced", "parameters": "samples: x"},
+            Status.INVALID_ARGUMENT,
+            "renderer.parameters:1: samples: must be an integer, got 'x'",
+        ),
+        # 4 x 3 pixels of 256 samples, 16 by default, and 16 surfaces, 3 by default.
+        (
+            {"type": "traced", "parameters": "{samples: 256, max_depth: 16}"},
+            Status.TOO_LARGE,
+            "pixels: 1152 are more than max_pixels_per_request",
+        ),
+    ],
+)
+def test_renderers_that_are_refused(ask, renderer, code, reason):
+    """Before anything is rendered, with field and value."""
+    answer = ask(
+        description=described(), images=["color"], renderer=RendererDescription(**renderer)
+    )
+    assert answer.status.code == code, answer.status.message
+    assert reason in answer.status.message

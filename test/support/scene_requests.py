@@ -36,7 +36,7 @@ def sphere(name, radius=RADIUS, at=None, roles=(RoleProperties.PROXIMITY,)):
     )
 
 
-def camera(name, frame="", *, images=("depth",), rate=30.0, **fields):
+def camera(name, frame="", *, images=("depth",), rate=30.0, renderer="exact", **fields):
     """Return a camera of 4 x 3 pixels at a frame's origin; ``fields`` are of its description."""
     description = {"pose": pose(), "width": 4, "height": 3, "fov_y": 1.0} | fields
     return SceneCamera(
@@ -44,6 +44,7 @@ def camera(name, frame="", *, images=("depth",), rate=30.0, **fields):
         description=CameraDescription(frame=frame, **description),
         images=list(images),
         rate=rate,
+        renderer=renderer,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,9 +13,15 @@ from msg_adapters.errors import MessageError
 from msg_adapters.images import camera_info_to_msg, FORMS, image_to_msg, ImageForm
 from msg_adapters.labels import label_table_to_msg
 from msg_adapters.poses import poses_to_msg
-from scene_graph_msgs.msg import CameraDescription
+from msg_adapters.renderers import cost_of_pixel, renderer_from_msg
+from scene_graph_msgs.msg import CameraDescription, RendererDescription
 from scene_graph_ros.geometry.errors import UnknownIdError
-from scene_graph_ros.geometry.perception import DepthRenderCamera, ExactRenderEngine
+from scene_graph_ros.geometry.perception import (
+    DepthRenderCamera,
+    ExactRenderEngine,
+    RenderCameraCore,
+    RenderEngine,
+)
 from scene_graph_ros.geometry.perception.default_renderer import DEFAULT_RENDERER
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
@@ -39,18 +46,19 @@ def render_images(request: Any, response: Any, asked: Asked) -> None:
     """Answer RenderImages."""
     snapshot, forms = asked.snapshot, _forms(request.images)
     view = _view(request, snapshot)
-    lens = view.camera.core.intrinsics
+    core, engine = _renderer(request.renderer, view.camera.core, snapshot)
+    lens = core.intrinsics
     pixels = lens.width * lens.height * len(asked.options.configurations)
-    asked.require("max_pixels_per_request", pixels, "pixels")
+    # What the scene has may cost what it costs.
+    cost = cost_of_pixel(engine) if request.renderer.type else 1
+    asked.require("max_pixels_per_request", pixels * cost, "pixels")
     kinds = frozenset().union(*(form.kinds for form in forms.values()))
     named: dict[str, Any] = {"stamp_ns": snapshot.stamp, "frame_id": view.frame_id}
 
     def answer(world: QueryObject) -> tuple[Any, NDArray[np.float64]]:
         X_WC = world.snapshot.pose_in_world(view.parent) @ view.X_PC
-        core, depth_range = view.camera.core, view.camera.depth_range
-        images = _engine(world, core.renderer_name).render(
-            world.snapshot, core, X_WC, kinds, depth_range
-        )
+        depth_range = view.camera.depth_range
+        images = engine.render(world.snapshot, core, X_WC, kinds, depth_range)
         return {name: image_to_msg(f, lens, images, **named) for name, f in forms.items()}, X_WC
 
     answers = asked.each(answer)
@@ -98,12 +106,28 @@ def _view(request: Any, snapshot: WorldSnapshot) -> _View:
     return _View(found.camera, parent, found.X_PC, optical_frame(found))
 
 
-def _engine(world: QueryObject, name: str) -> Any:
-    """Return a renderer; the default one also where the scene has no camera."""
-    engine = world.get_render_engine_by_name(name)
+def _renderer(
+    msg: RendererDescription, core: RenderCameraCore, snapshot: WorldSnapshot
+) -> tuple[RenderCameraCore, RenderEngine]:
+    """Return who renders, and what a camera is to that: it has the renderer's name.
+
+    Raises UnknownIdError for a renderer that is not there, MessageError for one that is named and
+    described, and what ``renderer_from_msg`` raises.
+    """
+    if msg.name and (msg.type or msg.parameters):
+        raise MessageError(
+            f"give a renderer's name, or its type and parameters: renderer.name is"
+            f" {quoted(msg.name)}, renderer.type {quoted(msg.type)}"
+        )
+    if msg.type or msg.parameters:
+        return core, renderer_from_msg(msg, "renderer")
+    name = msg.name or core.renderer_name
+    renderers = snapshot.query.snapshot.state.renderers
+    engine: Any = renderers.get(name)
     if engine is None and name == DEFAULT_RENDERER:
-        return ExactRenderEngine()
+        # The default one is there also where the scene has no camera.
+        engine = ExactRenderEngine()
     if engine is None:
-        known = {DEFAULT_RENDERER, *world.snapshot.state.renderers}
+        known = {DEFAULT_RENDERER, *renderers}
         raise UnknownIdError(f"there is no renderer {quoted(name)}{suggestion(name, known)}")
-    return engine
+    return replace(core, renderer_name=name), engine

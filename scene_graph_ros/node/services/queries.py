@@ -285,6 +285,11 @@ def describe(request: Any, response: Any, asked: Asked) -> None:
             for _, camera in sorted(snapshot.cameras.items())
             if camera.source in owners
         ]
+    renderers = snapshot.query.snapshot.state.renderers
+    if renderers:
+        from msg_adapters.renderers import renderer_to_msg
+
+        response.renderers = [renderer_to_msg(*each) for each in sorted(renderers.items())]
 
 
 def filtered(request: Any, response: Any, asked: Asked) -> None:

@@ -31,6 +31,7 @@ from scene_graph_ros.geometry.model.names import InvalidNameError
 from scene_graph_ros.geometry.model.roles import RoleAssign
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.steps import between_steps
+from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.world import new_token
@@ -257,12 +258,26 @@ def register_camera(request: Any, response: Any, edit: Edit, tools: Tools) -> No
 
     record = _owner(request, edit)
     names = edit.names()
+    if request.renderers:
+        # What reads their parameters is imported with the first of them.
+        from msg_adapters.renderers import renderer_from_msg
+
+        for k, renderer in enumerate(request.renderers):
+            edit.bring_renderer(renderer.name, renderer_from_msg(renderer, f"renderers[{k}]"))
+    known = {DEFAULT_RENDERER, *edit.scene_graph.registered_renderer_names()}
     for description in request.cameras:
         camera = scene_camera_from_msg(description, record.name, DEFAULT_RENDERER)
+        renderer_name = camera.camera.core.renderer_name
+        if renderer_name not in known:
+            hint = suggestion(renderer_name, known)
+            raise UnknownIdError(
+                f"camera {quoted(camera.name)}: there is no renderer {quoted(renderer_name)}{hint}"
+            )
         if camera.frame != "world":
             names.frame_id(camera.frame, record.name)
         edit.add_cameras({camera.name: camera})
     add_default_renderer(edit.scene_graph)
+    edit.drop_unused_renderers()
 
 
 def remove_camera(request: Any, response: Any, edit: Edit, tools: Tools) -> None:

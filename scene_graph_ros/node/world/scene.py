@@ -18,6 +18,7 @@ from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.errors import NameConflictError, OwnershipError, UnknownIdError
 from scene_graph_ros.geometry.model.context import Context
 from scene_graph_ros.geometry.model.names import canonical_name
+from scene_graph_ros.geometry.model.renderers import Renderer
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.steps import between_steps
 from scene_graph_ros.node.runtime.names import DEFAULT_POSE_TYPE
@@ -81,6 +82,8 @@ class Edit:
     """Frames whose poses are in another parent from now on: they begin at their initial ones."""
     moment: Snapshot | None = None
     """Where all is while the edit is made."""
+    brought_renderers: set[str] = field(default_factory=set)
+    """Names of the renderers that requests brought along: they go with their last camera."""
 
     def names(self) -> SceneNames:
         """Return the names of the model as it is now: ask again after a change."""
@@ -131,6 +134,25 @@ class Edit:
                 )
         for name in wanted:
             del self.cameras[name]
+        self.drop_unused_renderers()
+
+    def bring_renderer(self, name: str, engine: Renderer) -> None:
+        """Add a renderer for cameras of a request, unless there is one of that name and kind.
+
+        Raises NameConflictError where it is another, and what ``add_renderer`` raises.
+        """
+        if not self.scene_graph.has_renderer(name):
+            self.scene_graph.add_renderer(name, engine)
+            self.brought_renderers.add(name)
+        elif self.scene_graph.renderer_parameter_yaml(name) != engine.parameter_yaml():
+            raise NameConflictError(f"there is another renderer named {quoted(name)} already")
+
+    def drop_unused_renderers(self) -> None:
+        """Remove what requests brought along and no camera has any more."""
+        used = {each.camera.core.renderer_name for each in self.cameras.values()}
+        for name in self.brought_renderers - used:
+            self.scene_graph.remove_renderer(name)
+        self.brought_renderers &= used
 
     def remove_source(self, record: SourceRecord) -> None:
         """Remove a source with all that it registered, and its cameras."""
@@ -138,6 +160,7 @@ class Edit:
         del self.records[record.name]
         for name in [n for n, each in self.cameras.items() if each.source == record.name]:
             del self.cameras[name]
+        self.drop_unused_renderers()
 
     def add_source(self, name: str, **values: Any) -> SourceRecord:
         """Register a source in the model and on record; raises NameConflictError if taken.
@@ -163,6 +186,7 @@ class Scene:
         self.scene_graph, self.records = edit.scene_graph, edit.records
         self.filter_owners, self.effects_off = edit.filter_owners, frozenset(edit.effects_off)
         self.cameras: Mapping[str, CameraDescription] = dict(edit.cameras)
+        self._brought_renderers = frozenset(edit.brought_renderers)
         self._rehung = frozenset(edit.rehung)
         self.version: int = 0 if before is None else before.version + 1
         inspector = self.scene_graph.model_inspector()
@@ -199,6 +223,7 @@ class Scene:
             attachments=dict(self.attachments),
             paddings=dict(self.paddings),
             moment=self.context.snapshot,
+            brought_renderers=set(self._brought_renderers),
         )
 
     def take_poses(self, before: Scene | None) -> None:

@@ -12,7 +12,7 @@ from scene_requests import camera
 
 from msg_adapters.queries import Options
 from msg_adapters.status import status_from_exception
-from scene_graph_msgs.msg import SourceHandle, Status
+from scene_graph_msgs.msg import RendererDescription, SourceHandle, Status
 import scene_graph_msgs.srv
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.perception import ImageKind
@@ -61,7 +61,13 @@ class Clients:
 
     def register(self, source, *cameras):
         """Register cameras of a source."""
-        self.edit("RegisterCamera", source=self.sources[source], cameras=list(cameras))
+        self.bring(source, (), *cameras)
+
+    def bring(self, source, renderers, *cameras):
+        """Register cameras of a source, with renderers (name, type, parameters)."""
+        told = [RendererDescription(name=n, type=t, parameters=p) for n, t, p in renderers]
+        fields = {"source": self.sources[source], "cameras": list(cameras)}
+        self.edit("RegisterCamera", renderers=told, **fields)
 
     def remove(self, source, *names):
         """Remove cameras of a source."""
@@ -74,6 +80,14 @@ class Clients:
         asked = Asked(self.world.snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
         QUERIES["DescribeScene"].handler(service.Request(**fields), response, asked)
         return response.cameras
+
+    def renderers(self):
+        """Return what DescribeScene tells of renderers, by name."""
+        service = scene_graph_msgs.srv.DescribeScene
+        response = service.Response()
+        asked = Asked(self.world.snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
+        QUERIES["DescribeScene"].handler(service.Request(), response, asked)
+        return {each.name: each for each in response.renderers}
 
     def refusal(self, action, *arguments):
         """Return the status of what is refused; the scene is as it was."""
@@ -238,3 +252,89 @@ def test_a_request_names_no_render_server(clients):
     status = clients.refusal(lambda: clients.edit("LoadScene", text=text))
     assert status.code == Status.INVALID_ARGUMENT
     assert "renderers: white: the node asks a render server only where" in status.message
+
+
+LIGHT = "lights: [{type: point, position: [0, 0, 1], intensity: 2, frame: world}]"
+
+
+def test_a_camera_brings_its_renderer_along(clients):
+    """It is told with all its parameters; described so again it is the same, and is shared."""
+    parameters = f"samples: 4\n{LIGHT}\ndefault_diffuse: [0.5, 0.25, 1]"
+    clients.bring("cell", [("soft", "traced", parameters)], camera("a", renderer="soft"))
+    assert [c.camera.renderer for c in clients.described()] == ["soft", "exact", "exact"]
+    told = clients.renderers()
+    assert set(told) == {"exact", "soft"}
+    assert told["exact"].type == "exact"
+    assert "samples: 4\n" in told["soft"].parameters
+    assert "default_diffuse: [0.5, 0.25, 1.0, 1.0]\n" in told["soft"].parameters
+    same = (told["soft"].name, told["soft"].type, told["soft"].parameters)
+    clients.bring("arm", [same], camera("b", renderer="soft"))
+    assert clients.renderers() == told
+    refused = clients.refusal(
+        clients.bring, "arm", [("soft", "traced", "samples: 5")], camera("c", renderer="soft")
+    )
+    assert refused.code == Status.NAME_CONFLICT
+    assert "another renderer named 'soft'" in refused.message
+
+
+def test_a_renderer_that_was_brought_goes_with_its_last_camera(clients):
+    """Or with the source of that; one that no camera has does not come."""
+    soft = ("soft", "exact", "default_clear_color: [1, 0, 0]")
+    clients.bring("cell", [soft, ("idle", "exact", "")], camera("a", renderer="soft"))
+    clients.register("arm", camera("b", renderer="soft"))
+    assert set(clients.renderers()) == {"exact", "soft"}
+    clients.remove("cell", "a")
+    assert set(clients.renderers()) == {"exact", "soft"}
+    clients.edit("RemoveSource", source=clients.sources["arm"])
+    assert set(clients.renderers()) == {"exact"}
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters", "code", "reason"),
+    [
+        ("fast", "", Status.INVALID_ARGUMENT, r"renderers\[0\].type must be .*, not 'fast'"),
+        ("", "", Status.INVALID_ARGUMENT, "must be 'exact' or 'traced', not ''"),
+        (
+            "gltf_client",
+            "",
+            Status.INVALID_ARGUMENT,
+            "only where the scene says so that it starts",
+        ),
+        (
+            "exact",
+            "samples: 4",
+            Status.INVALID_ARGUMENT,
+            r"renderers\[0\].parameters:1: samples: u",
+        ),
+        (
+            "traced",
+            "seed: 1\nsamples: 0",
+            Status.INVALID_ARGUMENT,
+            "parameters:2: samples: must be",
+        ),
+        ("traced", "samples: 257", Status.INVALID_ARGUMENT, "samples is 257, .* 256 at most"),
+        ("traced", "max_depth: 17", Status.INVALID_ARGUMENT, "max_depth is 17, .* 16 at most"),
+        ("exact", "type: traced", Status.INVALID_ARGUMENT, "type: is no parameter, but a field"),
+        ("exact", "[1]", Status.INVALID_ARGUMENT, "parameters: must be a mapping of parameters"),
+        ("exact", "a: b: c", Status.INVALID_ARGUMENT, "parameters:1: not YAML"),
+        (
+            "exact",
+            "default_diffuse: [2, 0, 0]",
+            Status.INVALID_ARGUMENT,
+            "must be at most 1, got 2",
+        ),
+    ],
+)
+def test_what_no_request_may_bring(clients, kind, parameters, code, reason):
+    """Field, line, name and value are told, and the scene is as it was."""
+    refused = clients.refusal(clients.bring, "cell", [("r", kind, parameters)], camera("a"))
+    assert refused.code == code, refused.message
+    assert re.search(reason, refused.message), refused.message
+
+
+def test_a_camera_names_a_renderer_that_there_is(clients):
+    """With the name that may have been meant."""
+    refused = clients.refusal(clients.register, "cell", camera("a", renderer="exakt"))
+    assert refused.code == Status.UNKNOWN_NAME
+    assert refused.message.startswith("camera 'a': there is no renderer 'exakt'")
+    assert "exact" in refused.message
