@@ -2,7 +2,8 @@
 
 Every pose is new before every query, and its update is part of the time. The engines take turns on
 the same scenes, each a streak of queries long. Writes performance.csv, performance.md and two
-plots. Peers that are not installed are left out, and that is said; ``make bench`` installs them.
+plots. At the end two scenes are rendered, half a minute: ``python -m benchmarks.cameras`` has more
+of them. Peers that are not installed are left out, and that is said; ``make bench`` installs them.
 """
 
 from __future__ import annotations
@@ -38,11 +39,13 @@ __all__ = ["main"]
 _DOCS = Path(__file__).parents[1] / "docs"
 _SIZES = (10, 100, 1000, 10_000)
 _QUICK_SIZES = (10, 100, 1000)
+_CAMERAS = "cameras"
+"""The row that is about images."""
 
 
 def _options(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    keys = [row.key for row in (*ROWS, *SURFACE_ROWS, BUILDING)]
+    keys = [*(row.key for row in (*ROWS, *SURFACE_ROWS, BUILDING)), _CAMERAS]
     parser.add_argument("--rows", nargs="+", choices=keys, default=keys, metavar="ROW",
                         help=f"what to ask: {', '.join(keys)}")  # fmt: skip
     parser.add_argument("--sizes", nargs="*", type=int, default=None, metavar="N",
@@ -81,7 +84,7 @@ def _jobs(options: argparse.Namespace) -> list[tuple[Callable[[], Scene], list[R
     soft = [row for row in (*SURFACE_ROWS, BUILDING) if row.key in options.rows]
     if soft:
         jobs += [(partial(compliant, n, options.seed), soft) for n in options.compliant]
-    return jobs
+    return [(make, asked) for make, asked in jobs if asked]
 
 
 def _measure(
@@ -94,6 +97,16 @@ def _measure(
     if row is BUILDING:
         return measure_building(engines, partial(compliant, scene.size), options.seed)
     return measure(engines, row, scene, options.seconds, say)
+
+
+def _images(seed: int) -> str:
+    """Return the table of two scenes before all renderers, and who was left out."""
+    from benchmarks.cameras.compare import compare_shortly
+    from benchmarks.cameras.report import table
+
+    said: dict[str, None] = {}
+    rows = compare_shortly(said.setdefault, seed=seed)
+    return "\n".join([table(rows), *said, ""])
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -123,6 +136,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"{title}\n\n{report.table([m for m in measured if m.scene == key])}")
     print(report.summary_table(measured))
     print(f"The first query after other work:\n\n{report.first_table(measured)}")
+    if _CAMERAS in options.rows:
+        print(f"Images of 640 x 480, ms of the processor:\n\n{_images(options.seed)}")
     print(f"{time.perf_counter() - started:.0f} s in all")
     if options.quick:
         return

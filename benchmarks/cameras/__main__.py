@@ -15,17 +15,15 @@ import os
 from pathlib import Path
 import time
 
-for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM_THREADS"):
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")  # before they are loaded: times are of one thread
-os.environ.setdefault("MUJOCO_GL", "egl")  # it needs no display
 
 from tqdm import tqdm  # noqa: E402
 
 from benchmarks.cameras import report  # noqa: E402
-from benchmarks.cameras.engines import ENGINES  # noqa: E402
-from benchmarks.cameras.measure import load, measure, Row  # noqa: E402
-from benchmarks.cameras.scenes import lens, SCENES  # noqa: E402
-from benchmarks.cameras.seats import Elsewhere  # noqa: E402
+from benchmarks.cameras.compare import compare  # noqa: E402
+from benchmarks.cameras.measure import Row  # noqa: E402
+from benchmarks.cameras.scenes import SCENES  # noqa: E402
 from benchmarks.machine import machine  # noqa: E402
 
 __all__ = ["main"]
@@ -56,17 +54,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _draw(report.read(options.out / "cameras.csv"), options.out)
         return
     busy, started = os.getloadavg()[0], time.perf_counter()
-    rows: list[Row] = []
     said: dict[str, None] = {}
-    seats = [Elsewhere(kind) for kind in ENGINES]
-    for key in tqdm(options.scenes, unit="scene", disable=None):
-        scene, camera = SCENES[key](options.seed), lens(*options.size)
-        found = load(seats, scene, camera, said.setdefault)
-        frames = 1 if options.quick else options.frames
-        sampled = {"pixels": options.pixels, "seed": options.seed}
-        rows += measure(found, scene, camera, frames=frames, **sampled)
-    for seat in seats:
-        seat.close()
+    rows = compare(
+        tqdm(options.scenes, unit="scene", disable=None),
+        said.setdefault,
+        size=tuple(options.size),
+        frames=1 if options.quick else options.frames,
+        pixels=options.pixels,
+        seed=options.seed,
+    )
     print("\n".join(said))
     notes = machine(busy)
     print(f"{notes}\n{report.table(rows)}\n{time.perf_counter() - started:.0f} s in all")

@@ -34,6 +34,9 @@ class Seat(Protocol):
     def unrounded(self, k: int) -> np.ndarray:
         """Return the same of our renderer before they are float32."""
 
+    def close(self) -> None:
+        """Give back what it has."""
+
 
 class Here:
     """In this process."""
@@ -71,6 +74,11 @@ class Here:
         """See Seat."""
         assert isinstance(self._engine, Ours)
         return self._engine.unrounded(k)
+
+    def close(self) -> None:
+        """See Seat."""
+        if self._engine is not None:
+            self._engine.close()
 
 
 def _serve(kind: type[Engine], pipe: Connection) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
-from benchmarks.cameras import report
+from benchmarks.__main__ import main as benchmarks_main
+from benchmarks.cameras import compare, report
 from benchmarks.cameras.engines import Ours
 from benchmarks.cameras.measure import load, measure, Row, true_depths, UNROUNDED
 from benchmarks.cameras.scenes import ball_mesh, CameraScene, lens, meshes, mixed, SETS
@@ -48,6 +51,19 @@ def test_our_depths_are_the_truth(scene):
     assert image.elsewhere == exact.elsewhere == 0
     assert exact.high_m < ROUNDING < image.median_m < image.high_m < 2.0**-23 * 2.0
     assert min(image.depth_ms, image.label_ms, image.color_ms, image.all_ms) > 0.0
+
+
+def test_a_short_comparison_is_part_of_all(monkeypatch, capsys):
+    """`python -m benchmarks` prints who took how long, and who was left out, once for a scene."""
+    monkeypatch.setattr(compare, "ENGINES", (Ours, Missing))
+    monkeypatch.setattr(compare, "Elsewhere", Here)
+    monkeypatch.setattr(compare, "SHORT", ("mixed-10",))
+    benchmarks_main(["--quick", "--rows", "cameras"])
+    printed = capsys.readouterr().out
+    (ours,) = re.findall(r"^\| scene_graph_ros \|(.*)\|$", printed, re.MULTILINE)
+    times = [float(cell) for cell in ours.split("|")[:4]]
+    assert min(times) > 0.0
+    assert printed.count("Missing is left out of 10 shapes: it is not installed") == 1
 
 
 def test_a_renderer_that_is_wrong_is_seen_to_be():
