@@ -193,7 +193,9 @@ class Server:
         if self.parameter("browser"):
             from scene_graph_ros.node.effects.browser_channels import open_channels
 
-            self.channels = open_channels(self.node, self.request_update)
+            self.channels = open_channels(
+                self.node, self.request_update, lambda: self.world.snapshot
+            )
 
     def _begin_recording(self, loader: SceneLoader) -> None:
         """Record from before the world is made, where the parameter asks for it."""

@@ -8,7 +8,7 @@ from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises, textures
 from scene_graph_ros.node.runtime.parameters import defaults
 from scene_graph_ros.scene_files import yaml_document
-from scene_graph_ros.views.browser import channels, connections, foxglove_talk, server
+from scene_graph_ros.views.browser import assets, channels, connections, foxglove_talk, server
 
 ROOT = Path(__file__).parents[2]
 CONSTANTS = {
@@ -31,6 +31,12 @@ def test_the_limits_are_those_of_the_code():
     }
     limits = {name for name in defaults() if name.startswith("max_")} | set(CONSTANTS)
     assert limits <= set(rows)
+
+
+def test_the_limit_of_files_is_that_of_the_code():
+    """Of a mesh that a client fetches, in MiB."""
+    text = " ".join((ROOT / "docs" / "browser.md").read_text().split())
+    assert f"up to {assets.MAX_ASSET_BYTES >> 20} MiB each" in text
 
 
 def test_the_limits_of_renderers_are_those_of_the_code():

@@ -10,6 +10,7 @@ from foxglove_client import FoxgloveClient
 from geometry_msgs.msg import Transform, Vector3
 from node_harness import diagnostics_values, wait_until
 import numpy as np
+from pictured_files import board, png, write_obj
 import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
@@ -33,6 +34,7 @@ cameras:
 """
 
 ILLUSTRATION = "/scene_graph/markers/illustration"
+PERCEPTION = "/scene_graph/markers/perception"
 PROXIMITY = "/scene_graph/markers/proximity"
 CONTACTS = "/scene_graph/contacts"
 IMAGE = "/scene_graph/cameras/eye/color/image"
@@ -42,7 +44,10 @@ IMAGE = "/scene_graph/cameras/eye/color/image"
 def node(start_node, tmp_path_factory):
     """A node with a view on a port that is free."""
     path = tmp_path_factory.mktemp("scene") / "scene.yaml"
-    path.write_text(SCENE)
+    cup = "{name: cup, source: cell, shape: {type: mesh, file: cup.obj}, roles: {perception: {}}}"
+    path.write_text(SCENE.replace("cameras:", f"  - {cup}\ncameras:"))
+    (path.parent / "board.png").write_bytes(png(board()))
+    write_obj(path.parent, [(None, "board.png")], "cup")
     return start_node(
         {"scene": path, "browser": True, "browser_port": 0, "diagnostics_rate": 20.0}
     )
@@ -89,7 +94,7 @@ def test_all_topics_of_the_node_are_offered_with_their_definitions(foxglove):
     for topic, kind in offered.items():
         channel = foxglove.take_until(lambda topic=topic: foxglove.channel(topic))
         assert channel["schemaName"] == kind
-    assert foxglove.info["capabilities"] == []
+    assert foxglove.info["capabilities"] == ["assets"]
     assert foxglove.info["name"] == "/scene_graph"
 
 
@@ -106,6 +111,20 @@ def test_markers_are_whole_at_first_and_then_what_moved(foxglove, move):
 
     moved = foxglove.take_message(1, lambda m: position(m) == [[1.0, 2.0, 3.0]], ILLUSTRATION)
     assert len(moved.markers) == 1
+
+
+def test_a_mesh_is_fetched_by_the_address_in_its_marker(foxglove):
+    """With what its file names, beside it; and nothing else, wherever it is."""
+    foxglove.subscribe(PERCEPTION, 3)
+    whole = foxglove.take_message(3, lambda m: len(m.markers) == 2, PERCEPTION)
+    (address,) = [marker.mesh_resource for marker in whole.markers if marker.mesh_resource]
+    assert address.startswith("file:///")
+    assert b"mtllib cup.mtl" in foxglove.fetch(1, address)
+    assert b"map_Kd board.png" in foxglove.fetch(2, address.replace("cup.obj", "cup.mtl"))
+    assert foxglove.fetch(3, address.replace("cup.obj", "board.png")) == png(board())
+    for number, name in ((4, "scene.yaml"), (5, "none.obj")):
+        refused = foxglove.fetch(number, address.replace("cup.obj", name))
+        assert refused.startswith("no mesh of the scene is of ")
 
 
 def test_contacts_have_the_stamp_of_the_poses(foxglove, move):
@@ -186,7 +205,7 @@ def test_simulated_time_is_the_time_of_messages(start_node, client, tmp_path):
         return 12 * 10**9 in foxglove.times
 
     wait_until(is_told, "the simulated time")
-    assert foxglove.info["capabilities"] == ["time"]
+    assert foxglove.info["capabilities"] == ["time", "assets"]
     topic = "/simulated/markers/illustration"
     foxglove.subscribe(topic, 1)
     foxglove.take_until(lambda: foxglove.messages[1])

@@ -42,12 +42,19 @@ class FoxgloveClient:
         self.channels: dict[int, dict[str, Any]] = {}
         self.errors: list[str] = []
         self.times: list[int] = []
+        self.assets: dict[int, bytes | str] = {}
+        """Answers to requests for files by their numbers: what was sent, or why nothing was."""
         self.messages: dict[int, list[tuple[int, bytes]]] = {}
         """Times and bytes of messages by subscription."""
 
     def say(self, operation: str, **fields: Any) -> None:
         """Send a message."""
         self.socket.send(json.dumps({"op": operation, **fields}))
+
+    def fetch(self, request: int, uri: str) -> bytes | str:
+        """Ask for a file, and return what it holds, or why it is not sent."""
+        self.say("fetchAsset", uri=uri, requestId=request)
+        return self.take_until(lambda: self.assets.get(request))
 
     def channel(self, topic: str) -> dict[str, Any] | None:
         """Return the channel of a topic, None where it is not offered."""
@@ -90,6 +97,13 @@ class FoxgloveClient:
         if message[0] == 2:
             assert "time" in self.info["capabilities"]
             self.times.append(struct.unpack("<Q", message[1:])[0])
+            return
+        if message[0] == 4:
+            assert "assets" in self.info["capabilities"]
+            request, status, length = struct.unpack_from("<IBI", message, 1)
+            said, data = message[10 : 10 + length].decode(), message[10 + length :]
+            assert (status == 0) == (not said)
+            self.assets[request] = said if status else data
             return
         assert message[0] == 1
         subscription, time = struct.unpack_from("<IQ", message, 1)

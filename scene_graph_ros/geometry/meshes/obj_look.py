@@ -27,6 +27,8 @@ class ObjLook(NamedTuple):
     materials: list[MtlMaterial]
     row: NDArray[np.int32]
     """(m,) into ``materials``, in the order of ``load_surface``; -1 for none."""
+    libraries: tuple[Path, ...]
+    """The MTL files that were read."""
 
 
 _looks: BuildCache[ObjLook | None] = BuildCache(_CAPACITY)
@@ -56,6 +58,7 @@ def _read(path: Path, count: int) -> ObjLook | None:
         )
         return None
     known: dict[str, MtlMaterial] = {}
+    libraries: list[Path] = []
     for library in uses.libraries:
         name = f"{str(path)!r} names the materials {library!r}"
         try:
@@ -63,6 +66,7 @@ def _read(path: Path, count: int) -> ObjLook | None:
         except MeshError as error:
             warn_of_color(f"{name}, shown without their colours: {error}")
             continue
+        libraries.append(path.parent / library)
         folder = str(Path(library).parent)
         known |= {key: _beside(material, folder) for key, material in materials.items()}
     told = {name: m for name, m in known.items() if m != MtlMaterial()}
@@ -71,7 +75,8 @@ def _read(path: Path, count: int) -> ObjLook | None:
         warn_of_color(
             f"mesh file {str(path)!r}: no colour (Kd) of material {', '.join(missing[:5])}"
         )
-    return ObjLook([told.get(name, MtlMaterial()) for name in uses.materials], uses.row)
+    materials_used = [told.get(name, MtlMaterial()) for name in uses.materials]
+    return ObjLook(materials_used, uses.row, tuple(libraries))
 
 
 def _beside(material: MtlMaterial, folder: str) -> MtlMaterial:

@@ -6,17 +6,26 @@ Imported only where the parameter `browser` asks for it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
 from rclpy.node import Node
 
 from msg_adapters.definitions import definition_with_parts
+from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.views.browser.assets import SceneAssets
 from scene_graph_ros.views.browser.channels import Channels
 
 __all__ = ["open_channels"]
 
 
-def open_channels(node: Node, wanted: Callable[[], None]) -> Channels:
-    """Return what each topic of ``node`` is to be offered in; ``wanted`` asks for an update."""
+def open_channels(
+    node: Node, wanted: Callable[[], None], newest: Callable[[], WorldSnapshot]
+) -> Channels:
+    """Return what each topic of ``node`` is to be offered in; ``wanted`` asks for an update.
+
+    Files of meshes are offered, too, of the ``newest`` snapshot's scene.
+    """
     clock = node.get_clock()
     return Channels(
         node.get_fully_qualified_name(),
@@ -24,4 +33,30 @@ def open_channels(node: Node, wanted: Callable[[], None]) -> Channels:
         clock=lambda: max(clock.now().nanoseconds, 0),
         is_simulated=lambda: bool(clock.ros_time_is_active),
         wanted=wanted,
+        assets=_NewestAssets(newest).read,
     )
+
+
+class _NewestAssets:
+    """The files of the scene that there is now, looked for when the first is asked for."""
+
+    def __init__(self, newest: Callable[[], WorldSnapshot]) -> None:
+        self._newest = newest
+        self._known: tuple[int, SceneAssets] | None = None
+
+    def read(self, address: str) -> bytes:
+        """Return the file of an address. Raises AssetError."""
+        snapshot, known = self._newest(), self._known
+        if known is None or known[0] != snapshot.scene_version:
+            known = (snapshot.scene_version, SceneAssets(snapshot.inspector, _addressing))
+            self._known = known
+        return known[1].read(address)
+
+
+def _addressing() -> Callable[[Path], str]:
+    """Return what returns the address of a mesh's file, as markers have it."""
+    # Only clients that ask for files need it.
+    from msg_adapters.meshes import resource_uri
+    from scene_graph_ros.node.effects.markers import package_shares
+
+    return partial(resource_uri, package_shares=package_shares())

@@ -53,12 +53,15 @@ class Channels:
         clock: Callable[[], int] = time.time_ns,
         is_simulated: Callable[[], bool] = lambda: False,
         wanted: Callable[[], None] = lambda: None,
+        assets: Callable[[str], bytes] | None = None,
     ) -> None:
         """``name`` is told to clients, with ``definition(kind)`` of the channels' messages.
 
         ``clock`` returns the time of messages in ns, which clients are told by itself where it
-        ``is_simulated``. ``wanted`` is called when a channel is to be written to soon.
+        ``is_simulated``. ``wanted`` is called when a channel is to be written to soon. ``assets``
+        returns the file of an address, or raises AssetError; without it none are offered.
         """
+        self.assets = assets
         self.name, self.clock, self.is_simulated, self.wanted = name, clock, is_simulated, wanted
         self.definition = functools.lru_cache(None)(definition)
         self.session = str(time.time_ns())
@@ -256,7 +259,8 @@ class Subscriber:
         channels = self._channels
         if not self._is_greeted:
             self._is_greeted = True
-            return server_info(channels.name, channels.session, tells_time=self.tells_time)
+            offered = {"tells_time": self.tells_time, "has_assets": channels.assets is not None}
+            return server_info(channels.name, channels.session, **offered)
         with channels.lock:
             is_first, told = self._told is None, self._told or set()
             gone = told - channels.open.keys()

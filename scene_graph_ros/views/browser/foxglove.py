@@ -20,6 +20,8 @@ __all__ = [
     "Request",
     "RequestError",
     "advertisement",
+    "asset_data",
+    "asset_error",
     "message_data",
     "parse_request",
     "server_info",
@@ -34,11 +36,11 @@ SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 _ERROR = 2
 _MESSAGE_DATA = struct.Struct("<BIQ")
 _TIME = struct.Struct("<BQ")
+_ASSET = struct.Struct("<BIBI")
 
 _NOT_OFFERED = frozenset(
     {
         "advertise",
-        "fetchAsset",
         "getParameters",
         "setParameters",
         "subscribeConnectionGraph",
@@ -73,16 +75,18 @@ class Request(NamedTuple):
     """Numbers that it chose for subscriptions, and of their channels."""
     unsubscribe: tuple[int, ...] = ()
     """Numbers of subscriptions."""
+    asset: tuple[int, str] | None = None
+    """The number of a request for a file, and its address."""
     not_offered: str = ""
     """What it asks for that this server does not do."""
 
 
-def server_info(name: str, session: str, *, tells_time: bool) -> str:
+def server_info(name: str, session: str, *, tells_time: bool, has_assets: bool) -> str:
     """Return what a client is told first; ``session`` differs from those of other servers."""
     return _text(
         "serverInfo",
         name=name,
-        capabilities=["time"] if tells_time else [],
+        capabilities=["time"] * tells_time + ["assets"] * has_assets,
         metadata={},
         sessionId=session,
     )
@@ -124,6 +128,17 @@ def time_data(time: int) -> bytes:
     return _TIME.pack(2, time)
 
 
+def asset_data(request: int, data: bytes) -> bytes:
+    """Return the answer to a request for a file."""
+    return _ASSET.pack(4, request, 0, 0) + data
+
+
+def asset_error(request: int, text: str) -> bytes:
+    """Return the answer to a request for a file that is not sent."""
+    said = text.encode()
+    return _ASSET.pack(4, request, 1, len(said)) + said
+
+
 def parse_request(text: str) -> Request:
     """Return what a client's message says. Raises RequestError for what is no message."""
     try:
@@ -137,6 +152,11 @@ def parse_request(text: str) -> Request:
     if operation == "unsubscribe":
         numbers = _list(content, "subscriptionIds")
         return Request(unsubscribe=tuple(_number({"id": n}, "id") for n in numbers))
+    if operation == "fetchAsset":
+        address = content.get("uri")
+        if not isinstance(address, str):
+            raise RequestError(f"uri is no text: {quoted(address)}")
+        return Request(asset=(_number(content, "requestId"), address))
     if isinstance(operation, str) and operation in _NOT_OFFERED:
         return Request(not_offered=operation)
     raise RequestError(f"op is no operation of the protocol: {quoted(operation)}")

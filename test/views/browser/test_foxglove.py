@@ -12,6 +12,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from scene_graph_ros.views.browser import channels as channels_module
 from scene_graph_ros.views.browser import connections
+from scene_graph_ros.views.browser.assets import AssetError
 from scene_graph_ros.views.browser.channels import Channels
 from scene_graph_ros.views.browser.foxglove import parse_request, RequestError
 from scene_graph_ros.views.browser.server import BrowserView
@@ -20,8 +21,8 @@ from scene_graph_ros.views.browser.server import BrowserView
 class Offering:
     """A view that offers channels."""
 
-    def __init__(self, **options):
-        self.channels = Channels("/node", "definition of {}".format)
+    def __init__(self, assets=None, **options):
+        self.channels = Channels("/node", "definition of {}".format, assets=assets)
         self.refused, self.failures = [], []
         self.view = BrowserView(
             "127.0.0.1",
@@ -91,7 +92,7 @@ def test_what_is_not_offered_is_told_and_the_client_stays(offer):
     """Clients of other servers may publish, set parameters and call services: here not."""
     shown = offer()
     client = shown.client()
-    for operation in ("advertise", "setParameters", "getParameters", "fetchAsset"):
+    for operation in ("advertise", "setParameters", "getParameters", "subscribeConnectionGraph"):
         client.say(operation, channels=[], parameters=[], uri="file:///etc/passwd", requestId=1)
     client.take_until(lambda: len(client.errors) == 4)
     assert client.info["capabilities"] == []
@@ -191,3 +192,37 @@ def test_a_stuck_client_costs_others_nothing_and_is_cut_off(offer, monkeypatch):
     assert shown.channels.dropped > 50
     other.close()
     assert urlsplit(shown.address).port
+
+
+def test_files_are_sent_by_their_addresses(offer):
+    """Each request has its answer: what the file holds, or why it is not sent."""
+
+    def read(address):
+        if address == "package://a/b.stl":
+            return bytes(range(256)) * 5000
+        raise AssetError(f"none is at {address}")
+
+    shown = offer(assets=read)
+    client = shown.client()
+    assert client.fetch(7, "package://a/b.stl") == bytes(range(256)) * 5000
+    assert client.info["capabilities"] == ["assets"]
+    assert client.fetch(2**32 - 1, "file:///etc/passwd") == "none is at file:///etc/passwd"
+    # Others go on beside it, in one connection.
+    channel = shown.channels.channel("/t", "a_msgs/msg/B")
+    client.subscribe("/t", 5)
+    until(channel.is_heard, "a subscription")
+    for number in range(10, 30):
+        client.say("fetchAsset", uri="package://a/b.stl", requestId=number)
+    channel.write(b"beside")
+    client.take_until(lambda: client.messages[5] and len(client.assets) == 22)
+    client.say("fetchAsset", uri=7, requestId=1)
+    assert client.wait_closed()[1].startswith("uri is no text: 7")
+
+
+def test_a_view_without_files_says_so(offer):
+    """By name, to who asks all the same."""
+    client = offer().client()
+    client.say("fetchAsset", uri="package://a/b.stl", requestId=1)
+    client.take_until(lambda: client.info)
+    client.info["capabilities"] = ["assets"]  # as if it had been offered
+    assert "does not offer fetchAsset" in client.take_until(lambda: client.assets.get(1))
