@@ -40,6 +40,10 @@ HULL_COPLANARITY = 1e-13
 """Relative to the extent of a hull: triangles this close to a plane become one face, so that the
 support of a merged face is off by less than a tenth of the promised 1e-12."""
 
+CELL_MARGIN = 1e-12
+"""Relative to the largest coordinate of a hull: a vertex is left out of a cell of directions only
+where another lies further along all of them by more, so that rounding can't choose it."""
+
 FLAT_SIMPLEX = 64.0 * EPSILON
 """Relative to the product of its edges: a simplex with less area or volume counts as flat, since
 rounding of its corners alone can give it that much."""

@@ -128,7 +128,7 @@ def numbers_of(count, size, rng):
 
 def extent(core, d):
     """Return how far a core reaches along the unit vector d of its frame."""
-    x, _ = getattr(questions.support, "py_func", questions.support)(core, NO_HULLS, tuple(d), -1)
+    x, _ = getattr(questions.support, "py_func", questions.support)(core, NO_HULLS, tuple(d))
     return float(np.dot(x, d)) + core[2]
 
 

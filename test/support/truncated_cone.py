@@ -74,7 +74,7 @@ CAP_SHARE = 0.98
 
 
 @lean_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index) of a point of the rim that lies further, or the middle of an end."""
     low, high, half = core[3][0], core[3][1], core[3][2]
     radial = math.sqrt(d[0] * d[0] + d[1] * d[1])
@@ -182,7 +182,7 @@ def neighbor(placed, hulls, now, a, d, allowed):
 def touched(placed, hulls, d, tie):
     """Return the rim that lies further."""
     core, R = placed.core, placed.R
-    x, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    x, _ = support(core, hulls, rotate_inverse(R, d))
     return _end(placed, RIM, x[2] > 0.0)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes.distinct_rows import distinct_rows, used_indices
+from scene_graph_ros.geometry.meshes.vertex_cells import VertexCells
 from scene_graph_ros.geometry.tolerances import HULL_COPLANARITY, HULL_FLATNESS
 
 __all__ = ["Hull", "convex_hull"]
@@ -28,6 +29,8 @@ class Hull(NamedTuple):
     """(f, 3) unit, out of the hull."""
     offsets: np.ndarray
     """(f,): inside is where ``normals @ x <= offsets``."""
+    cells: VertexCells | None = None
+    """Of a hull for queries with more vertices than ``vertex_cells.CELL_LIMIT``."""
 
 
 def convex_hull(points: np.ndarray) -> Hull:

@@ -24,6 +24,7 @@ from scene_graph_ros.geometry.meshes.io import (
     VOLUME_FILE_TYPES,
 )
 from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
+from scene_graph_ros.geometry.meshes.vertex_cells import cells_of
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.tolerances import MAX_SHAPE_SIZE
@@ -107,7 +108,8 @@ def hull_of(shape: MeshShape) -> Hull:
         vertices, triangles = load_surface(shape)
         if shape.kind == ShapeKind.MESH and len(triangles):
             vertices = vertices[used_indices(triangles, len(vertices))[0]]
-        return convex_hull(vertices)
+        hull = convex_hull(vertices)
+        return hull._replace(cells=cells_of(hull.vertices))
 
     return _hulls.get(source_identity(shape), build)
 

@@ -115,7 +115,7 @@ def _try_faces(pair, distance, best):
     for k in range(plane_count(pair.core_A, pair.hulls)):
         out, offset = plane_of(pair.core_A, pair.hulls, k)
         if dot(out, pair.p) > 0.0:  # the others face away from B
-            b, _ = placed_support(body_B(pair), pair.hulls, scale(-1.0, out), -1)
+            b, _ = placed_support(body_B(pair), pair.hulls, scale(-1.0, out))
             along = dot(out, b) - offset
             if along > distance:
                 distance, best = along, scale(-1.0, out)
@@ -186,8 +186,8 @@ def _searched(pair, n, distance, work):
     n: one that is not much deeper, which saves most of the others. Without a proof, n and the
     distance along it are the best found.
     """
-    a, _ = support(pair.core_A, pair.hulls, scale(-1.0, n), -1)
-    b, _ = placed_support(body_B(pair), pair.hulls, n, -1)
+    a, _ = support(pair.core_A, pair.hulls, scale(-1.0, n))
+    b, _ = placed_support(body_B(pair), pair.hulls, n)
     size = norm(a) + norm(b) + norm(pair.p)
     known = scale(0.0, n)
     depth = (1.0 + TIE * EPSILON) * (TIE * EPSILON * size - distance)

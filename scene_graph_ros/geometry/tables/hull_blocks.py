@@ -1,15 +1,17 @@
 """Convex hulls in one array of floats, a block for each, for algorithms that visit vertices.
 
-A block starts with four numbers: how many vertices and faces there are, where its faces and where
-its edges start; then for each of SECTORS parts of the sphere the vertex furthest along its middle,
-where a climb to the furthest vertex begins. Then come its vertices, in groups of GROUP: their x,
-their y, their z (m), and where the neighbors of each are listed; the last vertex fills up the last
-group. A vertex' place is that of its x. A list is its length, then where in the array the
-neighbors are. A face is its unit outward normal, its plane's offset (m), and where its corners are
-listed, counter-clockwise seen from outside. The edges begin with their count; each is where one of
-its ends is, which two of the block's faces share it, and where its other end is. They are there
-for solid hulls of up to SCAN_LIMIT vertices; others have the count 0. Places are
-indices of the whole array, as floats.
+A block starts with HEADER numbers: how many vertices and faces there are, where its faces, its
+edges and its cells start, and how many cells an edge of the cube has (``meshes.vertex_cells``).
+Then come its vertices, in groups of GROUP: their x, their y, their z (m), and where the neighbors
+of each are listed; the last vertex fills up the last group. A vertex' place is that of its x. A
+list is its length, then where in the array the neighbors are. A face is its unit outward normal,
+its plane's offset (m), and where its corners are listed, counter-clockwise seen from outside. The
+edges begin with their count; each is where one of its ends is, which two of the block's faces
+share it, and where its other end is. They are there for solid hulls of up to SCAN_LIMIT vertices;
+others have the count 0. For each cell there is where its groups start and how many there are, then
+come these: of the vertices that may lie furthest along a direction of the cell, the coordinates as
+above, and their places. Hulls of up to CELL_LIMIT vertices have none. Places are indices of the
+whole array, as floats.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull import Hull
+from scene_graph_ros.geometry.meshes.vertex_cells import cell_of, VertexCells
 from scene_graph_ros.geometry.tables.vertex_scan import furthest_of_groups, GROUP
 
 __all__ = [
@@ -38,10 +41,7 @@ __all__ = [
     "vertex_place",
 ]
 
-SECTORS = 24
-"""A sector has directions of the same signs and largest component, 36 degrees about its middle."""
-
-HEADER = 4 + SECTORS
+HEADER = 8
 STRIDE = 4 * GROUP
 """Numbers of a group of vertices."""
 FACE_STRIDE = 5
@@ -51,17 +51,6 @@ EDGE_STRIDE = 4
 
 SCAN_LIMIT = 32
 """Hulls up to this many vertices have their edges listed, and all their features are looked at."""
-
-CLIMB_LIMIT = 512
-"""Hulls up to this many vertices are scanned for the furthest one: in order, which the processor
-foresees. In larger ones a climb over the edges is faster."""
-
-
-def _middles() -> NDArray[np.float64]:
-    """Return the (SECTORS, 3) middle directions, in the order of ``_sector``."""
-    signs = np.array([[1.0 if o >> k & 1 else -1.0 for k in range(3)] for o in range(8)])
-    shares = np.ones((3, 3)) + np.eye(3)
-    return np.array((signs[:, None, :] * shares[None, :, :]).reshape(SECTORS, 3))
 
 
 def _lists(
@@ -92,6 +81,22 @@ def _groups(rows: NDArray[np.float64]) -> NDArray[np.float64]:
     return full.reshape(-1, GROUP, 4).swapaxes(1, 2).ravel()
 
 
+def _cells(cells: VertexCells | None, rows: NDArray[np.float64], at: int) -> NDArray[np.float64]:
+    """Return the cells that start at a place, of vertices with the rows (v, 4)."""
+    if cells is None:
+        return np.zeros(0)
+    groups = -(-cells.counts // GROUP)
+    ends = np.cumsum(groups)
+    table = np.stack([at + 2 * len(groups) + STRIDE * (ends - groups), groups], axis=1)
+    # Each cell's last vertex fills up its last group.
+    slots = np.arange(GROUP * int(ends[-1]))
+    cell = np.repeat(np.arange(len(groups)), GROUP * groups)
+    slots -= GROUP * (ends - groups)[cell]
+    begins = np.cumsum(cells.counts) - cells.counts
+    chosen = cells.numbers[begins[cell] + np.minimum(slots, cells.counts[cell] - 1)]
+    return np.concatenate([table.ravel().astype(np.float64), _groups(rows[chosen])])
+
+
 def _edges(hull: Hull) -> NDArray[np.float64]:
     """Return the (e, 4) edges (vertex, face, face, vertex) of a hull, none if it has many."""
     if len(hull.vertices) > SCAN_LIMIT or len(hull.normals) < 4:
@@ -111,7 +116,7 @@ def pack_blocks(
     hulls: Sequence[Hull],
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return (block_start (h,), blocks (P,)) of hulls."""
-    starts, parts, start, middles = [], [], 0, _middles()
+    starts, parts, start = [], [], 0
     for hull in hulls:
         vertices, faces = len(hull.vertices), len(hull.normals)
         lists_at = start + HEADER + STRIDE * -(-vertices // GROUP)
@@ -119,9 +124,12 @@ def pack_blocks(
         corners_at, corners, edges_at = _lists(hull.faces, faces_at + FACE_STRIDE * faces, start)
         edges = _edges(hull)
         edges[:, [0, 3]] = _places(start, edges[:, [0, 3]].astype(np.int64))
+        cells_at = edges_at + 1 + edges.size
+        rows = np.column_stack([hull.vertices, _places(start, np.arange(vertices))])
+        cells = _cells(hull.cells, rows, cells_at)
+        side = 0 if hull.cells is None else hull.cells.side
         parts += [
-            np.array([vertices, faces, faces_at, edges_at]),
-            _places(start, np.argmax(hull.vertices @ middles.T, axis=0)).astype(np.float64),
+            np.array([vertices, faces, faces_at, edges_at, cells_at, side, 0.0, 0.0]),
             _groups(np.column_stack([hull.vertices, list_at])),
             neighbors,
             np.column_stack([hull.normals, hull.offsets, corners_at]).ravel()
@@ -130,9 +138,10 @@ def pack_blocks(
             corners,
             np.array([float(len(edges))]),
             edges.ravel(),
+            cells,
         ]
         starts.append(start)
-        start = edges_at + 1 + edges.size
+        start = cells_at + cells.size
     return np.array(starts, dtype=np.int64), np.concatenate([np.zeros(0), *parts])
 
 
@@ -176,62 +185,23 @@ def list_of_neighbors(blocks, place):
 
 
 @lean_kernel
-def _along(blocks, k, d):
-    v = vertex(blocks, k)
-    return v[0] * d[0] + v[1] * d[1] + v[2] * d[2]
-
-
-@lean_kernel
-def _sector(d):
-    """Return the sector that the direction d is in."""
-    x, y, z = abs(d[0]), abs(d[1]), abs(d[2])
-    axis = 2
-    if x >= y and x >= z:
-        axis = 0
-    elif y >= z:
-        axis = 1
-    return 3 * (int(d[0] > 0.0) + 2 * int(d[1] > 0.0) + 4 * int(d[2] > 0.0)) + axis
-
-
-@lean_kernel
 def likely_vertex(blocks, start, p):
     """Return where a vertex of a block is that is probably the nearest to p, outside of it."""
     v = vertex(blocks, start + HEADER)
-    way = (p[0] - v[0], p[1] - v[1], p[2] - v[2])
-    if int(blocks[start]) <= SCAN_LIMIT:
-        return furthest_vertex(blocks, start, way, -1)
-    return int(blocks[start + 4 + _sector(way)])
+    return furthest_vertex(blocks, start, (p[0] - v[0], p[1] - v[1], p[2] - v[2]))
 
 
 @lean_kernel
-def furthest_vertex(blocks, start, d, hint):
-    """Return where the vertex of a block is that lies furthest along d.
+def furthest_vertex(blocks, start, d):
+    """Return where the vertex of a block is that lies furthest along d, the first of several.
 
-    Most hulls are scanned. Large ones are climbed along their edges, from the vertex furthest
-    along the sector of d, or from ``hint`` (the place of a vertex, or -1) if that lies further; a
-    vertex no neighbor of which lies further is furthest, because the hull is convex. Each step
-    gains, so there are at most as many steps as vertices.
+    Of a hull with cells only the vertices of the cell of d are looked at.
     """
-    first = start + HEADER
-    count = int(blocks[start])
-    groups = (count + GROUP - 1) // GROUP
-    if count <= CLIMB_LIMIT:
-        return furthest_of_groups(blocks, first, groups, d[0], d[1], d[2])
-    best = int(blocks[start + 4 + _sector(d)])
-    height = _along(blocks, best, d)
-    if first <= hint < first + STRIDE * groups:
-        along = _along(blocks, hint, d)
-        if along > height:
-            best, height = hint, along
-    for _ in range(count):
-        before = best
-        neighbors = list_of_neighbors(blocks, before)
-        for slot in range(neighbors + 1, neighbors + 1 + int(blocks[neighbors])):
-            k = int(blocks[slot])
-            along = _along(blocks, k, d)
-            if along > height:
-                best = k
-                height = along
-        if best == before:
-            break
-    return best
+    side = int(blocks[start + 5])
+    if side == 0 or not max(abs(d[0]), abs(d[1]), abs(d[2])) > 0.0:
+        groups = (int(blocks[start]) + GROUP - 1) // GROUP
+        return furthest_of_groups(blocks, start + HEADER, groups, d[0], d[1], d[2])
+    cell = int(blocks[start + 4]) + 2 * cell_of(d, side)
+    first, groups = int(blocks[cell]), int(blocks[cell + 1])
+    best = furthest_of_groups(blocks, first, groups, d[0], d[1], d[2])
+    return int(blocks[best + 3 * GROUP])

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Box, Convex, Cylinder, Ellipsoid
+from scene_graph_ros.geometry.meshes.vertex_cells import CELL_LIMIT
 from scene_graph_ros.geometry.narrowphase.cores.kinds import TRIANGLE
 from scene_graph_ros.geometry.narrowphase.pair import Pair, Workspace
 from scene_graph_ros.geometry.narrowphase.propose.gjk import store_support
-from scene_graph_ros.geometry.tables.hull_blocks import CLIMB_LIMIT, vertex_number, vertex_place
+from scene_graph_ros.geometry.tables.hull_blocks import vertex_number, vertex_place
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
@@ -16,14 +17,14 @@ PLACE, NUMBER = (getattr(f, "py_func", f) for f in (vertex_place, vertex_number)
 CORNERS = (0.1, 0.0, 0.0, 0.0, 0.2, 0.0, 0.0, 0.0, 0.3)
 
 
-def support_point(core, hulls, d, hint=-1):
+def support_point(core, hulls, d):
     """Return the support point of a core against a point at the origin."""
     point = (0, -1, 0.0, (0.0,) * 9)
     S, ids = np.zeros((1, 9)), np.zeros((1, 2), np.int64)
     minus_d = tuple(-float(x) for x in d)
     read = getattr(store_support, "py_func", store_support)
     pair = Pair(core, point, IDENTITY, (0.0, 0.0, 0.0), hulls)
-    read(pair, minus_d, Workspace(S, ids, np.zeros(4)), 0, (hint, -1))
+    read(pair, minus_d, Workspace(S, ids, np.zeros(4)), 0)
     return S[0, 3:6], int(ids[0, 0])
 
 
@@ -42,31 +43,42 @@ def test_support_point_reaches_the_support_value(shape):
         assert d @ point == pytest.approx(support(shape, d), rel=1e-15, abs=1e-16)
 
 
-def test_climb_from_any_vertex_ends_at_the_same_height():
-    """A large hull's climb does not depend on the vertex it starts from."""
-    shape = rounded_hull(0.2, 700)
-    table = build_shape_table([shape], [False])
-    count = table.hulls.vertex_start[1]
-    assert count > CLIMB_LIMIT
-    d = np.array([0.3, -0.7, 0.2])
-    for start in range(0, count, 41):
-        hint = PLACE(0, start)
-        point, place = support_point(plain_core(table, 0), table.hulls.blocks, d, hint)
-        assert d @ point == pytest.approx(support(shape, d), rel=1e-15)
-        assert np.array_equal(point, table.hulls.vertices[NUMBER(0, place)])
+@pytest.mark.parametrize("count", [CELL_LIMIT, CELL_LIMIT + 1, 200, 700, 3000])
+def test_large_hulls_give_the_first_of_their_furthest_vertices(count):
+    """Also where many lie as far, and along the borders of cells, where rounding may decide."""
+    ball = np.random.default_rng(count).normal(size=(count, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    check_supports(ball + np.array([3.0, 0.0, -2.0]), np.vstack([directions(), *ball[:50, None]]))
 
 
-def test_climb_over_a_fine_grid_of_a_plateau():
-    """Directions orthogonal to a face of a many-sided prism, where many vertices tie."""
+def test_large_hulls_of_other_forms():
+    """A prism, many of whose vertices tie; a needle; a flat polygon; a ball far away."""
     angle = np.linspace(0.0, 2.0 * np.pi, 301)[:-1]
-    ring = np.column_stack([np.cos(angle), np.sin(angle)])
-    points = np.vstack([np.column_stack([ring, np.full(300, z)]) for z in (-1.0, 1.0)])
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(300)])
+    up = np.array([0.0, 0.0, 1.0])
+    prism = np.vstack([ring - up, ring + up])
+    ball = np.random.default_rng(5).normal(size=(300, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    for points in (prism, prism * [1e-6, 1e-6, 1.0], ring, ball + 1e6, 1e-5 * ball):
+        check_supports(points, directions())
+
+
+def directions():
+    """Return directions: along axes, diagonals and borders of cells, and any others."""
+    grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 9)] * 3), axis=-1).reshape(-1, 3)
+    around = np.random.default_rng(0).normal(size=(500, 3))
+    return np.vstack([grid[np.abs(grid).max(axis=1) > 0.0], around, 1e-200 * around[:5]])
+
+
+def check_supports(points, along):
+    """Check the support points of the points' hull, its vertices one by one being the truth."""
     table = build_shape_table([Convex(vertices=points)], [False])
-    for d in np.vstack([np.eye(3), -np.eye(3)]):
-        for start in range(0, 600, 47):
-            hint = PLACE(0, start)
-            point, _ = support_point(plain_core(table, 0), table.hulls.blocks, d, hint)
-            assert d @ point == pytest.approx(1.0, abs=1e-15)
+    vertices = table.hulls.vertices
+    for d in along:
+        point, place = support_point(plain_core(table, 0), table.hulls.blocks, d)
+        heights = [v[0] * d[0] + v[1] * d[1] + v[2] * d[2] for v in vertices]
+        assert NUMBER(0, place) == int(np.argmax(heights))
+        assert np.array_equal(point, vertices[NUMBER(0, place)])
 
 
 def test_triangle_core_returns_its_corners():

@@ -29,7 +29,7 @@ def in_lanes(core, hulls, room):
 def one_by_one(core, hulls, room):
     """Do the same with ``support``."""
     for j in range(room.shape[1]):
-        x, _ = support(core, hulls, (room[0, j], room[1, j], room[2, j]), -1)
+        x, _ = support(core, hulls, (room[0, j], room[1, j], room[2, j]))
         room[3, j], room[4, j], room[5, j] = x
 
 

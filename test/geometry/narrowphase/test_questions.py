@@ -58,7 +58,7 @@ class Asked:
 
     def support(self, d):
         """Return a support point."""
-        point, _ = self.file.support(self.core, self.hulls, tuple(map(float, d)), -1)
+        point, _ = self.file.support(self.core, self.hulls, tuple(map(float, d)))
         return np.array(point)
 
     def extent(self, d):
@@ -72,7 +72,7 @@ class Asked:
     def simplex(self, d):
         """Return the simplex that is the support point along d."""
         S, ids, lam = np.zeros((4, 9)), np.zeros((4, 2), np.int64), np.array([1.0, 0.0, 0.0, 0.0])
-        point, index = self.file.support(self.core, self.hulls, tuple(map(float, d)), -1)
+        point, index = self.file.support(self.core, self.hulls, tuple(map(float, d)))
         S[0, 3:6], ids[0, 0] = point, index
         return Simplex(S, ids, lam, 1)
 
@@ -106,7 +106,7 @@ def test_a_kind_without_an_answer_is_an_error_when_the_question_is_made(monkeypa
     monkeypatch.setitem(registry.FILES, 8, ModuleType("cores.torus"))
     monkeypatch.setattr(registry, "QUESTIONS", [])
 
-    def support(core, hulls, d, hint):
+    def support(core, hulls, d):
         """Be asked."""
 
     with pytest.raises(NotImplementedError, match=r"kind 'torus' has no answer to 'support'"):
@@ -198,7 +198,7 @@ def test_what_a_core_says_of_itself(name):
     """Whether it is round, a list, or around its origin, and its side."""
     asked = Asked(name)
     file, core, hulls = asked.file, asked.core, asked.hulls
-    indices = {file.support(core, hulls, tuple(d), -1)[1] for d in directions()}
+    indices = {file.support(core, hulls, tuple(d))[1] for d in directions()}
     assert file.is_curved(core) == (indices == {kinds.CURVED})
     assert file.is_listed(core) == (name in ("hull", "small hull"))
     assert file.is_simple(core, hulls) or file.is_listed(core)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry import Convex
-from scene_graph_ros.geometry.tables import hull_blocks
+from scene_graph_ros.geometry.meshes.vertex_cells import cell_of
 from scene_graph_ros.geometry.tables.hull_blocks import (
     edge_range,
     EDGE_STRIDE,
@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.tables.hull_blocks import (
     vertex_place,
 )
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
+from scene_graph_ros.geometry.tables.vertex_scan import GROUP
 
 SEGMENT = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
@@ -39,7 +40,7 @@ def points(count):
 
 @pytest.fixture(name="hulls")
 def _hulls():
-    sets = [points(12), SEGMENT, points(50), SQUARE, SEGMENT[:1]]
+    sets = [points(12), SEGMENT, points(50), SQUARE, SEGMENT[:1], points(200)]
     return build_shape_table([Convex(vertices=p) for p in sets], [False] * len(sets)).hulls
 
 
@@ -90,12 +91,23 @@ def test_edges_join_two_corners_and_two_faces(hulls):
                 assert set(numbers(start, [a, b])) <= set(corners)
 
 
-def test_climbs_start_near_their_end(hulls):
-    """The vertex of a direction's sector is the furthest along the sector's middle."""
-    read = getattr(hull_blocks._sector, "py_func", hull_blocks._sector)
-    start, rows = hulls.block_start[2], hulls.vertices[slice(*hulls.vertex_start[2:4])]
-    for d in np.random.default_rng(0).normal(size=(100, 3)):
-        middle = np.sign(d) * (1.0 + (np.abs(d) == np.abs(d).max()))
-        assert d @ middle > np.cos(np.radians(36.0)) * np.linalg.norm(d) * np.linalg.norm(middle)
-        place = int(hulls.blocks[start + 4 + read(tuple(d))])
-        assert NUMBER(int(start), place) == np.argmax(rows @ middle)
+def test_cells_list_the_vertices_that_lie_furthest_along_their_directions(hulls):
+    """Some 10 of 200 to a cell, each with its place and its coordinates."""
+    start, rows = int(hulls.block_start[5]), hulls.vertices[slice(*hulls.vertex_start[5:7])]
+    cells_at, side = hulls.blocks[start + 4 : start + 6].astype(int)
+    cell = getattr(cell_of, "py_func", cell_of)
+    listed = []
+    for d in np.random.default_rng(0).normal(size=(200, 3)):
+        at, groups = hulls.blocks[cells_at + 2 * cell(tuple(d), side) :][:2].astype(int)
+        entries = hulls.blocks[at : at + 4 * GROUP * groups].reshape(groups, 4, GROUP)
+        found = numbers(start, entries[:, 3].ravel())
+        assert np.argmax(rows @ d) in found
+        assert np.array_equal(entries[:, :3].swapaxes(1, 2).reshape(-1, 3), rows[found])
+        assert (np.diff(found) >= 0).all()
+        listed.append(len(set(found)))
+    assert np.mean(listed) < 12.0
+
+
+def test_small_hulls_have_no_cells(hulls):
+    """They are scanned."""
+    assert hulls.blocks[hulls.block_start[2] + 5] == 0

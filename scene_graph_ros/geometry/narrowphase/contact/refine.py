@@ -56,8 +56,8 @@ along its axis to 1e-10 rad amplifies rounding; more says that the features are 
 @inlined_kernel
 def separation_inlined(pair, n):
     """Return the gap between A and B along n: a lower bound of their distance for every n."""
-    a, _ = support(pair.core_A, pair.hulls, scale(-1.0, n), -1)
-    b, _ = placed_support(body_B(pair), pair.hulls, n, -1)
+    a, _ = support(pair.core_A, pair.hulls, scale(-1.0, n))
+    b, _ = placed_support(body_B(pair), pair.hulls, n)
     return dot(n, subtract(a, b))
 
 

@@ -59,7 +59,7 @@ __all__ = [
 
 
 @inlined_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index) of a corner."""
     params = core[3]
     x = math.copysign(params[0], d[0])
@@ -296,7 +296,7 @@ def edge_feature(placed, hulls, k):
 def touched(placed, hulls, d, tie):
     """Return a corner."""
     core, R, p = placed
-    corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    corner, _ = support(core, hulls, rotate_inverse(R, d))
     return vertex_at(add(rotate(R, corner), p))
 
 

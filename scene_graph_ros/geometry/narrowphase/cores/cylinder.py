@@ -75,7 +75,7 @@ feature must be what is wrong with a contact."""
 
 
 @lean_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index) of a point of a rim, or the middle of an end."""
     params = core[3]
     z = math.copysign(params[1], d[2])

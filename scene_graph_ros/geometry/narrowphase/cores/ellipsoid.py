@@ -62,7 +62,7 @@ __all__ = [
 
 
 @lean_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index) of the point where d is the normal."""
     params = core[3]
     x, y, z = params[0] * d[0], params[1] * d[1], params[2] * d[2]

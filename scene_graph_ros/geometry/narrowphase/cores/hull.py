@@ -74,9 +74,9 @@ __all__ = [
 
 
 @inlined_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index) of a vertex."""
-    k = furthest_vertex(hulls, core[1], d, hint)
+    k = furthest_vertex(hulls, core[1], d)
     return vertex(hulls, k), k
 
 
@@ -279,7 +279,7 @@ def edge_feature(placed, hulls, k):
 def touched(placed, hulls, d, tie):
     """Return a corner."""
     core, R, p = placed
-    corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    corner, _ = support(core, hulls, rotate_inverse(R, d))
     return vertex_at(add(rotate(R, corner), p))
 
 
@@ -320,7 +320,7 @@ def candidate(placed, hulls, simplex, side, d, index):
     core, R, p = placed
     if index == 0:
         return feature_at(placed, simplex, side, d)
-    local, corner_at = support(core, hulls, rotate_inverse(R, d), -1)
+    local, corner_at = support(core, hulls, rotate_inverse(R, d))
     if index == 1:
         return vertex_at(add(rotate(R, local), p))
     if index == 2:

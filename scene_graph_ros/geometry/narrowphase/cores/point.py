@@ -57,7 +57,7 @@ __all__ = [
 
 
 @inlined_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index): the point."""
     c = core[3]
     return (c[0], c[1], c[2]), 0

@@ -49,11 +49,10 @@ __all__ = [
 
 
 @asked(inlined_kernel)
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index): a support point of ``core`` in direction d, without its radius.
 
-    All vectors are in the core's frame; d need not be a unit vector. ``hint`` is an earlier index
-    of the same core, or -1; it only makes large hulls faster.
+    All vectors are in the core's frame; d need not be a unit vector.
     """
 
 
@@ -216,10 +215,10 @@ def clamp(placed, feature, simplex, side, a):
 
 
 @inlined_kernel
-def placed_support(placed, hulls, d, hint):
+def placed_support(placed, hulls, d):
     """Return (point, index) like ``support`` of a placed core, all in the outer frame."""
     core, R, p = placed
-    local, index = support(core, hulls, rotate_inverse(R, d), hint)
+    local, index = support(core, hulls, rotate_inverse(R, d))
     return add(rotate(R, local), p), index
 
 
@@ -250,5 +249,5 @@ def corner_feature(placed, hulls, feature, d):
     """Return the corner of a polytope that lies furthest along d; ``feature`` if it has none."""
     if is_curved(placed.core):
         return feature
-    corner, _ = placed_support(placed, hulls, d, -1)
+    corner, _ = placed_support(placed, hulls, d)
     return VERTEX, corner, ORIGIN, 0.0, 0.0, 0.0

@@ -66,7 +66,7 @@ PARTS = 4
 
 
 @inlined_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index) of an end."""
     z = math.copysign(core[3][0], d[2])
     return (0.0, 0.0, z), int(z > 0.0)
@@ -162,7 +162,7 @@ def face_feature(placed, hulls, k, d):
 def touched(placed, hulls, d, tie):
     """Return an end."""
     core, R, p = placed
-    end, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    end, _ = support(core, hulls, rotate_inverse(R, d))
     return vertex_at(add(rotate(R, end), p))
 
 

@@ -67,7 +67,7 @@ __all__ = [
 
 
 @lean_kernel
-def support(core, hulls, d, hint):
+def support(core, hulls, d):
     """Return (point, index) of a corner."""
     params = core[3]
     h0 = params[0] * d[0] + params[1] * d[1] + params[2] * d[2]
@@ -144,7 +144,7 @@ def clamp_to(placed, feature, simplex, side, a):
 def touched(placed, hulls, d, tie):
     """Return a corner."""
     core, R, p = placed
-    corner, _ = support(core, hulls, rotate_inverse(R, d), -1)
+    corner, _ = support(core, hulls, rotate_inverse(R, d))
     return vertex_at(add(rotate(R, corner), p))
 
 

@@ -65,7 +65,7 @@ def _best_face(pair, n):
     if has_oblique_planes(core_A, hulls):
         for k in range(plane_count(core_A, hulls)):
             out, offset = plane_of(core_A, hulls, k)
-            b, _ = placed_support(body_B(pair), hulls, scale(-1.0, out), -1)
+            b, _ = placed_support(body_B(pair), hulls, scale(-1.0, out))
             along = dot(out, b) - offset
             if along > highest:
                 highest, best = along, scale(-1.0, out)
@@ -148,7 +148,7 @@ def contact_from_many_starts(pair, n, a, b, size, simplex):
             if separation(pair, m) < highest - NEARBY * size:
                 continue
             simplex = Simplex(simplex.S, simplex.ids, simplex.lam, 1)
-            store_support(pair, m, simplex, 0, (-1, -1))
+            store_support(pair, m, simplex, 0)
             a, b = (S[0, 3], S[0, 4], S[0, 5]), (S[0, 6], S[0, 7], S[0, 8])
             simplex.lam[0] = 1.0
         is_contact, m, q_A, q_B, distance, how = contact_of_all_features(

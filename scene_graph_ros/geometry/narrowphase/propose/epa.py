@@ -12,6 +12,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.contact.refine import refine, separation
+from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.questions import feature_at
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.pair import (
@@ -38,6 +39,7 @@ from scene_graph_ros.geometry.narrowphase.propose.polytope import (
     add_corner,
     ALIVE,
     CLOSED,
+    corners_of,
     MAX_HORIZON,
     nearest_face,
     Polytope,
@@ -62,6 +64,7 @@ __all__ = ["COARSE_GAP", "FINE_GAP", "LARGE", "MEDIUM", "SMALL", "epa"]
 
 _OPEN = int(Mechanism.OPEN)
 _EPA = int(Mechanism.EPA)
+_NO_CORNERS = (-1, -1, -1)
 _BASINS = int(Mechanism.BASINS)
 
 SMALL = 96
@@ -106,10 +109,10 @@ def _equals_corner(S, corner):
 
 
 @lean_kernel
-def _load_face(polytope, f, work):
+def _load_face(polytope, corners, work):
     """Copy a face to ``work``, reduce it to the part nearest to the origin; return (count, v)."""
     for k in range(3):
-        row = polytope.faces[f, k]
+        row = corners[k]
         for c in range(9):
             work.S[k, c] = polytope.S[row, c]
         work.ids[k, 0] = polytope.ids[row, 0]
@@ -119,13 +122,13 @@ def _load_face(polytope, f, work):
 
 @lean_kernel
 def _load_nearest(polytope, face_count, f, rounding, work):
-    """Load face f, or one in the same plane, namely the one over the origin; return its count.
+    """Load face f, or one in its plane, namely that over the origin; return its count, and which.
 
     A facet of C is often cut into many faces, all at the same distance.
     """
     faces, planes = polytope.faces, polytope.planes
     n = (planes[f, 0], planes[f, 1], planes[f, 2])
-    count, v = _load_face(polytope, f, work)
+    count, v = _load_face(polytope, corners_of(faces, f), work)
     distance = planes[f, 3]
     nearest = math.sqrt(dot(v, v))
     best = f
@@ -135,15 +138,15 @@ def _load_nearest(polytope, face_count, f, rounding, work):
             if g == f or faces[g, ALIVE] == 0 or planes[g, 3] > distance + rounding:
                 continue
             if n[0] * planes[g, 0] + n[1] * planes[g, 1] + n[2] * planes[g, 2] > SAME_DIRECTION:
-                count, v = _load_face(polytope, g, work)
+                count, v = _load_face(polytope, corners_of(faces, g), work)
                 last = g
                 length = math.sqrt(dot(v, v))
                 if length < nearest:
                     nearest = length
                     best = g
     if last != best:
-        count, _ = _load_face(polytope, best, work)
-    return count
+        count, _ = _load_face(polytope, corners_of(faces, best), work)
+    return count, best
 
 
 @lean_kernel
@@ -220,6 +223,28 @@ def _polish_fallback(pair, size, n, a, b, extent, simplex, minima):
 
 
 @lean_kernel
+def _corners_over_origin(polytope, face_count, f, depth, corners, size, work):
+    """Return the corners of the face over the origin in the plane of f, if f is the fallback."""
+    if polytope.planes[f, 3] > depth:
+        return corners
+    _, g = _load_nearest(polytope, face_count, f, TIE * EPSILON * size, work)
+    return corners_of(polytope.faces, g)
+
+
+@lean_kernel
+def _best_with_witnesses(size, polytope, corners, minima, found, work):
+    """Return the best row; the fallback's witnesses are those of the face with ``corners``."""
+    best = best_minimum(minima, found, TIE * EPSILON * size)
+    if best == FALLBACK and corners[0] >= 0:
+        count, _ = _load_face(polytope, corners, work)
+        a, b = weighted_points(Simplex(work.S, work.ids, work.lam, count))
+        for c in range(3):
+            minima[FALLBACK, 3 + c] = a[c]
+            minima[FALLBACK, 6 + c] = b[c]
+    return best
+
+
+@lean_kernel
 def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
     """Run EPA's loop; return (decided by, lower bound, best row, rows of faces, minima found)."""
     faces, planes = polytope.faces, polytope.planes
@@ -229,7 +254,7 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
     lower = -math.inf
     found = 0
     decided_by = _OPEN
-    hints = (-1, -1)
+    corners = _NO_CORNERS
     for corner in range(4, polytope.S.shape[0]):
         f = nearest_face(planes, face_count)
         if f < 0:
@@ -239,22 +264,25 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
             decided_by = _BASINS if found > 0 else _EPA
             break
         n = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
-        w, hints = store_support(pair, n, polytope, corner, hints)
+        w = store_support(pair, n, polytope, corner)
         extent = -dot(n, w)
         gap = extent - planes[f, 3]
         # The least distance must be known to be positive before the rest is left open.
         enough = max(rounding, tolerance) if planes[f, 3] > rounding else rounding
         reach = max(abs(extent), NEAR_CONTACT * size)
         is_small = settle_gap > 0.0 and gap <= COARSE_GAP * reach
+        if extent < depth:
+            depth = extent
+            store_minimum(minima, FALLBACK, n, ORIGIN, ORIGIN, extent, math.inf)
+            corners = corners_of(faces, f)
         count = 0
-        if is_small or extent < depth or gap <= enough:
-            count = _load_nearest(polytope, face_count, f, TIE * EPSILON * size, work)
+        if is_small or gap <= enough:
+            count, _ = _load_nearest(polytope, face_count, f, TIE * EPSILON * size, work)
         simplex = Simplex(work.S, work.ids, work.lam, count)
-        if extent < depth or gap <= enough:
-            depth = min(extent, depth)
+        if gap <= enough:
             a, b = weighted_points(simplex)
             store_minimum(minima, FALLBACK, n, a, b, extent, math.inf)
-        if gap <= enough:
+            corners = _NO_CORNERS
             if gap <= rounding:
                 _polish_fallback(pair, size, n, a, b, extent, simplex, minima)
             decided_by = _EPA
@@ -271,12 +299,14 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
         if _equals_corner(polytope.S, corner):
             faces[f, CLOSED] = 1
             planes[f, 3] = extent
+            corners = _corners_over_origin(polytope, face_count, f, depth, corners, size, work)
             continue
         face_count = add_corner(polytope, face_count, f, corner, rounding)
         if face_count < 0:
             face_count = 0
             break
-    return decided_by, lower, best_minimum(minima, found, TIE * EPSILON * size), face_count, found
+    best = _best_with_witnesses(size, polytope, corners, minima, found, work)
+    return decided_by, lower, best, face_count, found
 
 
 @kernel

@@ -35,14 +35,11 @@ STALLED = 3
 
 
 @inlined_kernel
-def store_support(pair, n, work, row, hints):
-    """Write the support point of C = {a - b} along -n into a row of the workspace; return it.
-
-    ``hints`` carries the last indices of A and B from call to call.
-    """
+def store_support(pair, n, work, row):
+    """Write the support point of C = {a - b} along -n into a row of the workspace; return it."""
     S, ids, hulls = work.S, work.ids, pair.hulls
-    a, index_A = support(pair.core_A, hulls, scale(-1.0, n), hints[0])
-    b, index_B = placed_support(body_B(pair), hulls, n, hints[1])
+    a, index_A = support(pair.core_A, hulls, scale(-1.0, n))
+    b, index_B = placed_support(body_B(pair), hulls, n)
     w = subtract(a, b)
     for c in range(3):
         S[row, c] = w[c]
@@ -50,7 +47,7 @@ def store_support(pair, n, work, row, hints):
         S[row, 6 + c] = b[c]
     ids[row, 0] = index_A
     ids[row, 1] = index_B
-    return w, (index_A, index_B)
+    return w
 
 
 @lean_kernel
@@ -81,7 +78,6 @@ def gjk_inlined(pair, v, count, max_distance, relative_gap, absolute_gap, work):
     when rounding stopped the progress or the iterations ran out (the gap then tells the accuracy).
     """
     S = work.S
-    hints = (-1, -1)
     radius = pair.core_A[2] + pair.core_B[2]
     lower = -math.inf
     size = 0.0
@@ -89,7 +85,7 @@ def gjk_inlined(pair, v, count, max_distance, relative_gap, absolute_gap, work):
         size = max(size, _row_size(S, i))
     for _ in range(MAX_ITERATIONS):
         length = math.sqrt(dot(v, v))
-        w, hints = store_support(pair, v, work, count, hints)
+        w = store_support(pair, v, work, count)
         size = max(size, _row_size(S, count))
         lower = dot(v, w) / length
         if lower > max_distance:

@@ -19,6 +19,7 @@ __all__ = [
     "MAX_HORIZON",
     "Polytope",
     "add_corner",
+    "corners_of",
     "nearest_face",
     "start_tetrahedron",
 ]
@@ -55,6 +56,12 @@ def _corner(S, i):
 @lean_kernel
 def _edge(S, i, j):
     return (S[j, 0] - S[i, 0], S[j, 1] - S[i, 1], S[j, 2] - S[i, 2])
+
+
+@lean_kernel
+def corners_of(faces, f):
+    """Return the rows of a face's corners."""
+    return faces[f, 0], faces[f, 1], faces[f, 2]
 
 
 @lean_kernel

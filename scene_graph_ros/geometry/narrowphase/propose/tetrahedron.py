@@ -81,12 +81,12 @@ def expand_to_tetrahedron(pair, count, work):
     n = (0.0, 0.0, 1.0)
     size = 0.0
     if count == 0:
-        store_support(pair, n, work, 0, (-1, -1))
+        store_support(pair, n, work, 0)
         count = 1
     for rank in range(1, 4):
         row = count
         for trial in range(8 - 2 * rank if rank < 3 else 2):
-            store_support(pair, _probe(rank, trial, e, u, n), work, row, (-1, -1))
+            store_support(pair, _probe(rank, trial, e, u, n), work, row)
             row += 1
         best = 0
         furthest = 0.0

@@ -118,7 +118,7 @@ def _visit_faces(pair, y, best, tie, S):
         below_centre = offset if contains_origin(core_Q) else below
         depth = math.inf
         if max(below, below_centre) < best[1] + tie:
-            q, _ = support(core_Q, hulls, scale(-1.0, d), -1)
+            q, _ = support(core_Q, hulls, scale(-1.0, d))
             depth = offset - dot(q, d)
             best = _better(best, depth, d, FACE_OF_P, f, tie)
             for c in range(3):
@@ -160,7 +160,7 @@ def _visit_arc(pair, v, edge, best, tie, S):
             enough = best[1] - SLACK * tie
         if lower < 0.0 or lower * lower < enough * abs(enough) * dot(m, m):
             m = unit(m, d)
-            q, _ = support(core_Q, hulls, scale(-1.0, m), -1)
+            q, _ = support(core_Q, hulls, scale(-1.0, m))
             depth = dot(subtract(v, q), m)
             is_exact = depth <= dot(w, m) + tie  # then nothing between is less than at m
             best = _better(best, depth, m, ARC, index, tie)
@@ -209,7 +209,7 @@ def _visit_planes(pair, best, tie):
     for f in range(plane_count(core_Q, hulls)):
         out, offset = plane_of(core_Q, hulls, f)
         d = scale(-1.0, out)
-        x, _ = placed_support(body_B(pair), hulls, d, -1)
+        x, _ = placed_support(body_B(pair), hulls, d)
         best = _better(best, offset + dot(d, x), d, PLANE_OF_Q, f, tie)
     return best
 
@@ -224,7 +224,7 @@ def _visit_side(pair, best, tie):
         room = radius - best[1] - tie
         if room <= 0.0 or v[0] * v[0] + v[1] * v[1] > room * room:
             d = unit((-v[0], -v[1], 0.0), (1.0, 0.0, 0.0))
-            x, _ = placed_support(body_B(pair), hulls, d, -1)
+            x, _ = placed_support(body_B(pair), hulls, d)
             best = _better(best, dot(d, x) + radius, d, SIDE_OF_Q, k, tie)
     return best
 

@@ -49,7 +49,7 @@ def fill(core_Q, hulls, v, S, row):
     """Find the support point of Q for the row of a face that v is a point of, unless known."""
     if S[row, DEPTH] == math.inf:
         d = (S[row, 0], S[row, 1], S[row, 2])
-        q, _ = support(core_Q, hulls, scale(-1.0, d), -1)
+        q, _ = support(core_Q, hulls, scale(-1.0, d))
         for c in range(3):
             S[row, 3 + c] = q[c]
         S[row, DEPTH] = dot(subtract(v, q), d)

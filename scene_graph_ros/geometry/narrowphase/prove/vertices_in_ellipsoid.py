@@ -88,7 +88,7 @@ def _is_elsewhere(pair, v, depth, d, least, known, tie):
     hulls = pair.hulls
     if depth >= least + tie:
         return True
-    x, _ = placed_support(body_B(pair), hulls, d, -1)
+    x, _ = placed_support(body_B(pair), hulls, d)
     if dot(subtract(x, v), d) > tie:
         return True
     return depth >= least - tie and dot(d, known) > NEIGHBORHOOD

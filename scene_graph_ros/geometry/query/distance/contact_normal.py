@@ -93,7 +93,7 @@ def _gap_to_core(surfaces, core, hulls, R, p, triangles, count, n):
         for corner in range(3):
             v = surfaces.triangles[triangles[c], corner]
             highest = max(highest, dot(n, load_vector(surfaces.vertices, v)))
-    x, _ = placed_support(Placed(core, R, p), hulls, scale(-1.0, n), -1)
+    x, _ = placed_support(Placed(core, R, p), hulls, scale(-1.0, n))
     return dot(n, x) - highest
 
 

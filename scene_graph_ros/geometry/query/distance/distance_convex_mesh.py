@@ -66,12 +66,12 @@ _FIRST_CAPACITY = 64
 def core_bounds(core, hulls, R, p):
     """Return (lower, upper): the bounding box of a placed core, without its radius."""
     placed = Placed(core, R, p)
-    x0, _ = placed_support(placed, hulls, (-1.0, 0.0, 0.0), -1)
-    y0, _ = placed_support(placed, hulls, (0.0, -1.0, 0.0), -1)
-    z0, _ = placed_support(placed, hulls, (0.0, 0.0, -1.0), -1)
-    x1, _ = placed_support(placed, hulls, (1.0, 0.0, 0.0), -1)
-    y1, _ = placed_support(placed, hulls, (0.0, 1.0, 0.0), -1)
-    z1, _ = placed_support(placed, hulls, (0.0, 0.0, 1.0), -1)
+    x0, _ = placed_support(placed, hulls, (-1.0, 0.0, 0.0))
+    y0, _ = placed_support(placed, hulls, (0.0, -1.0, 0.0))
+    z0, _ = placed_support(placed, hulls, (0.0, 0.0, -1.0))
+    x1, _ = placed_support(placed, hulls, (1.0, 0.0, 0.0))
+    y1, _ = placed_support(placed, hulls, (0.0, 1.0, 0.0))
+    z1, _ = placed_support(placed, hulls, (0.0, 0.0, 1.0))
     return (x0[0], y0[1], z0[2]), (x1[0], y1[1], z1[2])
 
 
@@ -182,7 +182,7 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
 @inlined_kernel
 def _depth_behind(core, hulls, R_MK, p_MK, n, height):
     """Return (depth, x): how far a core reaches behind the plane n . x = height, and where."""
-    x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, scale(-1.0, n), -1)
+    x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, scale(-1.0, n))
     x = axpy(-core[2], n, x)
     return height - dot(n, x), x
 
@@ -241,7 +241,7 @@ def _is_within(surfaces, k, size, core, hulls, R_MK, p_MK):
             sign if axis == 1 else 0.0,
             sign if axis == 2 else 0.0,
         )
-        x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, d, -1)
+        x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, d)
         middle = axpy(1.0 / 6.0, x, middle)
     return point_mesh(surfaces, k, size, middle, math.inf)[0] < 0.0
 
@@ -288,7 +288,7 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
     # Coordinates, and so distances, are as exact as the larger of the two permits.
     larger = max(size, _furthest(box))
     tolerance = COINCIDENCE * larger
-    some_point, _ = placed_support(Placed(bare, R_MK, p_MK), hulls, (1.0, 0.0, 0.0), -1)
+    some_point, _ = placed_support(Placed(bare, R_MK, p_MK), hulls, (1.0, 0.0, 0.0))
     is_inside = False
     if surfaces.is_closed[k] and is_in_box(
         surfaces.node_lower, surfaces.node_upper, surfaces.node_start[k], some_point

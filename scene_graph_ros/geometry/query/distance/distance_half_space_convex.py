@@ -20,7 +20,7 @@ __all__ = ["distance_half_space_convex"]
 def _deepest_point(hulls, k, down, tolerance):
     """Return (point, depth): the middle of the vertices that lie furthest along ``down``."""
     block = hulls.block_start[k]
-    place = furthest_vertex(hulls.blocks, block, down, -1)
+    place = furthest_vertex(hulls.blocks, block, down)
     best = hulls.vertex_start[k] + vertex_number(block, place)
     point = load_vector(hulls.vertices, best)
     depth = dot(point, down)
@@ -50,7 +50,7 @@ def distance_half_space_convex(R_AB, p_AB, table, j):
     k = table.hull[j]
     if table.exact[j]:
         hulls = table.hulls
-        place = furthest_vertex(hulls.blocks, hulls.block_start[k], down, -1)
+        place = furthest_vertex(hulls.blocks, hulls.block_start[k], down)
         p_BCb = vertex(hulls.blocks, place)
         depth = dot(p_BCb, down)
     else:

@@ -262,8 +262,8 @@ def _leave_containment(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, distan
     n points from B's nearest point, x - distance n, to A's, x: the way back.
     """
     n = scale(-1.0, n)
-    a, _ = placed_support(Placed(hull_A, _IDENTITY, _ORIGIN), hulls, scale(-1.0, n), -1)
-    b, _ = placed_support(Placed(hull_B, R, p), hulls, n, -1)
+    a, _ = placed_support(Placed(hull_A, _IDENTITY, _ORIGIN), hulls, scale(-1.0, n))
+    b, _ = placed_support(Placed(hull_B, R, p), hulls, n)
     if _is_inside(surfaces, k, m, size, *_inverse(R, p)):
         # A leaves across the plane at B's point x + distance n.
         return dot(n, subtract(x, a)) + distance, a, n

@@ -172,7 +172,7 @@ def _into_cone(blocks, start, size, x, n):
     of rounding. Each corner that is beyond takes its share from n.
     """
     for _ in range(TURNS):
-        v = furthest_vertex(blocks, start, n, -1)
+        v = furthest_vertex(blocks, start, n)
         q = subtract(vertex(blocks, v), x)
         beyond = dot(n, q)
         if beyond <= GJK_ROUNDING * EPSILON * size:
@@ -198,7 +198,7 @@ def _nearest_corner(blocks, start, size, p, a):
         return False, p
     b, p_B, x = a, p_A, p_A
     for _ in range(_CORNER_STEPS):
-        c = furthest_vertex(blocks, start, n, b)
+        c = furthest_vertex(blocks, start, n)
         p_C = vertex(blocks, c)
         if c in (a, b) or (a == b and dot(p_C, n) <= dot(p_A, n)):
             return True, x
