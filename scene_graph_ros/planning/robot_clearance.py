@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 import enum
 from typing import Any, NamedTuple
 
@@ -13,8 +12,10 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.bodies import new_places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState
+from scene_graph_ros.planning.clearance_kernels import near_distances
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 
 __all__ = [
@@ -160,6 +161,17 @@ class RobotClearance:
         self._pairs.append(pair)
         self._types.append(collision_type)
 
+    def _take(self, near: NearPairs, bodies: list[list[int]], robots: int) -> None:
+        """Have these rows in place of none; bodies from ``robots`` on are around them."""
+        own, around = (
+            RobotCollisionType.SELF_COLLISION,
+            RobotCollisionType.ENVIRONMENT_COLLISION,
+        )
+        self._pairs = list(near.pairs)
+        self._bodies = [(robot, other) for robot, other in bodies]
+        self._types = [own if other < robots else around for _, other in bodies]
+        self._distances, self._jacobians = near.distances, near.jacobians
+
 
 class NearPairs(NamedTuple):
     """Pairs of geometries that are near at a configuration."""
@@ -187,34 +199,33 @@ def robot_clearance(
     """Return the padded distances at q ``(nq,)`` up to a distance (m), and their derivatives."""
     near = near_pairs(state.plan, q, influence)
     result = RobotClearance(state.plan.tree.num_positions)
-    result.reserve(len(near.rows))
-    for pair, distance, row, ids in zip(*near, strict=True):
-        robot, other = state.body_of[pair].tolist()
-        is_own = state.bodies.is_part_of_robot(other)
-        kind = (
-            RobotCollisionType.SELF_COLLISION
-            if is_own
-            else RobotCollisionType.ENVIRONMENT_COLLISION
-        )
-        result.append(robot, other, kind, float(distance), row, pair=ids)
+    result._take(near, state.body_of[near.rows].tolist(), state.bodies.num_robot_bodies)
     return result
 
 
 def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearPairs:
     """Return what a plan alone tells of the pairs that are near at q ``(nq,)``."""
-    tree = plan.tree
-    found = _near(plan, _poses_in_plan(plan, q), influence)
-    kept, nhats_W = found.solved.rows, found.solved.nhat_BA_W
-    rates = tree.velocity_map(q)
-    chosen = np.flatnonzero(found.padded <= influence)
-    jacobians = np.empty((len(chosen), tree.num_positions))
-    for place, k in enumerate(chosen):
-        p_ACa, p_BCb = found.solved.p_ACa[k], found.solved.p_BCb[k]
-        sides = ((kept[k, 0], p_ACa, 1.0), (kept[k, 1], p_BCb, -1.0))
-        jacobians[place] = _gradient(plan, q, nhats_W[k], sides) @ rates
-    pairs = found.pairs[chosen]
-    ids = tuple(plan.ids(int(pair)) for pair in pairs)
-    return NearPairs(pairs, found.padded[chosen], jacobians, ids)
+    tree, most = plan.tree, len(plan.pairs.bodies)
+    rows, distances = np.empty(most, np.int64), np.empty(most)
+    gradients = np.empty((most, tree.num_velocities))
+    count = near_distances(
+        plan.held.places,
+        tree.table,
+        plan.bodies,
+        plan.pairs,
+        q[np.newaxis],
+        tree.X_WB,
+        influence,
+        new_places(len(tree.table.kinds), len(plan.bodies.rows)),
+        rows,
+        distances,
+        gradients,
+    )
+    rows, gradients = rows[:count], gradients[:count]
+    if tree.num_velocities != tree.num_positions:
+        gradients = gradients @ tree.velocity_map(q)
+    ids = tuple(plan.ids(pair) for pair in rows.tolist())
+    return NearPairs(rows, distances[:count], gradients, ids)
 
 
 def collision_types(state: CheckerState, q: NDArray[np.float64]) -> list[RobotCollisionType]:
@@ -242,15 +253,6 @@ def poses_of_rows(
     return X_WG
 
 
-def _poses_in_plan(plan: CheckerPlan, q: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the poses ``(n, 4, 4)`` of all rows of the scene's proximity arrays at q."""
-    robots = len(plan.X_LG)
-    X_WG = np.tile(np.eye(4), (len(plan.bodies.rows), 1, 1))
-    X_WG[plan.bodies.rows[robots:], :3] = plan.bodies.X_WG
-    X_WG[plan.bodies.rows[:robots]] = plan.tree.link_poses(q)[plan.owners[:robots]] @ plan.X_LG
-    return X_WG
-
-
 def _near(plan: CheckerPlan, X_WG: NDArray[np.float64], influence: float) -> _Near:
     """Return the distances of all pairs that may be nearer than a padded distance (m)."""
     paddings = plan.pairs.paddings
@@ -262,30 +264,6 @@ def _near(plan: CheckerPlan, X_WG: NDArray[np.float64], influence: float) -> _Ne
     pair_of = {(int(a), int(b)): int(pair) for pair, (a, b) in zip(near, rows[near], strict=True)}
     found = np.array([pair_of[int(a), int(b)] for a, b in solved.rows], dtype=np.intp)
     return _Near(solved, found, solved.distance - paddings[found])
-
-
-def _gradient(
-    plan: CheckerPlan,
-    q: NDArray[np.float64],
-    nhat_BA_W: NDArray[np.float64],
-    sides: Iterable[Any],
-) -> NDArray[np.float64]:
-    """Return the derivative ``(nv,)`` of a pair's distance.
-
-    Witness points are stationary to first order (envelope theorem): the distance changes as
-    the bodies' own points there move along the normal.
-    """
-    tree = plan.tree
-    result = np.zeros(tree.num_velocities)
-    for row, p_GC, sign in sides:
-        body = plan.body_of_row[row]
-        link = plan.owners[body]
-        if link >= 0:
-            X_LG = plan.X_LG[body]
-            p_LC = X_LG[:3, :3] @ p_GC + X_LG[:3, 3]
-            J = tree.jacobians(q, tree.link_names[link], p_LC)
-            result += sign * (nhat_BA_W @ J[3:])
-    return result
 
 
 def _read_only(array: NDArray[np.float64]) -> NDArray[np.float64]:
