@@ -18,6 +18,7 @@ from scene_graph_ros.planning import (
     IrisFromCliqueCoverOptions,
     IrisNpOptions,
     IrisZoOptions,
+    load_robot_diagram,
     MaxCliqueSolverViaBranchAndBound,
     plan_path,
     plan_through_regions,
@@ -336,3 +337,18 @@ def test_what_floats_and_hulls_that_collide_are_refused(tmp_path, arm):
     options = IrisZoOptions(containment_points=kept)
     with pytest.raises(RegionNotFoundError, match=r"in the hull of|too thin|rounds of faces"):
         iris_zo(arm, ball([0.0, 0.0]), DOMAIN, options)
+
+
+def test_a_panda_has_a_region_in_its_cell():
+    """Hundreds of faces in eight dimensions; hardly any of another sampler's points collides."""
+    checker = SceneGraphCollisionChecker(load_robot_diagram("config/scenes/panda_cell.yaml"))
+    seed = np.array([0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8, 0.02])
+    options = IrisNpOptions(iteration_limit=1)
+    found = iris_in_configuration_space(checker, seed, options, certificate=True)
+    assert found.region.point_in_set(seed, 0.0) and found.share_bound < 0.02
+    generator, q, points = np.random.default_rng(99), seed, []
+    for _ in range(1000):
+        q = found.region.uniform_sample(generator, q, 10)
+        points.append(q)
+    assert np.ptp(points, axis=0).min() > 0.03
+    assert checker.check_configs_collision_free(points).mean() > 0.98

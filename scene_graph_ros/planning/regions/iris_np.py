@@ -38,7 +38,7 @@ __all__ = ["grow_np", "iris_in_configuration_space", "np_options"]
 _FIRST_RADIUS = 1e-3
 """Of the ball about the sample, of which only the shape counts."""
 
-_POINTS = 64
+_POINTS = 512
 """Of a round: they are checked, all at once."""
 
 _SEARCHES = 8

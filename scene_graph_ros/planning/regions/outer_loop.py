@@ -21,6 +21,12 @@ from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
 
 __all__ = ["Attempt", "grow", "rounding_shape"]
 
+_ENOUGH = 1e-6
+"""Of the log volume of an ellipsoid around which the next region grows."""
+
+_ROUND = 1e-2
+"""Of that of one that only says which way a set is long."""
+
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
@@ -67,7 +73,7 @@ def grow(
         region = tried.region.reduce_inequalities()
         best = Attempt(region, *(getattr(tried, name) for name in _TEST))
         try:
-            found = inscribed(region)
+            found = inscribed(region, _ENOUGH)
         except (ConvexSetError, SolverError):
             reason = "thin"
             break
@@ -101,11 +107,7 @@ def rounding_shape(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np
     """
     region = HPolyhedron(A, b)
     try:
-        try:
-            return inscribed(region).B
-        except SolverError:
-            # Many faces that cut nothing off cost digits.
-            return inscribed(region.reduce_inequalities()).B
+        return inscribed(region, _ROUND).B
     except (ConvexSetError, SolverError) as error:
         raise RegionNotFoundError(
             f"what is left of the region is too thin for floats to know its ellipsoid ({error});"

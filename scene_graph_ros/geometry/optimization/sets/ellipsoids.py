@@ -35,11 +35,12 @@ class Extremal(NamedTuple):
     gap: float
 
 
-def inscribed(polyhedron: Any) -> Extremal:
+def inscribed(polyhedron: Any, enough: float = 0.0) -> Extremal:
     """Return the largest ellipsoid in a bounded polyhedron, inside without tolerance.
 
-    The program is solved in coordinates in which the box around the set is a cube, and where the
-    gap is not small yet once more in those in which the answer is a ball.
+    A log volume known to ``enough`` will do: many rows that nearly touch the ellipsoid cost
+    digits. The program is solved in coordinates in which the box around the set is a cube, and
+    where the gap is not small yet once more in those in which the answer is a ball.
     """
     label = "HPolyhedron.maximum_volume_inscribed_ellipsoid"
     if polyhedron.is_empty() or not polyhedron.is_bounded():
@@ -69,10 +70,10 @@ def inscribed(polyhedron: Any) -> Extremal:
         center, B = center + B @ x, B @ E
         found = _put_inside(A, b, center, B, weights / slack)
         best = found if best is None or found.gap < best.gap else best
-        if best.gap <= 0.01 * _PROMISED["inscribed"]:
+        if best.gap <= max(enough, 0.01 * _PROMISED["inscribed"]):
             break
     assert best is not None
-    if not best.gap <= _PROMISED["inscribed"] * (1.0 + n):
+    if not best.gap <= max(enough, _PROMISED["inscribed"] * (1.0 + n)):
         raise SolverError(
             f"{label}: the log volume is known to {best.gap:.1e} only; reduce_inequalities() first"
         )
