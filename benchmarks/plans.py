@@ -9,15 +9,17 @@ the sources of the package ``vamp-planner``, which is not needed otherwise::
 
 downloads these sources and plans for all 700; ``--count 3`` for the first 3 of each set only. With
 ``--problems FILE`` nothing is downloaded: the file has the sources, or the problems alone. Times
-are of the processor, for one call of `plan_path` each, shortcuts and proofs included.
+are of the processor, for one call of `plan_path` each, shortcuts and proofs included. ``--ompl``
+adds OMPL's RRT-Connect with our proofs, and the same with MuJoCo's checks of samples, which
+``make peers`` installs; of paths of the latter it is counted how many collide.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 import os
 from pathlib import Path
 import subprocess
@@ -31,6 +33,7 @@ import numpy as np
 import yaml
 
 from benchmarks.machine import machine
+from benchmarks.ompl_mujoco import SampledPlanner
 from scene_graph_ros.geometry import (
     Box,
     Cylinder,
@@ -42,7 +45,9 @@ from scene_graph_ros.geometry import (
 )
 from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions
 from scene_graph_ros.planning import (
+    EdgeStatus,
     load_robot_diagram,
+    OmplPlanner,
     plan_path,
     RobotDiagram,
     SceneGraphCollisionChecker,
@@ -217,13 +222,48 @@ class _Run(NamedTuple):
     length: float
     clearance: float
     reason: str | None
+    collides: bool = False
 
 
-def _run(problem: Problem, timeout: float) -> _Run:
+_Way = Callable[[Problem, float], _Run]
+
+
+def _proven(problem: Problem, timeout: float, planner: str | OmplPlanner) -> _Run:
     begin = time.process_time()
-    plan = plan_path(problem.checker, problem.start, problem.goal, group="arm", timeout=timeout)
+    plan = plan_path(
+        problem.checker,
+        problem.start,
+        problem.goal,
+        group="arm",
+        timeout=timeout,
+        planner=planner,
+    )
     seconds = time.process_time() - begin
     return _Run(problem.kind, seconds, plan.length, plan.least_clearance, plan.reason)
+
+
+def _sampled(problem: Problem, timeout: float, *, shortened: bool) -> _Run:
+    """Plan by samples, whose model is made before time is counted; then look at the path."""
+    planner = SampledPlanner(problem.checker, "arm")
+    begin = time.process_time()
+    found = planner.plan(problem.start, problem.goal, timeout, shortened=shortened)
+    seconds, path = time.process_time() - begin, found.configurations
+    if len(path) < 2:
+        return _Run(problem.kind, seconds, 0.0, 0.0, "OMPL with MuJoCo found nothing in time")
+    measures = problem.checker.measure_edges(np.stack([path[:-1], path[1:]], axis=1))
+    length = float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum())
+    least = min(each.least_clearance for each in measures)
+    hits = any(each.status is EdgeStatus.COLLIDES for each in measures)
+    return _Run(problem.kind, seconds, length, least, None, hits)
+
+
+_OURS: dict[str, _Way] = {"": partial(_proven, planner="rrt_connect")}
+_WITH_OMPL: dict[str, _Way] = {
+    **_OURS,
+    "OMPL, our proofs": partial(_proven, planner=OmplPlanner("RRTConnect")),
+    "OMPL, MuJoCo's samples, not shortened": partial(_sampled, shortened=False),
+    "OMPL, MuJoCo's samples": partial(_sampled, shortened=True),
+}
 
 
 def _row(kind: str, runs: Sequence[_Run]) -> str:
@@ -234,6 +274,7 @@ def _row(kind: str, runs: Sequence[_Run]) -> str:
     if solved:
         lengths, kept = zip(*((run.length, run.clearance) for run in solved), strict=True)
         words += f" {np.median(lengths):9.2f} {1e3 * np.median(kept):9.3f} {1e3 * min(kept):9.3f}"
+        words += f" {sum(run.collides for run in solved):7}"
     return words
 
 
@@ -245,6 +286,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--count", type=int, help="problems of each set, if not all; 20 in the cell"
     )
+    parser.add_argument("--ompl", action="store_true", help="beside OMPL's planner")
     parser.add_argument("--timeout", type=float, default=10.0, help="seconds for each")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
@@ -253,30 +295,35 @@ def main(arguments: Sequence[str] | None = None) -> None:
             problems = shelf_problems(options.count or 20)
         else:
             problems = moveit_problems(archive, options.count)
-        _print_table(problems, options.timeout)
+        _print_table(problems, options.timeout, _WITH_OMPL if options.ompl else _OURS)
 
 
-def _print_table(problems: Iterable[Problem], timeout: float) -> None:
+def _print_table(problems: Iterable[Problem], timeout: float, ways: Mapping[str, _Way]) -> None:
     load = os.getloadavg()[0]
-    kinds: dict[str, list[_Run]] = {}
+    runs: dict[str, dict[str, list[_Run]]] = {name: {} for name in ways}
     is_first = True
     for problem in problems:
         if is_first:  # Kernels are loaded by a first call, which is not measured.
-            plan_path(problem.checker, problem.start, problem.start)
+            for way in ways.values():
+                way(problem._replace(goal=problem.start), timeout)
             is_first = False
-        kinds.setdefault(problem.kind, []).append(_run(problem, timeout))
+        for name, way in ways.items():
+            runs[name].setdefault(problem.kind, []).append(way(problem, timeout))
     print(
         f"{'':20} {'solved':>9} {'median ms':>9} {'95 % ms':>9} {'length':>9} {'kept mm':>9}"
-        f" {'least':>9}"
+        f" {'least':>9} {'collide':>7}"
     )
-    for kind, runs in kinds.items():
-        print(_row(kind, runs))
-    everything = [run for runs in kinds.values() for run in runs]
-    if len(kinds) > 1:
-        print(_row("all", everything))
-    for run in everything:
-        if run.reason is not None:
-            print(f"{run.kind}: {run.reason}")
+    for name, kinds in runs.items():
+        if name:
+            print(f"{name}:")
+        for kind, mine in kinds.items():
+            print(_row(kind, mine))
+        everything = [run for mine in kinds.values() for run in mine]
+        if len(kinds) > 1:
+            print(_row("all", everything))
+        for run in everything:
+            if run.reason is not None:
+                print(f"{run.kind}: {run.reason}")
     print(machine(load), end="")
 
 

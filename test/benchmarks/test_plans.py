@@ -6,6 +6,8 @@ import tarfile
 import numpy as np
 import pytest
 
+from benchmarks import plans
+from benchmarks.ompl_mujoco import SampledPath
 from benchmarks.plans import main, moveit_problems
 from scene_graph_ros.geometry import Box, Cylinder
 
@@ -89,3 +91,31 @@ def test_the_command_prints_a_table(archive, capsys, with_archive):
     assert head.split()[:2] == ["solved", "median"]
     assert row.split()[:2] == ["cans" if with_archive else "shelf", "1/1"]
     assert last.startswith("Measured on ")
+
+
+def test_ompl_is_beside_ours(archive, capsys, monkeypatch):
+    """With our proofs always; with MuJoCo's samples where that is installed, else an error."""
+
+    class Straight:
+        """Goes straight, and sees nothing."""
+
+        def __init__(self, checker, group):
+            assert group == "arm"
+
+        def plan(self, start, goal, timeout, *, shortened):
+            return SampledPath(np.stack([start, goal]), 2)
+
+    monkeypatch.setattr(plans, "SampledPlanner", Straight)
+    main(["--problems", str(archive), "--count", "1", "--timeout", "100", "--ompl"])
+    lines = capsys.readouterr().out.splitlines()
+    rows = {
+        name: lines[lines.index(f"{name}:") + 1].split()
+        for name in plans._WITH_OMPL
+        if name  # ours has no title
+    }
+    assert len(rows) == 3 and all(row[:2] == ["cans", "1/1"] for row in rows.values())
+    # The way from one to the other is free for the proof, or it collides; whoever found it.
+    (problem,) = moveit_problems(archive, 1)
+    is_free = problem.checker.check_edge_collision_free(problem.start, problem.goal)
+    assert rows["OMPL, MuJoCo's samples"][-1] == str(int(not is_free))
+    assert rows["OMPL, our proofs"][-1] == "0"
