@@ -116,6 +116,7 @@ def test_what_a_mesh_is_shown_without_is_in_the_log(start_node, tmp_path):
     assert len(lines) == 1
     assert lines[0].startswith("[WARN]")
     assert lines[0].endswith("lost.png' does not exist")
+    assert process.stop() == 0
 
 
 def test_names_can_be_remapped_and_put_into_a_namespace(client, start_node, scene):
