@@ -4,6 +4,7 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.narrowphase.contact.refine import refine
+from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.questions import is_curved
 from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.pair import Contact, Simplex
@@ -39,16 +40,16 @@ def contact_apart(pair, v, limit, tolerance, work):
     curved = is_curved(pair.core_A) or is_curved(pair.core_B)
     relative_gap = FIRST_GAP if curved else 0.0
     count = 0
-    a = b = n = (0.0, 0.0, 0.0)
-    distance, lower, size, gap = math.inf, -math.inf, 0.0, math.inf
+    best = Contact(ORIGIN, ORIGIN, ORIGIN, math.inf, math.inf, 0.0)
+    size, best_lower = 0.0, -math.inf
     for _ in range(ATTEMPTS):
         status, count, v, lower, size = gjk(pair, v, count, limit, relative_gap, tolerance, work)
         if status == OVERLAP:
-            return _OPEN, True, count, lower, size, Contact(n, a, b, distance, gap, 0.0)
+            return _OPEN, True, count, lower, size, best
         simplex = Simplex(work.S, work.ids, work.lam, count)
         n = simplex_normal(simplex, v)
         if status == FAR:
-            far = Contact(n, a, b, math.inf, gap, 0.0)
+            far = Contact(n, best.a, best.b, math.inf, best.error, 0.0)
             return _SEPARATED, False, count, lower, size, far
         a, b = weighted_points(simplex)
         distance = math.sqrt(dot(v, v))
@@ -58,15 +59,21 @@ def contact_apart(pair, v, limit, tolerance, work):
         misfit = norm(axpy(-distance, n, subtract(a, b)))
         is_exact = max(gap / GJK_ROUNDING, misfit / POLISH_RESIDUAL) <= EPSILON * size
         if not curved and is_exact:
+            best, best_lower = Contact(n, a, b, distance, gap, 0.0), lower
             break
         proven, found = refine(pair, n, a, b, size, simplex, 1)
         n, a, b, lower = found.n, found.a, found.b, found.distance
         # Where lines of contact cross behind each other, a contact can be proven that overlaps.
         if proven and lower >= -POLISH_RESIDUAL * EPSILON * size:
             return _REFINED, False, count, lower, size, found
+        # The witnesses may be nearer to each other than the simplex says, but never further.
+        distance = min(distance, abs(lower) + found.error)
         gap = max(found.error, distance - lower)
+        # Of slender triangles of points, rounding may make a later simplex a worse one.
+        if gap < best.error:
+            best, best_lower = Contact(n, a, b, distance, gap, 0.0), lower
         if status == STALLED:
             break
         relative_gap *= relative_gap
-    decided_by = _GJK if gap <= POLISH_RESIDUAL * EPSILON * size else _OPEN
-    return decided_by, False, count, lower, size, Contact(n, a, b, distance, gap, 0.0)
+    decided_by = _GJK if best.error <= POLISH_RESIDUAL * EPSILON * size else _OPEN
+    return decided_by, False, count, best_lower, size, best
