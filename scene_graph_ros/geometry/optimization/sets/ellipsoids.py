@@ -62,13 +62,13 @@ def inscribed(polyhedron: Any, enough: float = 0.0) -> Extremal:
             )
         try:
             x, E, weights = largest_inscribed((A @ B) / slack[:, None])
+            center, B = center + B @ x, B @ E
+            found = _put_inside(A, b, center, B, weights / slack)
         except np.linalg.LinAlgError as error:
             raise SolverError(
                 f"{label}: the set is too thin for its size to tell how wide it is ({error}); work"
                 " in the coordinates of its AffineSubspace"
             ) from error
-        center, B = center + B @ x, B @ E
-        found = _put_inside(A, b, center, B, weights / slack)
         best = found if best is None or found.gap < best.gap else best
         if best.gap <= max(enough, 0.01 * _PROMISED["inscribed"]):
             break
