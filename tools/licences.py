@@ -35,12 +35,12 @@ def locked_names() -> list[str]:
 def licence_of(name: str) -> str:
     """Return what the metadata of an installed package says; a ROS package says it elsewhere."""
     metadata = distribution(name).metadata
-    if expression := metadata["License-Expression"]:
-        return expression
+    for expression in metadata.get_all("License-Expression") or []:
+        return str(expression)
     classifiers = [c for c in metadata.get_all("Classifier") or [] if c.startswith("License ::")]
     if classifiers:
         return ", ".join(sorted(c.rpartition(" :: ")[2] for c in classifiers))
-    stated = (metadata["License"] or "").strip()
+    stated = str((metadata.get_all("License") or [""])[0]).strip()
     if stated and len(stated) <= 100 and not set(stated) & set("\n%"):  # a text, a template
         return stated
     folder = name.removeprefix("ros-").replace("-", "_")
