@@ -115,10 +115,9 @@ METHOD = """\
   pairs together. Nine runs of 40 000 pairs with meshes measured by their triangles found two
   faults, both mended, so about two in 360 000 such pairs may still be there. The 129 pairs with a
   fault are kept in `test/support/hard_corpus/`, and every test run asks about them.
-- **One fault is known.** A hull of more than 32 corners, of which many are within 1e-11 m of one
-  line, 2 mm away from a cylinder's rim: in two of five poses the distance is up to 3.6e-11 of the
-  hull's size too large. `gap` says so. `test/numerics/test_hulls.py` has it, and fails once it is
-  gone.
+- **No fault is known.** The last was a hull of many corners within 1e-11 m of one line beside a
+  cylinder's rim, whose distance was off by 3.6e-11 of its size; `test/numerics/test_hulls.py` asks
+  about it.
 - **Engines.** Called from Python, on one thread. The tiers: one call for a scene of many such
   pairs, candidates included, divided by their number. `exact, one by one`, Drake, Coal, FCL and
   MuJoCo: one call for each pair, poses given before. Penetrations of Drake and MuJoCo come from

@@ -1,10 +1,7 @@
 """Derivatives of the distance against central differences of the distance itself."""
 
-import functools
-
 from hard_corpus.batches import Complaint, relative
 from hard_corpus.constructed import BODIES, constructed, pair_of, random_pose
-from hard_corpus.known_faults import judged, KnownFault, outcomes
 from hard_corpus.scenes import scene_of
 from hard_corpus.sites import pose
 from high_precision import BODIES as CURVED
@@ -226,10 +223,6 @@ def is_one_point(case):
     return one in POINTED or other in POINTED or (one in CROSSING and other in CROSSING)
 
 
-RIMS: list[KnownFault] = []
-
-
-@functools.cache
 def _off(distance):
     """Return Complaints (in m/m and m/rad) of derivatives that differ from the constructed."""
     cases = constructed(distance, bodies=CONVEX, rolls=(0.7,))
@@ -251,11 +244,11 @@ def _off(distance):
     return found
 
 
-@pytest.mark.parametrize(("distance", "fault"), outcomes([0.1, 2e-3, 1e-5, -1e-5, -2e-3], RIMS))
-def test_derivative_is_the_one_constructed(distance, fault):
+@pytest.mark.parametrize("distance", [0.1, 2e-3, 1e-5, -1e-5, -2e-3])
+def test_derivative_is_the_one_constructed(distance):
     """A moves away along the normal, and turns about its origin with the contact's arm.
 
     The truth is a formula of what was constructed: the distance changes at the rate
     ``nhat . (v + omega x r)`` with r from the body's origin to the contact.
     """
-    assert judged(_off(distance), distance, fault, RIMS) == []
+    assert _off(distance) == []
