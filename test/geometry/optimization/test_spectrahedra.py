@@ -146,7 +146,8 @@ def test_above_a_parabola():
     assert (decision.value, decision.certificate.kind) == (False, "recession")
     assert decision.certificate.verify()
     reached = ABOVE_A_PARABOLA.support([1.0, -1.0])
-    assert reached.value == pytest.approx(0.25, abs=1e-8)
+    assert reached.value == pytest.approx(0.25, abs=1e-9)
+    assert reached.gap <= 1e-12
     np.testing.assert_allclose(reached.point, [0.5, 0.25], atol=1e-4)
     assert ABOVE_A_PARABOLA.support([0.0, 1.0]).value == np.inf
     # The nearest point to (0, -1) is the vertex.

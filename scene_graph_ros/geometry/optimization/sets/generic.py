@@ -20,10 +20,6 @@ __all__ = ["check_gaps", "inner_point", "nearest_in_form", "project_on_set", "su
 _PROMISED = 1e-9
 """Relative to the size of what is asked: a larger gap is an error."""
 
-_PROMISED_OF_MATRICES = 1e-8
-"""The same where matrices are semidefinite: planes that touch such a cone side by side are told
-apart by linear programs to some 1e-9 only, more or less on other processors."""
-
 _AT_SURFACE = 1e-7
 """Relative to the coordinates: so near to a curved set, the way to it is too short to have a
 direction that is known well; the gap is then at most the distance."""
@@ -53,7 +49,7 @@ def support_of_lift(asked: Any, d: np.ndarray) -> Support:
         return Support(np.inf, reached.ray[:n], 0.0)
     gap = max(0.0, reached.upper - reached.value)
     size = max(reached.size, abs(reached.value))
-    if gap > (_PROMISED_OF_MATRICES if lift.matrices else _PROMISED) * size:
+    if gap > _PROMISED * size:
         raise SolverError(
             f"{type(asked).__name__}.support: the reach along {d.tolist()} was found to {gap:.1e}"
             f" only, beside a size of {size:.1e}"

@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.optimization.solve.rational_simplex import (
     RationalSimplex,
 )
 from scene_graph_ros.geometry.optimization.solve.rows import is_inside, Rows
+from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Optimum", "maximize", "prove_bound"]
 
@@ -46,6 +47,29 @@ class Optimum:
     basis: np.ndarray
 
 
+_ROUNDING = 16.0 * EPSILON
+"""Relative to the largest multiplier: one below zero that is rounding."""
+
+
+def _mend_signs(
+    A: np.ndarray, goal: np.ndarray, num_equalities: int, chosen: np.ndarray, y: np.ndarray
+) -> None:
+    """Let no inequality's multiplier be negative; the others make up for it as far as they can.
+
+    Which of nearly parallel rows to leave no slope tells the walk: one may have a multiplier below
+    zero that is no rounding. Without that row its neighbours fit nearly as well.
+    """
+    signed = y[num_equalities:]
+    signed[(signed < 0.0) & (signed >= -_ROUNDING * np.abs(y).max(initial=0.0))] = 0.0
+    while (signed < 0.0).any():
+        worst = num_equalities + int(signed.argmin())
+        chosen = chosen[chosen != worst]
+        y[worst] = 0.0
+        for _ in range(2):
+            left = goal - y[chosen] @ A[chosen]
+            y[chosen] += np.linalg.lstsq(A[chosen].T, left, rcond=None)[0]
+
+
 def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
     """Return the largest ``c . x`` over a set, from a point ``(n,)`` of it, in floats."""
     A, b = rows.scaled
@@ -64,14 +88,13 @@ def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
         left[~named] -= weights[~named]
         weights = weights + left @ inverse
     y = np.zeros(len(b))
-    for place, row in enumerate(state[0]):
-        if row >= 0:
-            y[row] = weights[place]
+    y[places[named]] = weights[named]
+    if status != UNBOUNDED:
+        _mend_signs(A, goal, rows.num_equalities, places[named], y)
     y = np.ldexp(y, scales[0])
     if status == UNBOUNDED:
         direction = np.ldexp(ray, scales[1])
         return Optimum(np.inf, point, y, np.inf, 0.0, direction, state[0])
-    y[rows.num_equalities :] = np.maximum(y[rows.num_equalities :], 0.0)
     # About the point, so that a set far from the origin loses nothing.
     slack = rows.b - rows.A @ point
     value = float(c @ point)
