@@ -345,7 +345,7 @@ class HPolyhedron(ConvexSet):
         """Draw many points, nearly uniformly, with an effective sample size.
 
         Chains begin uniformly in the largest ellipsoid inside, and walk along axes of coordinates
-        in which that is a ball (Smith 1984), ``mixing_steps`` between two points, by default 2 n.
+        in which that is a ball (Smith 1984), ``mixing_steps`` between two points, by default 4 n.
         Raises ConvexSetError for a set that is empty, flat or unbounded.
         """
         return draw_many(self, generator, num_samples, mixing_steps, num_chains)

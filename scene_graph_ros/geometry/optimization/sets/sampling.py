@@ -88,7 +88,7 @@ def draw_many(
     wanted = _at_least(num_samples, 1, f"{label}: num_samples")
     chains = min(_at_least(num_chains, 1, f"{label}: num_chains"), wanted)
     # A step along an axis changes one of n coordinates.
-    between = 2 * n if mixing_steps is None else mixing_steps
+    between = 4 * n if mixing_steps is None else mixing_steps
     steps = _at_least(between, 0 if n == 0 else 1, f"{label}: mixing_steps")
     if n == 0:
         return UniformSamples(np.zeros((wanted, 0)), float(wanted), chains)
