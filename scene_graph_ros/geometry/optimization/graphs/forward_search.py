@@ -21,6 +21,7 @@ from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.expressions import as_cost, Cost
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
+from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of, terms_of_edge
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.graphs.restriction import (
     bound_of_prefix,
@@ -29,9 +30,7 @@ from scene_graph_ros.geometry.optimization.graphs.restriction import (
 )
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.graphs.shortest_path import (
-    network_of,
     solve_path,
-    terms_of_edge,
 )
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 

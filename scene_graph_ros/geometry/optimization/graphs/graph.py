@@ -15,10 +15,10 @@ from scene_graph_ros.geometry.optimization.graphs.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
+from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
 from scene_graph_ros.geometry.optimization.graphs.shortest_path import (
-    network_of,
     solve_path,
     solve_restriction,
 )

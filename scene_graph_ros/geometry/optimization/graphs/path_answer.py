@@ -1,0 +1,129 @@
+"""What is told of a path that was found, or of none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.graphs.bounds import ProvenBound
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem, Relaxed
+from scene_graph_ros.geometry.optimization.graphs.result import (
+    GraphOfConvexSetsResult,
+    PathBound,
+)
+from scene_graph_ros.geometry.optimization.graphs.search import Incumbent, Searched
+from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
+
+__all__ = ["PathAnswer", "no_path", "with_points"]
+
+
+def no_path(reason: str) -> GraphOfConvexSetsResult:
+    """Return that there is no path, and why."""
+    return GraphOfConvexSetsResult(False, np.inf, np.inf, reason)
+
+
+def with_points(
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    found: Incumbent,
+    used: Transcription,
+    others: dict[str, Any],
+) -> GraphOfConvexSetsResult:
+    """Return a path, its points and what its parts cost, with what ``others`` say."""
+    path = [edges[e] for e in found.path]
+    visited = [path[0].u, *(e.v for e in path)]
+    points = dict(zip((v.id for v in visited), found.best.points, strict=True))
+    return GraphOfConvexSetsResult(
+        is_success=True,
+        cost=found.best.cost,
+        path=tuple(e.id for e in path),
+        vertices=tuple(v.id for v in visited),
+        points=found.best.points,
+        edge_costs={e.id: e.costs_at(points, used) for e in path},
+        vertex_costs={v.id: v.costs_at(points, used) for v in visited},
+        violation=found.best.violation,
+        **others,
+    )
+
+
+class PathAnswer:
+    """What is told of a relaxation, and of the path that came of it."""
+
+    def __init__(
+        self,
+        vertices: Sequence[Vertex],
+        edges: Sequence[Edge],
+        problem: Problem,
+        relaxed: Relaxed,
+        proven: ProvenBound,
+    ) -> None:
+        self._vertices, self._edges, self._proven = vertices, edges, proven
+        numbers = [e.id for e in edges]
+        flows = np.clip(relaxed.flows, 0.0, 1.0)
+        centers = [
+            (problem.sets[u].center, problem.sets[v].center)
+            for u, v in zip(problem.network.tails, problem.network.heads, strict=True)
+        ]
+        self._common: dict[str, Any] = {
+            "flows": dict(zip(numbers, flows.tolist(), strict=True)),
+            "phi_xu": {
+                number: x + f * c[0]
+                for number, x, f, c in zip(numbers, relaxed.points_u, flows, centers, strict=True)
+            },
+            "phi_xv": {
+                number: x + f * c[1]
+                for number, x, f, c in zip(numbers, relaxed.points_v, flows, centers, strict=True)
+            },
+            "relaxation_cost": relaxed.cost,
+            "relaxation_bound": PathBound(proven.value, problem, proven.potentials),
+            "num_edges_solved": len(edges),
+        }
+
+    def of_relaxation(
+        self, found: Incumbent | None, count: int, failure: str
+    ) -> GraphOfConvexSetsResult:
+        """Return the best rounded path with the relaxation's bound."""
+        others = {**self._common, "num_rounded_paths": count, "lower_bound": self._proven.value}
+        if found is None:
+            reason = "no path was drawn: the relaxation alone was solved"
+            if failure:
+                reason = f"none of {count} rounded paths was solved: {failure}"
+            elif count:
+                reason = f"none of {count} rounded paths keeps its constraints"
+            return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
+        others["reason"] = f"the best of {count} rounded paths"
+        return with_points(self._vertices, self._edges, found, Transcription.RESTRICTION, others)
+
+    def of_search(self, searched: Searched, count: int) -> GraphOfConvexSetsResult:
+        """Return the best path with the search's bound."""
+        others = {
+            **self._common,
+            "num_rounded_paths": count,
+            "num_search_programs": searched.num_programs,
+            "lower_bound": max(searched.lower_bound, self._proven.value),
+        }
+        reason = _what_ended(searched)
+        if searched.found is None:
+            return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
+        others["reason"] = reason
+        return with_points(self._vertices, self._edges, searched.found, Transcription.MIP, others)
+
+
+def _what_ended(searched: Searched) -> str:
+    """Return why a search went no further."""
+    if searched.found is None:
+        if searched.failure:
+            return f"no path was found: {searched.failure}"
+        if searched.is_complete and searched.lower_bound == np.inf:
+            return "no path keeps the constraints of its edges, which is proven"
+        return "no path was found within max_search_programs"
+    if searched.failure:
+        return f"a path that may be better was not solved: {searched.failure}"
+    return (
+        "the best path, to the tolerance"
+        if searched.is_complete
+        else "max_search_programs was reached"
+    )
