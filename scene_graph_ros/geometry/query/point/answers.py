@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.compiled.streams import LINE
 
-__all__ = ["LARGE", "Answers", "new_answers"]
+__all__ = ["LARGE", "Answers", "new_answers", "write_answer"]
 
 Answers = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]
 """Flat columns phi (k,), p_GN (3 k,), grad_W (3 k,) and unique (k,)."""
@@ -41,3 +43,14 @@ def new_answers(count: int, memory: type[np.ndarray[Any, Any]] = np.ndarray) -> 
         column(3 * count, np.float64),
         column(count, np.bool_),
     )
+
+
+@inlined_kernel
+def write_answer(columns, at, phi, nearest, gradient, is_unique):
+    """Write one answer to its place in the columns."""
+    at &= LAST_PLACE
+    columns[0][at], columns[3][at] = phi, is_unique
+    at = (3 * at) & LAST_PLACE
+    for axis in range(3):
+        columns[1][at + axis] = nearest[axis]
+        columns[2][at + axis] = gradient[axis]

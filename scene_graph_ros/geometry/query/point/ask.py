@@ -22,9 +22,9 @@ from scene_graph_ros.geometry.query.arguments import (
     checked_threads,
 )
 from scene_graph_ros.geometry.query.memo import Memo
-from scene_graph_ros.geometry.query.point.all_rows import group_by_kind, HeldKinds, hold_kinds
+from scene_graph_ros.geometry.query.point.answer_memory import AnswerMemory
 from scene_graph_ros.geometry.query.point.batch import distance_points, distances_to_all
-from scene_graph_ros.geometry.query.point.reuse import AnswerMemory
+from scene_graph_ros.geometry.query.point.kind_table import group_by_kind, HeldKinds, hold_kinds
 from scene_graph_ros.geometry.query.results import LateColumns, PointDistances
 from scene_graph_ros.geometry.query.settings import settings_of
 

@@ -8,14 +8,10 @@ import math
 
 from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.query.point.point_box import point_box
-from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
+from scene_graph_ros.geometry.query.point.closed_forms import CLOSED_FORMS
 from scene_graph_ros.geometry.query.point.point_convex import point_convex
-from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
 from scene_graph_ros.geometry.query.point.point_ellipsoid import point_ellipsoid
-from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
-from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import load_vector
 
@@ -47,12 +43,8 @@ def _size(table, i):
 
 
 POINT_KERNELS = {
-    ShapeKind.SPHERE: point_sphere,
-    ShapeKind.CAPSULE: point_capsule,
-    ShapeKind.BOX: point_box,
-    ShapeKind.CYLINDER: point_cylinder,
+    **CLOSED_FORMS,
     ShapeKind.ELLIPSOID: point_ellipsoid,
-    ShapeKind.HALF_SPACE: point_half_space,
     ShapeKind.CONVEX: _point_convex,
 }
 

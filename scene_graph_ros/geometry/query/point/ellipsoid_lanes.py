@@ -81,88 +81,72 @@ def _answer_hard(lanes):
             set_answer(lanes, j, point_ellipsoid(size, p_GQ))
 
 
-@lean_kernel
-def _begin_all(lanes):
-    use_widest_vectors()
-    open_lanes = hard_lanes = 0
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        is_open, is_hard = _begin(lanes, j, sorted_axes(size), p_GQ)
-        open_lanes += 1 if is_open else 0
-        hard_lanes += 1 if is_hard else 0
-    return open_lanes, hard_lanes
+@inlined_kernel
+def _own_axes(lanes, j, _):
+    size, _ = question(lanes, j)
+    return sorted_axes(size)
 
 
-@lean_kernel
-def _go_on_all(lanes):
-    use_widest_vectors()
-    open_lanes = 0
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        open_lanes += 1 if _go_on(lanes, j, sorted_axes(size), p_GQ) else 0
-    return open_lanes
+@inlined_kernel
+def _shared_axes(lanes, j, axes):
+    return axes
 
 
-@lean_kernel
-def _end_all(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        _end(lanes, j, sorted_axes(size), p_GQ)
+def _newton(axes_of):
+    """Return a kernel that answers all lanes, about the ellipsoids that ``axes_of`` says."""
+
+    @lean_kernel
+    def begin(lanes, axes):
+        use_widest_vectors()
+        open_lanes = hard_lanes = 0
+        for j in range(LANES):
+            _, p_GQ = question(lanes, j)
+            is_open, is_hard = _begin(lanes, j, axes_of(lanes, j, axes), p_GQ)
+            open_lanes += 1 if is_open else 0
+            hard_lanes += 1 if is_hard else 0
+        return open_lanes, hard_lanes
+
+    @lean_kernel
+    def go_on(lanes, axes):
+        use_widest_vectors()
+        open_lanes = 0
+        for j in range(LANES):
+            _, p_GQ = question(lanes, j)
+            open_lanes += 1 if _go_on(lanes, j, axes_of(lanes, j, axes), p_GQ) else 0
+        return open_lanes
+
+    @lean_kernel
+    def end(lanes, axes):
+        use_widest_vectors()
+        for j in range(LANES):
+            _, p_GQ = question(lanes, j)
+            _end(lanes, j, axes_of(lanes, j, axes), p_GQ)
+
+    @lean_kernel
+    def answer(lanes, axes):
+        open_lanes, hard_lanes = begin(lanes, axes)
+        for _ in range(_MORE_STEPS):
+            if open_lanes == 0:
+                break
+            open_lanes = go_on(lanes, axes)
+        end(lanes, axes)
+        if open_lanes + hard_lanes > 0:
+            _answer_hard(lanes)
+
+    return answer
+
+
+_answer_own = _newton(_own_axes)
+_answer_shared = _newton(_shared_axes)
 
 
 @lean_kernel
 def answer_ellipsoids(lanes):
     """Answer all lanes, about an ellipsoid each."""
-    open_lanes, hard_lanes = _begin_all(lanes)
-    for _ in range(_MORE_STEPS):
-        if open_lanes == 0:
-            break
-        open_lanes = _go_on_all(lanes)
-    _end_all(lanes)
-    if open_lanes + hard_lanes > 0:
-        _answer_hard(lanes)
-
-
-@lean_kernel
-def _begin_alike(lanes, axes):
-    use_widest_vectors()
-    open_lanes = hard_lanes = 0
-    for j in range(LANES):
-        _, p_GQ = question(lanes, j)
-        is_open, is_hard = _begin(lanes, j, axes, p_GQ)
-        open_lanes += 1 if is_open else 0
-        hard_lanes += 1 if is_hard else 0
-    return open_lanes, hard_lanes
-
-
-@lean_kernel
-def _go_on_alike(lanes, axes):
-    use_widest_vectors()
-    open_lanes = 0
-    for j in range(LANES):
-        _, p_GQ = question(lanes, j)
-        open_lanes += 1 if _go_on(lanes, j, axes, p_GQ) else 0
-    return open_lanes
-
-
-@lean_kernel
-def _end_alike(lanes, axes):
-    use_widest_vectors()
-    for j in range(LANES):
-        _, p_GQ = question(lanes, j)
-        _end(lanes, j, axes, p_GQ)
+    _answer_own(lanes, None)
 
 
 @lean_kernel
 def answer_ellipsoid(lanes, size):
     """Answer all lanes, all about the ellipsoid of this size."""
-    axes = sorted_axes(size)
-    open_lanes, hard_lanes = _begin_alike(lanes, axes)
-    for _ in range(_MORE_STEPS):
-        if open_lanes == 0:
-            break
-        open_lanes = _go_on_alike(lanes, axes)
-    _end_alike(lanes, axes)
-    if open_lanes + hard_lanes > 0:
-        _answer_hard(lanes)
+    _answer_shared(lanes, sorted_axes(size))

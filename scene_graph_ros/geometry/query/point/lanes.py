@@ -10,17 +10,10 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
-from scene_graph_ros.geometry.query.point.lane_rows import SQUARE, take_square
-from scene_graph_ros.geometry.query.point.point_box import point_box
-from scene_graph_ros.geometry.query.point.point_capsule import point_capsule
-from scene_graph_ros.geometry.query.point.point_cylinder import point_cylinder
-from scene_graph_ros.geometry.query.point.point_half_space import point_half_space
-from scene_graph_ros.geometry.query.point.point_sphere import point_sphere
-from scene_graph_ros.geometry.shapes.kinds import ShapeKind
+from scene_graph_ros.geometry.query.point.lanes_to_rows import SQUARE, take_square
 from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, subtract
 
 __all__ = [
-    "answer_closed_form",
     "enter_frame",
     "enter_frames",
     "keep_answer",
@@ -35,12 +28,6 @@ __all__ = [
     "triple",
     "write_lane",
 ]
-
-_SPHERE = int(ShapeKind.SPHERE)
-_CAPSULE = int(ShapeKind.CAPSULE)
-_BOX = int(ShapeKind.BOX)
-_CYLINDER = int(ShapeKind.CYLINDER)
-_HALF_SPACE = int(ShapeKind.HALF_SPACE)
 
 _POINT, _SIZE, _PHI, _NEAREST, _GRADIENT, _UNIQUE = (LANES * k for k in (0, 3, 6, 7, 10, 13))
 
@@ -167,58 +154,3 @@ def set_answer(lanes, j, answer):
     set_triple(lanes, _NEAREST, j, p_GN)
     set_triple(lanes, _GRADIENT, j, grad_G)
     lanes[_UNIQUE + j] = 1.0 if unique else 0.0
-
-
-@lean_kernel
-def _spheres(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        set_answer(lanes, j, point_sphere(size, p_GQ))
-
-
-@lean_kernel
-def _capsules(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        set_answer(lanes, j, point_capsule(size, p_GQ))
-
-
-@lean_kernel
-def _boxes(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        set_answer(lanes, j, point_box(size, p_GQ))
-
-
-@lean_kernel
-def _cylinders(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        size, p_GQ = question(lanes, j)
-        set_answer(lanes, j, point_cylinder(size, p_GQ))
-
-
-@lean_kernel
-def _half_spaces(lanes):
-    use_widest_vectors()
-    for j in range(LANES):
-        _, p_GQ = question(lanes, j)
-        set_answer(lanes, j, point_half_space(p_GQ))
-
-
-@lean_kernel
-def answer_closed_form(lanes, kind):
-    """Answer all lanes, all about shapes of one kind with a closed form."""
-    if kind == _SPHERE:
-        _spheres(lanes)
-    elif kind == _CAPSULE:
-        _capsules(lanes)
-    elif kind == _BOX:
-        _boxes(lanes)
-    elif kind == _CYLINDER:
-        _cylinders(lanes)
-    elif kind == _HALF_SPACE:
-        _half_spaces(lanes)

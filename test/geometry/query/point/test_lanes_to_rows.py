@@ -7,13 +7,13 @@ from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.geometry.compiled.streams import finish_streams
 from scene_graph_ros.geometry.query.point.answers import LARGE, new_answers
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
-from scene_graph_ros.geometry.query.point.lane_rows import (
+from scene_graph_ros.geometry.query.point.lanes import take_poses
+from scene_graph_ros.geometry.query.point.lanes_to_rows import (
     ANSWER,
     put_square,
     SQUARE,
     stream_square,
 )
-from scene_graph_ros.geometry.query.point.lanes import take_poses
 
 STRIDE = 40
 

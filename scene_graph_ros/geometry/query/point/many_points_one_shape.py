@@ -7,25 +7,30 @@ are written past the caches.
 
 import math
 
+from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.compiled.streams import finish_streams, LINE, numbers_to_line
-from scene_graph_ros.geometry.query.point.alike_lanes import answer_shape
+from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
+from scene_graph_ros.geometry.query.point.closed_forms import CLOSED_FORMS
 from scene_graph_ros.geometry.query.point.ellipsoid_lanes import answer_ellipsoid
 from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
+from scene_graph_ros.geometry.query.point.kind_table import borrowed
 from scene_graph_ros.geometry.query.point.lane_memory import answer_numbers, lane_numbers, LANES
-from scene_graph_ros.geometry.query.point.lane_rows import (
+from scene_graph_ros.geometry.query.point.lanes import (
+    enter_frame,
+    keep_answer,
+    keep_answers,
+    p_GQ_of_lane,
+    question,
+    set_answer,
+    set_triple,
+)
+from scene_graph_ros.geometry.query.point.lanes_to_rows import (
     ANSWER,
     put_square,
     SQUARE,
     stream_square,
-)
-from scene_graph_ros.geometry.query.point.lanes import (
-    enter_frame,
-    keep_answers,
-    question,
-    set_answer,
-    set_triple,
 )
 from scene_graph_ros.geometry.query.point.point_convex import point_hull
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
@@ -36,6 +41,31 @@ __all__ = ["answer_many_points"]
 
 _CONVEX = int(ShapeKind.CONVEX)
 _ELLIPSOID = int(ShapeKind.ELLIPSOID)
+
+
+def _against_one(point_shape):
+    """Return a kernel that measures all lanes to one shape, from the world and back, in one loop.
+
+    Nothing is kept in between, so that most of it happens in the processor's registers.
+    """
+
+    @lean_kernel
+    def answer(size, R_WG, p_WG, points, answers, first):
+        use_widest_vectors()
+        first &= LAST_PLACE
+        for j in range(LANES):
+            p_GQ = p_GQ_of_lane(points, j, R_WG, p_WG)
+            keep_answer(answers, first, j, R_WG, point_shape(size, p_GQ))
+
+    return answer
+
+
+@by_kind(lean_kernel, ["kind"], {kind: _against_one(form) for kind, form in CLOSED_FORMS.items()})
+def _answer_closed_form(kind, size, R_WG, p_WG, points, answers, first):
+    """Write all lanes' answers about one shape from ``answers[first]`` on, as ``keep_answers``.
+
+    ``points`` are p_WQ, the first triple of each lane.
+    """
 
 
 @lean_kernel
@@ -96,7 +126,7 @@ def _answer_row(kinds, i, points, lanes, R_WG, p_WG, answers, first):
             answer_ellipsoid(lanes, size)
         keep_answers(lanes, R_WG, answers, first)
     else:
-        answer_shape(kind, size, R_WG, p_WG, points, answers, first)
+        _answer_closed_form(kind, size, R_WG, p_WG, points, answers, first)
 
 
 @lean_kernel
@@ -128,13 +158,15 @@ def _are_lined(columns):
 
 
 @lean_kernel
-def answer_many_points(kinds, X_WG, p_WQs, first, last, is_large, columns):
+def answer_many_points(places, X_WG, p_WQs, first, last, is_large, columns):
     """Answer points first to last about all rows but meshes.
 
-    Point q and row i have the place ``q * n + i`` of the ``columns``, which are phi, p_GN, grad_W
-    and unique, flat. ``is_large`` tells that the result is larger than the processor's caches;
-    then points whose answers begin at the same place of a line are answered together.
+    ``places`` are those of ``hold_kinds``. Point q and row i have the place ``q * n + i`` of the
+    ``columns``, which are phi, p_GN, grad_W and unique, flat. ``is_large`` tells that the result
+    is larger than the processor's caches; then points whose answers begin at the same place of a
+    line are answered together.
     """
+    kinds = borrowed(places)
     n, begin = X_WG.shape[0], first
     if is_large and _are_lined(columns):
         step = LINE // math.gcd(n, LINE)
