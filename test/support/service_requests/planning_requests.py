@@ -1,0 +1,64 @@
+"""Good requests about motions of robots."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from scene_requests import pose
+
+from scene_graph_msgs.msg import MotionLimits, PoseGoal, QueryOptions, RobotConfigurations
+from service_requests.small_world import OWNER, WHAT_IF
+
+__all__ = ["REQUESTS"]
+
+REQUESTS: dict[str, dict[str, Any]] = {
+    "AttachFrame": {
+        "source": OWNER,
+        "frame": "hand",
+        "link": "slide/ball",
+        "touch_links": ["ball"],
+        "with_pose": True,
+        "pose": pose(x=0.5),
+    },
+    "CheckClearance": {
+        "configurations": RobotConfigurations(names=["rail"], positions=[0.0, 1.0]),
+        "influence_distance": 2.0,
+        "with_jacobians": True,
+    },
+    "CheckConfigurations": {
+        "configurations": RobotConfigurations(names=["rail"], positions=[0.0, 1.0]),
+        "environment_padding": 0.01,
+        "with_collisions": True,
+    },
+    "CheckEdges": {
+        "ends": RobotConfigurations(names=["slide/rail"], positions=[0.0, 1.0]),
+        "options": QueryOptions(what_if=WHAT_IF),
+        "with_measures": True,
+    },
+    "DetachFrame": {"source": OWNER, "frame": "cup"},
+    "PlanPath": {
+        "goals": RobotConfigurations(names=["rail"], positions=[3.0]),
+        "with_trajectory": True,
+        "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
+    },
+    "PlanPath to a pose": {
+        "pose_goals": [
+            PoseGoal(link="ball", tool=pose(x=0.1), pose=pose(x=99.0, z=2.0)),
+            PoseGoal(
+                link="slide/ball",
+                tool=pose(x=0.1),
+                pose=pose(x=2.0, z=2.0),
+                position_tolerance=1e-6,
+            ),
+        ],
+        "with_trajectory": True,
+        "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
+    },
+    "SetPadding": {
+        "source": OWNER,
+        "frames_a": ["cup", "cup"],
+        "frames_b": ["base", "world"],
+        "paddings": [0.02, -0.01],
+    },
+}
+"""Fields by the type of the request, and what else is particular."""
