@@ -3,8 +3,8 @@
 ``python -m benchmarks.robot_speed`` prints the table. All are called from Python with one thread,
 about the same geometries and pairs. Ours proves edges; the others sample them at steps of 0.05 rad
 and stop at the first collision. To them a mesh is its convex hull: where a finger is in the bowl,
-they differ. Peers that are not installed are
-left out, and that is said; ``make peers`` installs them.
+they differ. Clearances with derivatives, one call for each configuration, are a table of their
+own. Peers that are not installed are left out, and that is said; ``make peers`` installs them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,11 @@ from benchmarks.robot_engines.drake_engine import DrakeEngine  # noqa: E402
 from benchmarks.robot_engines.mujoco_engine import MuJoCoEngine  # noqa: E402
 from benchmarks.robot_engines.our_engine import OurEngine  # noqa: E402
 from benchmarks.robot_engines.pinocchio_engine import PinocchioEngine  # noqa: E402
-from benchmarks.robot_engines.robot_world import RobotEngine, RobotWorld  # noqa: E402
+from benchmarks.robot_engines.robot_world import (  # noqa: E402
+    ClearanceEngine,
+    RobotEngine,
+    RobotWorld,
+)
 from scene_graph_ros.planning import (  # noqa: E402
     load_robot_diagram,
     SceneGraphCollisionChecker,
@@ -37,6 +41,8 @@ __all__ = ["main"]
 _SCENE = "config/scenes/panda_cell.yaml"
 _STEP = 0.05
 _REPEATS = 3
+_INFLUENCES = (0.05, 0.1, 0.5)
+"""Metres, up to which clearances are told."""
 
 
 class _Row(NamedTuple):
@@ -92,6 +98,23 @@ def _measured(engines: Sequence[RobotEngine], q: np.ndarray, edges: np.ndarray) 
     return rows
 
 
+def _print_clearances(engines: Sequence[RobotEngine], q: np.ndarray) -> None:
+    able = [engine for engine in engines if isinstance(engine, ClearanceEngine)]
+    print(f"{'clearance within':18} {'microseconds':>13} {'rows':>7} {'ours is':>9}")
+    for influence in _INFLUENCES:
+        ours = None
+        for engine in able:
+            each, counts = _microseconds(
+                lambda e=engine, d=influence: e.clearances(q, d),  # type: ignore[misc]
+                len(q),
+            )
+            ours = each if ours is None else ours
+            print(
+                f"{influence:4} m, {engine.name:15} {each:9.1f} {counts.mean():7.2f}"
+                f" {each / ours:8.1f}x"
+            )
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -102,7 +125,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     tree, rng = checker.model.tree, np.random.default_rng(0)
     q = rng.uniform(tree.lower, tree.upper, (options.count, tree.num_positions))
     edges = edges_of(checker, options.count)
-    rows = _measured(_engines(checker), q, edges)
+    engines = _engines(checker)
+    rows = _measured(engines, q, edges)
     ours = rows[0]
     print(
         f"{'':18} {'configurations/s':>17} {'ours is':>9} {'edges/s':>9} {'ours is':>9}"
@@ -114,6 +138,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             f" {row.configurations / ours.configurations:8.1f}x {1e6 / row.edges:9.0f}"
             f" {row.edges / ours.edges:8.1f}x {row.apart:7} {row.colliding:8}"
         )
+    _print_clearances(engines, q)
     print(f"{len(q)} configurations, {len(edges)} edges, {checker.num_pairs} pairs. ", end="")
     print(machine(load), end="")
 

@@ -15,7 +15,7 @@ __all__ = ["DrakeEngine"]
 
 
 class DrakeEngine:
-    """``CheckConfigsCollisionFree`` and ``CheckEdgesCollisionFree``."""
+    """``CheckConfigsCollisionFree``, ``CheckEdgesCollisionFree`` and ``CalcRobotClearance``."""
 
     name = "Drake"
 
@@ -91,6 +91,13 @@ class DrakeEngine:
         ends = [self._world.all_positions(edge) for edge in edges]
         free = self._checker.CheckEdgesCollisionFree(ends, parallelize=self._single)
         return np.array(free) == 0
+
+    def clearances(self, q: np.ndarray, influence: float) -> np.ndarray:
+        """See ClearanceEngine."""
+        positions = self._world.all_positions(q)
+        return np.array(
+            [self._checker.CalcRobotClearance(each, influence).size() for each in positions]
+        )
 
 
 def _shape(shape: Shape) -> Any:

@@ -25,3 +25,7 @@ class OurEngine:
         """See RobotEngine; proven, whatever the step."""
         del step
         return ~self._checker.check_edges_collision_free(edges)
+
+    def clearances(self, q: np.ndarray, influence: float) -> np.ndarray:
+        """See ClearanceEngine."""
+        return np.array([self._checker.calc_robot_clearance(each, influence).size for each in q])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from scene_graph_ros.planning import SceneGraphCollisionChecker
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import REVOLUTE
 
-__all__ = ["RobotEngine", "RobotWorld", "Thing"]
+__all__ = ["ClearanceEngine", "RobotEngine", "RobotWorld", "Thing"]
 
 
 class RobotEngine(Protocol):
@@ -25,6 +25,16 @@ class RobotEngine(Protocol):
 
     def edges_collide(self, edges: np.ndarray, step: float) -> np.ndarray:
         """Tell of edges ``(n, 2, nq)`` which collide, by samples at steps; stop at the first."""
+
+
+@runtime_checkable
+class ClearanceEngine(Protocol):
+    """Tells distances up to a limit, and their derivatives by the configuration."""
+
+    name: str
+
+    def clearances(self, q: np.ndarray, influence: float) -> np.ndarray:
+        """Work them out for configurations ``(n, nq)``, one call each; return counts ``(n,)``."""
 
 
 @dataclass(frozen=True)

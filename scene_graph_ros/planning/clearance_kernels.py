@@ -4,16 +4,63 @@ Witness points are stationary to first order (envelope theorem): a distance chan
 own points there move along the normal.
 """
 
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.held_tuples import borrower, compiled_type
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.planning.bodies import (
+    BodyTable,
     distance_at,
+    PairTable,
     place_bodies,
-    place_still_bodies,
-    sure_distances,
+    Places,
 )
-from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, PRISMATIC
+from scene_graph_ros.planning.separation_kernels import separation
+from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, TreeTable
 
-__all__ = ["near_distances"]
+__all__ = ["NearTable", "near_distances", "near_table_type"]
+
+_MARGIN = 1.0 + 1e-12
+"""Times squared distances of balls: far more than rounding adds."""
+
+
+class NearTable(NamedTuple):
+    """All that the kernel reads, and what one thread writes to."""
+
+    tree: TreeTable
+    bodies: BodyTable
+    pairs: PairTable
+    X_WB: np.ndarray
+    """``(4, 4)``."""
+    places: Places
+    """Where the bodies that do not move are is there already."""
+    rows: np.ndarray
+    """``(p,)``: pairs that were found."""
+    distances: np.ndarray
+    """``(p,)`` metres, less the padding."""
+    gradients: np.ndarray
+    """``(p, nv)``: derivatives of the distances by the velocities."""
+
+
+@functools.cache
+def near_table_type() -> Any:
+    """Return the type of every table, to compiled code."""
+    rows, flags, numbers = np.zeros(1, np.int64), np.zeros(1, np.bool_), np.zeros(1)
+    poses, points = np.zeros((1, 3, 4)), np.zeros((1, 3))
+    tree = TreeTable(rows, rows, poses, rows, rows, numbers, numbers, rows, poses)
+    bodies = BodyTable(rows, rows, poses, poses, points, numbers, points, points, 0)
+    pairs = PairTable(np.zeros((1, 2), np.int64), flags, numbers, numbers, rows)
+    lanes = np.zeros((1, 12, LANES))
+    places = Places(lanes, points, lanes, lanes, numbers)
+    return compiled_type(NearTable(tree, bodies, pairs, points, places, rows, numbers, points))
+
+
+_borrowed = borrower(near_table_type)
 
 
 @inlined_kernel
@@ -27,53 +74,72 @@ def _to_world(X, v, place):
 
 
 @inlined_kernel
+def _rates(p, X, ax, ay, az, nhat, sign):
+    """Return how fast p goes along the normal where it turns about an axis, and slides along it.
+
+    A point that turns about the axis a at r goes along the normal by a . (r x normal).
+    """
+    rx, ry, rz = p[0] - X[3, 0], p[1] - X[7, 0], p[2] - X[11, 0]
+    turn = (
+        ax * (ry * nhat[2] - rz * nhat[1])
+        + ay * (rz * nhat[0] - rx * nhat[2])
+        + az * (rx * nhat[1] - ry * nhat[0])
+    )
+    return sign * turn, sign * (ax * nhat[0] + ay * nhat[1] + az * nhat[2])
+
+
+@inlined_kernel
 def _add_rates(tree, joint, X_WJ, p, nhat, sign, gradient):
     """Add how fast a point that a joint and those below move goes along the normal, in W."""
     while joint > 0:
         kind, column = tree.kinds[joint], tree.velocity_starts[joint]
-        X, before, X_PJ = X_WJ[joint], X_WJ[tree.parents[joint]], tree.X_PJ[joint]
-        # A point that turns about the axis a at r goes along the normal by a . (r x normal).
-        rx, ry, rz = p[0] - X[3, 0], p[1] - X[7, 0], p[2] - X[11, 0]
-        mx, my, mz = (
-            ry * nhat[2] - rz * nhat[1],
-            rz * nhat[0] - rx * nhat[2],
-            rx * nhat[1] - ry * nhat[0],
-        )
-        for axis in range(3):
+        X = X_WJ[joint]
+        if kind in (FLOATING, PLANAR):
             # The axes along which it slides are those that it has before it turns.
-            u, v, w = X_PJ[0, axis], X_PJ[1, axis], X_PJ[2, axis]
-            ax = before[0, 0] * u + before[1, 0] * v + before[2, 0] * w
-            ay = before[4, 0] * u + before[5, 0] * v + before[6, 0] * w
-            az = before[8, 0] * u + before[9, 0] * v + before[10, 0] * w
-            turn = sign * (ax * mx + ay * my + az * mz)
-            slide = sign * (ax * nhat[0] + ay * nhat[1] + az * nhat[2])
-            if kind == FLOATING:
-                gradient[column + axis] += turn
-                gradient[column + 3 + axis] += slide
-            elif kind == PLANAR:
-                gradient[column + axis] += slide if axis < 2 else turn
-            elif axis == 2:
-                rate = slide if kind == PRISMATIC else turn
-                gradient[column] += tree.multipliers[joint] * rate
+            before, X_PJ = X_WJ[tree.parents[joint]], tree.X_PJ[joint]
+            for axis in range(3):
+                u, v, w = X_PJ[0, axis], X_PJ[1, axis], X_PJ[2, axis]
+                ax = before[0, 0] * u + before[1, 0] * v + before[2, 0] * w
+                ay = before[4, 0] * u + before[5, 0] * v + before[6, 0] * w
+                az = before[8, 0] * u + before[9, 0] * v + before[10, 0] * w
+                turn, slide = _rates(p, X, ax, ay, az, nhat, sign)
+                if kind == PLANAR:
+                    gradient[column + axis] += slide if axis < 2 else turn
+                else:
+                    gradient[column + axis] += turn
+                    gradient[column + 3 + axis] += slide
+        else:
+            turn, slide = _rates(p, X, X[2, 0], X[6, 0], X[10, 0], nhat, sign)
+            gradient[column] += tree.multipliers[joint] * (slide if kind == PRISMATIC else turn)
         joint = tree.parents[joint]
 
 
-@lean_kernel
-def near_distances(
-    held, tree, bodies, pairs, q, X_WB, influence, places, rows, distances, gradients
-):  # fmt: skip
-    """Write the pairs that are near at q ``(1, nq)``; return how many there are.
+@inlined_kernel
+def _may_be_near(bodies, a, b, places, limit):
+    """Tell whether two bodies may be as near as ``limit`` (m): balls first, then boxes."""
+    A, B = places.centers[a], places.centers[b]
+    x, y, z = A[0, 0] - B[0, 0], A[1, 0] - B[1, 0], A[2, 0] - B[2, 0]
+    reach = bodies.radii[a] + bodies.radii[b] + limit
+    if reach < 0.0 or x * x + y * y + z * z > reach * reach * _MARGIN:
+        return False
+    distance, _ = separation(bodies, a, b, places, 0)
+    return distance <= limit
 
-    ``rows`` ``(p,)`` are pairs that are at most ``influence`` (m) farther apart than their
-    padding, ``distances`` ``(p,)`` how far less that, ``gradients`` ``(p, nv)`` derivatives.
+
+@lean_kernel
+def near_distances(held, near, q, influence):
+    """Write the pairs that are near at q ``(1, nq)`` to a table; return how many there are.
+
+    Near are those that are at most ``influence`` (m) farther apart than their padding. ``near`` is
+    a NearTable that was written down.
     """
-    place_still_bodies(bodies, places)
-    place_bodies(tree, bodies, q, 0, X_WB, places)
+    table = _borrowed(near)
+    tree, bodies, pairs, places = table.tree, table.bodies, table.pairs, table.places
+    place_bodies(tree, bodies, q, 0, table.X_WB, places)
     robots, count = len(bodies.joints), 0
     for p in range(len(pairs.bodies)):
         a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
-        sure_distances(bodies, a, b, places, limit)
-        if places.sure[0] > limit:
+        if not _may_be_near(bodies, a, b, places, limit):
             continue
         phi, p_ACa, p_ACb, nhat_A, _, _, _ = distance_at(
             held, bodies, pairs, p, 0, places, max(limit, 0.0), 0.0
@@ -84,7 +150,7 @@ def near_distances(
             a, b = b, a
         X_WA = places.X_WG[a]
         nhat = _to_world(X_WA, nhat_A, 0.0)
-        gradient = gradients[count]
+        gradient = table.gradients[count]
         gradient[:] = 0.0
         if a < robots:
             p_WCa = _to_world(X_WA, p_ACa, 1.0)
@@ -92,6 +158,6 @@ def near_distances(
         if b < robots:
             p_WCb = _to_world(X_WA, p_ACb, 1.0)
             _add_rates(tree, bodies.joints[b], places.X_WJ, p_WCb, nhat, -1.0, gradient)
-        rows[count], distances[count] = p, phi - pairs.paddings[p]
+        table.rows[count], table.distances[count] = p, phi - pairs.paddings[p]
         count += 1
     return count

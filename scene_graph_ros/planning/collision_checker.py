@@ -206,9 +206,9 @@ class SceneGraphCollisionChecker(CollisionChecker):
         for a position beyond all scenes.
         """
         q = self._tree.checked_configurations(configurations)
-        far = np.argwhere(np.abs(q) > MAX_COORDINATE)
-        if len(far):
-            row, column = far[0]
+        # Where the squares add up to less, no position is beyond it.
+        if not np.vdot(q, q) <= MAX_COORDINATE**2 and (np.abs(q) > MAX_COORDINATE).any():
+            row, column = np.argwhere(np.abs(q) > MAX_COORDINATE)[0]
             raise CollisionCheckerError(
                 f"position {self._tree.position_names[column]!r} of configuration {row} is beyond"
                 f" {MAX_COORDINATE:g}: {q[row, column]}"

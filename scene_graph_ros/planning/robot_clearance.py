@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import enum
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,18 +14,15 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.solved_pairs import SolvedPairs
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.bodies import new_places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState
-from scene_graph_ros.planning.clearance_kernels import near_distances
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
+from scene_graph_ros.planning.near_pairs import near_pairs, NearPairs
 
 __all__ = [
-    "NearPairs",
     "RobotClearance",
     "RobotCollisionType",
     "collision_types",
-    "near_pairs",
     "poses_of_rows",
     "robot_clearance",
 ]
@@ -70,16 +69,16 @@ class RobotClearance:
             )
         if num_positions < 0:
             raise CollisionCheckerError(f"num_positions must not be negative: {num_positions}")
-        self._pairs: list[Any] = []
-        self._bodies: list[tuple[int, int]] = []
-        self._types: list[RobotCollisionType] = []
+        self._names = _Names([], [], [])
+        self._told: Callable[[], _Names] | None = None
+        self._size = 0
         self._distances = np.empty(0)
         self._jacobians = np.empty((0, int(num_positions)))
 
     @property
     def size(self) -> int:
         """How many rows there are."""
-        return len(self._types)
+        return self._size
 
     @property
     def num_positions(self) -> int:
@@ -89,22 +88,22 @@ class RobotClearance:
     @property
     def pairs(self) -> tuple[Any, ...]:
         """Geometry ids; the first in the scene's order. None for a row appended without."""
-        return tuple(self._pairs)
+        return tuple(self._named().pairs)
 
     @property
     def robot_indices(self) -> tuple[int, ...]:
         """The index of each row's robot's body R."""
-        return tuple(robot for robot, _ in self._bodies)
+        return tuple(robot for robot, _ in self._named().bodies)
 
     @property
     def other_indices(self) -> tuple[int, ...]:
         """The index of the other body O, of a robot or around it."""
-        return tuple(other for _, other in self._bodies)
+        return tuple(other for _, other in self._named().bodies)
 
     @property
     def collision_types(self) -> tuple[RobotCollisionType, ...]:
         """SELF_COLLISION where the other is of a robot, ENVIRONMENT_COLLISION where not."""
-        return tuple(self._types)
+        return tuple(self._named().types)
 
     @property
     def distances(self) -> NDArray[np.float64]:
@@ -152,38 +151,36 @@ class RobotClearance:
             raise CollisionCheckerError(
                 f"collision_type must be a RobotCollisionType, not {quoted(collision_type)}"
             )
-        number = finite_number("distance", distance)
+        number, names = finite_number("distance", distance), self._named()
         if self.size == len(self._distances):
             self.reserve(max(8, 2 * self.size))
         self._distances[self.size] = number
         self._jacobians[self.size] = row
-        self._bodies.append((int(robot_index), int(other_index)))
-        self._pairs.append(pair)
-        self._types.append(collision_type)
+        names.bodies.append((int(robot_index), int(other_index)))
+        names.pairs.append(pair)
+        names.types.append(collision_type)
+        self._size += 1
 
-    def _take(self, near: NearPairs, bodies: list[list[int]], robots: int) -> None:
-        """Have these rows in place of none; bodies from ``robots`` on are around them."""
-        own, around = (
-            RobotCollisionType.SELF_COLLISION,
-            RobotCollisionType.ENVIRONMENT_COLLISION,
-        )
-        self._pairs = list(near.pairs)
-        self._bodies = [(robot, other) for robot, other in bodies]
-        self._types = [own if other < robots else around for _, other in bodies]
+    def _named(self) -> _Names:
+        """Return whom the rows are about, which is worked out when it is first asked for."""
+        told = self._told
+        if told is not None:
+            self._names = told()
+            self._told = None
+        return self._names
+
+    def _take(self, near: NearPairs, told: Callable[[], _Names]) -> None:
+        """Have these rows in place of none; ``told`` says whom they are about."""
         self._distances, self._jacobians = near.distances, near.jacobians
+        self._told, self._size = told, len(near.distances)
 
 
-class NearPairs(NamedTuple):
-    """Pairs of geometries that are near at a configuration."""
+class _Names(NamedTuple):
+    """Whom the rows of a table are about."""
 
-    rows: NDArray[np.intp]
-    """``(k,)``: of the plan's pairs."""
-    distances: NDArray[np.float64]
-    """``(k,)`` metres, less the padding."""
-    jacobians: NDArray[np.float64]
-    """``(k, nq)``: derivatives of the distances."""
-    pairs: tuple[Any, ...]
-    """Geometry ids."""
+    pairs: list[Any]
+    bodies: list[tuple[int, int]]
+    types: list[RobotCollisionType]
 
 
 class _Near(NamedTuple):
@@ -199,33 +196,16 @@ def robot_clearance(
     """Return the padded distances at q ``(nq,)`` up to a distance (m), and their derivatives."""
     near = near_pairs(state.plan, q, influence)
     result = RobotClearance(state.plan.tree.num_positions)
-    result._take(near, state.body_of[near.rows].tolist(), state.bodies.num_robot_bodies)
+    result._take(near, partial(_names_of, state, near))
     return result
 
 
-def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearPairs:
-    """Return what a plan alone tells of the pairs that are near at q ``(nq,)``."""
-    tree, most = plan.tree, len(plan.pairs.bodies)
-    rows, distances = np.empty(most, np.int64), np.empty(most)
-    gradients = np.empty((most, tree.num_velocities))
-    count = near_distances(
-        plan.held.places,
-        tree.table,
-        plan.bodies,
-        plan.pairs,
-        q[np.newaxis],
-        tree.X_WB,
-        influence,
-        new_places(len(tree.table.kinds), len(plan.bodies.rows)),
-        rows,
-        distances,
-        gradients,
-    )
-    rows, gradients = rows[:count], gradients[:count]
-    if tree.num_velocities != tree.num_positions:
-        gradients = gradients @ tree.velocity_map(q)
-    ids = tuple(plan.ids(pair) for pair in rows.tolist())
-    return NearPairs(rows, distances[:count], gradients, ids)
+def _names_of(state: CheckerState, near: NearPairs) -> _Names:
+    own, around = RobotCollisionType.SELF_COLLISION, RobotCollisionType.ENVIRONMENT_COLLISION
+    bodies = [(robot, other) for robot, other in state.body_of[near.rows].tolist()]
+    robots = state.bodies.num_robot_bodies
+    types = [own if other < robots else around for _, other in bodies]
+    return _Names(list(near.pairs), bodies, types)
 
 
 def collision_types(state: CheckerState, q: NDArray[np.float64]) -> list[RobotCollisionType]:

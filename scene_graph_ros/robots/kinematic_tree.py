@@ -302,7 +302,9 @@ class KinematicTree:
                 f" ({self.num_positions},), not {array.shape}"
             )
         configurations = array[np.newaxis] if array.ndim == 1 else array
-        if not np.isfinite(configurations).all():
+        # Squares that add up to a number are those of numbers; else they may be too large.
+        squares = float(np.vdot(configurations, configurations))
+        if not (math.isfinite(squares) or np.isfinite(configurations).all()):
             row, column = np.argwhere(~np.isfinite(configurations))[0]
             raise KinematicTreeError(
                 f"position {self.position_names[column]!r} of configuration {row} must be finite,"

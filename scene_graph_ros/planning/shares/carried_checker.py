@@ -23,7 +23,7 @@ from scene_graph_ros.planning.configuration_checks import first_pairs
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.errors import CollisionCheckerError
-from scene_graph_ros.planning.robot_clearance import near_pairs, NearPairs
+from scene_graph_ros.planning.near_pairs import near_pairs, NearPairs
 
 __all__ = ["CarriedChecker", "PackedChecker", "pack"]
 

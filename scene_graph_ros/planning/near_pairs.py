@@ -1,0 +1,89 @@
+"""The pairs of geometries that are near at a configuration, by a plan alone."""
+
+from __future__ import annotations
+
+import threading
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.compiled.held_tuples import compiled_type, write_down
+from scene_graph_ros.planning.bodies import BodyTable, new_places, Places
+from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.clearance_kernels import (
+    near_distances,
+    near_table_type,
+    NearTable,
+)
+
+__all__ = ["NearPairs", "near_pairs"]
+
+
+class NearPairs(NamedTuple):
+    """Pairs of geometries that are near at a configuration."""
+
+    rows: NDArray[np.int64]
+    """``(k,)``: of the plan's pairs."""
+    distances: NDArray[np.float64]
+    """``(k,)`` metres, less the padding."""
+    jacobians: NDArray[np.float64]
+    """``(k, nq)``: derivatives of the distances."""
+    plan: CheckerPlan
+
+    @property
+    def pairs(self) -> tuple[tuple[Any, Any], ...]:
+        """Geometry ids."""
+        return tuple(self.plan.ids(pair) for pair in self.rows.tolist())
+
+
+class _Desk:
+    """What one thread reads and writes while it looks for a plan's pairs."""
+
+    def __init__(self, plan: CheckerPlan) -> None:
+        tree, most = plan.tree, len(plan.pairs.bodies)
+        places = new_places(len(tree.table.kinds), len(plan.bodies.rows))
+        _place_still_bodies(plan.bodies, places)
+        self.plan = plan
+        self.table = NearTable(
+            tree.table,
+            plan.bodies,
+            plan.pairs,
+            tree.X_WB,
+            places,
+            np.empty(most, np.int64),
+            np.empty(most),
+            np.empty((most, tree.num_velocities)),
+        )
+        kind = compiled_type(self.table)
+        if kind != near_table_type():
+            raise TypeError(f"not a table of pairs: {kind}")
+        self.written = write_down(self.table)
+
+
+_desks = threading.local()
+"""Of each thread the one of the plan that it asked about last: they change seldom."""
+
+
+def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearPairs:
+    """Return what a plan tells of the pairs that are near at q ``(nq,)``, up to a distance (m)."""
+    desk: _Desk | None = getattr(_desks, "newest", None)
+    if desk is None or desk.plan is not plan:
+        desk = _desks.newest = _Desk(plan)
+    table, tree = desk.table, plan.tree
+    count = near_distances(plan.held.places, desk.written, q[np.newaxis], influence)
+    gradients = table.gradients[:count]
+    if tree.num_velocities != tree.num_positions:
+        gradients = gradients @ tree.velocity_map(q)
+    else:
+        gradients = gradients.copy()
+    return NearPairs(table.rows[:count].copy(), table.distances[:count].copy(), gradients, plan)
+
+
+def _place_still_bodies(bodies: BodyTable, places: Places) -> None:
+    """Write where the bodies are that do not move."""
+    X, centers = bodies.X_WG, bodies.centers[len(bodies.joints) :]
+    x, y, z = centers.T[:, :, np.newaxis]
+    places.X_WG[len(bodies.joints) :] = X.reshape(-1, 12, 1)
+    at = X[:, :, 0] * x + X[:, :, 1] * y + X[:, :, 2] * z + X[:, :, 3]
+    places.centers[len(bodies.joints) :] = at[:, :, np.newaxis]
