@@ -22,6 +22,7 @@ from scene_graph_ros.planning import (
     load_robot_diagram,
     plan_path,
     PlanningError,
+    regions_along,
     SceneGraphCollisionChecker,
     visibility_graph,
 )
@@ -29,6 +30,7 @@ from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.path_search import search_rules
 
 CELL = "config/scenes/panda_cell.yaml"
+ZO = IrisZoOptions(max_iterations=1, num_particles=500)
 HOME = np.array([0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8, 0.02])
 # Workers that begin as copies of this process have its kernels at once.
 POOL = functools.partial(ProcessPoolExecutor, 2, mp_context=multiprocessing.get_context("fork"))
@@ -117,15 +119,20 @@ def test_dask_has_the_same_graphs_roadmaps_and_regions(client, cell, arm):
     roadmap = build_roadmap(cell, HOME, 40, group="arm")
     assert 0 < roadmap.num_proven_edges < roadmap.edges
     assert same_roadmaps(build_roadmap(cell, HOME, 40, group="arm", executor=executor), roadmap)
-    options = IrisFromCliqueCoverOptions(
-        iteration_limit=1, iris_options=IrisZoOptions(max_iterations=1, num_particles=500)
-    )
+    options = IrisFromCliqueCoverOptions(iteration_limit=1, iris_options=ZO)
     domain = HPolyhedron.make_box([-3.0, -2.8], [3.0, 2.8])
     regions, shared = (
         iris_in_configuration_space_from_clique_cover(arm, options, domain=domain, executor=each)
         for each in (None, executor)
     )
     assert len(regions) == len(shared) > 0
+    along, shared_along = (
+        regions_along(arm, [[-1.5, 0.4], [0.0, 0.0], [0.0, 1.0]], domain, ZO, executor=each)
+        for each in (None, executor)
+    )
+    assert len(along) == len(shared_along) > 0
+    regions += [each.region for each in along]
+    shared += [each.region for each in shared_along]
     for one, other in zip(regions, shared, strict=True):
         np.testing.assert_array_equal(one.A, other.A)
         np.testing.assert_array_equal(one.b, other.b)

@@ -167,6 +167,11 @@ def test_regions_around_seeds_and_along_paths(arm):
     plan = plan_path(arm, [0.0, 0.0], [1.8, 0.0], timeout=20.0)
     assert plan.is_success
     regions = regions_along(arm, plan.configurations, options=FAST)
+    shared = regions_along(arm, plan.configurations, options=FAST, executor=POOL)
+    assert len(shared) == len(regions)
+    for one, other in zip(regions, shared, strict=True):
+        np.testing.assert_array_equal(one.region.A, other.region.A)
+        np.testing.assert_array_equal(one.region.b, other.region.b)
     for q1, q2 in zip(plan.configurations[:-1], plan.configurations[1:], strict=True):
         assert any(r.region.point_in_set([q1, q2], 0.0).all() for r in regions)
     through = plan_through_regions(

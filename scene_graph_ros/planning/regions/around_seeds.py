@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
@@ -17,16 +19,23 @@ from scene_graph_ros.planning.regions.arguments import (
     checked_domain,
     checked_points,
 )
-from scene_graph_ros.planning.regions.errors import RegionError
+from scene_graph_ros.planning.regions.errors import RegionError, RegionNotFoundError
 from scene_graph_ros.planning.regions.feasibility import (
     checked_constraints,
     checked_obstacles,
     Feasibility,
+    feasibility_of_share,
 )
 from scene_graph_ros.planning.regions.iris_np import grow_np, np_options
 from scene_graph_ros.planning.regions.iris_zo import grow_zo
 from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
+from scene_graph_ros.planning.shares.carried_checker import pack, PackedChecker
+from scene_graph_ros.planning.shares.in_executor import (
+    AnyExecutor,
+    checked_executor,
+    in_executor,
+)
 
 __all__ = ["AnyIrisOptions", "ellipsoid_around", "grow_around", "region_around", "regions_along"]
 
@@ -56,17 +65,7 @@ def region_around(
     box = checked_domain(checker, domain)
     seeds = checked_points("seed", seed, box.ambient_dimension)
     feasibility = feasibility_of(checker, chosen, box)
-    for k, each in enumerate(seeds):
-        checked_center(feasibility, box, each, f"seed[{k}]")
-    pairs = list(itertools.combinations(range(len(seeds)), 2))
-    edges = np.array([[seeds[i], seeds[j]] for i, j in pairs]).reshape(-1, 2, seeds.shape[1])
-    hidden = np.flatnonzero(~feasibility.segments_free(edges))
-    if len(hidden):
-        i, j = pairs[hidden[0]]
-        raise RegionError(
-            f"seed[{i}] and seed[{j}] do not see each other: the edge between them is not free, so"
-            " no convex region has both"
-        )
+    _check_seeds(feasibility, box, seeds)
     B, center = ellipsoid_around(seeds)
     return grow_around(feasibility, box, B, center, seeds, chosen)
 
@@ -76,21 +75,71 @@ def regions_along(
     path: ArrayLike,
     domain: HPolyhedron | None = None,
     options: AnyIrisOptions | None = None,
+    *,
+    executor: AnyExecutor | None = None,
 ) -> list[ConfigurationRegion]:
     """Return regions along a path ``(m, nq)`` of free edges, such as `plan_path` finds.
 
     Each keeps an edge inside, so neighbours share a configuration of the path. An edge that is in
-    the region before gets none of its own. Raises as `region_around`.
+    the region before gets none of its own. With an ``executor`` other processes grow a region for
+    each edge at once, and those that are not needed are dropped: the answer is the same. Raises as
+    `region_around`, and CollisionCheckerError for what is no executor.
     """
-    n = checker.model.tree.num_positions
-    q = checked_points("path", path, n)
+    pool = checked_executor(executor)
+    chosen = IrisZoOptions() if options is None else options
+    box = checked_domain(checker, domain)
+    q = checked_points("path", path, box.ambient_dimension)
     if len(q) == 1:
-        return [region_around(checker, q, domain, options)]
+        return [region_around(checker, q, box, chosen)]
+    feasibility = feasibility_of(checker, chosen, box)
+    asked: Any = checker if pool is None else pack(checker)
+    threads = feasibility.threads if pool is None else 1
+    shares = [(asked, box, np.stack(edge), chosen, threads) for edge in itertools.pairwise(q)]
+    grown = None if pool is None else in_executor(_region_or_error, shares, pool)
     regions: list[ConfigurationRegion] = []
-    for edge in itertools.pairwise(q):
-        if not (regions and regions[-1].region.point_in_set(np.stack(edge), 0.0).all()):
-            regions.append(region_around(checker, np.stack(edge), domain, options))
+    for k, share in enumerate(shares):
+        edge = share[2]
+        if regions and regions[-1].region.point_in_set(edge, 0.0).all():
+            continue
+        _check_seeds(feasibility, box, edge)
+        found = _region_or_error(*share) if grown is None else grown[k]
+        if isinstance(found, Exception):
+            raise found
+        regions.append(found)
     return regions
+
+
+def _region_or_error(
+    asked: CollisionChecker | PackedChecker,
+    domain: HPolyhedron,
+    seeds: NDArray[np.float64],
+    options: AnyIrisOptions,
+    threads: int,
+) -> ConfigurationRegion | Exception:
+    """Return a region that keeps an edge inside, or what there was to say against it."""
+    B, center = ellipsoid_around(seeds)
+    try:
+        feasibility = feasibility_of_share(asked, options, threads)
+        return grow_around(feasibility, domain, B, center, seeds, options)
+    except (RegionError, RegionNotFoundError, ConvexSetError, SolverError) as error:
+        return error
+
+
+def _check_seeds(
+    feasibility: Feasibility, domain: HPolyhedron, seeds: NDArray[np.float64]
+) -> None:
+    """Raise RegionError for seeds ``(m, n)`` that are not free or do not see each other."""
+    for k, each in enumerate(seeds):
+        checked_center(feasibility, domain, each, f"seed[{k}]")
+    pairs = list(itertools.combinations(range(len(seeds)), 2))
+    edges = np.array([[seeds[i], seeds[j]] for i, j in pairs]).reshape(-1, 2, seeds.shape[1])
+    hidden = np.flatnonzero(~feasibility.segments_free(edges))
+    if len(hidden):
+        i, j = pairs[hidden[0]]
+        raise RegionError(
+            f"seed[{i}] and seed[{j}] do not see each other: the edge between them is not free, so"
+            " no convex region has both"
+        )
 
 
 def feasibility_of(

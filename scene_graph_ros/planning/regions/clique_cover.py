@@ -34,7 +34,7 @@ from scene_graph_ros.planning.regions.around_seeds import (
 )
 from scene_graph_ros.planning.regions.cover_options import IrisFromCliqueCoverOptions
 from scene_graph_ros.planning.regions.errors import RegionError, RegionNotFoundError
-from scene_graph_ros.planning.regions.feasibility import Feasibility
+from scene_graph_ros.planning.regions.feasibility import feasibility_of_share
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion, share_bound
 from scene_graph_ros.planning.shares.carried_checker import pack, PackedChecker
 from scene_graph_ros.planning.shares.in_executor import (
@@ -276,19 +276,6 @@ class _Cover:
                 self._regions.append(found.region)
 
 
-def _feasibility(
-    asked: CollisionChecker | PackedChecker, iris_options: Any, threads: int
-) -> Feasibility:
-    """Return what a share takes for free."""
-    checker: Any = asked.unpacked() if isinstance(asked, PackedChecker) else asked
-    return Feasibility(
-        checker,
-        getattr(iris_options, "configuration_obstacles", ()),
-        getattr(iris_options, "additional_constraints", None),
-        threads,
-    )
-
-
 def _seen(
     asked: CollisionChecker | PackedChecker,
     points: NDArray[np.float64],
@@ -300,7 +287,7 @@ def _seen(
     """Tell of some pairs of points, by their numbers, whether they see each other."""
     i, j = numbered_pairs(len(points), first, last)
     edges = np.stack([points[i], points[j]], axis=1)
-    return _feasibility(asked, iris_options, threads).segments_free(edges)
+    return feasibility_of_share(asked, iris_options, threads).segments_free(edges)
 
 
 def _region_of_clique(
@@ -316,7 +303,7 @@ def _region_of_clique(
     The centre of their ellipsoid stays inside, or the point nearest to it where that is not free:
     the hull of all need not be free.
     """
-    feasibility = _feasibility(asked, iris_options, threads)
+    feasibility = feasibility_of_share(asked, iris_options, threads)
     try:
         B, center = ellipsoid_around(clique, rank_tol)
         if not (domain.point_in_set(center, 0.0) and feasibility.free(center[np.newaxis])[0]):

@@ -10,9 +10,17 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.checker_interface import CollisionChecker
 from scene_graph_ros.planning.regions.errors import RegionError
+from scene_graph_ros.planning.shares.carried_checker import PackedChecker
 
-__all__ = ["Constraints", "Feasibility", "checked_constraints", "checked_obstacles"]
+__all__ = [
+    "Constraints",
+    "Feasibility",
+    "checked_constraints",
+    "checked_obstacles",
+    "feasibility_of_share",
+]
 
 Constraints: TypeAlias = Callable[[NDArray[np.float64]], Any]
 """Of configurations ``(n, nq)`` returns ``(n, k)``: all of a row must be at most 0."""
@@ -95,6 +103,19 @@ def _meets_segment(obstacle: ConvexSet, q1: NDArray[np.float64], q2: NDArray[np.
     from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 
     return bool(obstacle.intersects_with(VPolytope(np.stack([q1, q2]))))
+
+
+def feasibility_of_share(
+    asked: CollisionChecker | PackedChecker, options: Any, threads: int
+) -> Feasibility:
+    """Return what a share takes for free."""
+    checker: Any = asked.unpacked() if isinstance(asked, PackedChecker) else asked
+    return Feasibility(
+        checker,
+        getattr(options, "configuration_obstacles", ()),
+        getattr(options, "additional_constraints", None),
+        threads,
+    )
 
 
 def checked_obstacles(obstacles: Any, dimension: int) -> tuple[ConvexSet, ...]:
