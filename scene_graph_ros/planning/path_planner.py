@@ -20,7 +20,7 @@ from scene_graph_ros.planning.edge_proofs import new_stop, prove
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner, OmplSearch
 from scene_graph_ros.planning.path_ends import find_troubles
-from scene_graph_ros.planning.path_search import PathSearch, search_rules
+from scene_graph_ros.planning.path_search import PathSearch, search_rules, SearchTask
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
 from scene_graph_ros.planning.pose_goals import find_pose_goals, load_pose_kernels
 from scene_graph_ros.planning.pose_target import PoseTarget
@@ -76,12 +76,17 @@ class _Problem(NamedTuple):
     timeout: float | None
     progress: _Progress
     new_search: Callable[..., PathSearch]
-    """What makes a search of `PathSearch`'s arguments."""
+    """What makes a search of a `SearchTask`."""
 
     @property
     def search_rules(self) -> EdgeRules:
         """What counts as proven while it is looked for a path."""
         return search_rules(self.checker.tolerance)
+
+    def task(self, stop: NDArray[np.int64]) -> SearchTask:
+        """Return what a search is told."""
+        rules = self.search_rules
+        return SearchTask(self.checker.plan, self.space, rules, self.seed, stop)
 
     @property
     def final_rules(self) -> EdgeRules:
@@ -187,7 +192,7 @@ def _load_kernels(problem: _Problem) -> None:
     """Load what will be called, or compile it, before time is counted."""
     plan = problem.checker.plan
     prove(plan, np.empty((0, 2, len(problem.start))), problem.final_rules)
-    PathSearch(plan, problem.space, problem.search_rules, 0, new_stop()).load_kernel()
+    PathSearch(problem.task(new_stop())).load_kernel()
 
 
 def _ends(
@@ -278,8 +283,7 @@ def _solve(problem: _Problem, stops: Stops) -> Plan:
 def _search(problem: _Problem, usable: Sequence[int], stops: Stops) -> Plan:
     """Look for a path to one of the goals that can be used."""
     start, goals, space = problem.start, problem.goals[list(usable)], problem.space
-    plan = problem.checker.plan
-    search = problem.new_search(plan, space, problem.search_rules, problem.seed, stops.looking)
+    search = problem.new_search(problem.task(stops.looking))
     problem.progress.search, problem.progress.stage = search, PlanStage.SEARCHING
     for row, goal in zip(usable, goals, strict=True):
         if space.length(np.stack([start, goal + space.turns(start, goal)])) < _SAME:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ from scene_graph_ros.planning.search_state import (
 from scene_graph_ros.planning.shortcut_kernels import Corners
 from scene_graph_ros.planning.space_kernels import SpaceTable
 
-__all__ = ["PathSearch", "search_rules"]
+__all__ = ["PathSearch", "SearchTask", "search_rules"]
 
 _ROOM = 256
 """Nodes that trees have room for at first; it is doubled as they grow."""
@@ -63,29 +64,33 @@ def search_rules(tolerance: float) -> EdgeRules:
     return EdgeRules(False, part=_PART, tolerance=_KEPT * tolerance)
 
 
+class SearchTask(NamedTuple):
+    """What every search is told, whatever it goes by."""
+
+    plan: CheckerPlan
+    space: PositionSpace
+    rules: EdgeRules
+    """What counts as proven."""
+    seed: int
+    stop: NDArray[np.int64]
+    """``(1,)``: soon after it is set in another thread, the search ends."""
+
+
 class PathSearch:
     """A search from one start to one of several goals; the same for the same seed.
 
-    It stops soon after ``stop`` ``(1,)`` is set in another thread. ``tree_sizes``, ``edges`` and
-    ``gap`` may be read meanwhile.
+    ``tree_sizes``, ``edges`` and ``gap`` may be read meanwhile.
     """
 
-    def __init__(
-        self,
-        plan: CheckerPlan,
-        space: PositionSpace,
-        rules: EdgeRules,
-        seed: int,
-        stop: NDArray[np.int64],
-    ) -> None:
-        self._plan, self._space, self._rules, self._stop = plan, space, rules, stop
-        self._rng = np.random.default_rng(seed)
-        nq = plan.tree.num_positions
+    def __init__(self, task: SearchTask) -> None:
+        self._task = task
+        self._rng = np.random.default_rng(task.seed)
+        nq = task.plan.tree.num_positions
         self._trees = _room(_ROOM, nq)
         self._path = Corners(np.empty((1, nq)), np.empty(1))
         self._samples = np.empty((0, nq))
         self._state = np.zeros(ENTRIES, dtype=np.int64)
-        self._scratch = (np.empty((3, nq)), np.empty(4), *edge_scratch(plan))
+        self._scratch = (np.empty((3, nq)), np.empty(4), *edge_scratch(task.plan))
 
     @property
     def tree_sizes(self) -> tuple[int, int]:
@@ -114,7 +119,7 @@ class PathSearch:
     def load_kernel(self) -> None:
         """Load the kernel of the search, or compile it: a time limit is for what it does."""
         self._state[PHASE], self._state[COUNT] = SHORTEN, 0
-        self._search(self._space.table, self._rules)
+        self._search(self._task.space.table, self._task.rules)
 
     def find(
         self, start: NDArray[np.float64], goals: NDArray[np.float64]
@@ -126,32 +131,32 @@ class PathSearch:
         """
         self._plant(start, goals)
         while True:
-            answer = self._search(self._space.table, self._rules)
+            answer = self._search(self._task.space.table, self._task.rules)
             if answer == DONE:
                 return self._joined()
             if answer == NEEDS_SAMPLES:
-                self._samples = self._space.samples(self._rng, _SAMPLES)
+                self._samples = self._task.space.samples(self._rng, _SAMPLES)
                 self._state[SAMPLE] = 0
             elif answer != NEEDS_ROOM or not self._grow():
                 return None
 
     def shortened(self, path: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return a path that is shorter where shortcuts were found before it was stopped."""
-        table = self._space.unwound()
-        kept = max(self._rules.tolerance, _KEPT_BY_SHORTCUTS)
-        rules = self._rules._replace(tolerance=kept)
+        table = self._task.space.unwound()
+        kept = max(self._task.rules.tolerance, _KEPT_BY_SHORTCUTS)
+        rules = self._task.rules._replace(tolerance=kept)
         self._state[PHASE], self._state[COUNT] = SHORTEN, len(path)
         corners = path
         while True:
-            before = self._space.length(corners)
+            before = self._task.space.length(corners)
             rows = np.concatenate([corners, np.empty((_SHORTCUTS, path.shape[1]))])
             self._path = Corners(rows, np.empty(len(rows)))
             self._samples, self._state[SAMPLE] = self._rng.random((_SHORTCUTS, 2)), 0
             answer = self._search(table, rules)
             corners = rows[: self._state[COUNT]]
-            saved = before - self._space.length(corners)
+            saved = before - self._task.space.length(corners)
             if answer != NEEDS_SAMPLES or saved < _LEAST_SAVING * before:
-                return self._space.settled(corners)
+                return self._task.space.settled(corners)
 
     def _plant(self, start: NDArray[np.float64], goals: NDArray[np.float64]) -> None:
         trees = self._trees = _room(max(_ROOM, 2 * len(goals)), len(start))
@@ -164,7 +169,7 @@ class PathSearch:
         state[ROOTS] = len(goals)
 
     def _search(self, table: SpaceTable, rules: EdgeRules) -> int:
-        plan = self._plan
+        plan = self._task.plan
         answer: int = search(
             plan.held.places,
             plan.tree.table,
@@ -173,9 +178,9 @@ class PathSearch:
             plan.reaches,
             plan.tree.X_WB,
             rules,
-            self._stop,
+            self._task.stop,
             table,
-            self._space.longest_step,
+            self._task.space.longest_step,
             self._trees,
             self._path,
             self._samples,
@@ -202,10 +207,10 @@ class PathSearch:
         met[1 - int(self._state[TREE])] = int(self._state[TARGET])
         first, second = (self._way_to_root(tree, met[tree]) for tree in (0, 1))
         there = self._trees.nodes[1, second]
-        turns = self._space.turns(self._trees.nodes[0, first[0]], there[0])
+        turns = self._task.space.turns(self._trees.nodes[0, first[0]], there[0])
         here = self._trees.nodes[0, first[::-1]]
         path = np.concatenate([here, there[1:] + turns])
-        return self._space.settled(path), second[-1]
+        return self._task.space.settled(path), second[-1]
 
     def _way_to_root(self, tree: int, node: int) -> list[int]:
         way = [node]

@@ -7,10 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.checker_plan import CheckerPlan
-from scene_graph_ros.planning.edge_kernels import EdgeRules
-from scene_graph_ros.planning.path_search import PathSearch
-from scene_graph_ros.planning.position_space import PositionSpace
+from scene_graph_ros.planning.path_search import PathSearch, SearchTask
 from scene_graph_ros.planning.roadmap import Roadmap
 
 __all__ = ["RoadmapSearch"]
@@ -25,18 +22,10 @@ class RoadmapSearch(PathSearch):
     ``tree_sizes`` are the configurations that start and goals may be joined to.
     """
 
-    def __init__(
-        self,
-        plan: CheckerPlan,
-        space: PositionSpace,
-        rules: EdgeRules,
-        seed: int,
-        stop: NDArray[np.int64],
-        roadmap: Roadmap | None = None,
-    ) -> None:
-        super().__init__(plan, space, rules, seed, stop)
+    def __init__(self, task: SearchTask, roadmap: Roadmap | None = None) -> None:
+        super().__init__(task)
         self._roadmap = Roadmap() if roadmap is None else roadmap
-        self._roadmap.prepare(plan, space, seed)
+        self._roadmap.prepare(task.plan, task.space, task.seed)
         self._edges_before = self._roadmap.edges
         self._parts, self._apart = (0, 0), math.inf
 
@@ -59,7 +48,7 @@ class RoadmapSearch(PathSearch):
         self, start: NDArray[np.float64], goals: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], int] | None:
         """Return a path ``(n, nq)`` and the row of its goal; None when stopped, or out of room."""
-        roadmap, stop = self._roadmap, self._stop
+        roadmap, stop, rules = self._roadmap, self._task.stop, self._task.rules
         first = int(roadmap.add(start[np.newaxis])[0])
         last = roadmap.add(goals)
         roadmap.join(first, last)
@@ -67,11 +56,11 @@ class RoadmapSearch(PathSearch):
             way = roadmap.shortest(first, last)
             if way is None:
                 self._note_parts(first, last)
-                if not roadmap.grow(_MOST_NODES, stop, self._rules):
+                if not roadmap.grow(_MOST_NODES, stop, rules):
                     break
-            elif roadmap.is_proven(way, stop, self._rules):
+            elif roadmap.is_proven(way, stop, rules):
                 self._note_parts(first, last)
-                return self._space.settled(roadmap.path(way)), int(np.argmax(last == way[-1]))
+                return self._task.space.settled(roadmap.path(way)), int(np.argmax(last == way[-1]))
         parts = self._note_parts(first, last)
         self._apart = roadmap.gap(*parts, int(last[0]))
         return None

@@ -14,13 +14,10 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
-from scene_graph_ros.planning.checker_plan import CheckerPlan
-from scene_graph_ros.planning.edge_kernels import EdgeRules
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_library import get_ompl
 from scene_graph_ros.planning.ompl_bridge.ompl_space import OmplSpace
-from scene_graph_ros.planning.path_search import PathSearch
-from scene_graph_ros.planning.position_space import PositionSpace
+from scene_graph_ros.planning.path_search import PathSearch, SearchTask
 
 __all__ = ["OmplPlanner", "OmplSearch"]
 
@@ -126,19 +123,9 @@ class OmplSearch(PathSearch):
     one of OMPL's planners is at work.
     """
 
-    def __init__(
-        self,
-        plan: CheckerPlan,
-        space: PositionSpace,
-        rules: EdgeRules,
-        seed: int,
-        stop: NDArray[np.int64],
-        *,
-        planner: OmplPlanner,
-        timeout: float | None,
-    ) -> None:
-        super().__init__(plan, space, rules, seed, stop)
-        self._asked, self._seed = planner, seed
+    def __init__(self, task: SearchTask, *, planner: OmplPlanner, timeout: float | None) -> None:
+        super().__init__(task)
+        self._asked = planner
         self._end = math.inf if timeout is None else time.monotonic() + _SHARE * timeout
         self._condition: Any = None
         self._bridge: OmplSpace | None = None
@@ -158,10 +145,8 @@ class OmplSearch(PathSearch):
     ) -> tuple[NDArray[np.float64], int] | None:
         """Return a path ``(n, nq)`` and the row of its goal; None where OMPL found none."""
         base = get_ompl().base
-        _set_seed(self._seed)
-        bridge = OmplSpace.of_search(
-            self._plan, self._space, self._rules, self._stop, self._end_in_time
-        )
+        _set_seed(self._task.seed)
+        bridge = OmplSpace.of_search(self._task, self._end_in_time)
         self._bridge = bridge
         problem = base.ProblemDefinition(bridge.information)
         problem.addStartState(bridge.state(start))
@@ -180,7 +165,7 @@ class OmplSearch(PathSearch):
         planner.solve(self._condition)
         if not problem.hasExactSolution():
             if time.monotonic() >= self._end:
-                self._stop[0] = 1  # so that everybody knows why
+                self._task.stop[0] = 1  # so that everybody knows why
             return None
         found = bridge.path(problem.getSolutionPath())
         return self._between(start, goals, found)
@@ -202,14 +187,14 @@ class OmplSearch(PathSearch):
         """End the planner when it is told to stop, or has looked at its edges."""
         most = self._asked.edges
         is_full = most is not None and self.edges >= most
-        if self._condition is not None and (is_full or self._stop[0] != 0):
+        if self._condition is not None and (is_full or self._task.stop[0] != 0):
             self._condition.terminate()
 
     def _between(
         self, start: NDArray[np.float64], goals: NDArray[np.float64], path: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], int]:
         """Return a path with the ends that were asked for, but for full turns of the last one."""
-        space = self._space
+        space = self._task.space
         row = int(np.argmin(space.distances(path[-1], goals)))
         result = [start]
         for q in (*path[1:-1], goals[row]):

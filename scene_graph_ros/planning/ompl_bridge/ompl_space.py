@@ -17,7 +17,7 @@ from scene_graph_ros.planning.edge_kernels import EdgeRules
 from scene_graph_ros.planning.edge_proofs import EdgeProver, new_stop
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_library import get_ompl
-from scene_graph_ros.planning.path_search import search_rules
+from scene_graph_ros.planning.path_search import search_rules, SearchTask
 from scene_graph_ros.planning.position_space import moving_positions, normalized, PositionSpace
 
 __all__ = ["OmplSpace"]
@@ -52,17 +52,10 @@ class OmplSpace:
         self._set_up(plan, space, search_rules(checker.tolerance), new_stop())
 
     @classmethod
-    def of_search(
-        cls,
-        plan: CheckerPlan,
-        space: PositionSpace,
-        rules: EdgeRules,
-        stop: NDArray[np.int64],
-        watch: Callable[[], None],
-    ) -> OmplSpace:
+    def of_search(cls, task: SearchTask, watch: Callable[[], None]) -> OmplSpace:
         """Return that of a search; ``watch`` is called before each proof."""
         result = cls.__new__(cls)
-        result._set_up(plan, space, rules, stop, watch)
+        result._set_up(task.plan, task.space, task.rules, task.stop, watch)
         return result
 
     def _set_up(
