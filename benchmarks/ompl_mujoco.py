@@ -1,7 +1,8 @@
 """OMPL's RRT-Connect with MuJoCo's checks: what people put together who have no proofs.
 
-Motions are sampled by OMPL's own validator at steps of at most 0.05 rad, and each sample is a call
-of MuJoCo through Python. ``PathSimplifier.simplifyMax`` shortens the path by the same checks.
+Motions are sampled by OMPL's own validator at steps of at most 0.05 rad. Each sample is a call
+of a function in Python that writes MuJoCo's positions and calls its kinematics and collisions.
+``PathSimplifier.simplifyMax`` shortens the path by the same checks.
 """
 
 from __future__ import annotations
@@ -14,11 +15,22 @@ import numpy as np
 from benchmarks.robot_engines.mujoco_engine import MuJoCoEngine
 from benchmarks.robot_engines.robot_world import RobotWorld
 from scene_graph_ros.planning import SceneGraphCollisionChecker
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 __all__ = ["SampledPath", "SampledPlanner"]
 
 _STEP = 0.05
 """rad, between samples of a motion."""
+
+
+def _rows_of(tree: KinematicTree, moving: np.ndarray) -> np.ndarray:
+    """Return the joints that positions are of. Raises ValueError where others follow them."""
+    names = [joint.mimics or joint.name for joint in tree.joints]
+    columns = np.array([tree.position_index(name) for name in names])
+    rows = np.flatnonzero(np.isin(columns, moving))
+    if len(rows) != len(moving):
+        raise ValueError("joints of the group are followed by others")
+    return rows[np.argsort(columns[rows])]
 
 
 class SampledPath(NamedTuple):
@@ -44,19 +56,25 @@ class SampledPlanner:
         self._moving = np.flatnonzero(
             np.isin(np.arange(self._tree.num_positions), self._tree.group_positions(group))
         )
+        self._rows = _rows_of(self._tree, self._moving)
+        """``(k,)``: of MuJoCo's positions, one for each that moves."""
 
     def plan(
         self, start: np.ndarray, goal: np.ndarray, timeout: float, *, shortened: bool
     ) -> SampledPath:
         """Return a path from start to goal, shortened or as it was found."""
         base, geometric = self._base, self._geometric
-        held, moving, checks = np.array(start, dtype=float), self._moving, 0
+        moving, checks = self._moving, 0
+        qpos, touches = self._engine.qpos, self._engine.new_check()
+        qpos[:] = self._world.all_positions(np.array(start, dtype=float)[np.newaxis])[0]
+        reads = tuple((int(row), k) for k, row in enumerate(self._rows))
 
         def is_valid(state: Any) -> bool:
             nonlocal checks
             checks += 1
-            held[moving] = [state[k] for k in range(len(moving))]
-            return not self._engine.collides(self._world.all_positions(held[np.newaxis])[0])
+            for row, k in reads:
+                qpos[row] = state[k]
+            return not touches()
 
         space = base.RealVectorStateSpace(len(moving))
         bounds = base.RealVectorBounds(len(moving))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 import importlib
 from typing import Any
 
@@ -26,20 +27,32 @@ class MuJoCoEngine:
         spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_FALSE
         # Whoever may touch is said below.
         spec.option.disableflags |= mujoco.mjtDisableBit.mjDSBL_FILTERPARENT
-        bodies = [spec.worldbody]
+        bodies, held, left_out = [spec.worldbody], {}, set()
         for name, turns, parent, X in world.placed_joints():
             body = self._add_body(bodies[parent], name, X)
             kind = mujoco.mjtJoint.mjJNT_HINGE if turns else mujoco.mjtJoint.mjJNT_SLIDE
             body.add_joint(name=f"joint {name}", type=kind, axis=[0.0, 0.0, 1.0])
             bodies.append(body)
-        # A body for each geometry, as pairs of bodies are left out, not of geometries.
-        for k, thing in enumerate(world.things):
-            body = self._add_body(bodies[thing.joint], f"thing_{k}", thing.X)
-            add_mujoco_geom(spec, body, thing.shape, f"geom_{k}", _place(np.eye(4)))
-        for a, b in world.excluded:
-            spec.add_exclude(bodyname1=f"thing_{a}", bodyname2=f"thing_{b}")
+        # Pairs of bodies are left out, not of geometries: one body for those that a joint moves
+        # alike and that may touch the same.
+        names: dict[tuple[int, bytes], str] = {}
+        body_of: list[str] = []
+        for k, (thing, row) in enumerate(zip(world.things, _may_touch(world), strict=True)):
+            key = thing.joint, row.tobytes()
+            if key not in names:
+                names[key] = f"body_{len(names)}"
+                held[names[key]] = self._add_body(bodies[thing.joint], names[key], np.eye(4))
+            body_of.append(names[key])
+            add_mujoco_geom(spec, held[names[key]], thing.shape, f"geom_{k}", _place(thing.X))
+        for first, second in sorted({(body_of[a], body_of[b]) for a, b in world.excluded}):
+            if first != second and (second, first) not in left_out:
+                spec.add_exclude(bodyname1=first, bodyname2=second)
+                left_out.add((first, second))
         self._model = spec.compile()
         self._data = mujoco.MjData(self._model)
+        self.qpos = self._data.qpos
+        """``(j,)``: the positions of all joints, to be written to."""
+        self._touches = self.new_check()
 
     @staticmethod
     def _add_body(parent: Any, name: str, X: np.ndarray) -> Any:
@@ -53,11 +66,20 @@ class MuJoCoEngine:
 
     def collides(self, positions: np.ndarray) -> bool:
         """Tell whether the positions ``(j,)`` of all joints collide."""
+        self.qpos[:] = positions
+        return self._touches()
+
+    def new_check(self) -> Callable[[], bool]:
+        """Return what tells whether ``qpos`` collides: two calls of MuJoCo, and nothing else."""
         model, data = self._model, self._data
-        data.qpos[:] = positions
-        self._mujoco.mj_kinematics(model, data)
-        self._mujoco.mj_collision(model, data)
-        return bool(data.ncon > 0)
+        place, collide = self._mujoco.mj_kinematics, self._mujoco.mj_collision
+
+        def touches() -> bool:
+            place(model, data)
+            collide(model, data)
+            return bool(data.ncon)
+
+        return touches
 
     def edges_collide(self, edges: np.ndarray, step: float) -> np.ndarray:
         """See RobotEngine."""
@@ -66,6 +88,14 @@ class MuJoCoEngine:
             positions = self._world.all_positions(samples_of(edge, step))
             result[k] = any(map(self.collides, positions))
         return result
+
+
+def _may_touch(world: RobotWorld) -> np.ndarray:
+    """Return ``(k, k)``: whether two things are a pair that may not touch each other."""
+    result = np.zeros((len(world.things), len(world.things)), dtype=np.bool_)
+    a, b = world.pairs.T
+    result[a, b] = result[b, a] = True
+    return result
 
 
 def _place(X: np.ndarray) -> dict[str, Any]:
