@@ -148,12 +148,22 @@ def test_limits_are_those_of_the_urdf_unless_they_are_named():
         (
             {"names": ["lift"], "max_velocities": [0.0], "max_acceleration": 1.0},
             TrajectoryError,
-            "velocities of 'two/lift' must be positive and finite, not 0",
+            "velocities of 'two/lift' must be from 1e-12 to 1e\\+12, not 0",
+        ),
+        (
+            {
+                "names": ["lift"],
+                "max_velocities": [1.0],
+                "max_acceleration": 1.0,
+                "velocity_scaling": 5e-324,
+            },
+            TrajectoryError,
+            "limit of velocities of .* must be from 1e-12 to",
         ),
         (
             {"names": ["lift"], "max_velocities": [1.0], "max_acceleration": -1.0},
             TrajectoryError,
-            "accelerations of 'one/rail' must be positive",
+            "accelerations of 'one/rail' must be from 1e-12 to",
         ),
         (
             {"names": ["lift"], "max_velocities": [1.0], "velocity_scaling": 0.0},

@@ -46,12 +46,16 @@ class LimitExcess(NamedTuple):
         )
 
 
+_LEAST, _MOST = 1e-12, 1e12
+"""Of a limit: no robot has others, and what is worked out of them stays far from infinite."""
+
+
 @dataclass(frozen=True, eq=False)
 class MotionLimits:
     """The largest velocities and accelerations ``(n,)`` of a trajectory's entries.
 
     In rad/s and rad/s^2, or m/s and m/s^2; both ways alike. Raises TrajectoryError for what is
-    not finite and positive, naming the entry by ``names``, or by its number.
+    not from 1e-12 to 1e12, naming the entry by ``names``, or by its number.
     """
 
     velocities: NDArray[np.float64]
@@ -66,12 +70,12 @@ class MotionLimits:
                 raise TrajectoryError(
                     f"{kind} must have one number for each entry: {values.shape}"
                 )
-            bad = np.flatnonzero(~((values > 0.0) & np.isfinite(values)))
+            bad = np.flatnonzero(~((values >= _LEAST) & (values <= _MOST)))
             if len(bad):
                 i = int(bad[0])
                 raise TrajectoryError(
-                    f"the limit of {kind} of {self.name(i)!r} must be positive and finite, not"
-                    f" {values[i]:g}"
+                    f"the limit of {kind} of {self.name(i)!r} must be from {_LEAST:g} to"
+                    f" {_MOST:g}, not {values[i]:g}"
                 )
             values.setflags(write=False)
             object.__setattr__(self, kind, values)
