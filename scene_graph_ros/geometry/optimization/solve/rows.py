@@ -39,16 +39,19 @@ class Rows:
             sizes = np.log2(np.abs(self.A))
         is_zero = np.isneginf(sizes)
         rows, columns = np.zeros(len(self.A)), np.zeros(self.A.shape[1])
-        spread = _middle(sizes, is_zero, axis=1)
-        if sizes.size and np.ptp(_middle(sizes - spread[:, None], is_zero, axis=0)) > _SPREAD:
+        middle = _middle(sizes, is_zero, axis=1)
+        if sizes.size and np.ptp(_middle(sizes - middle[:, None], is_zero, axis=0)) > _SPREAD:
             for _ in range(2):
                 rows = -_middle(sizes + columns, is_zero, axis=1)
                 columns = -_middle(sizes + rows[:, None], is_zero, axis=0)
             columns = np.rint(columns)
+        sizes = sizes + columns
+        # By the largest entry, as squares of others may be beyond all numbers.
+        largest = np.max(sizes, axis=1, initial=-np.inf)
+        largest = np.where(np.isneginf(largest), 0.0, largest)
         with np.errstate(divide="ignore"):
-            lengths = np.log2(np.linalg.norm(np.exp2(sizes + columns - spread[:, None]), axis=1))
-        lengths = np.where(np.isneginf(lengths), -spread, lengths)
-        rows = -np.ceil(lengths + spread)
+            lengths = np.log2(np.linalg.norm(np.exp2(sizes - largest[:, None]), axis=1))
+        rows = -np.ceil(np.where(np.isneginf(lengths), 0.0, lengths + largest))
         return rows.astype(np.int64), columns.astype(np.int64)
 
     @functools.cached_property

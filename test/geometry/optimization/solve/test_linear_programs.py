@@ -211,3 +211,12 @@ def test_exact_walk_ends_at_a_degenerate_corner():
     found = exact.climb(goal)
     assert float(exact.bound(found)) == pytest.approx(0.05, abs=1e-15)
     assert maximize(rows, c, np.zeros(4)).value == pytest.approx(0.05, abs=1e-15)
+
+
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_rows_of_entries_far_apart_get_a_length():
+    """From 1/2 to 1, as the scaling promises; of a rotation by 1e-300 rad, and less than normal."""
+    A = np.array([[1.0, 1e-300, 0.0], [-1e-300, 1.0, 3.0], [1e-320, 0.0, 5e-324], [0.0, 0.0, 0.0]])
+    scaled, _ = Rows(A, np.zeros(4)).scaled
+    lengths = np.sqrt((scaled**2).sum(axis=1))
+    assert ((lengths[:3] >= 0.5) & (lengths[:3] <= 1.0)).all() and lengths[3] == 0.0
