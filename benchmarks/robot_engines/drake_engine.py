@@ -15,12 +15,16 @@ __all__ = ["DrakeEngine"]
 
 
 class DrakeEngine:
-    """``CheckConfigsCollisionFree``, ``CheckEdgesCollisionFree`` and ``CalcRobotClearance``."""
+    """``CheckConfigsCollisionFree``, ``CheckEdgesCollisionFree`` and ``CalcRobotClearance``.
+
+    The last has no distances of hulls from half spaces, which are left out of it.
+    """
 
     name = "Drake"
 
     def __init__(self, world: RobotWorld, step: float) -> None:
         self._world, self._step = world, step
+        self._without_half_spaces: DrakeEngine | None = None
         planning: Any = importlib.import_module("pydrake.planning")
         tree: Any = importlib.import_module("pydrake.multibody.tree")
         math: Any = importlib.import_module("pydrake.math")
@@ -94,10 +98,11 @@ class DrakeEngine:
 
     def clearances(self, q: np.ndarray, influence: float) -> np.ndarray:
         """See ClearanceEngine."""
-        positions = self._world.all_positions(q)
-        return np.array(
-            [self._checker.CalcRobotClearance(each, influence).size() for each in positions]
-        )
+        if self._without_half_spaces is None:
+            world = self._world.without_half_spaces()
+            self._without_half_spaces = DrakeEngine(world, self._step)
+        checker, positions = self._without_half_spaces._checker, self._world.all_positions(q)
+        return np.array([checker.CalcRobotClearance(each, influence).size() for each in positions])
 
 
 def _shape(shape: Shape) -> Any:

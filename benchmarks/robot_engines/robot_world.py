@@ -7,7 +7,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from scene_graph_ros.geometry import Shape
+from scene_graph_ros.geometry import HalfSpace, Shape
 from scene_graph_ros.planning import SceneGraphCollisionChecker
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import REVOLUTE
@@ -79,6 +79,15 @@ class RobotWorld:
         moving = [k for k, thing in enumerate(self.things) if thing.joint]
         pairs = {(min(a, b), max(a, b)) for a in moving for b in range(len(self.things)) if a != b}
         return sorted(pairs - checked)
+
+    def without_half_spaces(self) -> RobotWorld:
+        """Return the same without half spaces."""
+        kept = [k for k, thing in enumerate(self.things) if not isinstance(thing.shape, HalfSpace)]
+        row_of = np.full(len(self.things), -1)
+        row_of[kept] = np.arange(len(kept))
+        pairs = row_of[self.pairs]
+        things = tuple(self.things[k] for k in kept)
+        return RobotWorld(self.tree, things, pairs[(pairs >= 0).all(axis=1)])
 
     def placed_joints(self) -> list[tuple[str, bool, int, np.ndarray]]:
         """Return of each joint its name, whether it turns, its parent's row, and where it is.
