@@ -8,6 +8,7 @@ import base64
 import io
 import json
 import struct
+from urllib.parse import quote
 import zlib
 
 import numpy as np
@@ -67,10 +68,11 @@ def write_obj(folder, materials, name="squares"):
     return folder / f"{name}.obj"
 
 
-def gltf(materials, images, *, is_binary=False, coordinates="TEXCOORD_0"):
+def gltf(materials, images, *, is_binary=False, beside=None, coordinates="TEXCOORD_0"):
     """Return a glTF file, or a GLB file, whose k-th square has the k-th of the ``materials``.
 
-    ``images`` are addresses, or the bytes of PNG files, which are kept in the file's buffer.
+    ``images`` are addresses, or the bytes of PNG files, which are kept in the file's buffer. That
+    is in the file, or in the file ``beside`` it, which is written.
     """
     parts, views, accessors, primitives = [], [], [], []
 
@@ -117,13 +119,17 @@ def gltf(materials, images, *, is_binary=False, coordinates="TEXCOORD_0"):
         "bufferViews": views,
         "buffers": [{"byteLength": len(data)}],
     }
+    if beside is not None:
+        beside.write_bytes(data)
+        tree["buffers"][0]["uri"] = quote(beside.name)
     if not is_binary:
-        tree["buffers"][0]["uri"] = data_uri("application/octet-stream", data)
+        tree["buffers"][0].setdefault("uri", data_uri("application/octet-stream", data))
         return json.dumps(tree).encode()
     text = json.dumps(tree).encode()
     text += b" " * (-len(text) % 4)
     chunks = struct.pack("<I4s", len(text), b"JSON") + text
-    chunks += struct.pack("<I4s", len(data), b"BIN\0") + data
+    if beside is None:
+        chunks += struct.pack("<I4s", len(data), b"BIN\0") + data
     return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
 
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import base64
-import binascii
-import json
 import math
-import struct
 from typing import Any
-from urllib.parse import unquote_to_bytes
 
 from scene_graph_ros.geometry.meshes.file_pictures import AS_IT_IS, FilePicture, Placement
+from scene_graph_ros.geometry.meshes.gltf_file import (
+    binary_part,
+    data_of,
+    document_of,
+    with_document,
+)
 
 __all__ = ["gltf_pictures", "without_images"]
 
-_HEADER, _CHUNK = struct.Struct("<4sII"), struct.Struct("<I4s")
 _TRANSFORM = "KHR_texture_transform"
 
 
@@ -25,22 +25,7 @@ def without_images(contents: bytes, file_type: str) -> bytes:
     is named by its number, as ``gltf_pictures`` numbers them, and its triangles keep the texture
     coordinates that it names. The file has passed ``check_promises``.
     """
-    if file_type == "gltf":
-        return json.dumps(_plain(json.loads(contents))).encode()
-    magic, version, _ = _HEADER.unpack_from(contents)
-    tree, start, length = _glb_tree(contents)
-    text = json.dumps(_plain(tree)).encode()
-    text += b" " * (-len(text) % 4)
-    _, kind = _CHUNK.unpack_from(contents, _HEADER.size)
-    chunks = _CHUNK.pack(len(text), kind) + text + contents[start + length :]
-    return _HEADER.pack(magic, version, _HEADER.size + len(chunks)) + chunks
-
-
-def _glb_tree(contents: bytes) -> tuple[Any, int, int]:
-    """Return the document of a GLB file, where it begins and its length."""
-    length, _ = _CHUNK.unpack_from(contents, _HEADER.size)
-    start = _HEADER.size + _CHUNK.size
-    return json.loads(contents[start : start + length]), start, length
+    return with_document(contents, file_type, _plain(document_of(contents, file_type)))
 
 
 def _plain(tree: Any) -> Any:
@@ -103,11 +88,7 @@ def gltf_pictures(contents: bytes, file_type: str) -> dict[str, FilePicture]:
     Raises AttributeError, LookupError, TypeError or ValueError for references that lead nowhere
     and for placements that are no numbers.
     """
-    if file_type == "gltf":
-        tree, inside = json.loads(contents), b""
-    else:
-        tree, start, length = _glb_tree(contents)
-        inside = contents[start + length + _CHUNK.size :]
+    tree, inside = document_of(contents, file_type), binary_part(contents, file_type)
     found = {}
     for number, material in enumerate(tree.get("materials", ())):
         texture = _color_of(material).get("baseColorTexture")
@@ -122,26 +103,14 @@ def _image(tree: Any, number: int, inside: bytes) -> tuple[str, bytes | None]:
     """Return an image's address, and its data where that is in the document."""
     image, name = tree["images"][number], f"image {number}"
     if "bufferView" not in image:
-        data = _data(image["uri"])
+        data = data_of(image["uri"])
         return (image["uri"], None) if data is None else (name, data)
     view = tree["bufferViews"][image["bufferView"]]
     buffer = tree["buffers"][view["buffer"]]
-    whole = _data(buffer["uri"]) if "uri" in buffer else inside
-    if whole is None:
-        raise ValueError(f"{name} is in a buffer beside the file")
+    whole = data_of(buffer["uri"]) if "uri" in buffer else inside
+    assert whole is not None  # as buffers beside a file are in its document by now
     start = int(view.get("byteOffset", 0))
     return name, whole[start : start + int(view["byteLength"])]
-
-
-def _data(uri: str) -> bytes | None:
-    """Return what a data address holds; None for another address."""
-    if not uri.startswith("data:"):
-        return None
-    head, _, body = uri.partition(",")
-    try:
-        return base64.b64decode(body) if head.endswith(";base64") else unquote_to_bytes(body)
-    except binascii.Error as error:
-        raise ValueError(f"an address of data is unreadable: {error}") from error
 
 
 def _placement(transform: dict[str, Any]) -> Placement:

@@ -19,6 +19,12 @@ from scene_graph_ros.geometry.files import MAX_MESH_BYTES, read_limited
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
 from scene_graph_ros.geometry.meshes.dae_pictures import AddressResolver
 from scene_graph_ros.geometry.meshes.file_pictures import FilePicture, FilePictures
+from scene_graph_ros.geometry.meshes.gltf_file import (
+    buffers_beside,
+    GLTF_TYPES,
+    path_of_buffer,
+    with_buffers,
+)
 from scene_graph_ros.geometry.meshes.gltf_materials import gltf_pictures, without_images
 from scene_graph_ros.geometry.meshes.obj_file import parse_obj
 from scene_graph_ros.geometry.meshes.promises import check_promises, MAX_CORNERS
@@ -28,6 +34,7 @@ from scene_graph_ros.geometry.quoting import quoted
 __all__ = [
     "VOLUME_FILE_TYPES",
     "ColoredMesh",
+    "buffer_files",
     "checked_mesh",
     "read_colored_mesh",
     "read_file",
@@ -74,13 +81,40 @@ def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
 
 
 def read_file(path: str | os.PathLike[str]) -> bytes:
-    """Read a file of a mesh. Raises MeshError, naming it, if it is missing or unreadable."""
+    """Read a file of a mesh; of glTF with the buffers beside it in its document.
+
+    Raises MeshError, naming the file, if it or a buffer is missing, unreadable or too large.
+    """
+    name, file_type = f"mesh file {os.fspath(path)!r}", Path(path).suffix.lower().lstrip(".")
+    contents = _read_limited(path, name, MAX_MESH_BYTES)
+    if file_type not in GLTF_TYPES:
+        return contents
+    left = MAX_MESH_BYTES - len(contents)
+
+    def read(place: str) -> bytes:
+        nonlocal left
+        data = _read_limited(Path(path).parent / place, f"{name}: buffer {quoted(place)}", left)
+        left -= len(data)
+        return data
+
+    return with_buffers(contents, file_type, name, read)
+
+
+def buffer_files(path: str | os.PathLike[str]) -> list[Path]:
+    """Return the files of buffers that a glTF or GLB file names. Raises MeshError."""
+    name = f"mesh file {os.fspath(path)!r}"
+    contents = _read_limited(path, name, MAX_MESH_BYTES)
+    uris = buffers_beside(contents, Path(path).suffix.lower().lstrip("."))
+    return [Path(path).parent / path_of_buffer(uri, name) for uri in uris]
+
+
+def _read_limited(path: str | os.PathLike[str], name: str, limit: int) -> bytes:
     try:
-        return read_limited(path, MAX_MESH_BYTES)
+        return read_limited(path, limit)
     except FileNotFoundError as error:
-        raise MeshError(f"mesh file {quoted(os.fspath(path))} does not exist") from error
+        raise MeshError(f"{name} does not exist") from error
     except OSError as error:
-        raise MeshError(f"mesh file {os.fspath(path)!r}: {error.strerror}") from error
+        raise MeshError(f"{name}: {error.strerror}") from error
 
 
 def read_mesh_contents(contents: bytes, file_type: str, *, name: str) -> Triangulation:
@@ -150,7 +184,11 @@ def _read_by_trimesh(contents: bytes, file_type: str, name: str) -> ColoredMesh:
     # No textures are looked for: the resolver opens no other files.
     resolver, by_name = AddressResolver(), {}
     try:
-        if file_type in ("glb", "gltf"):
+        if file_type in GLTF_TYPES:
+            for uri in buffers_beside(contents, file_type):
+                raise MeshError(
+                    f"{name}: its buffer {quoted(uri)} is not in it; a .glb file has all in one"
+                )
             by_name = _gltf_pictures(contents, file_type, name)
             contents = without_images(contents, file_type)
         # What is not finite is refused where all meshes are checked.

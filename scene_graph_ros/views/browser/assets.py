@@ -17,6 +17,8 @@ import warnings
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.files import read_limited
 from scene_graph_ros.geometry.meshes.color_warnings import MeshColorWarning
+from scene_graph_ros.geometry.meshes.gltf_file import GLTF_TYPES
+from scene_graph_ros.geometry.meshes.io import buffer_files
 from scene_graph_ros.geometry.meshes.obj_look import obj_look
 from scene_graph_ros.geometry.meshes.triangle_pictures import triangle_pictures
 from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
@@ -69,13 +71,15 @@ class SceneAssets:
 
 
 def _named_by(shape: MeshShape) -> Iterator[Path]:
-    """Yield the files of materials and pictures that a mesh's file names."""
+    """Yield the files of materials, pictures and buffers that a mesh's file names."""
     with contextlib.suppress(MeshError), warnings.catch_warnings():
         # Who draws it says what is missing.
         warnings.simplefilter("ignore", MeshColorWarning)
         look = obj_look(shape) if shape.file_type == "obj" else None
         if look is not None:
             yield from look.libraries
+        if shape.path is not None and shape.file_type in GLTF_TYPES:
+            yield from buffer_files(shape.path)
         found = triangle_pictures(shape)
         if found is not None:
             yield from (Path(file.place) for file in found.pictures if file.contents is None)

@@ -136,12 +136,25 @@ def _glb(folder):
     return folder / "a.glb"
 
 
+def _buffer_beside(folder):
+    held = [png(board((OTHER, OTHER))), "board.png"]
+    told = gltf(factors(), held, beside=folder / "my buffer.bin")
+    (folder / "a.gltf").write_bytes(told)
+    return folder / "a.gltf"
+
+
 def _dae(folder):
     (folder / "a.dae").write_bytes(dae(["board.png", PLAIN, "some%20pictures/other.png"]))
     return folder / "a.dae"
 
 
-KINDS = {"obj": _obj, "gltf beside": _gltf_beside, "gltf inside": _gltf_inside, "glb": _glb}
+KINDS = {
+    "obj": _obj,
+    "gltf beside": _gltf_beside,
+    "gltf inside": _gltf_inside,
+    "buffer beside": _buffer_beside,
+    "glb": _glb,
+}
 
 
 @pytest.mark.parametrize("kind", [*KINDS, "dae"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from pictured_files import board, png, write_obj
+from pictured_files import board, gltf, png, write_obj
 import pytest
 
 from scene_graph_ros.geometry import Mesh
@@ -19,6 +19,9 @@ def folder(tmp_path):
     (tmp_path / "share" / "looks").mkdir(parents=True)
     (tmp_path / "share" / "looks" / "my board.png").write_bytes(png(board()))
     write_obj(tmp_path / "share", [(None, "looks/my board.png"), ((1.0, 0.5, 0.0), None)], "cup")
+    plate = gltf([{}], [], beside=tmp_path / "share" / "looks" / "a plate.bin")
+    plate = plate.replace(b"a%20plate.bin", b"looks/a%20plate.bin")
+    (tmp_path / "share" / "plate.gltf").write_bytes(plate)
     (tmp_path / "share" / "secret.txt").write_text("secret")
     (tmp_path / "share" / "looks" / "other.png").write_bytes(png(board()))
     return tmp_path
@@ -29,6 +32,7 @@ def offered(stage, folder):
     """What may be had of a scene whose mesh is in a package."""
     share = folder / "share"
     stage.add("cup", Mesh(share / "cup.obj"), rgba=None)
+    stage.add("plate", Mesh(share / "plate.gltf"), rgba=None, roles=("illustration",))
     stage.add("triangle", Mesh(vertices=np.eye(3), faces=[[0, 1, 2]]))
 
     def address_of(path: Path) -> str:
@@ -40,7 +44,8 @@ def offered(stage, folder):
 def test_a_mesh_and_what_its_file_names(folder, offered):
     """By the address that markers have, by the file's, and as both may be written."""
     share = folder / "share"
-    for name in ("cup.obj", "cup.mtl", "looks/my board.png"):
+    of_cup = ("cup.obj", "cup.mtl", "looks/my board.png")
+    for name in (*of_cup, "plate.gltf", "looks/a plate.bin"):
         held = (share / name).read_bytes()
         assert offered.read(f"package://kitchen/{name}") == held
         assert offered.read((share / name).as_uri()) == held
