@@ -3,10 +3,11 @@
 import json
 import os
 from pathlib import Path
+import re
 import subprocess
 import sys
 
-from pictured_files import write_obj
+from pictured_files import huge_png, write_obj
 import pytest
 
 from scene_graph_ros.check import main
@@ -321,19 +322,35 @@ def test_schema(capsys):
     assert len(mapping) == 8
 
 
-def test_a_picture_that_a_mesh_names_and_nobody_has(tmp_path, capsys):
-    """It is told by the names of mesh and picture, and an error where warnings are taken so."""
-    write_obj(tmp_path, [((0.5, 0.5, 0.5), "lost.png")])
-    scene = write(
-        tmp_path,
-        "scene.yaml",
+@pytest.mark.parametrize(
+    ("name", "reason", "own_reason"),
+    [
+        ("lost.png", "does not exist", "no such file"),
+        ("huge.png", *(2 * ("8193 x 8192 are more than 67108864 pixels",))),
+    ],
+)
+def test_a_picture_that_is_missing_or_huge(tmp_path, capsys, name, reason, own_reason):
+    """One that the scene names is refused; one that a mesh's file names is told, and left out.
+
+    Where warnings are taken for errors the latter is one, too.
+    """
+    (tmp_path / "huge.png").write_bytes(huge_png())
+    body = (
         "version: 1\nsources: [{name: table}]\ngeometries:\n- {source: table, name: cup,"
-        " shape: {type: mesh, file: squares.obj}, roles: {perception: {}}}\n",
+        " shape: {type: mesh, file: %s.obj}, roles: {perception: %s}}\n"
     )
-    status, out, err = check(capsys, "--strict", scene)
+    reason = f"texture file '{tmp_path}/{name}'.*{reason}"
+    for options, code, summary in (((), 0, "ok:.*, 1 warning"), (("--strict",), 1, "not usable:")):
+        # A file of its own: each is told once in a process.
+        mesh = write_obj(tmp_path, [((0.5, 0.5, 0.5), name)], f"mesh{code}")
+        scene = write(tmp_path, "scene.yaml", body % (mesh.stem, "{}"))
+        status, (said,), (line,) = check(capsys, *options, scene)
+        assert status == code
+        assert re.match(f"{scene}: scene {summary}", said)
+        told = f"warning: {scene}: mesh file '{mesh}' names '{name}', shown without: {reason}"
+        assert re.match(told, line)
+    scene = write(tmp_path, "own.yaml", body % (mesh.stem, f"{{phong: {{diffuse_map: {name}}}}}"))
+    status, (said,), (line,) = check(capsys, scene)
     assert status == 1
-    assert out == [f"{scene}: scene not usable: 0 errors, 1 warning"]
-    (line,) = err
-    mesh = f"{tmp_path}/squares.obj"
-    assert line.startswith(f"warning: {scene}: mesh file '{mesh}' names 'lost.png', ")
-    assert line.endswith(f"shown without: texture file '{tmp_path}/lost.png' does not exist")
+    assert re.match(rf"error: {scene}:\d+: geometries\[0\].*{tmp_path}/{name}.*{own_reason}", line)
+    assert said.startswith(f"{scene}: scene not usable: 1 error")
