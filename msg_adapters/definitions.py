@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import functools
+import hashlib
 import importlib
+import json
 from pathlib import Path
 import re
 from typing import Any
 
 from ament_index_python.packages import get_package_share_directory
 
-__all__ = ["definition_with_parts", "kind_of"]
+__all__ = ["definition_with_parts", "kind_of", "layout_of"]
 
 _SEPARATOR = f"\n{'=' * 80}\nMSG: "
 """Between the definitions of a message and of its parts, as rosbag2 and MCAP have it."""
@@ -29,15 +32,41 @@ def definition_with_parts(kind: str) -> str:
     They are the files that packages install. Raises ImportError, LookupError or OSError where
     they are not.
     """
-    parts = [kind]
-    for part in parts:
-        for field in _class(part).get_fields_and_field_types().values():
+    others = [
+        f"{part.replace('/msg/', '/')}\n{_text(part)}"
+        for part in _fields_of_parts(_class(kind))
+        if part != kind
+    ]
+    return _SEPARATOR.join([_text(kind), *others])
+
+
+def layout_of(message_class: Any) -> str:
+    """Return a digest of the names and types of a message's fields, and of its parts' fields.
+
+    Bytes of a message are read as they were meant by a class with the same digest. It may be a
+    request of a service, too.
+    """
+    return _layout_of(message_class)
+
+
+@functools.cache
+def _layout_of(message_class: Any) -> str:
+    fields = [message_class.get_fields_and_field_types(), _fields_of_parts(message_class)]
+    return hashlib.blake2b(json.dumps(fields).encode(), digest_size=8).hexdigest()
+
+
+def _fields_of_parts(message_class: Any) -> dict[str, dict[str, str]]:
+    """Return the fields of all messages that a message is made of, each once, by their names."""
+    found: dict[str, dict[str, str]] = {}
+    waiting = [message_class.get_fields_and_field_types()]
+    for fields in waiting:
+        for field in fields.values():
             named = _NAMED.search(field)
             name = f"{named[1]}/msg/{named[2]}" if named else ""
-            if name and name not in parts:
-                parts.append(name)
-    others = [f"{part.replace('/msg/', '/')}\n{_text(part)}" for part in parts[1:]]
-    return _SEPARATOR.join([_text(kind), *others])
+            if name and name not in found:
+                found[name] = _class(name).get_fields_and_field_types()
+                waiting.append(found[name])
+    return found
 
 
 def _class(kind: str) -> Any:

@@ -17,6 +17,8 @@ if sys.version_info >= (3, 14):
 else:
     from backports import zstd
 
+from scene_graph_ros.replay.layouts import check_layout
+
 __all__ = ["Recorded", "RecordingError", "RecordingReader"]
 
 _MAGIC = b"\x89MCAP0\r\n"
@@ -59,7 +61,11 @@ class RecordingReader:
         self._channels: dict[int, tuple[str, str, str]] = {}
 
     def __iter__(self) -> Iterator[Recorded]:
-        """Yield all messages that are whole; raises RecordingError for what is not MCAP."""
+        """Yield all messages that are whole.
+
+        Raises RecordingError for what is not MCAP, and where messages of this project's types
+        have other fields than those that are installed.
+        """
         with self.path.open("rb") as file:
             if file.read(len(_MAGIC)) != _MAGIC:
                 raise RecordingError(f"{self.path}: is no MCAP file")
@@ -93,8 +99,7 @@ class RecordingReader:
 
     def _message(self, code: int, content: bytes) -> Iterator[Recorded]:
         if code == _SCHEMA_RECORD:
-            number, (name, _) = _U16.unpack_from(content)[0], _text(content, 2)
-            self._kinds[number] = name
+            self._kinds[_U16.unpack_from(content)[0]] = self._kind(content)
         elif code == _CHANNEL_RECORD:
             number, schema = struct.unpack_from("<HH", content)
             topic, offset = _text(content, 4)
@@ -104,6 +109,17 @@ class RecordingReader:
         elif code == _MESSAGE_RECORD:
             number, _, time, _ = _MESSAGE.unpack_from(content)
             yield Recorded(*self._channels[number], time, content[_MESSAGE.size :])
+
+    def _kind(self, schema: bytes) -> str:
+        """Return the type that a schema describes, if what is installed reads its messages."""
+        kind, offset = _text(schema, 2)
+        _, offset = _text(schema, offset)
+        definition, _ = _text(schema, offset)
+        try:
+            check_layout(kind, definition)
+        except ValueError as error:
+            raise RecordingError(f"{self.path}: {error}") from error
+        return kind
 
 
 def _unpacked(chunk: bytes) -> bytes:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from rclpy.serialization import deserialize_message
 
+from msg_adapters.definitions import layout_of
 import scene_graph_msgs.srv
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.model.ids import continue_after
@@ -105,7 +106,9 @@ class Replay:
         given: bool,
     ) -> None:
         if version != VERSION:
-            raise RecordingError(f"the recording has version {version}, this reads {VERSION}")
+            raise RecordingError(
+                f"the recording has version {version}, this replays {VERSION}: it can be published"
+            )
         if given:
             raise RecordingError(
                 "the node was given its model by a program, which is not in the recording: "
@@ -132,6 +135,7 @@ class Replay:
         *,
         service: str,
         id: int,  # noqa: A002 - the event's own name for it
+        layout: str,
         request: str,
         path: str,
         text: str,
@@ -139,6 +143,11 @@ class Replay:
         rehung: Mapping[str, list[float]],
     ) -> None:
         kind = getattr(scene_graph_msgs.srv, service)
+        if layout != layout_of(kind.Request):
+            raise RecordingError(
+                f"the request of {service} at {time} ns has other fields than such requests have"
+                " now: the version that recorded it can replay it"
+            )
         asked, answer = deserialize_message(bytes_of(request), kind.Request), kind.Response()
         if path:
             self._texts[Path(path)] = text

@@ -7,7 +7,8 @@ from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointField
 from visualization_msgs.msg import Marker, MarkerArray
 
-from msg_adapters.definitions import definition_with_parts, kind_of
+from msg_adapters.definitions import definition_with_parts, kind_of, layout_of
+from scene_graph_msgs.srv import RegisterCamera, RegisterFrame
 
 
 def test_a_definition_has_all_its_parts_once():
@@ -38,3 +39,41 @@ def test_a_message_that_is_not_there_is_an_error():
     """Of the import, by its name."""
     with pytest.raises(ModuleNotFoundError, match="no_msgs"):
         definition_with_parts("no_msgs/msg/Nothing")
+
+
+def made_of(**fields):
+    """Return a class of messages with these fields."""
+    return type("Message", (), {"get_fields_and_field_types": staticmethod(lambda: fields)})
+
+
+def test_a_layout_is_of_all_fields_also_of_parts():
+    """By name and type, in their order; constants are none of it."""
+    different = [
+        made_of(),
+        made_of(a="double"),
+        made_of(b="double"),
+        made_of(a="float"),
+        made_of(a="double", b="double"),
+        made_of(b="double", a="double"),
+        made_of(a="geometry_msgs/Point"),
+        # A vector has the fields of a point, by another name; the type's name is told, too.
+        made_of(a="geometry_msgs/Vector3"),
+        made_of(a="sequence<geometry_msgs/Vector3>"),
+        made_of(a="sequence<visualization_msgs/Marker>"),
+        RegisterCamera.Request,
+        RegisterFrame.Request,
+    ]
+    assert len({layout_of(one) for one in different}) == len(different)
+    assert layout_of(made_of(a="double")) == layout_of(made_of(a="double"))
+
+
+def test_a_layout_depends_on_a_part_of_a_part(monkeypatch):
+    """What a marker of an array is made of counts as its own fields do."""
+
+    def array():
+        return made_of(markers="sequence<visualization_msgs/Marker>")
+
+    before = layout_of(array())
+    fields = {**Marker.get_fields_and_field_types(), "new": "double"}
+    monkeypatch.setattr(Marker, "get_fields_and_field_types", lambda: fields)
+    assert layout_of(array()) != before

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 
-from msg_adapters.definitions import kind_of
+from msg_adapters.definitions import kind_of, layout_of
 from scene_graph_ros.geometry.model.ids import SourceId
 from scene_graph_ros.node.recording.events import encode, EVENTS, text_of, VERSION
 from scene_graph_ros.node.recording.spool import Spool
@@ -165,6 +165,7 @@ class Recorder:
             "edit",
             service=service,
             id=first_id,
+            layout=layout_of(type(request)),
             request=text_of(serialize_message(plain)),
             path=text[0],
             text=text[1],

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 import resource
 import signal
 import subprocess
@@ -20,6 +21,7 @@ from rosbags.rosbag2 import Reader
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from visualization_msgs.msg import MarkerArray
 
+from msg_adapters.definitions import definition_with_parts
 from scene_graph_msgs.msg import (
     ContactArray,
     FrameDescription,
@@ -28,7 +30,9 @@ from scene_graph_msgs.msg import (
     Shape,
 )
 from scene_graph_ros.geometry import Role, SceneGraph
-from scene_graph_ros.replay.reader import RecordingReader
+from scene_graph_ros.node.recording.bag import Bag
+from scene_graph_ros.node.recording.events import encode, VERSION
+from scene_graph_ros.replay.reader import RecordingError, RecordingReader
 from scene_graph_ros.scene_files import load_scene
 
 CELL = ROOT / "config" / "scenes" / "panda_cell.yaml"
@@ -234,6 +238,91 @@ def test_what_is_no_recording_is_refused_with_the_reason(domain, tmp_path, make,
     page = tmp_path / "page.html"
     assert replay(domain, folder, "--html", page)[0] == 2
     assert not page.exists()
+
+
+def schema_alone(folder, kind, definition):
+    """Make a recording that describes one type of messages and has no message of it."""
+
+    def text(words):
+        return len(words.encode()).to_bytes(4, "little") + words.encode()
+
+    def record(code, content):
+        return bytes([code]) + len(content).to_bytes(8, "little") + content
+
+    folder.mkdir()
+    schema = (1).to_bytes(2, "little") + text(kind) + text("ros2msg") + text(definition)
+    magic = b"\x89MCAP0\r\n"
+    (folder / "a.mcap").write_bytes(magic + record(3, schema) + record(15, bytes(4)) + magic)
+
+
+CONTACTS = "scene_graph_msgs/msg/ContactArray"
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        (lambda text: f"float64 new\n{text}", f"{CONTACTS} had other fields than it has now"),
+        (  # of a part
+            lambda text: re.sub(
+                r"(MSG: scene_graph_msgs/\w+\n)", r"\1float64 new\n", text, count=1
+            ),
+            r"scene_graph_msgs/msg/\w+ had other fields than it has now",
+        ),
+        (lambda text: "???", f"{CONTACTS} is described in no way that is known"),
+    ],
+)
+def test_messages_of_other_fields_are_not_read(tmp_path, change, reason):
+    """The file and the type are named."""
+    schema_alone(tmp_path / "bag", CONTACTS, change(definition_with_parts(CONTACTS)))
+    with pytest.raises(RecordingError, match=f"^{tmp_path}/bag/a.mcap: {reason}"):
+        list(RecordingReader(tmp_path / "bag"))
+
+
+def test_messages_of_other_fields_are_not_replayed(domain, tmp_path):
+    """Whatever is to be done with them: one line, and no file."""
+    folder, file = tmp_path / "bag", tmp_path / "new"
+    schema_alone(folder, CONTACTS, "float64 other")
+    for how in ([], ["--check"], ["--html", file], ["--repair", file]):
+        code, said = replay(domain, folder, *how)
+        assert (code, len(said.splitlines())) == (2, 1), said
+        assert f"replay: {folder}/a.mcap: {CONTACTS} had other fields" in said
+        assert not file.exists()
+
+
+def test_constants_and_comments_may_be_others(tmp_path):
+    """As those that newer versions add; and types that are gone are told."""
+    text = definition_with_parts(CONTACTS)
+    schema_alone(tmp_path / "new", CONTACTS, f"# A comment\nuint8 LATER=7\n{text}")
+    assert list(RecordingReader(tmp_path / "new")) == []
+    schema_alone(tmp_path / "gone", "scene_graph_msgs/msg/Gone", "float64 x")
+    with pytest.raises(RecordingError, match="scene_graph_msgs/msg/Gone is not there any more"):
+        list(RecordingReader(tmp_path / "gone"))
+    # Others' messages are published by who installed them.
+    schema_alone(tmp_path / "others", "other_msgs/msg/Other", "float64 x")
+    assert list(RecordingReader(tmp_path / "others")) == []
+
+
+def test_events_of_other_versions_are_not_replayed(domain, tmp_path):
+    """Those of a version before, and an edit whose request had other fields than it has now."""
+    parameters = {"package_paths": "", "world_frame": "world", "accuracy": "standard"}
+    told = {"id": 10**6, "parameters": parameters, "path": "", "text": "", "given": False}
+    request = {"service": "RegisterSource", "id": 10**6, "path": "", "text": "", "request": ""}
+    asked = encode("edit", layout="0" * 16, **request, ids=[], rehung={})
+    for name, events, reason in (
+        ("old", [encode("begin", version=1, **told)], "has version 1, this replays 2"),
+        (
+            "edited",
+            [encode("begin", version=VERSION, **told), asked],
+            "the request of RegisterSource at 2 ns has other fields than such requests have now",
+        ),
+    ):
+        bag = Bag(tmp_path / name, 1)
+        for time, event in enumerate(events, start=1):
+            bag.write("/events", "std_msgs/msg/String", None, time, event)
+        bag.close()
+        code, said = replay(domain, tmp_path / name, "--check")
+        assert (code, len(said.splitlines())) == (2, 1), said
+        assert reason in said
 
 
 def test_a_pace_of_moments_is_for_a_page(domain, tmp_path):
