@@ -10,7 +10,7 @@ __all__ = ["ask_convex_sets"]
 
 
 def ask_convex_sets() -> None:
-    """Ask a square and its corners for a point, distances and a sample."""
+    """Ask a square and its corners for a point, distances, ellipsoids and samples."""
     square, corners = HPolyhedron.make_unit_box(2), VPolytope.make_unit_box(2)
     square.is_empty(certificate=True)
     for answer in (square.is_empty, square.is_bounded, square.find_redundant):
@@ -18,6 +18,7 @@ def ask_convex_sets() -> None:
     square.contained_in(square)
     for each in (square, corners):
         each.projection(np.full((1, 2), 2.0))
+    square.maximum_volume_inscribed_ellipsoid()
     AffineBall.minimum_volume_circumscribed_ellipsoid(corners.vertices)
     square.uniform_sample(np.random.default_rng(0))
     square.uniform_samples(np.random.default_rng(0), 1)

@@ -367,14 +367,14 @@ def test_largest_ellipsoid_in_a_simplex(n):
 
 @pytest.mark.parametrize(("n", "m"), [(2, 24), (3, 36), (7, 64)])
 def test_largest_ellipsoids_reach_their_bound(n, m):
-    """In a box cut by random planes, of which many touch: within 1e-9 for each dimension."""
+    """In a box cut by random planes, of which many touch: to some digits of rounding."""
     for seed in range(4):
         rng = np.random.default_rng(seed)
         normals = rng.normal(size=(m - 2 * n, n))
         A = np.concatenate([np.eye(n), -np.eye(n), normals])
         b = np.append(np.ones(2 * n), 0.5 * np.linalg.norm(normals, axis=1))
         found = inscribed(HPolyhedron(A, b))
-        assert found.gap < 1e-9
+        assert found.gap < 1e-11
         assert exactly_inside(found, A, b)
 
 

@@ -9,6 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.optimization.solve.dense import (
+    factor,
+    solve_factored,
+    solve_general,
+)
+
 __all__ = ["largest_inscribed"]
 
 _MOST_STEPS = 100
@@ -27,46 +34,166 @@ _TO_BORDER = 0.9
 """Of the way to the border, the share that a step may take while residuals are large."""
 
 
+@kernel
+def _squares(A, y, W, lengths):
+    """Fill ``W (m, n)`` with rows of which the products are those of ``A (A' Y A)^-1 A'``.
+
+    And ``lengths (m,)`` with theirs. Return False where the matrix in between is singular.
+    """
+    m, n = A.shape
+    M = np.zeros((n, n))
+    for i in range(m):
+        for a in range(n):
+            weighed = y[i] * A[i, a]
+            for b in range(a, n):
+                M[a, b] += weighed * A[i, b]
+    if not factor(M):
+        return False
+    for i in range(m):
+        total = 0.0
+        for a in range(n):
+            value = A[i, a]
+            for b in range(a):
+                value -= M[b, a] * W[i, b]
+            W[i, a] = value / M[a, a]
+            total += W[i, a] * W[i, a]
+        lengths[i] = np.sqrt(total)
+    return True
+
+
+@kernel
+def _matrix(W, y, z, h):
+    """Return what ties the rates of the multipliers to each other, as its upper triangle."""
+    m, n = W.shape
+    G = np.empty((m, m))
+    for i in range(m):
+        for j in range(i, m):
+            product = 0.0
+            for a in range(n):
+                product += W[i, a] * W[j, a]
+            G[i, j] = y[i] * product * (y[j] * product)
+        G[i, i] += 2.0 * y[i] * h[i] * z[i]
+    return G
+
+
+@kernel
+def _direction(A, W, y, z, h, r1, r2, r3, dx, rate):
+    """Fill ``dx (n,)`` and ``rate (m,)``, of the multipliers, with a Newton step; False for none.
+
+    What a step does to the rows is solved once, for the centre's part and for the rest.
+    """
+    m, n = A.shape
+    G = _matrix(W, y, z, h)
+    if not factor(G):
+        return False
+    T = np.empty((m, n))
+    for i in range(m):
+        for a in range(n):
+            T[i, a] = (h[i] + z[i]) * y[i] * A[i, a]
+    solve_factored(G, T)
+    M = np.zeros((n, n))
+    for a in range(n):
+        dx[a] = r1[a]
+    for i in range(m):
+        r23 = r2[i] - r3[i] / y[i]
+        for a in range(n):
+            p = 2.0 * y[i] * h[i] * T[i, a] - y[i] * A[i, a]
+            dx[a] += p * r23
+            for b in range(n):
+                M[a, b] += p * A[i, b]
+    if not solve_general(M, dx):
+        return False
+    column = np.empty((m, 1))
+    for i in range(m):
+        Adx = 0.0
+        for a in range(n):
+            Adx += A[i, a] * dx[a]
+        column[i, 0] = 2.0 * y[i] * h[i] * (Adx - (r2[i] - r3[i] / y[i]))
+    solve_factored(G, column)
+    for i in range(m):
+        rate[i] = column[i, 0]
+    return True
+
+
+@kernel
+def _step(A, x, y, z, slack, r3, dx, rate, residual):
+    """Move the centre, multipliers and slacks along a direction, as far as they stay positive."""
+    m, n = A.shape
+    nearest = 0.5
+    for i in range(m):
+        Adx = 0.0
+        for a in range(n):
+            Adx += A[i, a] * dx[a]
+        dz = r3[i] / y[i] - z[i] * rate[i]
+        nearest = max(nearest, Adx / slack[i], -rate[i], -dz / z[i])
+    step = max(_TO_BORDER, 1.0 - residual) * min(1.0, 1.0 / nearest)
+    for a in range(n):
+        x[a] += step * dx[a]
+    for i in range(m):
+        Adx = 0.0
+        for a in range(n):
+            Adx += A[i, a] * dx[a]
+        dz = r3[i] / y[i] - z[i] * rate[i]
+        y[i] += step * y[i] * rate[i]
+        z[i] += step * dz
+        slack[i] -= step * Adx
+
+
+@kernel
+def _newton(A, x, y, z):
+    """Move x ``(n,)``, y and z ``(m,)`` from where they start to the best point of the method."""
+    m, n = A.shape
+    W, h, slack = np.empty((m, n)), np.empty(m), np.ones(m)
+    r1, r2, r3 = np.empty(n), np.empty(m), np.empty(m)
+    dx, rate = np.empty(n), np.empty(m)
+    best, best_x, best_y = np.inf, x.copy(), y.copy()
+    for _ in range(_MOST_STEPS):
+        if not _squares(A, y, W, h):
+            break
+        gap = 0.0
+        for i in range(m):
+            gap += y[i] * z[i]
+        gap /= m
+        target = max(_LEAST_TARGET, min(0.5, gap) * gap)
+        r1[:] = 0.0
+        residual = 0.0
+        for i in range(m):
+            r2[i] = slack[i] - h[i] - z[i]
+            r3[i] = target - y[i] * z[i]
+            residual = max(residual, abs(r2[i]), abs(r3[i]))
+            for a in range(n):
+                r1[a] -= A[i, a] * y[i] * h[i]
+        # Multipliers that don't balance cost the bound the square of what is left.
+        for a in range(n):
+            residual = max(residual, r1[a] * r1[a])
+        if max(residual, gap) < best:
+            best = max(residual, gap)
+            best_x[:] = x
+            best_y[:] = y
+        has_passed = gap <= _NEAR and residual > 10.0 * best
+        if max(residual, gap) <= _RESIDUAL or has_passed or not np.isfinite(residual):
+            break
+        if not _direction(A, W, y, z, h, r1, r2, r3, dx, rate):
+            break
+        _step(A, x, y, z, slack, r3, dx, rate, residual)
+    x[:] = best_x
+    y[:] = best_y
+
+
 def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return centre ``(n,)``, symmetric map ``(n, n)`` and multipliers of the largest ellipsoid.
 
-    In ``A x <= 1``, which is bounded, of m rows; multipliers ``(m,)`` weigh ``|E a|``.
+    In ``A x <= 1``, which is bounded, of m rows; multipliers ``(m,)`` weigh ``|E a|``. Raises
+    LinAlgError where the rows don't bound all directions, to rounding.
     """
+    A = np.ascontiguousarray(A, dtype=np.float64)
     m, n = A.shape
-    x, y, slack = np.zeros(n), np.ones(m), np.ones(m)
     square = np.linalg.inv(A.T @ A)
     lengths = np.sqrt(np.einsum("ij,jk,ik->i", A, square, A))
-    shrink = float((slack / lengths).min())
-    y /= shrink**2
-    z = np.maximum(0.1, slack - shrink * lengths)
-    best = (np.inf, x, square * shrink**2, y)
-    for _ in range(_MOST_STEPS):
-        square = np.linalg.inv(A.T @ (y[:, None] * A))
-        Q = A @ square @ A.T
-        h = np.sqrt(np.diagonal(Q))
-        gap = float(y @ z) / m
-        target = max(_LEAST_TARGET, min(0.5, gap) * gap)
-        r1, r2, r3 = -A.T @ (y * h), slack - h - z, target - y * z
-        # Multipliers that don't balance cost the bound the square of what is left.
-        residual = max(np.abs(r1).max() ** 2, np.abs(r2).max(), np.abs(r3).max())
-        if max(residual, gap) < best[0]:
-            best = (max(residual, gap), x, square, y)
-        has_passed = gap <= _NEAR and residual > 10.0 * best[0]
-        if max(residual, gap) <= _RESIDUAL or has_passed or not np.isfinite(residual):
-            break
-        YQ = y[:, None] * Q
-        G = YQ * YQ.T + np.diag(2.0 * y * h * z)
-        T = np.linalg.solve(G, ((h + z) * y)[:, None] * A)
-        P = ((2.0 * y * h)[:, None] * T - y[:, None] * A).T
-        r23 = r2 - r3 / y
-        dx = np.linalg.solve(P @ A, r1 + P @ r23)
-        Adx = A @ dx
-        rate = np.linalg.solve(G, 2.0 * y * h * (Adx - r23))
-        dz = r3 / y - z * rate
-        nearest = max(0.5, float((Adx / slack).max()), float(-rate.min()), float((-dz / z).max()))
-        step = max(_TO_BORDER, 1.0 - residual) * min(1.0, 1.0 / nearest)
-        x, y, z, slack = x + step * dx, y + step * y * rate, z + step * dz, slack - step * Adx
-    _, x, square, y = best
-    values, axes = np.linalg.eigh(0.5 * (square + square.T))
-    E = axes @ np.diag(np.sqrt(np.maximum(values, 0.0))) @ axes.T
+    shrink = float((1.0 / lengths).min())
+    x, y = np.zeros(n), np.full(m, shrink**-2)
+    z = np.maximum(0.1, 1.0 - shrink * lengths)
+    _newton(A, x, y, z)
+    values, axes = np.linalg.eigh(A.T @ (y[:, None] * A))
+    E = axes @ np.diag(1.0 / np.sqrt(values)) @ axes.T
     return x, E, y * np.linalg.norm(A @ E, axis=1)
