@@ -11,6 +11,15 @@ if TYPE_CHECKING:
         BodyShapeDescription,
         make_body_shape_description,
     )
+    from scene_graph_ros.planning.certified.cspace_free_polytope import CspaceFreePolytope
+    from scene_graph_ros.planning.certified.errors import CertificateError
+    from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
+    from scene_graph_ros.planning.certified.polytope_certificate import (
+        PairFailure,
+        PolytopeCertificate,
+    )
+    from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
+    from scene_graph_ros.planning.certified.search_options import BinarySearchOptions
     from scene_graph_ros.planning.checker_bodies import CheckerBody
     from scene_graph_ros.planning.checker_contexts import CollisionCheckerContext
     from scene_graph_ros.planning.checker_interface import CollisionChecker
@@ -105,8 +114,10 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.walking.zmp_planner import ZmpPlanner, ZmpPlannerError
 
 __all__ = [
+    "BinarySearchOptions",
     "BodyShapeDescription",
     "BsplineBasis",
+    "CertificateError",
     "CheckerBody",
     "CliqueError",
     "CollisionChecker",
@@ -115,6 +126,7 @@ __all__ = [
     "CollisionCheckerParams",
     "ConfigurationRegion",
     "ConstraintViolation",
+    "CspaceFreePolytope",
     "DiagramBuiltError",
     "DirectCollocation",
     "DirectTranscription",
@@ -147,13 +159,17 @@ __all__ = [
     "NonlinearProgram",
     "OmplPlanner",
     "OmplSpace",
+    "PairCertificate",
+    "PairFailure",
     "Plan",
     "PlanFailure",
     "PlanProgress",
     "PlanStage",
     "PlanningError",
+    "PolytopeCertificate",
     "PoseTarget",
     "ProgramResult",
+    "RationalForwardKinematics",
     "RegionCover",
     "RegionError",
     "RegionNotFoundError",
@@ -192,6 +208,12 @@ __all__ = [
 
 _MODULES = {
     "added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
+    "certified.cspace_free_polytope": ("CspaceFreePolytope",),
+    "certified.errors": ("CertificateError",),
+    "certified.pair_certificate": ("PairCertificate",),
+    "certified.polytope_certificate": ("PairFailure", "PolytopeCertificate"),
+    "certified.rational_kinematics": ("RationalForwardKinematics",),
+    "certified.search_options": ("BinarySearchOptions",),
     "checker_bodies": ("CheckerBody",),
     "checker_contexts": ("CollisionCheckerContext",),
     "checker_interface": ("CollisionChecker",),

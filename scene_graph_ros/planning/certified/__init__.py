@@ -1,0 +1,1 @@
+"""Convex regions of configurations that are proven free, and their certificates."""

@@ -1,0 +1,259 @@
+"""Polytopes of configurations that are free of collisions, by planes between geometries.
+
+Dai, Amice, Werner, Zhang and Tedrake, "Certified polyhedral decompositions of collision-free
+configuration space", 2023 (C-IRIS).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.certified.errors import CertificateError
+from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
+from scene_graph_ros.planning.certified.pair_problem import PairProblems
+from scene_graph_ros.planning.certified.pair_search import certified_pair
+from scene_graph_ros.planning.certified.polytope_certificate import (
+    GeometryPair,
+    PairFailure,
+    PolytopeCertificate,
+)
+from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
+from scene_graph_ros.planning.certified.search_options import BinarySearchOptions
+from scene_graph_ros.planning.certified.tangent_region import make_region, TangentRegion
+from scene_graph_ros.planning.check_kernels import NO_PAIR
+from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.configuration_checks import first_pairs
+from scene_graph_ros.planning.shares.in_executor import AnyExecutor, checked_executor, in_executor
+
+__all__ = ["CspaceFreePolytope"]
+
+_SAMPLES = 256
+"""Points of a region that are looked at before anything is solved."""
+
+
+class CspaceFreePolytope:
+    """Searches for polytopes of s = tan((q - q_star) / 2) in which robots collide with nothing.
+
+    Pairs, paddings and filters are the checker's when this is made. Joints may be revolute and
+    prismatic (for which s is q - q_star), shapes boxes, spheres, capsules, cylinders (as prisms
+    with eight sides around them) and convex meshes.
+    """
+
+    def __init__(
+        self, checker: SceneGraphCollisionChecker, q_star: ArrayLike | None = None
+    ) -> None:
+        """Take s = 0 at ``q_star`` ``(nq,)``; without, at zero.
+
+        Raises CertificateError for another checker and other joints.
+        """
+        if not isinstance(checker, SceneGraphCollisionChecker):
+            raise CertificateError(
+                f"checker must be a SceneGraphCollisionChecker, not {quoted(checker)}"
+            )
+        self._plan, self._inspector = checker.plan, checker.snapshot.inspector
+        self._kinematics = RationalForwardKinematics(self._plan.tree, q_star)
+        self._touching_first: tuple[int, ...] = ()
+
+    @property
+    def rational_forward_kinematics(self) -> RationalForwardKinematics:
+        """What relates q and s."""
+        return self._kinematics
+
+    @property
+    def geometry_pairs(self) -> tuple[GeometryPair, ...]:
+        """The pairs of geometry ids that need a plane."""
+        return tuple(self._plan.ids(pair) for pair in range(len(self._plan.pairs.bodies)))
+
+    def find_separation_certificate_given_polytope(
+        self,
+        C: ArrayLike,
+        d: ArrayLike,
+        ignored_collision_pairs: Iterable[GeometryPair] = (),
+        *,
+        terminate_at_failure: bool = True,
+        executor: AnyExecutor | None = None,
+    ) -> PolytopeCertificate:
+        """Return what is shown of ``{s: C s <= d}`` within the joints' limits.
+
+        A success is a proof, checked in rational arithmetic; anything else is none, and its
+        ``failures`` say which pair and why. Some of the region's points are tried first: where
+        one collides, no program is solved. Pairs are shared out among the workers of an
+        ``executor``; otherwise the search ends at the first failure unless
+        ``terminate_at_failure`` is False.
+
+        Raises CertificateError for a polytope that is empty, flat or unbounded, numbers that are
+        not finite, pairs that are not checked, and shapes that have no planes.
+        """
+        region = make_region(self._kinematics, C, d)
+        ignored = self._ignored(ignored_collision_pairs)
+        return self._certify(region, ignored, terminate_at_failure, checked_executor(executor))
+
+    def find_pair_certificate(
+        self, geometry_pair: GeometryPair, C: ArrayLike, d: ArrayLike
+    ) -> PairCertificate | PairFailure:
+        """Return what is shown of one pair in a polytope. Raises CertificateError."""
+        (ids,) = self._ignored([geometry_pair])
+        pair = self._plan.pair_of(*ids)
+        assert pair is not None  # as it is a pair that is checked
+        region = make_region(self._kinematics, C, d)
+        return certified_pair(self._problems(region).make(pair))
+
+    def binary_search(
+        self,
+        C: ArrayLike,
+        d: ArrayLike,
+        s_center: ArrayLike,
+        ignored_collision_pairs: Iterable[GeometryPair] = (),
+        options: BinarySearchOptions | None = None,
+        *,
+        executor: AnyExecutor | None = None,
+    ) -> PolytopeCertificate | None:
+        """Return the proof of the largest polytope found by scaling one about a point of it.
+
+        The polytope at the scale t is ``C s <= C s_center + t (d - C s_center)``. None where that
+        at ``scale_min`` is not proven. Raises as `find_separation_certificate_given_polytope`, and
+        for a centre that is not inside.
+        """
+        chosen = BinarySearchOptions() if options is None else options
+        rows, sides = np.array(C, dtype=np.float64), np.array(d, dtype=np.float64)
+        make_region(self._kinematics, rows, sides)
+        center = self._checked_center(s_center, rows, sides)
+        pairs = list(ignored_collision_pairs)
+
+        def at(scale: float) -> PolytopeCertificate:
+            height = rows @ center
+            return self.find_separation_certificate_given_polytope(
+                rows, height + scale * (sides - height), pairs, executor=executor
+            )
+
+        found = at(chosen.scale_max)
+        if found.is_success:
+            return found
+        best = at(chosen.scale_min)
+        if not best.is_success:
+            return None
+        low, high = chosen.scale_min, chosen.scale_max
+        for _ in range(chosen.max_iter):
+            if high - low <= chosen.convergence_tol:
+                break
+            middle = 0.5 * (low + high)
+            found = at(middle)
+            if found.is_success:
+                low, best = middle, found
+            else:
+                high = middle
+        return best
+
+    def _problems(self, region: TangentRegion) -> PairProblems:
+        return PairProblems(self._kinematics, self._plan, self._inspector, region)
+
+    def _certify(
+        self,
+        region: TangentRegion,
+        ignored: frozenset[frozenset[int]],
+        terminate_at_failure: bool,
+        executor: AnyExecutor | None,
+    ) -> PolytopeCertificate:
+        certificates: dict[GeometryPair, PairCertificate] = {}
+        failures: dict[GeometryPair, PairFailure] = {}
+        result = PolytopeCertificate(
+            self._kinematics,
+            self._plan,
+            self._inspector,
+            region,
+            certificates,
+            failures,
+            ignored,
+        )
+        pairs = result.pairs()
+        witness = self._witness(region, pairs)
+        if witness is not None:
+            ids, failure = witness
+            failures[ids] = failure
+            return result
+        # What failed last is likely to fail again.
+        pairs.sort(key=lambda pair: pair not in self._touching_first)
+        problems = self._problems(region)
+        batches = [pairs] if executor is not None else [[pair] for pair in pairs]
+        for batch in batches:
+            shares = [(problems.make(pair),) for pair in batch]
+            for pair, found in zip(
+                batch, in_executor(certified_pair, shares, executor), strict=True
+            ):
+                if isinstance(found, PairCertificate):
+                    certificates[self._plan.ids(pair)] = found
+                else:
+                    failures[self._plan.ids(pair)] = found
+                    self._touching_first = (pair,)
+            if failures and terminate_at_failure:
+                break
+        return result
+
+    def _witness(
+        self, region: TangentRegion, pairs: list[int]
+    ) -> tuple[GeometryPair, PairFailure] | None:
+        """Return a pair that collides at a point of the region, if one of some points does."""
+        points = _spread(region)
+        chosen = self._plan._replace(
+            pairs=self._plan.pairs._replace(
+                **{
+                    name: np.ascontiguousarray(each[pairs])
+                    for name, each in self._plan.pairs._asdict().items()
+                }
+            )
+        )
+        if not pairs or not len(points):
+            return None
+        q = self._kinematics.compute_q_value(points)
+        first = first_pairs(chosen, q, 1)
+        rows = np.flatnonzero(first != NO_PAIR)
+        if not len(rows):
+            return None
+        ids = chosen.ids(int(first[rows[0]]))
+        names = tuple(str(self._inspector.get_name(each)) for each in ids)
+        at = q[rows[0]]
+        reason = f"they collide at {np.array2string(at, precision=4)}"
+        return ids, PairFailure((names[0], names[1]), "collision", reason, q=at)
+
+    def _ignored(self, pairs: Iterable[GeometryPair]) -> frozenset[frozenset[int]]:
+        known = {frozenset({int(a), int(b)}) for a, b in self.geometry_pairs}
+        result = set()
+        for pair in pairs:
+            both = frozenset(int(each) for each in pair)
+            if both not in known:
+                raise CertificateError(f"geometries {sorted(both)} are no pair that is checked")
+            result.add(both)
+        return frozenset(result)
+
+    def _checked_center(
+        self, s_center: ArrayLike, C: NDArray[np.float64], d: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        center = np.array(s_center, dtype=np.float64)
+        lower, upper = self._kinematics.s_limits()
+        if center.shape != lower.shape or not np.isfinite(center).all():
+            raise CertificateError(
+                f"s_center must be {len(lower)} finite numbers, not {quoted(s_center)}"
+            )
+        if (C @ center > d).any() or (center < lower).any() or (center > upper).any():
+            raise CertificateError(
+                "s_center must be in the polytope and within the joints' limits:"
+                f" {quoted(s_center)}"
+            )
+        return center
+
+
+def _spread(region: TangentRegion) -> NDArray[Any]:
+    """Return some points of a region: corners of its bounds, and points all over it."""
+    n = len(region.lower)
+    generator = np.random.default_rng(1)
+    shares = generator.uniform(size=(4 * _SAMPLES, n))
+    if n <= 8:
+        corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * n, indexing="ij")).reshape(n, -1).T
+        shares = np.concatenate([np.full((1, n), 0.5), corners, shares])
+    points = region.lower + shares * (region.upper - region.lower)
+    return points[region.contains(points)][:_SAMPLES]

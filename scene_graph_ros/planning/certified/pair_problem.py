@@ -1,0 +1,188 @@
+"""What is to be shown of two geometries: a plane keeps them apart at all s of a region.
+
+In the frame E in the middle between them the plane is ``a(s) . x + b(s) = 0`` with a and b affine
+in s, and ``|a(s)| <= 1`` in the region. A is on its positive side, B on the negative one, each by
+its radius and a clearance: then their distance is at least twice that clearance, in metres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+import itertools
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.certified.errors import CertificateError
+from scene_graph_ros.planning.certified.pair_shapes import rounded_hull, RoundedHull
+from scene_graph_ros.planning.certified.polynomials import (
+    add_product,
+    Exponents,
+    linear,
+    Polynomial,
+    scaled,
+    total,
+)
+from scene_graph_ros.planning.certified.rational_kinematics import (
+    RationalForwardKinematics,
+    RationalPose,
+)
+from scene_graph_ros.planning.certified.tangent_region import power_of_two, Row, TangentRegion
+from scene_graph_ros.planning.checker_plan import CheckerPlan
+
+__all__ = ["PairProblem", "PairProblems", "Side", "plane_of"]
+
+
+@dataclass(frozen=True)
+class Side:
+    """One of the two geometries.
+
+    ``pose`` is X_EG in u, scaled so that its denominator is at most 1 in the region. ``moving``
+    are the variables of u in it; ``radius`` has a padding in it.
+    """
+
+    sign: int
+    pose: RationalPose
+    moving: tuple[int, ...]
+    hull: RoundedHull
+    radius: float
+
+    def basis(self, variables: int) -> list[Exponents]:
+        """Return the monomials of Gram matrices: products of different variables that move it."""
+        powers = [(0, 1) if k in self.moving else (0,) for k in range(variables)]
+        return list(itertools.product(*powers))
+
+    def point(self, p_G: NDArray[np.float64]) -> list[Polynomial]:
+        """Return the three numerators of where a point of G is in E."""
+        factors = [*(Fraction(float(v)) for v in p_G), Fraction(1)]
+        return [
+            total(scaled(entry, f) for entry, f in zip(row, factors, strict=True))
+            for row in self.pose.matrix
+        ]
+
+    def numerator(
+        self, p_G: NDArray[np.float64], plane: list[Polynomial], clearance: Fraction
+    ) -> Polynomial:
+        """Return what is not negative where a point keeps its radius and the clearance.
+
+        The clearance comes times all ``1 + u^2``, which are at least 1, and the other terms times
+        the denominator, which is at most 1: so the point keeps it.
+        """
+        result: Polynomial = {}
+        for factor, coordinate in zip(plane[:3], self.point(p_G), strict=True):
+            add_product(result, factor, coordinate, self.sign)
+        add_product(result, plane[3], self.pose.denominator, self.sign)
+        parts = [result, scaled(self.pose.denominator, -Fraction(self.radius))]
+        n = len(next(iter(self.pose.denominator)))
+        squares = {tuple(2 * k for k in e): -clearance for e in self.basis(n)}
+        return total([*parts, squares])
+
+
+@dataclass(frozen=True)
+class PairProblem:
+    """Two geometries, in variables u in [-1, 1] of some positions.
+
+    ``rows`` are those of the region's C that are about them, in u.
+    """
+
+    names: tuple[str, str]
+    variables: tuple[int, ...]
+    sides: tuple[Side, Side]
+    rows: tuple[Row, ...]
+    row_numbers: tuple[int, ...]
+
+    @property
+    def all_rows(self) -> list[Row]:
+        """The constant 1, ``1 + u_k`` and ``1 - u_k`` of each variable, and the region's rows."""
+        n = len(self.variables)
+        result: list[Row] = [(Fraction(1), (Fraction(0),) * n)]
+        for k, sign in itertools.product(range(n), (1, -1)):
+            result.append((Fraction(1), tuple(Fraction(sign * (i == k)) for i in range(n))))
+        return [*result, *self.rows]
+
+    def points(self) -> Iterator[tuple[Side, NDArray[np.float64]]]:
+        """Yield all points that the plane is beside, each with its side."""
+        for side in self.sides:
+            for p_G in side.hull.points:
+                yield side, p_G
+
+
+def _scaled_pose(pose: RationalPose) -> RationalPose:
+    """Divide numerators and denominator so that the latter is at most 1 where all |u| are."""
+    scale = 1 / power_of_two(sum(map(abs, pose.denominator.values()), Fraction(0)))
+    matrix = [[scaled(entry, scale) for entry in row] for row in pose.matrix]
+    return RationalPose(matrix, scaled(pose.denominator, scale))
+
+
+class PairProblems:
+    """Makes the problems of a checker's pairs in a region."""
+
+    def __init__(
+        self,
+        kinematics: RationalForwardKinematics,
+        plan: CheckerPlan,
+        inspector: Any,
+        region: TangentRegion,
+    ) -> None:
+        """Take the pairs of ``plan``, whose rows number them."""
+        self._kinematics, self._plan = kinematics, plan
+        self._inspector, self._region = inspector, region
+
+    def make(self, pair: int) -> PairProblem:
+        """Return a pair's problem.
+
+        Raises CertificateError for shapes without planes, a negative padding, and a position that
+        turns a body twice.
+        """
+        plan, region = self._plan, self._region
+        a, b = plan.pairs.bodies[pair]
+        joints = [self._joint_of(body) for body in (a, b)]
+        paths = self._kinematics.path_between(*joints)
+        moved = [self._kinematics.positions_of(path) for path in paths]
+        variables = region.variables_with(sorted({*moved[0], *moved[1]}))
+        stretches = region.stretches(variables)
+        padding = float(plan.pairs.paddings[pair])
+        names = tuple(self._name_of(body) for body in (a, b))
+        if padding < 0.0:
+            raise CertificateError(
+                f"the padding of {names[0]!r} and {names[1]!r} must not be negative: {padding:g}"
+            )
+        sides = []
+        for sign, body, path, own in zip((1, -1), (a, b), paths, moved, strict=True):
+            pose = self._kinematics.pose(self._pose_in_joint(body), path, stretches, variables)
+            shape = self._inspector.get_shape(plan.geometry_ids[body])
+            hull = rounded_hull(shape, self._name_of(body))
+            radius = hull.radius + (padding if sign > 0 else 0.0)
+            moving = tuple(variables.index(k) for k in own)
+            sides.append(Side(sign, _scaled_pose(pose), moving, hull, radius))
+        rows = region.rows(variables)
+        return PairProblem(
+            (names[0], names[1]),
+            tuple(variables),
+            (sides[0], sides[1]),
+            tuple(row for _, row in rows),
+            tuple(number for number, _ in rows),
+        )
+
+    def _joint_of(self, body: int) -> int:
+        joints = self._plan.bodies.joints
+        return int(joints[body]) if body < len(joints) else 0
+
+    def _pose_in_joint(self, body: int) -> NDArray[np.float64]:
+        bodies = self._plan.bodies
+        if body < len(bodies.joints):
+            return bodies.X_JG[body]
+        X_WB, X_WG = self._kinematics.tree.X_WB, bodies.X_WG[body - len(bodies.joints)]
+        R_BW = X_WB[:3, :3].T
+        return np.column_stack([R_BW @ X_WG[:, :3], R_BW @ (X_WG[:, 3] - X_WB[:3, 3])])
+
+    def _name_of(self, body: int) -> str:
+        return str(self._inspector.get_name(self._plan.geometry_ids[body]))
+
+
+def plane_of(coefficients: list[list[Fraction]]) -> list[Polynomial]:
+    """Return a (three) and b as polynomials; each row has the constant first."""
+    return [linear(row[0], row[1:]) for row in coefficients]

@@ -1,0 +1,100 @@
+"""What is known of a polytope: a certificate of each pair, or why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.optimization import HPolyhedron
+from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
+from scene_graph_ros.planning.certified.pair_problem import PairProblems
+from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
+from scene_graph_ros.planning.certified.tangent_region import TangentRegion
+from scene_graph_ros.planning.checker_plan import CheckerPlan
+
+__all__ = ["PairFailure", "PolytopeCertificate"]
+
+GeometryPair = tuple[Any, Any]
+
+
+@dataclass(frozen=True, eq=False)
+class PairFailure:
+    """Why a pair has no certificate.
+
+    ``status`` is ``collision``: it collides at ``q`` ``(nq,)``, which is in the polytope;
+    ``no_plane``: the program's best clearance (m) is not positive, so that no plane of this kind
+    was found, which does not say that there is a collision; ``rounding``: it is positive, and too
+    small for a proof in rational arithmetic; ``solver``: the program was not solved.
+    """
+
+    names: tuple[str, str]
+    status: str
+    reason: str
+    clearance: float = float("nan")
+    q: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class PolytopeCertificate:
+    """A polytope of s, and what was shown of each pair of geometries in it.
+
+    ``region`` is what the proof is about: the polytope within the joints' limits, with bounds of
+    each s. ``certificates`` and ``failures`` are by pairs of geometry ids. Pairs in neither were
+    not looked at, as the search ended at a failure. ``ignored`` pairs were not to be looked at.
+    """
+
+    kinematics: RationalForwardKinematics
+    plan: CheckerPlan = field(repr=False)
+    inspector: Any = field(repr=False)
+    region: TangentRegion
+    certificates: Mapping[GeometryPair, PairCertificate]
+    failures: Mapping[GeometryPair, PairFailure]
+    ignored: frozenset[frozenset[int]] = frozenset()
+
+    @property
+    def is_success(self) -> bool:
+        """Whether each pair that is checked and not ignored has a certificate."""
+        return not self.failures and set(self.certificates) == {
+            self.plan.ids(pair) for pair in self.pairs()
+        }
+
+    @property
+    def certified_polytope(self) -> HPolyhedron:
+        """The region in s; it is free only where this is a success."""
+        return self.region.polyhedron
+
+    @property
+    def distance(self) -> float:
+        """Metres: what all pairs with a certificate are apart at least, less their padding."""
+        return min((each.distance for each in self.certificates.values()), default=float("inf"))
+
+    def contains(self, q: Any) -> NDArray[np.bool_]:
+        """Tell which configurations ``(m, nq)`` have their s in the region."""
+        return self.region.contains(self.kinematics.compute_s_value(q))
+
+    def pairs(self) -> list[int]:
+        """Return the rows of the plan's pairs that are not ignored."""
+        ids = [self.plan.ids(pair) for pair in range(len(self.plan.pairs.bodies))]
+        return [
+            pair
+            for pair, (a, b) in enumerate(ids)
+            if frozenset({int(a), int(b)}) not in self.ignored
+        ]
+
+    def verify(self) -> bool:
+        """Tell whether the certificates show that the region is free, in rational arithmetic.
+
+        What is to be shown is made anew from the robot, the shapes and the region; of the solver
+        there are only the numbers that are checked.
+        """
+        if not self.is_success:
+            return False
+        problems = PairProblems(self.kinematics, self.plan, self.inspector, self.region)
+        return all(
+            replace(self.certificates[self.plan.ids(pair)], problem=problems.make(pair)).verify()
+            for pair in self.pairs()
+        )

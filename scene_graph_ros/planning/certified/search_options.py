@@ -1,0 +1,45 @@
+"""Options of searches for certified polytopes, under the names they have in the literature."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.certified.errors import CertificateError
+
+__all__ = ["BinarySearchOptions"]
+
+
+@dataclass(frozen=True)
+class BinarySearchOptions:
+    """How a polytope is scaled about a point: between which factors, how often, how exactly.
+
+    The search ends where the largest factor that was proven, and the smallest that was not, differ
+    by ``convergence_tol``. Raises CertificateError for numbers that make no sense.
+    """
+
+    scale_min: float = 0.01
+    scale_max: float = 1.0
+    max_iter: int = 10
+    convergence_tol: float = 1e-3
+
+    def __post_init__(self) -> None:
+        """Raise CertificateError naming the option."""
+        if not 0.0 < self.scale_min <= self.scale_max or not math.isfinite(self.scale_max):
+            raise CertificateError(
+                "scale_min and scale_max must be positive, in this order, not"
+                f" {quoted(self.scale_min)} and {quoted(self.scale_max)}"
+            )
+        if not self.convergence_tol > 0.0:
+            raise CertificateError(
+                f"convergence_tol must be positive, not {quoted(self.convergence_tol)}"
+            )
+        if (
+            isinstance(self.max_iter, bool)
+            or self.max_iter != int(self.max_iter)
+            or self.max_iter < 0
+        ):
+            raise CertificateError(
+                f"max_iter must be a whole number from 0 on, not {quoted(self.max_iter)}"
+            )

@@ -1,0 +1,189 @@
+"""The program that looks for a plane between two geometries: sums of squares, with most clearance.
+
+Each point's numerator is to be ``sum over rows of row(u) m(u)' G m(u)`` with semidefinite Gram
+matrices G, a row each of the region, and m the monomials of the variables that move the point
+(Putinar's certificate with multipliers of twice the degree 1 in each variable; Dai, Amice, Werner,
+Zhang and Tedrake 2023, section IV). Both sides are compared monomial by monomial. The bound of the
+plane's normal is one such identity between matrices, of degree 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
+from scene_graph_ros.planning.certified.pair_problem import PairProblem, Side
+from scene_graph_ros.planning.certified.polynomials import Exponents
+
+__all__ = ["NORMAL_ROOM", "SeparationProgram", "Solution"]
+
+NORMAL_ROOM = 2.0**-16
+"""How much shorter than 1 normals are kept, so that rounding has room."""
+
+_NORMAL = 4
+"""The order of the matrices that bound a normal."""
+
+
+class Solution(NamedTuple):
+    """What a solver said: floats that prove nothing."""
+
+    plane: NDArray[np.float64]
+    """``(4, n + 1)``: the normal's coordinates and the offset, each affine, the constant first."""
+    clearance: float
+    """Metres, on each side of the plane."""
+    normal_grams: NDArray[np.float64]
+    """``(2 n + 1, 4, 4)``."""
+    grams: tuple[NDArray[np.float64], ...]
+    """``(r, m, m)`` of each point: a Gram matrix for each row."""
+
+
+class SeparationProgram:
+    """The program of one pair; several may share one `ConeProgram`."""
+
+    def __init__(self, problem: PairProblem, program: ConeProgram | None = None) -> None:
+        """Add variables and conditions to a program, or to one of its own."""
+        self.problem = problem
+        self.program = ConeProgram() if program is None else program
+        self._n = len(problem.variables)
+        self._rows = [
+            np.array([float(offset), *map(float, slopes)]) for offset, slopes in problem.all_rows
+        ]
+        self.plane = self.program.variables(4 * (self._n + 1)).reshape(4, -1)
+        (self.clearance,) = self.program.variables(1)
+        self.normal_grams = self._grams(_NORMAL, 2 * self._n + 1)
+        self._bound_normal()
+        self.grams: list[NDArray[np.intp]] = []
+        for side in problem.sides:
+            shared = _SideTerms(side, self._n, self._rows)
+            for p_G in side.hull.points:
+                self._add_point(shared, p_G)
+
+    def maximize_clearance(self) -> Solution:
+        """Solve the program by itself. Raises SolverError."""
+        self.program.add_cost(np.array([self.clearance]), np.array([-1.0]))
+        return self.solution(self.program.solve(f"the plane between {self.problem.names}").x)
+
+    def solution(self, x: NDArray[np.float64]) -> Solution:
+        """Return this pair's part of a solution."""
+        return Solution(
+            x[self.plane],
+            float(x[self.clearance]),
+            _matrices(x[self.normal_grams]),
+            tuple(_matrices(x[columns]) for columns in self.grams),
+        )
+
+    def _grams(self, order: int, count: int) -> NDArray[np.intp]:
+        """Add ``count`` semidefinite matrices; return the columns of their upper triangles."""
+        size = order * (order + 1) // 2
+        columns = self.program.variables(count * size).reshape(count, size)
+        if order == 1:
+            entries = np.arange(count), columns[:, 0], np.ones(count)
+            self.program.add_entries(Cone.NONNEGATIVE, [entries], np.zeros(count))
+            return columns
+        i, j = _triangle(order)
+        weights = np.where(i == j, 1.0, np.sqrt(2.0))
+        for own in columns:
+            entries = np.arange(size), own, weights
+            self.program.add_entries(Cone.SEMIDEFINITE, [entries], np.zeros(size))
+        return columns
+
+    def _bound_normal(self) -> None:
+        """Ask that ``[[1, a'], [a, 1]]`` is semidefinite in the region, with some room."""
+        i, j = _triangle(_NORMAL)
+        size, entries = len(i), []
+        for number, columns in enumerate(self.normal_grams):
+            for k, factor in enumerate(self._rows[number]):
+                if factor:
+                    entries.append((k * size + np.arange(size), columns, np.full(size, factor)))
+        in_first_row = np.flatnonzero((i == 0) & (j > 0))
+        entries += [
+            (k * size + in_first_row, self.plane[j[in_first_row] - 1, k], -np.ones(3))
+            for k in range(self._n + 1)
+        ]
+        constant = np.zeros((self._n + 1) * size)
+        constant[np.flatnonzero(i == j)] = -(1.0 - NORMAL_ROOM)
+        self.program.add_entries(Cone.ZERO, entries, constant)
+
+    def _add_point(self, terms: _SideTerms, p_G: NDArray[np.float64]) -> None:
+        columns = self._grams(len(terms.basis), len(self._rows))
+        self.grams.append(columns)
+        i, own, values = terms.gram_entries
+        entries = [(i, columns.reshape(-1)[own], -values)]
+        # The coordinates in E, and the denominator; times 1 and each u.
+        factors = np.concatenate([terms.matrix @ [*p_G, 1.0], terms.denominator[np.newaxis]])
+        for k, equations in enumerate(terms.moved):
+            for column, factor in zip(self.plane[:, k], factors, strict=True):
+                own = np.full(len(equations), column)
+                entries.append((equations, own, terms.side.sign * factor))
+        squares = terms.squares
+        entries.append((squares, np.full(len(squares), self.clearance), -np.ones(len(squares))))
+        constant = np.zeros(terms.count)
+        np.add.at(constant, terms.moved[0], -terms.side.radius * terms.denominator)
+        self.program.add_entries(Cone.ZERO, entries, constant)
+
+
+class _SideTerms:
+    """What all points of one side share: monomials, and what Gram matrices add to each."""
+
+    def __init__(self, side: Side, n: int, rows: Sequence[NDArray[np.float64]]) -> None:
+        self.side = side
+        self._n, self._rows_of_region = n, rows
+        self.basis = side.basis(n)
+        self._index: dict[Exponents, int] = {}
+        own = sorted(
+            {e for row in side.pose.matrix for p in row for e in p} | set(side.pose.denominator)
+        )
+        denominator = side.pose.denominator
+        self.matrix = np.array(
+            [[[float(p.get(e, 0)) for p in row] for e in own] for row in side.pose.matrix]
+        ).reshape(3, len(own), 4)
+        self.denominator = np.array([float(denominator.get(e, 0)) for e in own])
+        self.moved = [np.array([self._number(_raised(e, k)) for e in own]) for k in range(n + 1)]
+        self.squares = np.array([self._number(tuple(2 * v for v in e)) for e in self.basis])
+        self.gram_entries  # noqa: B018 - numbers the monomials
+        self.count = len(self._index)
+
+    def _number(self, e: Exponents) -> int:
+        return self._index.setdefault(e, len(self._index))
+
+    @cached_property
+    def gram_entries(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+        """Equations, entries of the Gram matrices of all rows, and factors."""
+        first, second = _triangle(len(self.basis))
+        size = len(first)
+        found = []
+        for entry, (i, j) in enumerate(zip(first, second, strict=True)):
+            both = tuple(map(sum, zip(self.basis[i], self.basis[j], strict=True)))
+            weight = 1.0 if i == j else 2.0
+            for k in range(self._n + 1):
+                equation = self._number(_raised(both, k))
+                for number, row in enumerate(self._rows_of_region):
+                    if row[k]:
+                        found.append((equation, number * size + entry, weight * row[k]))
+        equations, entries, values = zip(*found, strict=True)
+        return np.array(equations), np.array(entries), np.array(values)
+
+
+def _raised(e: Exponents, k: int) -> Exponents:
+    """Return a monomial times the k-th variable, counted from 1; times 1 for 0."""
+    return e if k == 0 else (*e[: k - 1], e[k - 1] + 1, *e[k:])
+
+
+def _triangle(order: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return rows and columns of an upper triangle, column after column."""
+    j, i = np.tril_indices(order)
+    return i, j
+
+
+def _matrices(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return symmetric matrices ``(k, m, m)`` of upper triangles ``(k, m (m + 1) / 2)``."""
+    order = int((np.sqrt(8 * triangles.shape[1] + 1) - 1) / 2)
+    i, j = _triangle(order)
+    result = np.empty((len(triangles), order, order))
+    result[:, i, j] = result[:, j, i] = triangles
+    return result

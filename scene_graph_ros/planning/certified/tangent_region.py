@@ -1,0 +1,170 @@
+"""A polytope of tangents of half angles, within bounds of each: what a proof is about."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.optimization import HPolyhedron
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.certified.errors import CertificateError
+from scene_graph_ros.planning.certified.rational_kinematics import (
+    RationalForwardKinematics,
+    Stretch,
+)
+
+__all__ = ["Row", "TangentRegion", "make_region", "power_of_two"]
+
+Row = tuple[Fraction, tuple[Fraction, ...]]
+"""``offset + slopes . u``, which is not negative in the region."""
+
+_OUTWARDS = 1e-9
+"""Relative to the width: what bounds that a solver found are moved outwards by."""
+
+
+@dataclass(frozen=True, eq=False)
+class TangentRegion:
+    """``{s: C s <= d, lower <= s <= upper}``, of just these floats; bounds are finite."""
+
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    C: NDArray[np.float64]
+    d: NDArray[np.float64]
+
+    @property
+    def polyhedron(self) -> HPolyhedron:
+        """The region as a convex set."""
+        unit = np.eye(len(self.lower))
+        return HPolyhedron(
+            np.concatenate([self.C, unit, -unit]),
+            np.concatenate([self.d, self.upper, -self.lower]),
+        )
+
+    def contains(self, s: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Tell which of some points ``(m, n)`` are in the region."""
+        rows = np.concatenate([self.lower - s, s - self.upper, s @ self.C.T - self.d], axis=1)
+        return np.asarray((rows <= 0.0).all(axis=1))
+
+    def stretches(self, variables: list[int]) -> tuple[Stretch, ...]:
+        """Return the values of some variables: exactly from bound to bound."""
+        ends = [(Fraction(self.lower[k]), Fraction(self.upper[k])) for k in variables]
+        return tuple(Stretch((low + high) / 2, (high - low) / 2) for low, high in ends)
+
+    def variables_with(self, variables: list[int]) -> list[int]:
+        """Return some variables, and those that rows of C tie to them."""
+        chosen, before = set(variables), -1
+        while len(chosen) != before:
+            before = len(chosen)
+            for row in self.C:
+                tied = set(np.flatnonzero(row).tolist())
+                if tied & chosen:
+                    chosen |= tied
+        return sorted(chosen)
+
+    def rows(self, variables: list[int]) -> tuple[tuple[int, Row], ...]:
+        """Return the rows of C that are about some variables, in u, with their numbers.
+
+        Each is divided by a power of two that is near its size.
+        """
+        stretches, result = self.stretches(variables), []
+        for number, (row, side) in enumerate(zip(self.C, self.d, strict=True)):
+            if not row[variables].any():
+                continue
+            factors = [Fraction(v) for v in row[variables].tolist()]
+            offset = Fraction(side) - sum(
+                (f * each.middle for f, each in zip(factors, stretches, strict=True)), Fraction(0)
+            )
+            slopes = [-f * each.half for f, each in zip(factors, stretches, strict=True)]
+            size = abs(offset) + sum(map(abs, slopes))
+            scale = power_of_two(size)
+            result.append((number, (offset / scale, tuple(v / scale for v in slopes))))
+        return tuple(result)
+
+
+def power_of_two(size: Fraction) -> Fraction:
+    """Return a power of two that is at least a positive number, and less than four times it."""
+    exponent = size.numerator.bit_length() - size.denominator.bit_length() + 1
+    return Fraction(2) ** exponent
+
+
+def make_region(
+    kinematics: RationalForwardKinematics, C: ArrayLike, d: ArrayLike
+) -> TangentRegion:
+    """Return ``{s: C s <= d}`` within the joints' limits, with the narrowest bounds.
+
+    Raises CertificateError for other shapes, numbers that are not finite, and regions that are
+    empty, unbounded or without an inside.
+    """
+    n = kinematics.tree.num_positions
+    rows, sides = _checked(C, d, n)
+    lower, upper = kinematics.s_limits()
+    unit = np.eye(n)
+    is_high, is_low = np.isfinite(upper), np.isfinite(lower)
+    whole = HPolyhedron(
+        np.concatenate([rows, unit[is_high], -unit[is_low]]),
+        np.concatenate([sides, upper[is_high], -lower[is_low]]),
+    )
+    if whole.is_empty():
+        raise CertificateError("C, d: the polytope and the joints' limits have no point in common")
+    for k in range(n):
+        for sign, limits in ((1.0, upper), (-1.0, lower)):
+            found = whole.support(sign * unit[k]).value
+            if not np.isfinite(found):
+                name = kinematics.tree.position_names[k]
+                raise CertificateError(f"C, d: the polytope must bound {name!r}")
+            limits[k] = min(limits[k], found) if sign > 0 else max(limits[k], -found)
+    # Bounds that are no rows of their own are to cut nothing off.
+    is_own = (np.count_nonzero(rows, axis=1) == 1)[:, np.newaxis] & (rows != 0)
+    out = _OUTWARDS * (upper - lower)
+    ends = _own_ends(rows, sides, is_own, kinematics.s_limits())
+    lower = np.maximum(lower - out, ends[0])
+    upper = np.minimum(upper + out, ends[1])
+    if not (upper > lower).all():
+        k = int(np.argmin(upper - lower))
+        name = kinematics.tree.position_names[k]
+        raise CertificateError(f"C, d: the polytope has no width along {name!r}")
+    kept = ~is_own.any(axis=1)
+    kept &= (np.abs(rows) @ np.maximum(np.abs(lower), np.abs(upper))) > 0.0
+    return TangentRegion(lower, upper, rows[kept].copy(), sides[kept].copy())
+
+
+def _own_ends(
+    rows: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    is_own: NDArray[np.bool_],
+    limits: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the joints' limits, and what rows with one entry say where that is less."""
+    lower, upper = (each.copy() for each in limits)
+    for row, side, own in zip(rows, sides, is_own, strict=True):
+        for k in np.flatnonzero(own):
+            if row[k] > 0.0:
+                upper[k] = min(upper[k], side / row[k])
+            else:
+                lower[k] = max(lower[k], side / row[k])
+    return lower, upper
+
+
+def _checked(
+    C: ArrayLike, d: ArrayLike, n: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    try:
+        rows, sides = np.array(C, dtype=np.float64), np.array(d, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise CertificateError(
+            f"C and d must be numbers, not {quoted(C)} and {quoted(d)}"
+        ) from error
+    if rows.ndim != 2 or rows.shape[1] != n or sides.shape != (len(rows),):
+        raise CertificateError(
+            f"C and d must have the shapes (m, {n}) and (m,), not {rows.shape} and {sides.shape}"
+        )
+    for name, values in (("C", rows), ("d", sides)):
+        if not np.isfinite(values).all():
+            raise CertificateError(f"{name} must be finite, not {quoted(values)}")
+    empty = np.flatnonzero(~rows.any(axis=1))
+    if len(empty):
+        raise CertificateError(f"C: row {empty[0]} is zero")
+    return rows, sides

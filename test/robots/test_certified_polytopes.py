@@ -1,0 +1,292 @@
+"""Polytopes that are proven free by planes, against answers known by construction."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from fractions import Fraction
+import math
+
+import numpy as np
+import pytest
+from robot_scenes import ARM, BALL, diagram, DRONE, PLATE, POSTS, ROD, SLIDE
+
+from scene_graph_ros.planning import (
+    BinarySearchOptions,
+    CertificateError,
+    CspaceFreePolytope,
+    PairCertificate,
+    PairFailure,
+    RationalForwardKinematics,
+    SceneGraphCollisionChecker,
+)
+from scene_graph_ros.planning.certified.identities import is_positive_semidefinite
+from scene_graph_ros.planning.certified.tangent_region import make_region
+
+BOX = np.concatenate([np.eye(2), -np.eye(2)])
+
+# Four joints, one of them sliding, with axes in all directions, and one that follows another.
+CRANE = """<robot name="crane"><link name="base"/><link name="a"/><link name="b"/><link name="c"/>
+  <link name="d"/><link name="e"/>
+  <joint name="j1" type="revolute"><parent link="base"/><child link="a"/>
+  <origin xyz="0.1 0.2 0.3" rpy="0.1 0.2 0.3"/><axis xyz="0 0 1"/>
+  <limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <joint name="j2" type="prismatic"><parent link="a"/><child link="b"/>
+  <origin xyz="0.3 0 0.1" rpy="0 0.5 0"/><axis xyz="1 0 0"/>
+  <limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+  <joint name="j3" type="revolute"><parent link="b"/><child link="c"/>
+  <origin xyz="0 0.4 0" rpy="1 0 0"/><axis xyz="0 1 0"/>
+  <limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <joint name="j4" type="revolute"><parent link="a"/><child link="d"/>
+  <origin xyz="0.2 0 0" rpy="0 1 0"/><axis xyz="0 0 1"/>
+  <limit lower="-2" upper="2" effort="1" velocity="1"/></joint>
+  <joint name="j5" type="revolute"><parent link="d"/><child link="e"/>
+  <origin xyz="0.2 0 0.1"/><axis xyz="1 0 0"/><mimic joint="j3" multiplier="-1" offset="0.2"/>
+  <limit lower="-2" upper="2" effort="1" velocity="1"/></joint></robot>"""
+
+
+def checker(folder, urdf, scene):
+    """Return the checker of a robot in a scene."""
+    return SceneGraphCollisionChecker(diagram(folder, urdf, scene))
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """An arm of two joints between a ball and a box."""
+    return checker(tmp_path_factory.mktemp("arm"), ARM, POSTS)
+
+
+@pytest.fixture(scope="module")
+def proven(arm):
+    """A box of tangents in which the arm is free."""
+    found = CspaceFreePolytope(arm).find_separation_certificate_given_polytope(
+        BOX, np.full(4, 0.15)
+    )
+    assert found.is_success, found.failures
+    return found
+
+
+def value_of(polynomial, u):
+    """Return a polynomial's value in floats."""
+    return sum(float(c) * np.prod(np.power(u, e)) for e, c in polynomial.items())
+
+
+def pose_at(pose, u):
+    """Return a rational pose ``(4, 4)`` at u."""
+    rows = [[value_of(entry, u) for entry in row] for row in pose.matrix]
+    return np.vstack([np.array(rows) / value_of(pose.denominator, u), [0.0, 0.0, 0.0, 1.0]])
+
+
+@pytest.mark.parametrize(("A", "B"), [("c", "e"), ("c", "base"), ("base", "e"), ("d", "c")])
+def test_rational_kinematics_are_those_of_the_tree(tmp_path, A, B):
+    """Two links seen from the frame between them are as the tree's own poses have them."""
+    tree = diagram(tmp_path, CRANE).tree
+    kinematics = RationalForwardKinematics(tree, [0.3, 0.1, -0.4, 0.2])
+    region = make_region(kinematics, np.concatenate([np.eye(4), -np.eye(4)]), np.full(8, 0.4))
+    variables, u = [0, 1, 2, 3], np.array([0.9, -0.3, 0.6, -0.8])
+    rows = [tree.link_index(name) for name in (A, B)]
+    paths = kinematics.path_between(*(tree.joint_of_link[row] for row in rows))
+    X_EA, X_EB = (
+        pose_at(
+            kinematics.pose(tree.X_JL[row][:3], path, region.stretches(variables), variables), u
+        )
+        for row, path in zip(rows, paths, strict=True)
+    )
+    q = kinematics.compute_q_value(0.4 * u)
+    X_WA, X_WB = tree.link_poses(q, [A, B])
+    np.testing.assert_allclose(np.linalg.inv(X_EB) @ X_EA, np.linalg.inv(X_WB) @ X_WA, atol=1e-12)
+
+
+def test_s_and_q_are_each_others(arm):
+    """The tangent of half the way from q_star, and the limits with it."""
+    kinematics = RationalForwardKinematics(arm.plan.tree, [0.5, -0.5])
+    s = kinematics.compute_s_value([1.5, -0.5])
+    np.testing.assert_allclose(s, [math.tan(0.5), 0.0])
+    np.testing.assert_allclose(kinematics.compute_q_value(s), [1.5, -0.5])
+    lower, upper = kinematics.s_limits()
+    assert upper[0] == pytest.approx(math.tan(1.25))
+    assert lower[1] == pytest.approx(math.tan(-1.15))
+    with pytest.raises(CertificateError, match="'shoulder' must be less than half a turn"):
+        kinematics.compute_s_value([4.0, 0.0])
+
+
+def test_a_proven_box_is_free_and_verifies(arm, proven):
+    """Nobody finds a collision in it; what is kept is no more than what is there."""
+    assert proven.verify()
+    q = np.random.default_rng(3).uniform(-0.4, 0.4, (20_000, 2))
+    inside = q[proven.contains(q)]
+    assert len(inside) > 1000
+    assert arm.check_configs_collision_free(inside).all()
+    least = min(arm.calc_robot_clearance(each, 1.0).distances.min() for each in inside[:300])
+    assert 0.0 < proven.distance <= least
+    assert set(proven.certificates) == {arm.plan.ids(k) for k in range(arm.num_pairs)}
+
+
+def test_a_plane_is_beside_all_corners(arm, proven):
+    """The plane of each pair, evaluated in floats, has the two shapes on its two sides."""
+    for certificate in proven.certificates.values():
+        n = len(certificate.problem.variables)
+        plane = np.array(certificate.plane, dtype=np.float64)
+        for u in np.random.default_rng(5).uniform(-1.0, 1.0, (20, n)):
+            *normal, offset = plane @ [1.0, *u]
+            assert np.linalg.norm(normal) <= 1.0
+            for side, p_G in certificate.problem.points():
+                p_E = (pose_at(side.pose, u) @ [*p_G, 1.0])[:3]
+                beside = side.sign * (np.dot(normal, p_E) + offset)
+                assert beside >= side.radius + float(certificate.clearance) - 1e-12
+
+
+def test_a_ball_on_a_rail_is_proven_up_to_the_other(tmp_path):
+    """A ball of 0.1 m meets one of 0.2 m at 1 m from 0.7 m on; less where there is padding."""
+    rail = checker(tmp_path, SLIDE, BALL)
+    options = BinarySearchOptions(max_iter=30, convergence_tol=1e-6)
+    for padding in (0.0, 0.05):
+        rail.set_padding_all_robot_environment_pairs(padding)
+        found = CspaceFreePolytope(rail).binary_search(
+            [[1.0], [-1.0]], [2.0, 2.0], [0.0], options=options
+        )
+        assert found.verify()
+        assert found.region.upper[0] == pytest.approx(0.7 - padding, abs=1e-5)
+        assert found.region.upper[0] <= 0.7 - padding
+
+
+def test_a_rod_is_proven_up_to_a_plate(tmp_path):
+    """It meets a plate of a tenth of a millimetre at an angle of 0.5; q_star may be anywhere."""
+    rod = checker(tmp_path, ROD, PLATE)
+    for q_star in ([0.0], [-0.3]):
+        search = CspaceFreePolytope(rod, q_star)
+        center = search.rational_forward_kinematics.compute_s_value([-0.1])
+        found = search.binary_search(
+            [[1.0], [-1.0]],
+            [center[0] + 1.0, 1.0 - center[0]],
+            center,
+            options=BinarySearchOptions(max_iter=30, convergence_tol=1e-6),
+        )
+        end = search.rational_forward_kinematics.compute_q_value(found.region.upper)
+        assert found.verify()
+        assert 0.49 < end[0] < 0.5
+
+
+def test_rows_that_tie_joints_are_used(arm):
+    """A cut corner of a box that is not free leaves what is."""
+    search = CspaceFreePolytope(arm)
+    assert not search.find_separation_certificate_given_polytope(BOX, np.full(4, 0.2)).is_success
+    C, d = np.concatenate([BOX, [[1.0, 1.0]]]), np.array([0.2, 0.2, 0.2, 0.2, 0.3])
+    found = search.find_separation_certificate_given_polytope(C, d)
+    assert found.is_success and found.verify()
+    assert found.certified_polytope.point_in_set([0.14, 0.14])
+    assert not found.certified_polytope.point_in_set([0.16, 0.16])
+
+
+def test_a_collision_is_never_certified(arm):
+    """It is named with where it is; the program by itself finds no plane, either."""
+    search = CspaceFreePolytope(arm)
+    found = search.find_separation_certificate_given_polytope(BOX, np.full(4, 0.3))
+    assert not found.is_success and not found.verify()
+    ((pair, failure),) = found.failures.items()
+    assert failure.status == "collision" and "ball" in failure.names
+    assert not arm.check_config_collision_free(failure.q)
+    alone = search.find_pair_certificate(pair, BOX, np.full(4, 0.3))
+    assert isinstance(alone, PairFailure)
+    assert alone.status == "no_plane" and alone.clearance <= 0.0
+    others = search.find_separation_certificate_given_polytope(BOX, np.full(4, 0.3), [pair])
+    assert others.is_success and others.verify() and pair not in others.certificates
+    assert search.binary_search(BOX, np.full(4, 0.3), [0.25, 0.25]) is None
+
+
+def test_one_pair_and_an_executor_give_the_same(arm, proven):
+    """Single pairs, and threads, give the certificates of the whole."""
+    search = CspaceFreePolytope(arm)
+    pair = search.geometry_pairs[0]
+    alone = search.find_pair_certificate(pair, BOX, np.full(4, 0.15))
+    assert isinstance(alone, PairCertificate) and alone.verify()
+    with ThreadPoolExecutor(2) as pool:
+        shared = search.find_separation_certificate_given_polytope(
+            BOX, np.full(4, 0.15), executor=pool
+        )
+    assert {k: c.plane for k, c in shared.certificates.items()} == {
+        k: c.plane for k, c in proven.certificates.items()
+    }
+
+
+def changed(certificate, place):
+    """Return a certificate with one number changed by a millionth."""
+    tiny = Fraction(1, 10**6)
+    if place == "clearance":
+        return replace(certificate, clearance=certificate.clearance + tiny)
+    if place == "plane":
+        (first, *rest), *rows = certificate.plane
+        return replace(certificate, plane=((first + tiny, *rest), *rows))
+    if place == "normal":
+        grams = [[list(row) for row in gram] for gram in certificate.normal_grams]
+        grams[0][0][0] += tiny
+        return replace(certificate, normal_grams=tuple(grams))
+    grams = [[[list(row) for row in gram] for gram in point] for point in certificate.grams]
+    grams[-1][0][0][0] += tiny
+    return replace(certificate, grams=tuple(map(tuple, grams)))
+
+
+@pytest.mark.parametrize("place", ["clearance", "plane", "normal", "gram"])
+def test_a_changed_number_is_found(proven, place):
+    """No certificate survives a change of one of its numbers."""
+    pair, certificate = next(iter(proven.certificates.items()))
+    assert certificate.verify()
+    other = changed(certificate, place)
+    assert not other.verify()
+    assert not replace(proven, certificates={**proven.certificates, pair: other}).verify()
+
+
+def test_a_certificate_is_of_its_own_region(proven):
+    """It shows nothing of a larger region, nor of all pairs when one is left out."""
+    wider = replace(proven.region, upper=proven.region.upper + 1e-6)
+    assert not replace(proven, region=wider).verify()
+    fewer = dict(list(proven.certificates.items())[1:])
+    assert not replace(proven, certificates=fewer).verify()
+
+
+def test_exact_matrices():
+    """Semidefinite is decided exactly, for singular matrices, too."""
+    tiny = Fraction(1, 2**200)
+    assert is_positive_semidefinite([[Fraction(1), Fraction(1)], [Fraction(1), Fraction(1)]])
+    assert not is_positive_semidefinite(
+        [[Fraction(1), Fraction(1)], [Fraction(1), Fraction(1) - tiny]]
+    )
+    assert is_positive_semidefinite(
+        [[Fraction(0)] * 2, [Fraction(0), Fraction(1)]]
+    ) and not is_positive_semidefinite([[Fraction(0)] * 2, [Fraction(0), -tiny]])
+    assert not is_positive_semidefinite([[Fraction(0), tiny], [tiny, Fraction(1)]])
+    assert not is_positive_semidefinite([[Fraction(1), tiny], [Fraction(0), Fraction(1)]])
+
+
+def test_bad_arguments_are_named(arm, tmp_path):
+    """Each message says which argument, and what it was."""
+    search = CspaceFreePolytope(arm)
+    find = search.find_separation_certificate_given_polytope
+    with pytest.raises(CertificateError, match=r"C and d must have the shapes \(m, 2\)"):
+        find(np.eye(3), np.ones(3))
+    with pytest.raises(CertificateError, match="d must be finite"):
+        find(BOX, [1.0, 1.0, 1.0, np.nan])
+    with pytest.raises(CertificateError, match="C: row 0 is zero"):
+        find(0.0 * BOX, np.ones(4))
+    with pytest.raises(CertificateError, match="no point in common"):
+        find(BOX, [-1.0, 1.0, -1.0, 1.0])
+    with pytest.raises(CertificateError, match="no width along 'shoulder'"):
+        find(BOX, [0.0, 1.0, 0.0, 1.0])
+    with pytest.raises(CertificateError, match="are no pair that is checked"):
+        find(BOX, np.ones(4), [(1, 10**9)])
+    with pytest.raises(CertificateError, match="s_center must be in the polytope"):
+        search.binary_search(BOX, np.full(4, 0.1), [0.5, 0.0])
+    with pytest.raises(CertificateError, match="scale_min and scale_max must be positive"):
+        BinarySearchOptions(scale_min=2.0)
+    with pytest.raises(CertificateError, match="checker must be a SceneGraphCollisionChecker"):
+        CspaceFreePolytope(arm.plan)
+    with pytest.raises(CertificateError, match="'free' is planar or floating"):
+        CspaceFreePolytope(checker(tmp_path, DRONE, BALL))
+    rod = checker(
+        tmp_path,
+        ROD,
+        "geometries:\n  - name: floor\n    source: around\n"
+        "    pose: {xyz: [0, 0, -1]}\n    shape: {type: half_space}\n",
+    )
+    with pytest.raises(CertificateError, match="'floor': a HalfSpace has no separating planes"):
+        CspaceFreePolytope(rod).find_separation_certificate_given_polytope(
+            [[1.0], [-1.0]], [0.1, 0.1]
+        )
