@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import CompressedImage
 
 from msg_adapters.images import FORMS, ImageForm
-from msg_adapters.png import png
 from scene_graph_ros.geometry.perception import CameraIntrinsics, ImageKind, Images
+from scene_graph_ros.views.png import png
 
 __all__ = ["COMPRESSED_FORMS"]
 

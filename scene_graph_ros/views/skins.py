@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.meshes.color_warnings import MeshColorWarning
 from scene_graph_ros.geometry.meshes.sources import load_surface
 from scene_graph_ros.geometry.meshes.texture_coordinates import texture_coordinates
-from scene_graph_ros.geometry.meshes.textures import known_texture, picture_texture
+from scene_graph_ros.geometry.meshes.textures import known_texture, picture_texture, Texture
 from scene_graph_ros.geometry.meshes.triangle_pictures import triangle_pictures
 from scene_graph_ros.geometry.model.perception_properties import Picture
 from scene_graph_ros.geometry.model.rgba import Rgba
@@ -34,6 +34,7 @@ class SkinPicture(NamedTuple):
     texels: NDArray[np.uint8]
     """``(height, width, 4)`` red, green, blue and alpha, from the upper row down."""
     is_opaque: bool
+    """Whether alpha does not count."""
 
 
 class Skin(NamedTuple):
@@ -69,21 +70,21 @@ def skin_of(item: DrawItem) -> Skin | None:
     paint = paint_of(item)
     if found is None or paint is None:
         return None
-    pictures = []
-    for file in found.pictures:
-        name, texels, is_opaque, stamp = picture_texture(file)
-        if not is_opaque:
-            texels = np.dstack([texels[..., :3], np.full(texels.shape[:2], 255, np.uint8)])
-        pictures.append(SkinPicture(f"{name} {stamp} opaque", texels, True))
+    # What the files of meshes say of alpha is passed over.
+    pictures = tuple(_shown(picture_texture(file), has_alpha=False) for file in found.pictures)
     mesh = Triangles(*load_surface(shape))
-    return Skin(mesh, paint, tuple(pictures), found.row, found.coordinates)
+    return Skin(mesh, paint, pictures, found.row, found.coordinates)
 
 
 def picture_on(picture: Picture) -> SkinPicture:
     """Return the picture that a property names. Raises MeshError."""
-    name, texels, is_opaque, stamp = known_texture(picture.path)
+    return _shown(known_texture(picture.path), has_alpha=True)
+
+
+def _shown(texture: Texture, *, has_alpha: bool) -> SkinPicture:
+    is_opaque = texture.is_opaque or not has_alpha
     kind = "opaque" if is_opaque else "with alpha"
-    return SkinPicture(f"{name} {stamp} {kind}", texels, is_opaque)
+    return SkinPicture(f"{texture.name} {texture.stamp} {kind}", texture.texels, is_opaque)
 
 
 def _of_property(item: DrawItem, picture: Picture) -> Skin:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import contextlib
+import io
 import json
 import struct
 from typing import Any
 
 import numpy as np
+from PIL import Image
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -51,9 +53,9 @@ def _mesh(data: bytes) -> Any:
 
 
 def _texture(data: bytes) -> Any:
-    number, width, height = struct.unpack_from("<dII", data)
-    (texels,) = _arrays(data, 16, ("u1", width * height, 4))
-    return number, texels.reshape(height, width, 4)
+    number, count, _ = struct.unpack_from("<dII", data)
+    with Image.open(io.BytesIO(data[16 : 16 + count])) as picture:
+        return number, np.asarray(picture.convert("RGBA"))
 
 
 def _poses(data: bytes) -> Any:

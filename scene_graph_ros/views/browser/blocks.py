@@ -66,8 +66,7 @@ class BlockKind(enum.IntEnum):
     TROUBLES = 10
     """JSON: a list of what is not as it should be: level, name, text."""
     TEXTURE = 11
-    """Double: number; integers: width w, height h; bytes (h, w, 4) red, green, blue, alpha, from
-    the upper row down."""
+    """Double: number; integers: count n, 0; bytes (n,) of a PNG file."""
 
 
 def _block(kind: BlockKind, *parts: bytes) -> bytes:
@@ -121,11 +120,9 @@ def mesh_block(
     )
 
 
-def texture_block(number: int, texels: NDArray[np.uint8]) -> bytes:
-    """Return the block of a picture ``(height, width, 4)`` that covers something."""
-    height, width = texels.shape[:2]
-    head = struct.pack("<dII", number, width, height)
-    return _block(BlockKind.TEXTURE, head, _bytes(texels, "u1"))
+def texture_block(number: int, file: bytes) -> bytes:
+    """Return the block of a picture that covers something, as a PNG file."""
+    return _block(BlockKind.TEXTURE, struct.pack("<dII", number, len(file), 0), file)
 
 
 def poses_block(numbers: NDArray[np.float64], X_WG: NDArray[np.float64]) -> bytes:

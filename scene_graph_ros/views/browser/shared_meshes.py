@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.views.browser.blocks import mesh_block, texture_block
 from scene_graph_ros.views.draw_list import DrawItem
 from scene_graph_ros.views.looks import paint_of, triangles_of
+from scene_graph_ros.views.png import png
 from scene_graph_ros.views.skins import picture_on, Skin, skin_of, SkinPicture
 
 __all__ = ["MOST_TEXELS", "SharedMesh", "SharedMeshes", "SharedTexture"]
@@ -81,7 +82,8 @@ class SharedMeshes:
         known = self._new_textures.get(picture.name) or self._old_textures.get(picture.name)
         if known is None:
             number = next(self._texture_numbers)
-            block = texture_block(number, _thinned(picture.texels))
+            levels = picture.texels[..., :3] if picture.is_opaque else picture.texels
+            block = texture_block(number, png(_thinned(levels)))
             known = SharedTexture(picture.name, number, block, picture.is_opaque)
         self._new_textures[picture.name] = known
         return known
@@ -118,11 +120,11 @@ class SharedMeshes:
         return SharedMesh(number, block, is_painted=True, textures=textures)
 
 
-def _thinned(texels: np.ndarray) -> np.ndarray:
+def _thinned(levels: np.ndarray) -> np.ndarray:
     """Return a picture of MOST_TEXELS along a side at most, each the mean of some."""
-    factor = -(-max(texels.shape[:2]) // MOST_TEXELS)
+    factor = -(-max(levels.shape[:2]) // MOST_TEXELS)
     if factor == 1:
-        return texels
+        return levels
     from PIL import Image  # it has read the picture
 
-    return np.asarray(Image.fromarray(texels).reduce(factor))
+    return np.asarray(Image.fromarray(np.ascontiguousarray(levels)).reduce(factor))

@@ -16,6 +16,7 @@ from browser_page import (
     VERTICES,
 )
 import numpy as np
+from pictured_files import png
 import pytest
 
 from scene_graph_ros.views.browser.blocks import (
@@ -34,7 +35,7 @@ def test_a_covered_mesh_and_its_picture():
     """Numbers of pictures and places on them, triangle by triangle; pixels row by row."""
     places = np.arange(12.0).reshape(2, 3, 2)
     texels = np.arange(24, dtype=np.uint8).reshape(2, 3, 4)
-    message = texture_block(8, texels) + mesh_block(
+    message = texture_block(8, png(texels)) + mesh_block(
         5,
         np.zeros((3, 3)),
         np.array([(0, 1, 2), (2, 1, 0)]),

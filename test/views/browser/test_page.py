@@ -8,11 +8,11 @@ from chromium import find_chromium, REMEDY, Tab
 import numpy as np
 import pytest
 
-from msg_adapters.png import png
 from scene_graph_ros.geometry import Mesh, Sphere
 from scene_graph_ros.views.browser.page_file import PageFile
 from scene_graph_ros.views.browser.server import BrowserView
 from scene_graph_ros.views.moment import Trouble
+from scene_graph_ros.views.png import png
 
 SIZE = (700, 320)
 PANEL = 300

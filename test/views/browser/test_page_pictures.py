@@ -12,6 +12,7 @@ from pictured_files import BLUE, board, GREEN, png, RED, WHITE, write_obj
 import pytest
 
 from scene_graph_ros.geometry import Box, HalfSpace, Mesh, Sphere
+from scene_graph_ros.views.browser.page_file import PageFile
 from scene_graph_ros.views.browser.server import BrowserView
 
 WIDTH, HEIGHT = 480, 360
@@ -59,6 +60,17 @@ def browser():
     tab.close()
 
 
+def picture_of(browser, count):
+    """Return the picture of the page without its panels, once it knows ``count`` items."""
+    browser.wait_for(f"document.body?.dataset.items === '{count}'")
+    hide = "[...document.body.children].filter((e) => e.id !== 'view')"
+    browser.value(f"{hide}.forEach((e) => {{ e.style.display = 'none'; }})")
+    drawn = int(browser.value("document.body.dataset.pictures") or 0)
+    browser.value("window.dispatchEvent(new Event('resize'))")
+    browser.wait_for(f"Number(document.body.dataset.pictures) > {drawn}")
+    return browser.picture()[..., :3].astype(float)
+
+
 @pytest.fixture
 def look(browser, stage):
     """Show the stage; return the picture of the page without its panel."""
@@ -77,13 +89,7 @@ def look(browser, stage):
         browser.open("about:blank")
         browser.problems.clear()
         browser.open(view.link)
-        browser.wait_for(f"document.body?.dataset.items === '{count}'")
-        hide = "[...document.body.children].filter((e) => e.id !== 'view')"
-        browser.value(f"{hide}.forEach((e) => {{ e.style.display = 'none'; }})")
-        drawn = int(browser.value("document.body.dataset.pictures") or 0)
-        browser.value("window.dispatchEvent(new Event('resize'))")
-        browser.wait_for(f"Number(document.body.dataset.pictures) > {drawn}")
-        return browser.picture()[..., :3].astype(float)
+        return picture_of(browser, count)
 
     yield start
     for view in views:
@@ -184,3 +190,26 @@ def test_what_is_behind_a_picture_with_alpha(look, stage, folder):
         p = np.array((u, v, 0.0))
         expected = eye.lit(hides or (255, 255, 0), p, UP)
         assert np.abs(image[eye.pixel(p)] - expected).max() <= 3.0, p
+
+
+def test_in_a_file_whose_time_is_moved(browser, stage, folder):
+    """Onward, back and onward again: a mesh has its picture, alone and beside a ball."""
+    only = {"picture": folder / "board.png", "roles": ("illustration",), "rgba": None}
+    page = PageFile(lambda *what: pytest.fail(str(what)))
+    stage.add(
+        "sheet", Mesh(write_obj(folder, [(None, "board.png")])), roles=("illustration",), rgba=None
+    )
+    page.add(stage.moment(), 0.0)
+    stage.add("ball", Sphere(0.1), (-1.0, 0.0, 0.0), **only)
+    page.add(stage.moment(), 0.1)
+    (folder / "page.html").write_text(page.html())
+    browser.problems.clear()
+    browser.open((folder / "page.html").as_uri())
+    eye = Eye(np.sqrt(2.0))
+    for key, count in ((None, 1), ("Right", 2), ("Left", 1), ("Right", 2)):
+        browser.value(f"window.dispatchEvent(new KeyboardEvent('keydown', {{key: 'Arrow{key}'}}))")
+        image = picture_of(browser, count)
+        for (u, v), color in FIELDS.items():
+            p = np.array((u, v, 0.0))
+            assert np.abs(image[eye.pixel(p)] - eye.lit(color, p, UP)).max() <= 3.0, (key, p)
+    assert browser.problems == []

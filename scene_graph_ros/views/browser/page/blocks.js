@@ -33,9 +33,8 @@ const READERS = {
         coordinates: reader.take(Float32Array, 6 * covered) } : null };
   },
   [TEXTURE](reader) {
-    const [number] = reader.take(Float64Array, 1), [width, height] = reader.take(Uint32Array, 2);
-    return { kind: "texture", number, width, height,
-      texels: reader.take(Uint8Array, 4 * width * height) };
+    const [number] = reader.take(Float64Array, 1), [count] = reader.take(Uint32Array, 2);
+    return { kind: "texture", number, file: reader.take(Uint8Array, count) };
   },
   [POSES](reader) {
     const [count] = reader.take(Uint32Array, 2);

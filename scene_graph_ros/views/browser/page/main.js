@@ -8,6 +8,7 @@ import { Recording } from "./recording.js";
 import { Renderer } from "./renderer.js";
 import { Selection } from "./selection.js";
 import { Tree } from "./tree.js";
+import { Unpacking } from "./unpacking.js";
 import { World } from "./world.js";
 
 const $ = (selector) => document.querySelector(selector);
@@ -105,8 +106,10 @@ const say = (isOpen, text) => {
 };
 // A file has what it shows in it.
 const recorded = $("#recording");
+const unpacking = new Unpacking(take);
+const hand = (blocks) => unpacking.take(blocks);
 const connection = recorded
-  ? new Recording(recorded, $("#timeline"), take, say) : new Connection(take, say);
+  ? new Recording(recorded, $("#timeline"), hand, say) : new Connection(hand, say);
 
 for (const box of document.querySelectorAll("[data-role]")) {
   box.addEventListener("change", () => {

@@ -137,12 +137,12 @@ export class Renderer {
     this.batches.delete(number);
   }
 
-  // Takes a picture, by rows from above.
-  setTexture(number, width, height, texels) {
+  // Takes a picture, whose rows are from above.
+  setTexture(number, image) {
     this.dropTexture(number);
     const { gl } = this, texture = gl.createTexture();
     gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, texels);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
     gl.generateMipmap(gl.TEXTURE_2D);
     this.textures.set(number, texture);
   }

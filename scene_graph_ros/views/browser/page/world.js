@@ -75,9 +75,9 @@ export class World {
     }
   }
 
-  takeTexture({ number, width, height, texels }) {
+  takeTexture({ number, image }) {
     this.textures.add(number);
-    this.renderer.setTexture(number, width, height, texels);
+    this.renderer.setTexture(number, image);
   }
 
   takeMesh({ number, vertices, triangles, paint, cover }) {

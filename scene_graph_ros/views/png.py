@@ -17,14 +17,15 @@ from numpy.typing import NDArray
 __all__ = ["png"]
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_GRAY, _RGB = 0, 2
+_COLORS = {1: 0, 3: 2, 4: 6}
+"""How the specification calls grey, red, green and blue, and these with alpha; by channels."""
 _UP = 2
 """The filter: what is written is the difference from the row above, byte by byte."""
 _FASTEST = 1
 
 
 def png(pixels: NDArray[Any]) -> bytes:
-    """Return the file of an image: ``(h, w)`` or ``(h, w, 3)`` uint8, or ``(h, w)`` uint16."""
+    """Return the file of an image, ``(h, w)``, ``(h, w, 3)`` or ``(h, w, 4)``, uint8 or uint16."""
     height, width = pixels.shape[:2]
     rows = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder(">"))
     flat = rows.view(np.uint8).reshape(height, -1)
@@ -32,7 +33,7 @@ def png(pixels: NDArray[Any]) -> bytes:
     filtered[:, 0] = _UP
     filtered[0, 1:] = flat[0]
     np.subtract(flat[1:], flat[:-1], out=filtered[1:, 1:])
-    color = _RGB if pixels.ndim == 3 else _GRAY
+    color = _COLORS[1 if pixels.ndim == 2 else pixels.shape[2]]
     head = struct.pack(">IIBBBBB", width, height, 8 * pixels.itemsize, color, 0, 0, 0)
     body = zlib.compress(filtered.data, _FASTEST)
     return _SIGNATURE + _chunk(b"IHDR", head) + _chunk(b"IDAT", body) + _chunk(b"IEND", b"")
