@@ -18,6 +18,7 @@ def ask_convex_sets() -> None:
     square.contained_in(square)
     for each in (square, corners):
         each.projection(np.full((1, 2), 2.0))
+    VPolytope(square)
     square.maximum_volume_inscribed_ellipsoid()
     AffineBall.minimum_volume_circumscribed_ellipsoid(corners.vertices)
     square.uniform_sample(np.random.default_rng(0))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
@@ -30,6 +31,9 @@ _NEAR = 1e-9
 _SIDE_ROUNDING = 512.0 * EPSILON
 """Relative to how many half widths a set is from the origin: so far may rounding of right sides
 take rows apart that met in one vertex."""
+
+_SOLID = 1e-6
+"""Of a set's half widths: one with a larger ball inside is surely not flat."""
 
 _FLAT = 1e-12
 """Relative to a set's size: a set of points thinner than this is flat."""
@@ -127,11 +131,24 @@ def half_spaces_of_vertices(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def _distinct(rows: np.ndarray, same: float = _SAME) -> np.ndarray:
     """Return rows without those that are as near to one before as rounding."""
-    kept: list[np.ndarray] = []
-    for row in rows:
-        if not kept or np.abs(np.array(kept) - row).max(axis=1).min() > same:
-            kept.append(row)
-    return np.array(kept).reshape(-1, rows.shape[1])
+    is_kept = np.ones(len(rows), dtype=np.bool_)
+    _mark_distinct(np.ascontiguousarray(rows), same, is_kept)
+    return rows[is_kept]
+
+
+@kernel
+def _mark_distinct(rows, same, is_kept):
+    """Unmark rows that are no further than ``same`` from one before that is kept."""
+    m, n = rows.shape
+    for i in range(m):
+        for j in range(i):
+            if is_kept[j]:
+                furthest = 0.0
+                for k in range(n):
+                    furthest = max(furthest, abs(rows[i, k] - rows[j, k]))
+                if furthest <= same:
+                    is_kept[i] = False
+                    break
 
 
 def vertices_of_polyhedron(polyhedron: Any) -> np.ndarray:
@@ -150,6 +167,10 @@ def vertices_of_polyhedron(polyhedron: Any) -> np.ndarray:
         )
     if n == 0:
         return np.zeros((1, 0))
+    if n > 1:
+        solid = _solid_vertices(polyhedron, _SOLID)
+        if solid is not None:
+            return solid
     hull = AffineSubspace(polyhedron)
     k = hull.affine_dimension()
     if k == 0:
@@ -162,17 +183,26 @@ def vertices_of_polyhedron(polyhedron: Any) -> np.ndarray:
         crossing = np.linalg.norm(A, axis=1) > _FLAT**0.5 * lengths
         inner = vertices_of_polyhedron(type(polyhedron)(A[crossing], b[crossing]))
         return hull.to_global_coordinates(inner)
-    return _solid_vertices(polyhedron)
+    vertices = _solid_vertices(polyhedron, 0.0)
+    assert vertices is not None
+    return vertices
 
 
-def _solid_vertices(polyhedron: Any) -> np.ndarray:
+def _solid_vertices(polyhedron: Any, least: float) -> np.ndarray | None:
+    """Return the vertices of a set that has an interior, None of one that may have none.
+
+    The latter where no ball inside is larger than ``least`` of the set's half widths.
+    """
     A, b = polyhedron.A, polyhedron.b
     n = A.shape[1]
     ends = np.array([[polyhedron.support(s * e).value * s for s in (-1, 1)] for e in np.eye(n)])
     if n == 1:
         return ends.T
-    center = find_deepest(polyhedron.lift().rows).x
+    deepest = find_deepest(polyhedron.lift().rows)
+    center = deepest.x
     widths = 0.5 * (ends[:, 1] - ends[:, 0])
+    if least > 0.0 and not deepest.radius > least * widths.max():
+        return None
     rows = A * widths
     slack = b - A @ center
     named = np.linalg.norm(A, axis=1) > 0.0
@@ -185,7 +215,7 @@ def _solid_vertices(polyhedron: Any) -> np.ndarray:
     # Where many rows meet, qhull has many faces for one vertex.
     blur = max(_NEAR, _SIDE_ROUNDING * float((np.abs(center) / widths).max()))
     near = _distinct(found[np.lexsort(found.T)], blur)
-    distinct = _distinct(np.array([_where_rows_meet(unit, sides, v, blur) for v in near]), blur)
+    distinct = _distinct(_where_rows_meet(unit, sides, near, blur), blur)
     worst = (distinct @ unit.T - sides).max()
     if worst > blur:
         raise SolverError(
@@ -196,12 +226,19 @@ def _solid_vertices(polyhedron: Any) -> np.ndarray:
 
 
 def _where_rows_meet(
-    unit: np.ndarray, sides: np.ndarray, vertex: np.ndarray, blur: float
+    unit: np.ndarray, sides: np.ndarray, vertices: np.ndarray, blur: float
 ) -> np.ndarray:
-    """Return a vertex on the rows that it is near to."""
-    rest = sides - unit @ vertex
-    touching = np.abs(rest) <= blur
+    """Return vertices ``(m, n)``, each on the rows that it is near to."""
+    n = vertices.shape[1]
+    touching = np.abs(sides - vertices @ unit.T) <= blur
+    usual = touching.sum(axis=1) == n
+    rows = np.nonzero(touching[usual])[1].reshape(-1, n)
+    found = vertices.copy()
     for _ in range(2):
-        vertex = vertex + np.linalg.lstsq(unit[touching], rest[touching])[0]
-        rest = sides - unit @ vertex
-    return vertex
+        rest = sides[rows] - np.einsum("ijk,ik->ij", unit[rows], found[usual])
+        found[usual] += np.linalg.solve(unit[rows], rest[..., None])[..., 0]
+        for k in np.flatnonzero(~usual):
+            near = touching[k]
+            rest = sides[near] - unit[near] @ found[k]
+            found[k] += np.linalg.lstsq(unit[near], rest)[0]
+    return found
