@@ -9,8 +9,8 @@ from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
     is_contained,
     is_row_bounded,
-    is_row_set_empty,
     meet,
+    point_of_rows,
     redundant,
     rows_that_follow,
 )
@@ -44,7 +44,7 @@ def test_floats_say_what_fractions_say(seed):
         bodies.append(HPolyhedron(A * lengths[:, None], size * (b + A @ shift) * lengths))
     one, other = bodies
     for body in bodies:
-        empty = is_row_set_empty(body.A, body.b)
+        empty, _ = point_of_rows(body.A, body.b)
         assert empty in (None, body.is_empty(certificate=True).value)
         assert is_row_bounded(body.A) in (None, body.is_bounded(certificate=True).value)
     assert meet(one, other) in (None, one.intersects_with(other, certificate=True).value)
@@ -75,7 +75,7 @@ def test_floats_leave_little_open(n, m):
     for seed in range(10):
         rng = np.random.default_rng(seed)
         body, near, far = generic(rng, n, m), generic(rng, n, m, 0.4), generic(rng, n, m, 4.0)
-        assert is_row_set_empty(body.A, body.b) is False
+        assert point_of_rows(body.A, body.b)[0] is False
         assert is_row_bounded(body.A) is True
         assert meet(body, near) is True
         assert meet(body, far) is False
@@ -120,6 +120,6 @@ def test_rows_without_length_and_of_extreme_ones():
         ([[1e149, 1e-149], [-1.0, 0.0]], [-1.0, 0.0], False),
     ):
         body = HPolyhedron(rows, sides)
-        assert is_row_set_empty(body.A, body.b) is None
+        assert point_of_rows(body.A, body.b)[0] is None
         assert body.is_empty() is empty
         assert body.is_empty(certificate=True).certificate.verify()

@@ -144,6 +144,10 @@ class ConvexSet(abc.ABC):
         """Tell whether the set is bounded where that is seen at once; None where it isn't."""
         return True if self._IS_ALWAYS_BOUNDED else None
 
+    def _inner(self, question: str) -> np.ndarray:
+        """Return a point of the lift in floats. Raises ConvexSetError where the set is empty."""
+        return inner_point(self, question)[0]
+
     def _linear_rows(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Return read-only rows of coordinates alone that are the set, None if there are none."""
         return None
@@ -210,7 +214,7 @@ class ConvexSet(abc.ABC):
         if self.lifted.cones:
             return support_of_lift(self, d)
         rows, n = self.lifted.rows, self.ambient_dimension
-        start = inner_point(self, "support")[0]
+        start = self._inner("support")
         c = np.zeros(rows.A.shape[1])
         c[:n] = d
         optimum = maximize(rows, c, start)

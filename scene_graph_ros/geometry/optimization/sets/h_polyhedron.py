@@ -40,7 +40,7 @@ from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellip
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
     is_contained,
     is_row_bounded,
-    is_row_set_empty,
+    point_of_rows,
     redundant,
 )
 from scene_graph_ros.geometry.optimization.sets.redundancy import (
@@ -378,8 +378,16 @@ class HPolyhedron(ConvexSet):
         return self._quickly_empty
 
     @functools.cached_property
+    def _quick_point(self) -> tuple[bool | None, np.ndarray]:
+        return point_of_rows(self._A, self._b)
+
+    def _inner(self, question: str) -> np.ndarray:
+        is_empty, x = self._quick_point
+        return x if is_empty is False else super()._inner(question)
+
+    @functools.cached_property
     def _quickly_empty(self) -> bool | None:
-        empty = is_row_set_empty(self._A, self._b)
+        empty = self._quick_point[0]
         if empty is None and self.own_box is not None:
             return bool((self.own_box[0] > self.own_box[1]).any())
         return empty

@@ -26,17 +26,21 @@ from scene_graph_ros.geometry.optimization.solve.quick_rows import (
 __all__ = [
     "is_contained",
     "is_row_bounded",
-    "is_row_set_empty",
     "meet",
+    "point_of_rows",
     "redundant",
     "rows_that_follow",
 ]
 
 
-def is_row_set_empty(A: np.ndarray, b: np.ndarray) -> bool | None:
-    """Tell whether ``A x <= b`` has no point, None where that is left open."""
-    status = point_quickly(A, b, np.empty(A.shape[1]))
-    return None if status == OPEN else bool(status == EMPTY)
+def point_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[bool | None, np.ndarray]:
+    """Tell whether ``A x <= b`` has no point, None where that is left open.
+
+    And return a point ``(n,)`` of it in floats, where it has one.
+    """
+    x = np.empty(A.shape[1])
+    status = point_quickly(A, b, x)
+    return None if status == OPEN else bool(status == EMPTY), x
 
 
 def is_row_bounded(A: np.ndarray) -> bool | None:
@@ -52,7 +56,7 @@ def meet(one: Any, other: Any) -> bool | None:
     A, b = np.concatenate([left[0], right[0]]), np.concatenate([left[1], right[1]])
     A.setflags(write=False)
     b.setflags(write=False)
-    empty = is_row_set_empty(A, b)
+    empty, _ = point_of_rows(A, b)
     if empty is None and one.own_box is not None and other.own_box is not None:
         lows, highs = zip(one.own_box, other.own_box, strict=True)
         empty = bool((np.maximum(*lows) > np.minimum(*highs)).any())

@@ -35,23 +35,9 @@ class Rows:
         1/2 and 1, and where columns are of different size, as few orders of magnitude between its
         entries as two passes of geometric means bring about (Fulkerson and Wolfe 1962).
         """
-        with np.errstate(divide="ignore"):
-            sizes = np.log2(np.abs(self.A))
-        is_zero = np.isneginf(sizes)
-        rows, columns = np.zeros(len(self.A)), np.zeros(self.A.shape[1])
-        middle = _middle(sizes, is_zero, axis=1)
-        if sizes.size and np.ptp(_middle(sizes - middle[:, None], is_zero, axis=0)) > _SPREAD:
-            for _ in range(2):
-                rows = -_middle(sizes + columns, is_zero, axis=1)
-                columns = -_middle(sizes + rows[:, None], is_zero, axis=0)
-            columns = np.rint(columns)
-        sizes = sizes + columns
-        # By the largest entry, as squares of others may be beyond all numbers.
-        largest = np.max(sizes, axis=1, initial=-np.inf)
-        largest = np.where(np.isneginf(largest), 0.0, largest)
-        with np.errstate(divide="ignore"):
-            lengths = np.log2(np.linalg.norm(np.exp2(sizes - largest[:, None]), axis=1))
-        rows = -np.ceil(np.where(np.isneginf(lengths), 0.0, lengths + largest))
+        rows = np.zeros(len(self.A))
+        columns = np.zeros(self.A.shape[1])
+        _find_exponents(np.ascontiguousarray(self.A), rows, columns)
         return rows.astype(np.int64), columns.astype(np.int64)
 
     @functools.cached_property
@@ -72,14 +58,52 @@ _SPREAD = 8.0
 """Binary orders of magnitude between columns, from which on they are scaled."""
 
 
-def _middle(sizes: np.ndarray, is_zero: np.ndarray, axis: int) -> np.ndarray:
-    """Return the mean of the largest and the smallest logarithm; 0 where there is none."""
-    if not sizes.size:
-        return np.zeros(sizes.shape[1 - axis])
-    high = np.where(is_zero, -np.inf, sizes).max(axis=axis)
-    low = np.where(is_zero, np.inf, sizes).min(axis=axis)
-    with np.errstate(invalid="ignore"):
-        return np.where(np.isfinite(high), 0.5 * (high + low), 0.0)
+@kernel
+def _center_rows(sizes, rows, columns):
+    """Fill ``rows`` with minus the mean of the largest and smallest of finite sizes in each.
+
+    ``columns`` are added to the sizes; 0 where none is finite.
+    """
+    m, n = sizes.shape
+    for i in range(m):
+        low, high = np.inf, -np.inf
+        for k in range(n):
+            if sizes[i, k] > -np.inf:
+                low = min(low, sizes[i, k] + columns[k])
+                high = max(high, sizes[i, k] + columns[k])
+        rows[i] = -0.5 * (low + high) if high > -np.inf else 0.0
+
+
+@kernel
+def _find_exponents(A, rows, columns):
+    """Fill the exponents of ``Rows.exponents``, whole numbers, over zeros."""
+    m, n = A.shape
+    sizes = np.empty((m, n))
+    for i in range(m):
+        for k in range(n):
+            sizes[i, k] = np.log2(abs(A[i, k])) if A[i, k] != 0.0 else -np.inf
+    sides = np.ascontiguousarray(sizes.T)
+    _center_rows(sizes, rows, columns)
+    _center_rows(sides, columns, rows)
+    if n > 0 and columns.max() - columns.min() > _SPREAD:
+        columns[:] = 0.0
+        for _ in range(2):
+            _center_rows(sizes, rows, columns)
+            _center_rows(sides, columns, rows)
+        for k in range(n):
+            columns[k] = np.rint(columns[k])
+    else:
+        columns[:] = 0.0
+    for i in range(m):
+        # By the largest entry, as squares of others may be beyond all numbers.
+        largest, square = -np.inf, 0.0
+        for k in range(n):
+            largest = max(largest, sizes[i, k] + columns[k])
+        rows[i] = 0.0
+        if largest > -np.inf:
+            for k in range(n):
+                square += np.exp2(2.0 * (sizes[i, k] + columns[k] - largest))
+            rows[i] = -np.ceil(0.5 * np.log2(square) + largest)
 
 
 @kernel

@@ -215,7 +215,7 @@ def test_exact_walk_ends_at_a_degenerate_corner():
 
 @pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_rows_of_entries_far_apart_get_a_length():
-    """From 1/2 to 1, as the scaling promises; of a rotation by 1e-300 rad, and less than normal."""
+    """From 1/2 to 1, as the scaling promises; of a turn by 1e-300 rad, and less than normal."""
     A = np.array([[1.0, 1e-300, 0.0], [-1e-300, 1.0, 3.0], [1e-320, 0.0, 5e-324], [0.0, 0.0, 0.0]])
     scaled, _ = Rows(A, np.zeros(4)).scaled
     lengths = np.sqrt((scaled**2).sum(axis=1))
