@@ -13,7 +13,7 @@ from searching import times
 
 from scene_graph_ros.planning import EdgeStatus
 
-COUNTS = {"rod": 60, "blades": 60, "chain": 4, "panda": 60, "baxter": 16}
+COUNTS = {"rod": 60, "blades": 60, "chain": 4, "panda": 58, "baxter": 16, "talos": 2}
 """Edges of each scene, of 200 in all."""
 
 _BATCH = 100

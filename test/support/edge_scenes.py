@@ -110,10 +110,30 @@ geometries:
     return SceneGraphCollisionChecker(load_robot_diagram(str(folder / "scene.yaml")))
 
 
+def _talos(folder: Path) -> SceneGraphCollisionChecker:
+    """A Talos that hangs by its base: two arms, two legs and hands, between poles of 2 mm."""
+    (folder / "scene.yaml").write_text(f"""
+version: 1
+sources: [{{name: around}}]
+robots:
+  - name: talos
+    urdf: {_ROBOTS}/talos_data/robots/talos_full_v2.urdf
+    srdf: {_ROBOTS}/talos_data/srdf/talos.srdf
+geometries:
+  - {{name: floor, source: around, pose: {{xyz: [0, 0, -1.2]}}, shape: {{type: half_space}}}}
+  - {{name: pole, source: around, pose: {{xyz: [0.6, 0.3, 0.3]}},
+     shape: {{type: cylinder, radius: 0.001, length: 1}}}}
+  - {{name: rail, source: around, pose: {{xyz: [0.5, 0, -0.6], rpy: [1.5707963, 0, 0]}},
+     shape: {{type: cylinder, radius: 0.001, length: 2}}}}
+""")
+    return SceneGraphCollisionChecker(load_robot_diagram(str(folder / "scene.yaml")))
+
+
 EDGE_SCENES: dict[str, Callable[[Path], SceneGraphCollisionChecker]] = {
     "rod": _rod,
     "blades": _blades,
     "chain": _chain,
     "panda": _panda,
     "baxter": _baxter,
+    "talos": _talos,
 }

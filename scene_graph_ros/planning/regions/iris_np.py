@@ -47,8 +47,11 @@ _SEARCHES = 8
 _NEAREST = 16
 """Configurations of a round that slide along what they collide with."""
 
-_MOST_ROUNDS = 300
-"""For an ellipsoid."""
+_MOST_ROUNDS = 1000
+"""For an ellipsoid; in seven dimensions 60 to 300 are needed."""
+
+_MOST_KNOWN = 300
+"""Configurations that are not free, with which the next ellipsoid begins."""
 
 _INFLUENCE = 0.2
 """Metres: pairs that are farther apart are not brought together."""
@@ -162,7 +165,7 @@ class _Searches:
         """Return the domain cut at counter-examples around an ellipsoid, and its test."""
         cut = Cut(B, center, self._kept)
         A, b = self._domain.A, self._domain.b
-        starts, failures = center[np.newaxis], 0
+        starts, failures, shape = center[np.newaxis], 0, None
         # Those of ellipsoids before are met at once.
         colliding = self._known
         for _ in range(_MOST_ROUNDS):
@@ -172,14 +175,17 @@ class _Searches:
                 starts = starts[inside] if inside.any() else self._start(center, A, b)
             chosen = starts[self._generator.integers(len(starts), size=_POINTS)]
             steps = self._options.mixing_steps
-            starts = walked(A, b, chosen, steps, B, self._generator)
+            starts = walked(A, b, chosen, steps, B if shape is None else shape, self._generator)
             colliding = self._search(cut, A, b, starts)
             failures = 0 if len(colliding) else failures + 1
             if failures == self._rounds:
-                tested, colliding = self._tested(A, b, starts)
-                if not len(colliding):
+                # Walks of the region's shape go everywhere in it; a few faces more change little.
+                shape = rounding_shape(A, b) if shape is None else shape
+                tested, points, free = self._tested(A, b, starts, shape)
+                if free.all():
                     return tested
-                failures = 0
+                # Rounds go on from points that are spread as those which found something.
+                colliding, starts, failures = points[~free], points[free], 0
         raise RegionNotFoundError(
             f"iris_in_configuration_space: after {_MOST_ROUNDS} rounds and {len(b)} faces there"
             " are still configurations that are not free; raise configuration_space_margin"
@@ -231,7 +237,7 @@ class _Searches:
             slide(self._feasibility, cut, A, b, q, _INFLUENCE) for q in nearer[order[:_NEAREST]]
         ]
         nearer = np.concatenate([np.array(slid), nearer[order[_NEAREST:]]])
-        if len(self._known) < _MOST_ROUNDS:
+        if len(self._known) < _MOST_KNOWN:
             self._known = np.concatenate([self._known, np.array(slid)])
         margin = self._options.configuration_space_margin
         normals, sides, inside = cut_between(cut, nearer, margin, -1)
@@ -243,8 +249,9 @@ class _Searches:
         A: NDArray[np.float64],
         b: NDArray[np.float64],
         starts: NDArray[np.float64],
-    ) -> tuple[Attempt, NDArray[np.float64]]:
-        """Return the region with a test of new points, and those that are not free.
+        shape: NDArray[np.float64],
+    ) -> tuple[Attempt, NDArray[np.float64], NDArray[np.bool_]]:
+        """Return the region with a test of new points, these, and which of them are free.
 
         Each test has its share of the error.
         """
@@ -252,10 +259,10 @@ class _Searches:
         count = self._options.num_test_samples
         chosen = starts[self._generator.integers(len(starts), size=count)]
         steps = max(50, self._options.mixing_steps)
-        points = walked(A, b, chosen, steps, rounding_shape(A, b), self._generator)
-        colliding = points[~self._feasibility.free(points)]
-        hits = len(colliding)
+        points = walked(A, b, chosen, steps, shape, self._generator)
+        free = self._feasibility.free(points)
+        hits = int((~free).sum())
         error = (1.0 - _CONFIDENCE) * 6.0 / (math.pi * self._tests) ** 2
         bound = share_bound(count, hits, error)
         tested = Attempt(HPolyhedron(A, b), count, hits, bound, _CONFIDENCE, self._tests)
-        return tested, colliding
+        return tested, points, free
