@@ -126,7 +126,11 @@ def place_bodies(tree, bodies, q, first, X_WB, places):
 
 @inlined_kernel
 def _ball_to_box(bodies, a, b, places, sure):
-    """Raise ``sure`` to the distance of A's ball from B's box, for LANES configurations."""
+    """Raise ``sure`` to the distance of A's ball from B's box, for LANES configurations.
+
+    Returns the least.
+    """
+    least = math.inf
     X, center, radius = places.X_WG[b], places.centers[a], bodies.radii[a]
     lower, upper = bodies.lower[b], bodies.upper[b]
     lx, ly, lz = lower[0], lower[1], lower[2]
@@ -140,12 +144,14 @@ def _ball_to_box(bodies, a, b, places, sure):
         dy = max(max(ly - by, by - uy), 0.0)
         dz = max(max(lz - bz, bz - uz), 0.0)
         sure[k] = max(sure[k], math.sqrt(dx * dx + dy * dy + dz * dz) - radius)
+        least = min(least, sure[k])
+    return least
 
 
 @inlined_kernel
-def _ball_to_ball(bodies, a, b, places, sure):
-    """Write the distance of two balls to ``sure``, for LANES configurations; return the least."""
-    center, other, radii = places.centers[a], places.centers[b], bodies.radii[a] + bodies.radii[b]
+def _between_centers(bodies, a, b, places, squares):
+    """Write how far two balls' centres are apart, squared, for LANES; return the least."""
+    center, other = places.centers[a], places.centers[b]
     least = math.inf
     for k in range(LANES):
         x, y, z = (
@@ -153,24 +159,26 @@ def _ball_to_ball(bodies, a, b, places, sure):
             center[1, k] - other[1, k],
             center[2, k] - other[2, k],
         )
-        sure[k] = math.sqrt(x * x + y * y + z * z) - radii
-        least = min(least, sure[k])
+        squares[k] = x * x + y * y + z * z
+        least = min(least, squares[k])
     return least
 
 
 @inlined_kernel
 def sure_distances(bodies, a, b, places, enough):
-    """Write to ``places.sure`` what two bodies are apart at least, -inf where nothing is sure.
+    """Return the least distance of two bodies of LANES configurations where balls tell ``enough``.
 
-    No more is found out than that it is ``enough``. Returns the least where the balls tell that,
-    else -inf.
+    Else -inf, and ``places.sure`` has what each is apart at least, -inf where nothing is sure. No
+    more is found out than that it is ``enough``.
     """
-    sure = places.sure
-    least = _ball_to_ball(bodies, a, b, places, sure)
+    sure, radii = places.sure, bodies.radii[a] + bodies.radii[b]
+    least = math.sqrt(_between_centers(bodies, a, b, places, sure)) - radii
     if least >= enough:
         return least
-    _ball_to_box(bodies, a, b, places, sure)
-    if bodies.radii[b] < math.inf:
+    for k in range(LANES):
+        sure[k] = math.sqrt(sure[k]) - radii
+    least = _ball_to_box(bodies, a, b, places, sure)
+    if least < enough and bodies.radii[b] < math.inf:
         _ball_to_box(bodies, b, a, places, sure)
     return -math.inf
 

@@ -64,8 +64,9 @@ def check_configurations(
         for k in range(count):
             first_pair[first + k] = NO_PAIR
         for p in range(len(pairs.bodies)):
-            padding = pairs.paddings[p]
-            sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, padding)
+            a, b, padding = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.paddings[p]
+            if sure_distances(bodies, a, b, places, padding) >= padding:
+                continue
             for k in range(count):
                 if places.sure[k] >= padding or first_pair[first + k] != NO_PAIR:
                     continue
