@@ -12,6 +12,8 @@ if TYPE_CHECKING:
         make_body_shape_description,
     )
     from scene_graph_ros.planning.certified.cspace_free_polytope import CspaceFreePolytope
+    from scene_graph_ros.planning.certified.distance_certificate import DistanceCertificate
+    from scene_graph_ros.planning.certified.distance_search import certify_by_distances
     from scene_graph_ros.planning.certified.errors import CertificateError
     from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
     from scene_graph_ros.planning.certified.polytope_certificate import (
@@ -131,6 +133,7 @@ __all__ = [
     "DirectCollocation",
     "DirectTranscription",
     "DistanceAndInterpolationProvider",
+    "DistanceCertificate",
     "Dynamics",
     "DynamicsError",
     "EdgeMeasure",
@@ -191,6 +194,7 @@ __all__ = [
     "ZmpPlanner",
     "ZmpPlannerError",
     "build_roadmap",
+    "certify_by_distances",
     "get_continuous_revolute_joint_indices",
     "inverse_kinematics",
     "iris_in_configuration_space",
@@ -209,6 +213,8 @@ __all__ = [
 _MODULES = {
     "added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
     "certified.cspace_free_polytope": ("CspaceFreePolytope",),
+    "certified.distance_certificate": ("DistanceCertificate",),
+    "certified.distance_search": ("certify_by_distances",),
     "certified.errors": ("CertificateError",),
     "certified.pair_certificate": ("PairCertificate",),
     "certified.polytope_certificate": ("PairFailure", "PolytopeCertificate"),

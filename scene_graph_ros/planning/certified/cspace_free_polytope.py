@@ -13,6 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.certified.distance_certificate import (
+    DistanceCertificate,
+    RegionGrid,
+)
+from scene_graph_ros.planning.certified.distance_search import checked_max_boxes, search_boxes
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
@@ -55,6 +60,7 @@ class CspaceFreePolytope:
             raise CertificateError(
                 f"checker must be a SceneGraphCollisionChecker, not {quoted(checker)}"
             )
+        self._checker = checker.clone()
         self._plan, self._inspector = checker.plan, checker.snapshot.inspector
         self._kinematics = RationalForwardKinematics(self._plan.tree, q_star)
         self._touching_first: tuple[int, ...] = ()
@@ -102,6 +108,17 @@ class CspaceFreePolytope:
         assert pair is not None  # as it is a pair that is checked
         region = make_region(self._kinematics, C, d)
         return certified_pair(self._problems(region).make(pair))
+
+    def certify_by_distances(
+        self, C: ArrayLike, d: ArrayLike, *, max_boxes: int = 1_000_000, threads: int = 1
+    ) -> DistanceCertificate:
+        """Return what distances show of ``{s: C s <= d}`` within the joints' limits.
+
+        No program is solved: see the function of this name, which is about regions of q. Raises
+        as it.
+        """
+        grid = RegionGrid(make_region(self._kinematics, C, d), self._kinematics)
+        return search_boxes(self._checker, grid, checked_max_boxes(max_boxes), threads)
 
     def binary_search(
         self,

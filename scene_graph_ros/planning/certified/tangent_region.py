@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -16,7 +17,7 @@ from scene_graph_ros.planning.certified.rational_kinematics import (
     Stretch,
 )
 
-__all__ = ["Row", "TangentRegion", "make_region", "power_of_two"]
+__all__ = ["Row", "TangentRegion", "bounded_region", "make_region", "power_of_two"]
 
 Row = tuple[Fraction, tuple[Fraction, ...]]
 """``offset + slopes . u``, which is not negative in the region."""
@@ -98,9 +99,19 @@ def make_region(
     Raises CertificateError for other shapes, numbers that are not finite, and regions that are
     empty, unbounded or without an inside.
     """
-    n = kinematics.tree.num_positions
+    return bounded_region(kinematics.tree.position_names, kinematics.s_limits(), C, d)
+
+
+def bounded_region(
+    names: Sequence[str],
+    limits: tuple[NDArray[np.float64], NDArray[np.float64]],
+    C: ArrayLike,
+    d: ArrayLike,
+) -> TangentRegion:
+    """Return the same of positions with these names, and limits ``(n,)`` that may be infinite."""
+    n = len(names)
     rows, sides = _checked(C, d, n)
-    lower, upper = kinematics.s_limits()
+    lower, upper = (each.copy() for each in limits)
     unit = np.eye(n)
     is_high, is_low = np.isfinite(upper), np.isfinite(lower)
     whole = HPolyhedron(
@@ -110,24 +121,20 @@ def make_region(
     if whole.is_empty():
         raise CertificateError("C, d: the polytope and the joints' limits have no point in common")
     for k in range(n):
-        for sign, limits in ((1.0, upper), (-1.0, lower)):
+        for sign, ends in ((1.0, upper), (-1.0, lower)):
             found = whole.support(sign * unit[k]).value
             if not np.isfinite(found):
-                name = kinematics.tree.position_names[k]
-                raise CertificateError(f"C, d: the polytope must bound {name!r}")
-            limits[k] = min(limits[k], found) if sign > 0 else max(limits[k], -found)
+                raise CertificateError(f"C, d: the polytope must bound {names[k]!r}")
+            ends[k] = min(ends[k], found) if sign > 0 else max(ends[k], -found)
     # Bounds that are no rows of their own are to cut nothing off.
     is_own = (np.count_nonzero(rows, axis=1) == 1)[:, np.newaxis] & (rows != 0)
     out = _OUTWARDS * (upper - lower)
-    ends = _own_ends(rows, sides, is_own, kinematics.s_limits())
-    lower = np.maximum(lower - out, ends[0])
-    upper = np.minimum(upper + out, ends[1])
+    own = _own_ends(rows, sides, is_own, limits)
+    lower, upper = np.maximum(lower - out, own[0]), np.minimum(upper + out, own[1])
     if not (upper > lower).all():
-        k = int(np.argmin(upper - lower))
-        name = kinematics.tree.position_names[k]
+        name = names[int(np.argmin(upper - lower))]
         raise CertificateError(f"C, d: the polytope has no width along {name!r}")
     kept = ~is_own.any(axis=1)
-    kept &= (np.abs(rows) @ np.maximum(np.abs(lower), np.abs(upper))) > 0.0
     return TangentRegion(lower, upper, rows[kept].copy(), sides[kept].copy())
 
 
