@@ -108,7 +108,7 @@ def _of_property(item: DrawItem, picture: Picture) -> Skin:
 def _of_form(item: DrawItem) -> tuple[Triangles, NDArray[np.float64]]:
     """Return triangles of a shape with a closed form, and where they are on its picture."""
     # Only who has such a picture needs what cameras are made of.
-    from scene_graph_ros.geometry.perception.traced.surfaces import patch_of_shape
+    from scene_graph_ros.geometry.perception.surfaces import patch_of_shape
 
     form, (a, b, c) = look_of(item)
     kind, size = {

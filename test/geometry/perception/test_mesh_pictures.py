@@ -36,7 +36,7 @@ from scene_graph_ros.geometry.perception.exact.view import look, View
 from scene_graph_ros.geometry.perception.exact.visibility import find_visible
 from scene_graph_ros.geometry.perception.gltf.document import gltf_document
 from scene_graph_ros.geometry.perception.picture_bodies import with_one_picture_each
-from scene_graph_ros.geometry.perception.traced.mitsuba_scene import linear, srgb
+from scene_graph_ros.geometry.perception.srgb import linear, srgb
 
 LENS = CameraIntrinsics(24, 8, 8.0, 8.0, 11.5, 3.5)
 CLIPPING = ClippingRange(0.01, 50.0)

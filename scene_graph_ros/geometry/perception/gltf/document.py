@@ -18,8 +18,8 @@ from scene_graph_ros.geometry.perception.camera import RenderCameraCore
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
 from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.picture_bodies import with_one_picture_each
-from scene_graph_ros.geometry.perception.traced.mitsuba_scene import linear
-from scene_graph_ros.geometry.perception.traced.surfaces import Patch, patch_of_shape
+from scene_graph_ros.geometry.perception.srgb import linear
+from scene_graph_ros.geometry.perception.surfaces import Patch, patch_of_shape
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
 __all__ = ["gltf_document"]

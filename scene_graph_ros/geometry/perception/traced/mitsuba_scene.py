@@ -17,11 +17,12 @@ from scene_graph_ros.geometry.perception.camera import CameraIntrinsics, RenderC
 from scene_graph_ros.geometry.perception.exact.bodies import Bodies
 from scene_graph_ros.geometry.perception.exact.cover import Cover
 from scene_graph_ros.geometry.perception.picture_bodies import with_one_picture_each
+from scene_graph_ros.geometry.perception.srgb import linear
+from scene_graph_ros.geometry.perception.surfaces import Patch, patch_of_shape
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
-from scene_graph_ros.geometry.perception.traced.surfaces import Patch, patch_of_shape
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
-__all__ = ["Tracing", "linear", "srgb", "trace"]
+__all__ = ["Tracing", "trace"]
 
 _VARIANT = "scalar_rgb"
 _FULL = float(np.pi)
@@ -44,18 +45,6 @@ class Tracing(NamedTuple):
     samples: int
     max_depth: int
     seed: int
-
-
-def linear(levels: Any) -> FloatArray:
-    """Return light, 0 to 1, of numbers as sRGB writes them, 0 to 1 (IEC 61966-2-1)."""
-    c = np.asarray(levels, np.float64)
-    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
-
-
-def srgb(light: Any) -> FloatArray:
-    """Return numbers as sRGB writes them, 0 to 1, of light, which is cut off at 1."""
-    c = np.clip(np.asarray(light, np.float64), 0.0, 1.0)
-    return np.where(c <= 0.0031308, 12.92 * c, 1.055 * c ** (1.0 / 2.4) - 0.055)
 
 
 def trace(

@@ -23,8 +23,9 @@ from scene_graph_ros.geometry.perception.engine_parameters import (
 )
 from scene_graph_ros.geometry.perception.exact.body_table import body_table, place_bodies
 from scene_graph_ros.geometry.perception.exact.exact_render_engine import ExactRenderEngine
+from scene_graph_ros.geometry.perception.srgb import srgb
 from scene_graph_ros.geometry.perception.traced.lights import LightParameter
-from scene_graph_ros.geometry.perception.traced.mitsuba_scene import srgb, trace, Tracing
+from scene_graph_ros.geometry.perception.traced.mitsuba_scene import trace, Tracing
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["TracedRenderEngine"]

@@ -1,4 +1,4 @@
-"""Triangles of shapes, with normals and picture coordinates, for a renderer that wants all three.
+"""Triangles of shapes, with normals and picture coordinates, for renderers that draw triangles.
 
 Round shapes are profiles that are turned about the z axis. Coordinates are those of
 ``exact/parametrization``: docs/cameras.md lists them.
