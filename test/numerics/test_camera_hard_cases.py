@@ -379,6 +379,37 @@ def test_deformable_geometry_is_seen_as_it_is():
     assert pixels()[1:] == (RenderLabel.EMPTY, 4)
 
 
+def test_a_mesh_that_is_driven_is_seen_in_place_of_the_boundary():
+    """A square within a soft box, across the view: it goes where the material takes it."""
+    graph = SceneGraph()
+    graph.add_renderer("exact", ExactRenderEngine())
+    source = graph.register_source("s")
+    X_WG = pose(p=(0.0, 0.0, 1.0))
+    soft = instance(Box(0.5, 0.5, 0.5), X_WG, "soft", label=3)
+    corners = [(-0.12, -0.12, 0.12), (0.12, -0.12, 0.12), (0.12, 0.12, 0.12)]
+    square = Mesh(vertices=[*corners, (-0.12, 0.12, 0.12)], faces=[(0, 1, 2), (0, 2, 3)])
+    soft.perception_properties().add_property("deformable", "embedded_mesh", square)
+    soft_id = graph.register_deformable_geometry(source, WORLD, soft, 0.3)
+    context = graph.create_default_context()
+    query = graph.query_object(context)
+    camera = depth_camera()
+    lens = camera.core.intrinsics
+
+    def check(depth, half):
+        images = query.render_images(camera, WORLD, np.eye(4))
+        u, v = np.meshgrid(np.arange(lens.width), np.arange(lens.height))
+        x, y = depth * (u - lens.cx) / lens.fx, depth * (v - lens.cy) / lens.fy
+        away = np.maximum(np.abs(x), np.abs(y)) - half
+        assert (np.abs(away) > 1e-6).all()
+        np.testing.assert_array_equal(images.label, np.where(away < 0.0, 3, RenderLabel.EMPTY))
+        assert np.abs(images.depth[away < 0.0] - depth).max() < 1e-6
+
+    check(1.12, 0.12)
+    q_WG = query.get_configurations_in_world(soft_id) - X_WG[:3, 3]
+    context.set_configurations(source, {soft_id: 2.0 * q_WG + X_WG[:3, 3]})
+    check(1.24, 0.24)
+
+
 @pytest.mark.compiled
 def test_threads_see_the_same():
     """Images of one snapshot that several threads ask for at once are the same bytes."""
