@@ -2,8 +2,8 @@
 
 Starts three processes that talk over DDS on this machine only: the scene graph node, a simulated
 Panda that publishes its joint positions, and a tracker of free objects that publishes their poses.
-Listens to what the node publishes, prints what happened and draws it, and what a camera on the
-wrist saw.
+Listens to what the node publishes, says where a browser shows it meanwhile, prints what happened
+and draws it, and what a camera on the wrist saw.
 """
 
 from __future__ import annotations
@@ -94,6 +94,7 @@ def main() -> int:
         "scene graph node": [
             *(python, "-m", "scene_graph_ros.node", "--ros-args"),
             *("-p", f"scene:={arguments.scene.resolve()}", "--log-level", "warn"),
+            *("-p", "browser:=true", "-p", "browser_port:=0"),  # a free one, which it tells
             *("-p", "shutdown_timeout:=20.0"),  # a busy machine may take its time
         ],
         "Panda": [python, "examples/panda_robot.py", "--rate", str(arguments.rate)],
@@ -101,16 +102,18 @@ def main() -> int:
     }
     with processes(commands) as running, Monitor() as monitor:
         print("Starting the node, a simulated Panda and a tracker of objects ...", flush=True)
-        while not monitor.has_contacts():
+        while not (monitor.has_contacts() and monitor.page()):
             monitor.spin(0.1)
             for name, process in running.items():
                 if process.poll() is not None:
                     print(f"{name} ended early with exit code {process.returncode}")
                     return 1
             if time.monotonic() - started > DISCOVERY_SECONDS:
-                print(f"no contact message came within {DISCOVERY_SECONDS:g} s")
+                missing = "page" if monitor.has_contacts() else "contact message"
+                print(f"no {missing} came within {DISCOVERY_SECONDS:g} s")
                 return 1
-        print(f"First contact message after {time.monotonic() - started:.1f} s. Watching.")
+        print(f"Contacts come after {time.monotonic() - started:.1f} s.")
+        print(f"In a browser, while this runs: {monitor.page()}", flush=True)
         monitor.watch(arguments.seconds, node_pid=running["scene graph node"].pid)
         answers = monitor.ask()
     print(summary(monitor, answers))

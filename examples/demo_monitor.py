@@ -105,6 +105,20 @@ class Monitor(Node):
         """Say whether a contact message, full or empty, has come yet."""
         return self._has_contacts
 
+    def page(self) -> str:
+        """Return the address of the page that shows the world, "" while it is not known."""
+        statuses = self.diagnostics.status if self.diagnostics is not None else ()
+        return next(
+            (
+                value.value
+                for status in statuses
+                if status.name.endswith("effect: browser")
+                for value in status.values
+                if value.key == "address"
+            ),
+            "",
+        )
+
     def watch(self, seconds: float, node_pid: int) -> None:
         """Record what is published, with a progress bar."""
         start, cpu_start = time.monotonic(), cpu_seconds(node_pid)

@@ -67,8 +67,8 @@ def paint_of(item: DrawItem) -> NDArray[np.uint8] | None:
     """Return red, green and blue ``(t, 3)`` of the triangles of an item whose form is ``mesh``.
 
     None where it has one colour: one that was given, below a picture too, or no material in its
-    file. Triangles
-    without a material have DEFAULT_COLOR. Raises MeshError where the mesh can't be read.
+    file. Triangles without a material have DEFAULT_COLOR. Raises MeshError where the mesh can't be
+    read.
     """
     shape = item.shape
     assert isinstance(shape, MeshShape), shape

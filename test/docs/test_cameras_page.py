@@ -27,3 +27,9 @@ def test_the_numbers_are_those_of_the_code():
     assert "8192 x 8192" in PAGE
     assert MAX_PIXELS == 8192 * 8192
     assert f"within {1.0 - TIE:.1e} of the depth" in PAGE
+
+
+def test_the_camera_of_the_page_is_that_of_scene_files():
+    """Both pages show the same one."""
+    (camera,) = re.findall(r"```yaml\n(cameras:.*?)```", PAGE, re.S)
+    assert f"```yaml\n{camera}```" in (ROOT / "docs" / "scene_files.md").read_text()
