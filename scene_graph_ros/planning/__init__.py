@@ -21,7 +21,10 @@ if TYPE_CHECKING:
         PolytopeCertificate,
     )
     from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
-    from scene_graph_ros.planning.certified.search_options import BinarySearchOptions
+    from scene_graph_ros.planning.certified.search_options import (
+        BilinearAlternationOptions,
+        BinarySearchOptions,
+    )
     from scene_graph_ros.planning.checker_bodies import CheckerBody
     from scene_graph_ros.planning.checker_contexts import CollisionCheckerContext
     from scene_graph_ros.planning.checker_interface import CollisionChecker
@@ -116,6 +119,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.walking.zmp_planner import ZmpPlanner, ZmpPlannerError
 
 __all__ = [
+    "BilinearAlternationOptions",
     "BinarySearchOptions",
     "BodyShapeDescription",
     "BsplineBasis",
@@ -219,7 +223,7 @@ _MODULES = {
     "certified.pair_certificate": ("PairCertificate",),
     "certified.polytope_certificate": ("PairFailure", "PolytopeCertificate"),
     "certified.rational_kinematics": ("RationalForwardKinematics",),
-    "certified.search_options": ("BinarySearchOptions",),
+    "certified.search_options": ("BilinearAlternationOptions", "BinarySearchOptions"),
     "checker_bodies": ("CheckerBody",),
     "checker_contexts": ("CollisionCheckerContext",),
     "checker_interface": ("CollisionChecker",),

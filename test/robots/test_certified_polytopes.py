@@ -10,6 +10,7 @@ import pytest
 from robot_scenes import ARM, BALL, diagram, DRONE, PLATE, POSTS, ROD, SLIDE
 
 from scene_graph_ros.planning import (
+    BilinearAlternationOptions,
     BinarySearchOptions,
     CertificateError,
     CspaceFreePolytope,
@@ -165,6 +166,37 @@ def test_a_rod_is_proven_up_to_a_plate(tmp_path):
         assert 0.49 < end[0] < 0.5
 
 
+def test_a_polytope_on_a_rail_grows_up_to_the_ball(tmp_path):
+    """Faces move to where the ball of 0.1 m meets the other at 0.7 m, and to the limit of -9 m."""
+    rail = checker(tmp_path, SLIDE, BALL)
+    options = BilinearAlternationOptions(max_iter=12, convergence_tol=1e-4)
+    found = CspaceFreePolytope(rail).search_with_bilinear_alternation(
+        [[1.0], [-1.0]], [0.3, 0.3], options=options
+    )
+    ends = [each.region.polyhedron.support([1.0]).value for each in found]
+    assert 0.699 < ends[-1] <= 0.7 and ends == sorted(ends)
+    assert found[-1].region.polyhedron.support([-1.0]).value > 8.0
+    assert all(each.verify() for each in found)
+
+
+def test_a_polytope_grows_around_its_ellipsoid(arm):
+    """Each has the ellipsoid of the one before in it; nothing collides in the last."""
+    options = BilinearAlternationOptions(max_iter=2, ellipsoid_scaling=0.99)
+    search = CspaceFreePolytope(arm)
+    found = search.search_with_bilinear_alternation(BOX, np.full(4, 0.1), options=options)
+    assert len(found) == 3 and found[-1].verify()
+    np.testing.assert_array_equal(found[0].region.upper, [0.1, 0.1])
+    volumes = [each.certified_polytope.calc_volume() for each in found]
+    assert volumes[0] == pytest.approx(0.04)
+    assert volumes[1] > 2.0 * volumes[0] and volumes[2] > 2.0 * volumes[1]
+    circle = 0.1 * np.array([[np.cos(t), np.sin(t)] for t in np.linspace(0.0, 2.0 * np.pi, 100)])
+    assert found[1].region.contains(0.98 * circle).all()
+    q = np.random.default_rng(8).uniform(-1.5, 1.5, (20_000, 2))
+    inside = q[found[-1].contains(q)]
+    assert len(inside) > 1000 and arm.check_configs_collision_free(inside).all()
+    assert search.search_with_bilinear_alternation(BOX, np.full(4, 0.3), options=options) == []
+
+
 def test_rows_that_tie_joints_are_used(arm):
     """A cut corner of a box that is not free leaves what is."""
     search = CspaceFreePolytope(arm)
@@ -276,6 +308,10 @@ def test_bad_arguments_are_named(arm, tmp_path):
         search.binary_search(BOX, np.full(4, 0.1), [0.5, 0.0])
     with pytest.raises(CertificateError, match="scale_min and scale_max must be positive"):
         BinarySearchOptions(scale_min=2.0)
+    with pytest.raises(CertificateError, match=r"ellipsoid_scaling must be in \(0, 1\]"):
+        BilinearAlternationOptions(ellipsoid_scaling=1.5)
+    with pytest.raises(CertificateError, match="max_iter must be a whole number"):
+        BilinearAlternationOptions(max_iter=-1)
     with pytest.raises(CertificateError, match="checker must be a SceneGraphCollisionChecker"):
         CspaceFreePolytope(arm.plan)
     with pytest.raises(CertificateError, match="'free' is planar or floating"):

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.planning.certified.bilinear_alternation import alternate
 from scene_graph_ros.planning.certified.distance_certificate import (
     DistanceCertificate,
     RegionGrid,
@@ -28,7 +29,10 @@ from scene_graph_ros.planning.certified.polytope_certificate import (
     PolytopeCertificate,
 )
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
-from scene_graph_ros.planning.certified.search_options import BinarySearchOptions
+from scene_graph_ros.planning.certified.search_options import (
+    BilinearAlternationOptions,
+    BinarySearchOptions,
+)
 from scene_graph_ros.planning.certified.tangent_region import make_region, TangentRegion
 from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
@@ -165,6 +169,36 @@ class CspaceFreePolytope:
             else:
                 high = middle
         return best
+
+    def search_with_bilinear_alternation(
+        self,
+        C_init: ArrayLike,
+        d_init: ArrayLike,
+        ignored_collision_pairs: Iterable[GeometryPair] = (),
+        options: BilinearAlternationOptions | None = None,
+        *,
+        executor: AnyExecutor | None = None,
+    ) -> list[PolytopeCertificate]:
+        """Return proofs of polytopes that grow, the largest last; the first is the one given.
+
+        In each round planes are found for the polytope, then its faces, in place and direction,
+        for their multipliers, so that the largest ellipsoid inside stays there and has the most
+        room. Each polytope is proven; where the first is not, the list is empty. Raises
+        as `find_separation_certificate_given_polytope`.
+        """
+        chosen = BilinearAlternationOptions() if options is None else options
+        workers = checked_executor(executor)
+        ignored = self._ignored(ignored_collision_pairs)
+        start = self._certify(
+            make_region(self._kinematics, C_init, d_init), ignored, True, workers
+        )
+        if not start.is_success:
+            return []
+
+        def certify(region: TangentRegion) -> PolytopeCertificate:
+            return self._certify(region, ignored, True, workers)
+
+        return alternate(start, self._kinematics.s_limits(), certify, chosen)
 
     def _problems(self, region: TangentRegion) -> PairProblems:
         return PairProblems(self._kinematics, self._plan, self._inspector, region)

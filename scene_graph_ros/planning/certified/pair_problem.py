@@ -85,7 +85,7 @@ class Side:
 class PairProblem:
     """Two geometries, in variables u in [-1, 1] of some positions.
 
-    ``rows`` are those of the region's C that are about them, in u.
+    ``rows`` are those of the region's C that are about them, in u, each divided by its scale.
     """
 
     names: tuple[str, str]
@@ -93,6 +93,7 @@ class PairProblem:
     sides: tuple[Side, Side]
     rows: tuple[Row, ...]
     row_numbers: tuple[int, ...]
+    row_scales: tuple[Fraction, ...]
 
     @property
     def all_rows(self) -> list[Row]:
@@ -163,8 +164,9 @@ class PairProblems:
             (names[0], names[1]),
             tuple(variables),
             (sides[0], sides[1]),
-            tuple(row for _, row in rows),
-            tuple(number for number, _ in rows),
+            tuple(row for _, _, row in rows),
+            tuple(number for number, _, _ in rows),
+            tuple(scale for _, scale, _ in rows),
         )
 
     def _joint_of(self, body: int) -> int:

@@ -8,7 +8,7 @@ import math
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.errors import CertificateError
 
-__all__ = ["BinarySearchOptions"]
+__all__ = ["BilinearAlternationOptions", "BinarySearchOptions"]
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,37 @@ class BinarySearchOptions:
             raise CertificateError(
                 f"convergence_tol must be positive, not {quoted(self.convergence_tol)}"
             )
-        if (
-            isinstance(self.max_iter, bool)
-            or self.max_iter != int(self.max_iter)
-            or self.max_iter < 0
-        ):
+        _check_iterations(self.max_iter)
+
+
+@dataclass(frozen=True)
+class BilinearAlternationOptions:
+    """How a polytope is grown: for how many rounds, until it grows by less than what share.
+
+    ``convergence_tol`` is about the volume of the largest ellipsoid in the polytope; that
+    ellipsoid, scaled by ``ellipsoid_scaling``, stays inside. Raises CertificateError for numbers
+    that make no sense.
+    """
+
+    max_iter: int = 10
+    convergence_tol: float = 1e-2
+    ellipsoid_scaling: float = 0.99
+
+    def __post_init__(self) -> None:
+        """Raise CertificateError naming the option."""
+        _check_iterations(self.max_iter)
+        if not 0.0 <= self.convergence_tol < math.inf:
             raise CertificateError(
-                f"max_iter must be a whole number from 0 on, not {quoted(self.max_iter)}"
+                f"convergence_tol must not be negative, not {quoted(self.convergence_tol)}"
             )
+        if not 0.0 < self.ellipsoid_scaling <= 1.0:
+            raise CertificateError(
+                f"ellipsoid_scaling must be in (0, 1], not {quoted(self.ellipsoid_scaling)}"
+            )
+
+
+def _check_iterations(max_iter: object) -> None:
+    if type(max_iter) is not int or max_iter < 0:
+        raise CertificateError(
+            f"max_iter must be a whole number from 0 on, not {quoted(max_iter)}"
+        )

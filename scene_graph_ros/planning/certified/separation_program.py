@@ -20,7 +20,7 @@ from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeP
 from scene_graph_ros.planning.certified.pair_problem import PairProblem, Side
 from scene_graph_ros.planning.certified.polynomials import Exponents
 
-__all__ = ["NORMAL_ROOM", "SeparationProgram", "Solution"]
+__all__ = ["NORMAL_ROOM", "MovingRows", "SeparationProgram", "Solution"]
 
 NORMAL_ROOM = 2.0**-16
 """How much shorter than 1 normals are kept, so that rounding has room."""
@@ -42,17 +42,41 @@ class Solution(NamedTuple):
     """``(r, m, m)`` of each point: a Gram matrix for each row."""
 
 
+class MovingRows(NamedTuple):
+    """Rows of a region that are affine in variables of a program."""
+
+    rows: tuple[tuple[tuple[tuple[int, float], ...], ...], ...]
+    """Of each row the constant, then the factor of each u: columns with their factors."""
+    grams: tuple[NDArray[np.float64], ...]
+    """``(r, m, m)`` of each point: Gram matrices of these rows."""
+
+
+Entries = tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]
+"""Rows, columns and values."""
+
+
 class SeparationProgram:
     """The program of one pair; several may share one `ConeProgram`."""
 
-    def __init__(self, problem: PairProblem, program: ConeProgram | None = None) -> None:
-        """Add variables and conditions to a program, or to one of its own."""
-        self.problem = problem
+    def __init__(
+        self,
+        problem: PairProblem,
+        program: ConeProgram | None = None,
+        moving: MovingRows | None = None,
+    ) -> None:
+        """Add variables and conditions to a program, or to one of its own.
+
+        With ``moving`` the region's rows are variables of the program, and their Gram matrices
+        are given.
+        """
+        self.problem, self._moving = problem, moving
         self.program = ConeProgram() if program is None else program
         self._n = len(problem.variables)
         self._rows = [
             np.array([float(offset), *map(float, slopes)]) for offset, slopes in problem.all_rows
         ]
+        if moving is not None:
+            self._rows = self._rows[: 2 * self._n + 1]
         self.plane = self.program.variables(4 * (self._n + 1)).reshape(4, -1)
         (self.clearance,) = self.program.variables(1)
         self.normal_grams = self._grams(_NORMAL, 2 * self._n + 1)
@@ -120,11 +144,26 @@ class SeparationProgram:
             for column, factor in zip(self.plane[:, k], factors, strict=True):
                 own = np.full(len(equations), column)
                 entries.append((equations, own, terms.side.sign * factor))
+        if self._moving is not None:
+            entries += self._entries_of_moving_rows(terms)
         squares = terms.squares
         entries.append((squares, np.full(len(squares), self.clearance), -np.ones(len(squares))))
         constant = np.zeros(terms.count)
         np.add.at(constant, terms.moved[0], -terms.side.radius * terms.denominator)
         self.program.add_entries(Cone.ZERO, entries, constant)
+
+    def _entries_of_moving_rows(self, terms: _SideTerms) -> list[Entries]:
+        """Return what the last point's equations have of rows whose Gram matrices are given."""
+        assert self._moving is not None
+        grams = self._moving.grams[len(self.grams) - 1]
+        i, j = _triangle(len(terms.basis))
+        weights = np.where(i == j, 1.0, 2.0)
+        return [
+            (equations, np.full(len(i), column), -factor * weights * gram[i, j])
+            for row, gram in zip(self._moving.rows, grams, strict=True)
+            for equations, parts in zip(terms.products, row, strict=True)
+            for column, factor in parts
+        ]
 
 
 class _SideTerms:
@@ -145,7 +184,11 @@ class _SideTerms:
         self.denominator = np.array([float(denominator.get(e, 0)) for e in own])
         self.moved = [np.array([self._number(_raised(e, k)) for e in own]) for k in range(n + 1)]
         self.squares = np.array([self._number(tuple(2 * v for v in e)) for e in self.basis])
-        self.gram_entries  # noqa: B018 - numbers the monomials
+        i, j = _triangle(len(self.basis))
+        both = [_product(self.basis[a], self.basis[b]) for a, b in zip(i, j, strict=True)]
+        self.products = [
+            np.array([self._number(_raised(e, k)) for e in both]) for k in range(n + 1)
+        ]
         self.count = len(self._index)
 
     def _number(self, e: Exponents) -> int:
@@ -154,19 +197,20 @@ class _SideTerms:
     @cached_property
     def gram_entries(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
         """Equations, entries of the Gram matrices of all rows, and factors."""
-        first, second = _triangle(len(self.basis))
-        size = len(first)
-        found = []
-        for entry, (i, j) in enumerate(zip(first, second, strict=True)):
-            both = tuple(map(sum, zip(self.basis[i], self.basis[j], strict=True)))
-            weight = 1.0 if i == j else 2.0
-            for k in range(self._n + 1):
-                equation = self._number(_raised(both, k))
-                for number, row in enumerate(self._rows_of_region):
-                    if row[k]:
-                        found.append((equation, number * size + entry, weight * row[k]))
-        equations, entries, values = zip(*found, strict=True)
-        return np.array(equations), np.array(entries), np.array(values)
+        i, j = _triangle(len(self.basis))
+        size, weights = len(i), np.where(i == j, 1.0, 2.0)
+        found = [
+            (equations, number * size + np.arange(size), weights * row[k])
+            for number, row in enumerate(self._rows_of_region)
+            for k, equations in enumerate(self.products)
+            if row[k]
+        ]
+        equations, entries, values = (np.concatenate(part) for part in zip(*found, strict=True))
+        return equations, entries, values
+
+
+def _product(e: Exponents, f: Exponents) -> Exponents:
+    return tuple(map(sum, zip(e, f, strict=True)))
 
 
 def _raised(e: Exponents, k: int) -> Exponents:

@@ -28,12 +28,16 @@ _OUTWARDS = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class TangentRegion:
-    """``{s: C s <= d, lower <= s <= upper}``, of just these floats; bounds are finite."""
+    """``{s: C s <= d, lower <= s <= upper}``, of just these floats; bounds are finite.
+
+    With ``ties_all`` all pairs are looked at in all variables, whatever the rows are about.
+    """
 
     lower: NDArray[np.float64]
     upper: NDArray[np.float64]
     C: NDArray[np.float64]
     d: NDArray[np.float64]
+    ties_all: bool = False
 
     @property
     def polyhedron(self) -> HPolyhedron:
@@ -56,6 +60,8 @@ class TangentRegion:
 
     def variables_with(self, variables: list[int]) -> list[int]:
         """Return some variables, and those that rows of C tie to them."""
+        if self.ties_all:
+            return list(range(len(self.lower)))
         chosen, before = set(variables), -1
         while len(chosen) != before:
             before = len(chosen)
@@ -65,10 +71,10 @@ class TangentRegion:
                     chosen |= tied
         return sorted(chosen)
 
-    def rows(self, variables: list[int]) -> tuple[tuple[int, Row], ...]:
-        """Return the rows of C that are about some variables, in u, with their numbers.
+    def rows(self, variables: list[int]) -> tuple[tuple[int, Fraction, Row], ...]:
+        """Return the rows of C that are about some variables: number, scale, and the row in u.
 
-        Each is divided by a power of two that is near its size.
+        Each is divided by its scale, a power of two that is near its size.
         """
         stretches, result = self.stretches(variables), []
         for number, (row, side) in enumerate(zip(self.C, self.d, strict=True)):
@@ -81,7 +87,7 @@ class TangentRegion:
             slopes = [-f * each.half for f, each in zip(factors, stretches, strict=True)]
             size = abs(offset) + sum(map(abs, slopes))
             scale = power_of_two(size)
-            result.append((number, (offset / scale, tuple(v / scale for v in slopes))))
+            result.append((number, scale, (offset / scale, tuple(v / scale for v in slopes))))
         return tuple(result)
 
 

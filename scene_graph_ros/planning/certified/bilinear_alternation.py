@@ -1,0 +1,135 @@
+"""Polytopes that grow: planes for the polytope, then faces for their multipliers, in turn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.optimization import AffineBall, HPolyhedron, SolverError
+from scene_graph_ros.planning.certified.growth_program import grown_rows
+from scene_graph_ros.planning.certified.pair_problem import PairProblems
+from scene_graph_ros.planning.certified.polytope_certificate import PolytopeCertificate
+from scene_graph_ros.planning.certified.search_options import BilinearAlternationOptions
+from scene_graph_ros.planning.certified.separation_program import SeparationProgram
+from scene_graph_ros.planning.certified.tangent_region import TangentRegion
+
+__all__ = ["alternate"]
+
+_WIDENINGS = (0.5, 0.2, 0.05)
+"""Of the polytope's width, on both sides: the bounds within which it may grow in one round. Where
+planes do not suffice within wide ones, narrower ones are tried."""
+
+_STEPS = (1.0, 0.9, 0.5)
+"""Shares of a step that are tried until the polytope is proven."""
+
+
+@dataclass(frozen=True)
+class _Ellipsoid:
+    """The largest in a polytope."""
+
+    B: NDArray[np.float64]
+    center: NDArray[np.float64]
+
+    @classmethod
+    def inside(cls, region: TangentRegion) -> _Ellipsoid:
+        ball = AffineBall(region.polyhedron.maximum_volume_inscribed_ellipsoid())
+        return cls(np.array(ball.B), np.array(ball.center))
+
+    @property
+    def log_volume(self) -> float:
+        """Less that of the unit ball."""
+        return float(np.linalg.slogdet(self.B)[1])
+
+
+def alternate(
+    start: PolytopeCertificate,
+    limits: tuple[NDArray[np.float64], NDArray[np.float64]],
+    certify: Callable[[TangentRegion], PolytopeCertificate],
+    options: BilinearAlternationOptions,
+) -> list[PolytopeCertificate]:
+    """Return certificates of polytopes, each with a larger ellipsoid in it than the one before.
+
+    ``start`` is the first; it must be a success.
+    """
+    found = [start]
+    inner = _Ellipsoid.inside(start.region)
+    for _ in range(options.max_iter):
+        after = None
+        for share in _WIDENINGS:
+            wide = _widened(found[-1].region, limits, share)
+            after = _round(found[-1], wide, inner, certify, options.ellipsoid_scaling)
+            if after is not None:
+                break
+        if after is None:
+            break
+        grown = _Ellipsoid.inside(after.region)
+        gain = math.expm1(grown.log_volume - inner.log_volume)
+        if gain <= 0.0:
+            break
+        found.append(after)
+        inner = grown
+        if gain <= options.convergence_tol:
+            break
+    return found
+
+
+def _widened(
+    region: TangentRegion,
+    limits: tuple[NDArray[np.float64], NDArray[np.float64]],
+    share: float,
+) -> TangentRegion:
+    """Return the same region, its bounds as rows, between bounds that are farther out."""
+    unit = np.eye(len(region.lower))
+    rows = np.concatenate([region.C, unit, -unit])
+    sides = np.concatenate([region.d, region.upper, -region.lower])
+    is_limit = np.concatenate(
+        [
+            np.zeros(len(region.d), dtype=np.bool_),
+            region.upper >= limits[1],
+            region.lower <= limits[0],
+        ]
+    )
+    rows, sides = rows[~is_limit], sides[~is_limit]
+    redundant = HPolyhedron(rows, sides).find_redundant()
+    kept = [k for k in range(len(sides)) if k not in redundant]
+    rows, sides = rows[kept], sides[kept]
+    out = share * (region.upper - region.lower)
+    lower, upper = (
+        np.maximum(region.lower - out, limits[0]),
+        np.minimum(region.upper + out, limits[1]),
+    )
+    lengths = np.linalg.norm(rows, axis=1)
+    return TangentRegion(
+        lower, upper, rows / lengths[:, np.newaxis], sides / lengths, ties_all=True
+    )
+
+
+def _round(
+    before: PolytopeCertificate,
+    wide: TangentRegion,
+    inner: _Ellipsoid,
+    certify: Callable[[TangentRegion], PolytopeCertificate],
+    scaling: float,
+) -> PolytopeCertificate | None:
+    """Return a larger polytope that is proven, or None."""
+    problems = PairProblems(before.kinematics, before.plan, before.inspector, wide)
+    parts = [problems.make(pair) for pair in before.pairs()]
+    try:
+        solutions = []
+        for part in parts:
+            solutions.append(SeparationProgram(part).maximize_clearance())
+            if solutions[-1].clearance <= 0.0:
+                return None
+        C, d = grown_rows(parts, solutions, wide, scaling * inner.B, inner.center)
+    except SolverError:
+        return None
+    for step in _STEPS:
+        height = C @ inner.center
+        after = certify(TangentRegion(wide.lower, wide.upper, C, height + step * (d - height)))
+        if after.is_success:
+            return after
+    return None

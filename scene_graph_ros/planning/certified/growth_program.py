@@ -1,0 +1,116 @@
+"""The program that moves a polytope's faces outwards while planes keep all pairs apart.
+
+The Gram matrices of the polytope's own rows are given, and everything else is free: planes, the
+matrices of the bounds, and the rows themselves. The sum of the faces' margins from an
+ellipsoid that stays inside is the largest (Dai, Amice, Werner, Zhang and Tedrake, "Certified
+polyhedral decompositions of collision-free configuration space", 2023, section V).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
+from scene_graph_ros.planning.certified.pair_problem import PairProblem
+from scene_graph_ros.planning.certified.separation_program import (
+    MovingRows,
+    SeparationProgram,
+    Solution,
+)
+from scene_graph_ros.planning.certified.tangent_region import TangentRegion
+
+__all__ = ["grown_rows"]
+
+_LEAST_CLEARANCE = 1e-5
+"""Metres that planes keep on each side, so that the polytope can be proven afterwards."""
+
+_LEAST_NORMAL = 1e-6
+"""A row with a shorter normal bounds nothing."""
+
+
+def grown_rows(
+    problems: Sequence[PairProblem],
+    solutions: Sequence[Solution],
+    region: TangentRegion,
+    B: NDArray[np.float64],
+    center: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return rows C ``(m, n)``, of length 1 where they bound something, and sides d ``(m,)``.
+
+    ``{B z + center}`` for all ``|z| <= 1`` stays inside. Raises SolverError.
+    """
+    program = ConeProgram()
+    m, n = region.C.shape
+    C, d = program.variables(m * n).reshape(m, n), program.variables(m)
+    for problem, solution in zip(problems, solutions, strict=True):
+        moving = _moving_rows(problem, solution, region, C, d)
+        part = SeparationProgram(problem, program, moving)
+        program.add_entries(
+            Cone.NONNEGATIVE,
+            [(np.array([0]), np.array([part.clearance]), np.ones(1))],
+            np.array([-_LEAST_CLEARANCE]),
+        )
+    _keep_ellipsoid(program, C, d, B, center, float(np.linalg.norm(region.upper - region.lower)))
+    found = program.solve("the polytope's faces")
+    if not found.is_feasible:
+        raise SolverError("the polytope's faces: the program has no solution, as nearly no room")
+    x = found.x
+    lengths = np.linalg.norm(x[C], axis=1)
+    kept = lengths > _LEAST_NORMAL
+    return x[C][kept] / lengths[kept, np.newaxis], x[d][kept] / lengths[kept]
+
+
+def _moving_rows(
+    problem: PairProblem,
+    solution: Solution,
+    region: TangentRegion,
+    C: NDArray[np.intp],
+    d: NDArray[np.intp],
+) -> MovingRows:
+    """Return the region's rows in u: ``(d - C middle) / scale``, and ``-C_k half_k / scale``."""
+    stretches = region.stretches(list(problem.variables))
+    rows = []
+    for number, scale in zip(problem.row_numbers, problem.row_scales, strict=True):
+        weight = float(scale)
+        own = [int(C[number, k]) for k in problem.variables]
+        parts = [
+            (column, -float(s.middle) / weight) for column, s in zip(own, stretches, strict=True)
+        ]
+        slopes = [
+            ((column, -float(s.half) / weight),) for column, s in zip(own, stretches, strict=True)
+        ]
+        rows.append((((int(d[number]), 1.0 / weight), *parts), *slopes))
+    first = 2 * len(problem.variables) + 1
+    return MovingRows(tuple(rows), tuple(grams[first:] for grams in solution.grams))
+
+
+def _keep_ellipsoid(
+    program: ConeProgram,
+    C: NDArray[np.intp],
+    d: NDArray[np.intp],
+    B: NDArray[np.float64],
+    center: NDArray[np.float64],
+    widest: float,
+) -> None:
+    """Ask that faces are as far beyond an ellipsoid as can be, with normals no longer than 1."""
+    m, n = C.shape
+    margins = program.variables(m)
+    one = np.ones((1, 1))
+    for row in range(m):
+        own = [d[row : row + 1], C[row], margins[row : row + 1]]
+        # d - C center - margin >= |B' C|.
+        blocks = [
+            (own[0], np.vstack([one, np.zeros((n, 1))])),
+            (own[1], np.vstack([-center, B.T])),
+            (own[2], np.vstack([-one, np.zeros((n, 1))])),
+        ]
+        program.add_rows(Cone.SECOND_ORDER, blocks, np.zeros(n + 1))
+        length = np.vstack([np.zeros((1, n)), np.eye(n)])
+        program.add_rows(Cone.SECOND_ORDER, [(own[1], length)], np.eye(n + 1)[0])
+    program.add_rows(Cone.NONNEGATIVE, [(margins, np.eye(m))], np.zeros(m))
+    program.add_rows(Cone.NONNEGATIVE, [(margins, -np.eye(m))], np.full(m, widest))
+    program.add_cost(margins, -np.ones(m))
