@@ -182,7 +182,6 @@ class Outlet:
         self._host = host
         self._lock = threading.Lock()
         self._newcomers = False
-        self._may_one_return = False
         self._period = period
         self._last = float("-inf")
         self.messages = 0
@@ -228,13 +227,9 @@ class Outlet:
         has_missed = sum(reader.take_missed() for reader in self._readers) > 0
         if self._receipts is None:
             return has_missed
-        if self._receipts.take_missed():
-            self._may_one_return = True
-            return True
-        returned = self._newcomers and self._may_one_return
-        if returned:
-            self._may_one_return = False
-        return returned or has_missed
+        if self._newcomers:
+            self._receipts.note_newcomer()
+        return self._receipts.take_missed() or has_missed
 
     @property
     def topic(self) -> str:

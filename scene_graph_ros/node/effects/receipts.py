@@ -10,6 +10,7 @@ again or is given up, and what it missed is to be made good.
 from __future__ import annotations
 
 from collections.abc import Callable
+import math
 import time
 
 __all__ = ["Receipts"]
@@ -20,6 +21,11 @@ _PATIENCE = 0.2
 _REPEAT = 1.0
 """Seconds between two repetitions of everything while a reader is left behind. Whether the
 others have got a message can't be known then."""
+
+_AGAIN = 5.0
+"""Seconds after which one that is back is told once more. When it goes on it may acknowledge first
+and then give the sender up, from which it has not heard: what it was told in between is lost, and
+nobody is told so. They find each other again within three seconds."""
 
 
 class Receipts:
@@ -41,7 +47,9 @@ class Receipts:
         self._oldest = 0.0
         self._is_one_left_behind = False
         self._has_one_missed = False
+        self._may_one_return = False
         self._next_repeat = 0.0
+        self._next_reminder = math.inf
 
     def sent(self) -> None:
         """Take note that a message was sent."""
@@ -58,15 +66,28 @@ class Receipts:
             return False
         if self._are_all_in():
             self._unacknowledged = 0
-            self._has_one_missed |= self._is_one_left_behind
+            if self._is_one_left_behind:
+                self._may_one_return = True
+                self._begin_anew()
             self._is_one_left_behind = False
             return False
         if self._unacknowledged < self._depth or self._is_one_left_behind:
             return False
         return self._clock() - self._oldest < _PATIENCE
 
+    def _begin_anew(self) -> None:
+        self._has_one_missed, self._next_reminder = True, self._clock() + _AGAIN
+
+    def note_newcomer(self) -> None:
+        """Take note of a new reader: after one was given up it may be that one."""
+        if self._may_one_return:
+            self._may_one_return = False
+            self._begin_anew()
+
     def take_missed(self) -> bool:
-        """Tell, once, that a reader which was left behind is back, or gone."""
+        """Tell that one which was left behind is back, or gone: once, and a little later again."""
+        if self._clock() >= self._next_reminder:
+            self._has_one_missed, self._next_reminder = True, math.inf
         missed, self._has_one_missed = self._has_one_missed, False
         return missed
 

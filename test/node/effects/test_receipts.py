@@ -102,3 +102,36 @@ def test_one_that_is_back_has_missed_something_once(topic):
     assert not topic.receipts.take_repeat()
     topic.send(DEPTH)
     assert topic.receipts.is_on_its_way()
+
+
+def test_one_that_is_back_is_told_once_more(topic):
+    """Five seconds later, as it may have given up the sender before it got what it was told."""
+    topic.send(DEPTH + 2, seconds=0.1)
+    topic.is_in = True
+    assert not topic.receipts.is_on_its_way()
+    assert topic.receipts.take_missed()
+    topic.now += 4.9
+    assert not topic.receipts.take_missed()
+    topic.now += 0.2
+    assert topic.receipts.take_missed()
+    topic.now += 100.0
+    assert not topic.receipts.take_missed()
+
+
+def test_a_newcomer_may_be_the_one_that_was_given_up(topic):
+    """The first one after that is told twice that it has missed something, others are not."""
+    topic.receipts.note_newcomer()
+    assert not topic.receipts.take_missed()
+    topic.send(DEPTH + 2, seconds=0.1)
+    topic.is_in = True
+    assert not topic.receipts.is_on_its_way()
+    topic.now += 100.0
+    assert topic.receipts.take_missed()
+    for _ in range(2):
+        topic.receipts.note_newcomer()
+    assert topic.receipts.take_missed()
+    assert not topic.receipts.take_missed()
+    topic.now += 5.1
+    assert topic.receipts.take_missed()
+    topic.receipts.note_newcomer()
+    assert not topic.receipts.take_missed()
