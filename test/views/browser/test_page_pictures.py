@@ -12,6 +12,7 @@ from pictured_files import BLUE, board, GREEN, png, RED, WHITE, write_obj
 import pytest
 
 from scene_graph_ros.geometry import Box, HalfSpace, Mesh, Sphere
+from scene_graph_ros.views.browser import shared_meshes
 from scene_graph_ros.views.browser.page_file import PageFile
 from scene_graph_ros.views.browser.server import BrowserView
 
@@ -192,6 +193,21 @@ def test_what_is_behind_a_picture_with_alpha(look, stage, folder):
         assert np.abs(image[eye.pixel(p)] - expected).max() <= 3.0, p
 
 
+def test_a_picture_that_is_damaged_on_its_way(look, browser, stage, folder, monkeypatch):
+    """The page says so, and shows what it is on in its own colour."""
+    monkeypatch.setattr(shared_meshes, "png", lambda levels: b"no picture")
+    tint = (0.5, 1.0, 0.75)
+    stage.add(
+        "ball", Sphere(0.5), picture=folder / "board.png", roles=("illustration",), rgba=tint
+    )
+    image = look(1)
+    eye, p = Eye(0.5), np.array((0.0, 0.0, 0.5))
+    assert np.abs(image[eye.pixel(p)] - eye.lit(255.0 * np.array(tint), p, UP)).max() <= 8.0
+    (problem,) = browser.problems
+    assert "a picture can't be shown: " in problem
+    browser.problems.clear()
+
+
 def test_in_a_file_whose_time_is_moved(browser, stage, folder):
     """Onward, back and onward again: a mesh has its picture, alone and beside a ball."""
     only = {"picture": folder / "board.png", "roles": ("illustration",), "rgba": None}
@@ -203,6 +219,7 @@ def test_in_a_file_whose_time_is_moved(browser, stage, folder):
     stage.add("ball", Sphere(0.1), (-1.0, 0.0, 0.0), **only)
     page.add(stage.moment(), 0.1)
     (folder / "page.html").write_text(page.html())
+    browser.open("about:blank")
     browser.problems.clear()
     browser.open((folder / "page.html").as_uri())
     eye = Eye(np.sqrt(2.0))

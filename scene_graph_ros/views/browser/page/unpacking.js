@@ -28,10 +28,17 @@ export class Unpacking {
     const { buffer, byteOffset } = block.file;
     if (!this.known.has(buffer)) this.known.set(buffer, new Map());
     const images = this.known.get(buffer);
-    if (!images.has(byteOffset)) {
-      const file = new Blob([block.file], { type: "image/png" });
-      images.set(byteOffset, createImageBitmap(file, AS_IT_IS));
-    }
+    if (!images.has(byteOffset)) images.set(byteOffset, imageOf(block.file));
     block.image = await images.get(byteOffset);
+  }
+}
+
+// Returns null for a file that can't be read, such as a damaged one, and says so.
+async function imageOf(file) {
+  try {
+    return await createImageBitmap(new Blob([file], { type: "image/png" }), AS_IT_IS);
+  } catch (error) {
+    console.error(`a picture can't be shown: ${error.message}`);
+    return null;
   }
 }

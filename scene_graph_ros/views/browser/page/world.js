@@ -77,7 +77,7 @@ export class World {
 
   takeTexture({ number, image }) {
     this.textures.add(number);
-    this.renderer.setTexture(number, image);
+    if (image) this.renderer.setTexture(number, image);
   }
 
   takeMesh({ number, vertices, triangles, paint, cover }) {
