@@ -5,9 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fractions import Fraction
 import math
+import operator
 from typing import TypeAlias
 
-from scene_graph_ros.planning.certified.polynomials import Exponents, Polynomial
+from scene_graph_ros.planning.certified.polynomials import (
+    Exponents,
+    fractions,
+    linear,
+    Polynomial,
+    sum_of_products,
+)
 from scene_graph_ros.planning.certified.tangent_region import Row
 
 __all__ = ["Matrix", "gram_sum", "is_positive_semidefinite", "normal_residuals"]
@@ -19,20 +26,23 @@ def gram_sum(
     matrices: Sequence[Matrix], rows: Sequence[Row], basis: Sequence[Exponents]
 ) -> Polynomial:
     """Return ``sum over rows of row(u) m(u)' G m(u)``."""
-    result: Polynomial = {}
-    for matrix, (offset, slopes) in zip(matrices, rows, strict=True):
-        for e, line in zip(basis, matrix, strict=True):
-            for f, value in zip(basis, line, strict=True):
-                if not value:
-                    continue
-                both = tuple(map(sum, zip(e, f, strict=True)))
-                if offset:
-                    result[both] = result.get(both, 0) + value * offset
-                for k, slope in enumerate(slopes):
-                    if slope:
-                        raised = (*both[:k], both[k] + 1, *both[k + 1 :])
-                        result[raised] = result.get(raised, 0) + value * slope
-    return {e: c for e, c in result.items() if c}
+    products = [[tuple(map(operator.add, e, f)) for f in basis] for e in basis]
+    return sum_of_products(
+        (1, _gram_polynomial(matrix, products), linear(offset, slopes))
+        for matrix, (offset, slopes) in zip(matrices, rows, strict=True)
+    )
+
+
+def _gram_polynomial(matrix: Matrix, products: list[list[Exponents]]) -> Polynomial:
+    """Return ``m(u)' G m(u)``."""
+    common = math.lcm(*(v.denominator for row in matrix for v in row))
+    result: dict[Exponents, int] = {}
+    for line, own in zip(matrix, products, strict=True):
+        for value, e in zip(line, own, strict=True):
+            if value:
+                whole = value.numerator * (common // value.denominator)
+                result[e] = result.get(e, 0) + whole
+    return fractions(result, common)
 
 
 def normal_residuals(

@@ -19,12 +19,12 @@ from numpy.typing import NDArray
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.pair_shapes import rounded_hull, RoundedHull
 from scene_graph_ros.planning.certified.polynomials import (
-    add_product,
     Exponents,
     linear,
     Polynomial,
     scaled,
-    total,
+    sum_of_products,
+    weighted_sum,
 )
 from scene_graph_ros.planning.certified.rational_kinematics import (
     RationalForwardKinematics,
@@ -58,10 +58,7 @@ class Side:
     def point(self, p_G: NDArray[np.float64]) -> list[Polynomial]:
         """Return the three numerators of where a point of G is in E."""
         factors = [*(Fraction(float(v)) for v in p_G), Fraction(1)]
-        return [
-            total(scaled(entry, f) for entry, f in zip(row, factors, strict=True))
-            for row in self.pose.matrix
-        ]
+        return [weighted_sum(zip(factors, row, strict=True)) for row in self.pose.matrix]
 
     def numerator(
         self, p_G: NDArray[np.float64], plane: list[Polynomial], clearance: Fraction
@@ -71,14 +68,17 @@ class Side:
         The clearance comes times all ``1 + u^2``, which are at least 1, and the other terms times
         the denominator, which is at most 1: so the point keeps it.
         """
-        result: Polynomial = {}
-        for factor, coordinate in zip(plane[:3], self.point(p_G), strict=True):
-            add_product(result, factor, coordinate, self.sign)
-        add_product(result, plane[3], self.pose.denominator, self.sign)
-        parts = [result, scaled(self.pose.denominator, -Fraction(self.radius))]
+        factors = [*self.point(p_G), self.pose.denominator]
+        beside = sum_of_products((self.sign, p, q) for p, q in zip(plane, factors, strict=True))
         n = len(next(iter(self.pose.denominator)))
-        squares = {tuple(2 * k for k in e): -clearance for e in self.basis(n)}
-        return total([*parts, squares])
+        squares = {tuple(2 * k for k in e): Fraction(1) for e in self.basis(n)}
+        return weighted_sum(
+            [
+                (Fraction(1), beside),
+                (-Fraction(self.radius), self.pose.denominator),
+                (-clearance, squares),
+            ]
+        )
 
 
 @dataclass(frozen=True)

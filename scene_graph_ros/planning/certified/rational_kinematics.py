@@ -20,12 +20,13 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.polynomials import (
-    add_product,
     constant,
     linear,
     Polynomial,
     scaled,
+    sum_of_products,
     total,
+    weighted_sum,
 )
 from scene_graph_ros.robots.kinematic_tree import KinematicTree, TreeJoint
 from scene_graph_ros.robots.tree_kernels import PRISMATIC, REVOLUTE
@@ -211,13 +212,11 @@ class RationalForwardKinematics:
             way = total(
                 [constant(Fraction(float(at_star)), n), scaled(t, _exact(joint.multiplier))]
             )
-            moved = dict(z[3])
-            add_product(moved, way, pose.denominator, sign)
-            return RationalPose([x, y, [*z[:3], total([moved])]], pose.denominator)
+            moved = sum_of_products([(sign, way, pose.denominator)])
+            return RationalPose([x, y, [*z[:3], total([z[3], moved])]], pose.denominator)
         c, s = Fraction(math.cos(at_star)), Fraction(math.sin(at_star)) * sign
         if joint.multiplier:
-            square: Polynomial = {}
-            add_product(square, t, t)
+            square = sum_of_products([(1, t, t)])
             turned = scaled(t, 2 * _exact(joint.multiplier) * sign)
             rest, over = total([one, scaled(square, Fraction(-1))]), total([one, square])
             cosine = total([scaled(rest, c), scaled(turned, -s)])
@@ -225,22 +224,15 @@ class RationalForwardKinematics:
         else:
             cosine, sine, over = constant(c, n), constant(s, n), one
         rows = [
-            [_sum_of_products((cosine, a, 1), (sine, b, -1)) for a, b in zip(x, y, strict=True)],
-            [_sum_of_products((sine, a, 1), (cosine, b, 1)) for a, b in zip(x, y, strict=True)],
-            [_sum_of_products((over, a, 1)) for a in z],
+            [sum_of_products([(1, cosine, a), (-1, sine, b)]) for a, b in zip(x, y, strict=True)],
+            [sum_of_products([(1, sine, a), (1, cosine, b)]) for a, b in zip(x, y, strict=True)],
+            [sum_of_products([(1, over, a)]) for a in z],
         ]
-        return RationalPose(rows, _sum_of_products((over, pose.denominator, 1)))
+        return RationalPose(rows, sum_of_products([(1, over, pose.denominator)]))
 
 
 def _exact(value: float) -> Fraction:
     return Fraction(float(value))
-
-
-def _sum_of_products(*parts: tuple[Polynomial, Polynomial, int]) -> Polynomial:
-    result: Polynomial = {}
-    for p, q, sign in parts:
-        add_product(result, p, q, sign)
-    return {e: c for e, c in result.items() if c}
 
 
 def _placed(pose: RationalPose, R: NDArray[np.float64], p: NDArray[np.float64]) -> RationalPose:
@@ -248,8 +240,8 @@ def _placed(pose: RationalPose, R: NDArray[np.float64], p: NDArray[np.float64]) 
     rows = []
     for i in range(3):
         row = [
-            total(scaled(pose.matrix[j][k], _exact(R[i, j])) for j in range(3)) for k in range(4)
+            weighted_sum((_exact(R[i, j]), pose.matrix[j][k]) for j in range(3)) for k in range(4)
         ]
-        row[3] = total([row[3], scaled(pose.denominator, _exact(p[i]))])
+        row[3] = weighted_sum([(Fraction(1), row[3]), (_exact(p[i]), pose.denominator)])
         rows.append(row)
     return RationalPose(rows, pose.denominator)
