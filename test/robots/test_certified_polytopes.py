@@ -129,10 +129,11 @@ def test_a_plane_is_beside_all_corners(arm, proven):
         for u in np.random.default_rng(5).uniform(-1.0, 1.0, (20, n)):
             *normal, offset = plane @ [1.0, *u]
             assert np.linalg.norm(normal) <= 1.0
-            for side, p_G in certificate.problem.points():
-                p_E = (pose_at(side.pose, u) @ [*p_G, 1.0])[:3]
-                beside = side.sign * (np.dot(normal, p_E) + offset)
-                assert beside >= side.radius + float(certificate.clearance) - 1e-12
+            for side in certificate.problem.sides:
+                corners = np.column_stack([side.hull.points, np.ones(len(side.hull.points))])
+                p_Es = (corners @ pose_at(side.pose, u).T)[:, :3]
+                beside = side.sign * (p_Es @ normal + offset)
+                assert (beside >= side.radius + float(certificate.clearance) - 1e-12).all()
 
 
 def test_a_ball_on_a_rail_is_proven_up_to_the_other(tmp_path):

@@ -63,12 +63,14 @@ class PairCertificate:
         points, rows = list(self.problem.points()), self.problem.all_rows
         if len(points) != len(self.grams):
             return "points are missing"
-        for number, ((side, p_G), matrices) in enumerate(zip(points, self.grams, strict=True)):
+        for number, ((side, point), matrices) in enumerate(zip(points, self.grams, strict=True)):
             basis = side.basis(n)
             if len(matrices) != len(rows) or any(len(m) != len(basis) for m in matrices):
                 return f"point {number} has other matrices"
             if not all(map(is_positive_semidefinite, matrices)):
                 return f"a matrix of point {number} is not semidefinite"
-            if side.numerator(p_G, polynomials, self.clearance) != gram_sum(matrices, rows, basis):
+            if side.numerator(point, polynomials, self.clearance) != gram_sum(
+                matrices, rows, basis
+            ):
                 return f"the identity of point {number} does not hold"
         return None

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 import itertools
 from typing import Any
 
@@ -60,15 +61,20 @@ class Side:
         factors = [*(Fraction(float(v)) for v in p_G), Fraction(1)]
         return [weighted_sum(zip(factors, row, strict=True)) for row in self.pose.matrix]
 
+    @cached_property
+    def points(self) -> list[list[Polynomial]]:
+        """The three numerators of where each point of the hull is in E."""
+        return [self.point(p_G) for p_G in self.hull.points]
+
     def numerator(
-        self, p_G: NDArray[np.float64], plane: list[Polynomial], clearance: Fraction
+        self, point: list[Polynomial], plane: list[Polynomial], clearance: Fraction
     ) -> Polynomial:
         """Return what is not negative where a point keeps its radius and the clearance.
 
         The clearance comes times all ``1 + u^2``, which are at least 1, and the other terms times
         the denominator, which is at most 1: so the point keeps it.
         """
-        factors = [*self.point(p_G), self.pose.denominator]
+        factors = [*point, self.pose.denominator]
         beside = sum_of_products((self.sign, p, q) for p, q in zip(plane, factors, strict=True))
         n = len(next(iter(self.pose.denominator)))
         squares = {tuple(2 * k for k in e): Fraction(1) for e in self.basis(n)}
@@ -104,11 +110,11 @@ class PairProblem:
             result.append((Fraction(1), tuple(Fraction(sign * (i == k)) for i in range(n))))
         return [*result, *self.rows]
 
-    def points(self) -> Iterator[tuple[Side, NDArray[np.float64]]]:
-        """Yield all points that the plane is beside, each with its side."""
+    def points(self) -> Iterator[tuple[Side, list[Polynomial]]]:
+        """Yield the numerators of all points that the plane is beside, each with its side."""
         for side in self.sides:
-            for p_G in side.hull.points:
-                yield side, p_G
+            for point in side.points:
+                yield side, point
 
 
 def _scaled_pose(pose: RationalPose) -> RationalPose:

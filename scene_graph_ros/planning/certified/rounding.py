@@ -46,12 +46,12 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
     extras = [0.0, *[extra] * (2 * n), *[extra / (4.0 * (own + 1))] * own]
     polynomials = plane_of([list(row) for row in plane])
     grams = []
-    for (side, p_G), floats in zip(problem.points(), solution.grams, strict=True):
+    for (side, point), floats in zip(problem.points(), solution.grams, strict=True):
         matrices = [
             _grid_matrix(gram + added * np.eye(len(gram)))
             for gram, added in zip(floats, extras, strict=True)
         ]
-        wanted = side.numerator(p_G, polynomials, clearance)
+        wanted = side.numerator(point, polynomials, clearance)
         basis = side.basis(n)
         residual = total(
             [wanted, scaled(gram_sum(matrices, problem.all_rows, basis), Fraction(-1))]
