@@ -4,19 +4,21 @@ A block starts with HEADER numbers: how many vertices and faces there are, where
 edges and its cells start, and how many cells an edge of the cube has (``meshes.vertex_cells``).
 Then come its vertices, in groups of GROUP: their x, their y, their z (m), and where the neighbors
 of each are listed; the last vertex fills up the last group. A vertex' place is that of its x. A
-list is its length, then where in the array the neighbors are. A face is its unit outward normal,
-its plane's offset (m), and where its corners are listed, counter-clockwise seen from outside. The
-edges begin with their count; each is where one of its ends is, which two of the block's faces
-share it, and where its other end is. They are there for solid hulls of up to SCAN_LIMIT vertices;
-others have the count 0. For each cell there is where its groups start and how many there are, then
-come these: of the vertices that may lie furthest along a direction of the cell, the coordinates as
-above, and their places. Hulls of up to CELL_LIMIT vertices have none. Places are indices of the
-whole array, as floats.
+list is its length, then where in the array the neighbors are. Faces are in groups of GROUP, too:
+the x, y and z of their unit outward normals, their planes' offsets (m), and where their corners
+are listed, counter-clockwise seen from outside; a face's place is that of its normal's x. What
+fills up the last group has the offset inf. The edges begin with their count; each is where one of
+its ends is, which two of the block's faces share it, and where its other end is. They are there
+for solid hulls of up to SCAN_LIMIT vertices; others have the count 0. For each cell there is where
+its groups start and how many there are, then come these: of the vertices that may lie furthest
+along a direction of the cell, the coordinates as above, and their places. Hulls of up to
+CELL_LIMIT vertices have none. Places are indices of the whole array, as floats.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,17 +26,22 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.vertex_cells import cell_of, VertexCells
+from scene_graph_ros.geometry.tables.plane_scan import furthest_of_planes, highest_of_planes
 from scene_graph_ros.geometry.tables.vertex_scan import furthest_of_groups, GROUP
 
 __all__ = [
     "EDGE_STRIDE",
-    "FACE_STRIDE",
     "SCAN_LIMIT",
+    "corners_of_face",
     "edge_range",
-    "face_range",
+    "face_place",
+    "furthest_face",
     "furthest_vertex",
+    "highest_face",
     "likely_vertex",
     "list_of_neighbors",
+    "normal_of_face",
+    "offset_of_face",
     "pack_blocks",
     "vertex",
     "vertex_number",
@@ -44,8 +51,8 @@ __all__ = [
 HEADER = 8
 STRIDE = 4 * GROUP
 """Numbers of a group of vertices."""
-FACE_STRIDE = 5
-"""Numbers of a face."""
+FACE_STRIDE = 5 * GROUP
+"""Numbers of a group of faces."""
 EDGE_STRIDE = 4
 """Numbers of an edge."""
 
@@ -75,10 +82,19 @@ def _places(start: int, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _groups(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the vertices' rows (v, 4) in groups, one after the other."""
+    """Return rows (v, k) in groups, one after the other; the last row fills up the last group."""
     missing = -len(rows) % GROUP
     full = np.concatenate([rows, np.repeat(rows[-1:], missing, axis=0)])
-    return full.reshape(-1, GROUP, 4).swapaxes(1, 2).ravel()
+    return full.reshape(-1, GROUP, rows.shape[1]).swapaxes(1, 2).ravel()
+
+
+def _faces(hull: Hull, corners_at: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the groups of a hull's faces, whose corners are listed at these places."""
+    rows = np.column_stack([hull.normals, hull.offsets, corners_at])
+    groups = _groups(rows).reshape(-1, 5, GROUP)
+    if len(rows) % GROUP:
+        groups[-1, 3, len(rows) % GROUP :] = np.inf
+    return groups.ravel()
 
 
 def _cells(cells: VertexCells | None, rows: NDArray[np.float64], at: int) -> NDArray[np.float64]:
@@ -121,7 +137,8 @@ def pack_blocks(
         vertices, faces = len(hull.vertices), len(hull.normals)
         lists_at = start + HEADER + STRIDE * -(-vertices // GROUP)
         list_at, neighbors, faces_at = _lists(hull.neighbors, lists_at, start)
-        corners_at, corners, edges_at = _lists(hull.faces, faces_at + FACE_STRIDE * faces, start)
+        lists_at = faces_at + FACE_STRIDE * -(-faces // GROUP)
+        corners_at, corners, edges_at = _lists(hull.faces, lists_at, start)
         edges = _edges(hull)
         edges[:, [0, 3]] = _places(start, edges[:, [0, 3]].astype(np.int64))
         cells_at = edges_at + 1 + edges.size
@@ -132,9 +149,7 @@ def pack_blocks(
             np.array([vertices, faces, faces_at, edges_at, cells_at, side, 0.0, 0.0]),
             _groups(np.column_stack([hull.vertices, list_at])),
             neighbors,
-            np.column_stack([hull.normals, hull.offsets, corners_at]).ravel()
-            if faces
-            else np.zeros(0),
+            _faces(hull, corners_at) if faces else np.zeros(0),
             corners,
             np.array([float(len(edges))]),
             edges.ravel(),
@@ -145,11 +160,52 @@ def pack_blocks(
     return np.array(starts, dtype=np.int64), np.concatenate([np.zeros(0), *parts])
 
 
+@inlined_kernel
+def face_place(blocks, start, number):
+    """Return where the face with a number is, of the block at ``start``."""
+    return int(blocks[start + 2]) + FACE_STRIDE * (number // GROUP) + number % GROUP
+
+
+@inlined_kernel
+def normal_of_face(blocks, place):
+    """Return the unit outward normal of the face at a place."""
+    return blocks[place], blocks[place + GROUP], blocks[place + 2 * GROUP]
+
+
+@inlined_kernel
+def offset_of_face(blocks, place):
+    """Return the offset of the plane of the face at a place (m)."""
+    return blocks[place + 3 * GROUP]
+
+
+@inlined_kernel
+def corners_of_face(blocks, place):
+    """Return where the list of the corners of the face at a place is."""
+    return int(blocks[place + 4 * GROUP])
+
+
 @lean_kernel
-def face_range(blocks, start):
-    """Return (where the first face of a block is, where the last one ends)."""
-    first = int(blocks[start + 2])
-    return first, first + FACE_STRIDE * int(blocks[start + 1])
+def highest_face(blocks, start, p):
+    """Return (place, height, second): the face plane that p is highest above, and the runner-up.
+
+    The first of several. Heights are in m; without faces the place is -1, the heights are -inf.
+    """
+    count = int(blocks[start + 1])
+    if count == 0:
+        return -1, -math.inf, -math.inf
+    return highest_of_planes(blocks, int(blocks[start + 2]), (count + GROUP - 1) // GROUP, p)
+
+
+@lean_kernel
+def furthest_face(blocks, start, d):
+    """Return the place of the face whose normal lies furthest along d, the first of several.
+
+    -1 without faces.
+    """
+    count = int(blocks[start + 1])
+    if count == 0:
+        return -1
+    return furthest_of_planes(blocks, int(blocks[start + 2]), (count + GROUP - 1) // GROUP, d)
 
 
 @lean_kernel

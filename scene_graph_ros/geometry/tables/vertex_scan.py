@@ -13,11 +13,12 @@ from scene_graph_ros.geometry.compiled.lanes import (
     select,
 )
 
-__all__ = ["GROUP", "furthest_of_groups"]
+__all__ = ["GROUP", "NUMBERS", "along_group", "first_of_highest", "furthest_of_groups"]
 
 GROUP = LANES
 _STRIDE = 4 * GROUP
-_NUMBERS = tuple(float(lane) for lane in range(GROUP))
+NUMBERS = tuple(float(lane) for lane in range(GROUP))
+"""Those of the lanes."""
 
 _half_ahead, _quarter_ahead = [
     reordering(*[(lane + part) % GROUP for lane in range(GROUP)])
@@ -26,8 +27,8 @@ _half_ahead, _quarter_ahead = [
 
 
 @inlined_kernel
-def _along(blocks, at, axes):
-    """Return how far the points of a group lie along a direction."""
+def along_group(blocks, at, axes):
+    """Return how far the points of a group lie along a direction, in lanes."""
     return (
         load_lanes(blocks, at) * axes[0]
         + load_lanes(blocks, at + GROUP) * axes[1]
@@ -43,7 +44,7 @@ def _is_later(heights, places, other_heights, other_places):
 
 
 @inlined_kernel
-def _first_of_highest(heights, places):
+def first_of_highest(heights, places):
     """Return the place of the largest height, the lowest of several, by halving the lanes.
 
     The last two are compared as numbers: LLVM 22 drops a part of the comparison of vectors of
@@ -66,12 +67,12 @@ def furthest_of_groups(blocks, first, groups, x, y, z):
     Of points that lie as far it is the first.
     """
     axes = (x, y, z)
-    lanes = as_lanes(_NUMBERS)
-    best, where, start = _along(blocks, first, axes), lanes, 0.0
+    lanes = as_lanes(NUMBERS)
+    best, where, start = along_group(blocks, first, axes), lanes, 0.0
     for group in range(1, groups):
-        heights = _along(blocks, first + group * _STRIDE, axes)
+        heights = along_group(blocks, first + group * _STRIDE, axes)
         start += _STRIDE
         is_higher = heights > best
         best = select(is_higher, heights, best)
         where = select(is_higher, start + lanes, where)
-    return first + _first_of_highest(best, where)
+    return first + first_of_highest(best, where)

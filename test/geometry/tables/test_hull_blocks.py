@@ -6,11 +6,13 @@ import pytest
 from scene_graph_ros.geometry import Convex
 from scene_graph_ros.geometry.meshes.vertex_cells import cell_of
 from scene_graph_ros.geometry.tables.hull_blocks import (
+    corners_of_face,
     edge_range,
     EDGE_STRIDE,
-    face_range,
-    FACE_STRIDE,
+    face_place,
     list_of_neighbors,
+    normal_of_face,
+    offset_of_face,
     vertex,
     vertex_number,
     vertex_place,
@@ -24,6 +26,9 @@ SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0,
 
 PLACE, NUMBER, VERTEX, LIST = (
     getattr(f, "py_func", f) for f in (vertex_place, vertex_number, vertex, list_of_neighbors)
+)
+FACE_PLACE, NORMAL, OFFSET, CORNERS = (
+    getattr(f, "py_func", f) for f in (face_place, normal_of_face, offset_of_face, corners_of_face)
 )
 
 
@@ -61,18 +66,18 @@ def test_vertices_and_neighbors_are_those_of_the_rows(hulls):
 
 def test_faces_are_those_of_the_rows(hulls):
     """Planes and corners are the same, as many as the hull has faces, also where it has none."""
-    read = getattr(face_range, "py_func", face_range)
+    blocks = hulls.blocks
     for k, start in enumerate(hulls.block_start):
-        first, last = read(hulls.blocks, int(start))
-        rows = slice(*hulls.face_start[k : k + 2])
-        planes = hulls.blocks[first:last].reshape(-1, FACE_STRIDE)
-        assert np.array_equal(planes[:, :3], hulls.face_normals[rows])
-        assert np.array_equal(planes[:, 3], hulls.face_offsets[rows])
-        for f, listed in zip(range(rows.start, rows.stop), planes[:, 4].astype(int), strict=True):
-            places = hulls.blocks[listed + 1 : listed + 1 + int(hulls.blocks[listed])]
+        rows = range(*hulls.face_start[k : k + 2])
+        assert int(blocks[start + 1]) == len(rows)
+        for number, f in enumerate(rows):
+            at = FACE_PLACE(blocks, int(start), number)
+            assert np.array_equal(NORMAL(blocks, at), hulls.face_normals[f])
+            assert OFFSET(blocks, at) == hulls.face_offsets[f]
+            listed = CORNERS(blocks, at)
+            places = blocks[listed + 1 : listed + 1 + int(blocks[listed])]
             corners = hulls.face_vertices[slice(*hulls.face_vertex_start[f : f + 2])]
-            found = numbers(start, places) + hulls.vertex_start[k]
-            assert np.array_equal(found, corners)
+            assert np.array_equal(numbers(start, places) + hulls.vertex_start[k], corners)
 
 
 def test_edges_join_two_corners_and_two_faces(hulls):

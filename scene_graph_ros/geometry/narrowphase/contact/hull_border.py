@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     scale,
     subtract,
 )
-from scene_graph_ros.geometry.tables.hull_blocks import vertex
+from scene_graph_ros.geometry.tables.hull_blocks import corners_of_face, normal_of_face, vertex
 
 __all__ = ["edge_before", "is_beyond_face"]
 
@@ -29,9 +29,9 @@ def edge_before(placed, hulls, feature, x, allowed):
     if feature[0] != FACE or not feature[4] > 0.0:
         return best
     face = int(feature[4]) - 1
-    n = (hulls[face], hulls[face + 1], hulls[face + 2])
+    n = normal_of_face(hulls, face)
     q = rotate_inverse(R, subtract(x, p))
-    corners = int(hulls[face + 4])
+    corners = corners_of_face(hulls, face)
     last = corners + int(hulls[corners])
     a = vertex(hulls, int(hulls[last]))
     for slot in range(corners + 1, last + 1):

@@ -31,12 +31,15 @@ from scene_graph_ros.geometry.spatial.vectors import (
     unit,
 )
 from scene_graph_ros.geometry.tables.hull_blocks import (
+    corners_of_face,
     edge_range,
     EDGE_STRIDE,
-    face_range,
-    FACE_STRIDE,
+    face_place,
+    furthest_face,
     furthest_vertex,
     list_of_neighbors,
+    normal_of_face,
+    offset_of_face,
     SCAN_LIMIT,
     vertex,
     vertex_place,
@@ -104,14 +107,14 @@ def inner_radius(core, hulls, q, m):
     """Return the radius (m) of the largest ball inside that touches a face at q."""
     radius, spare = math.inf, 0.0
     is_on_face = False
-    first, last = face_range(hulls, core[1])
-    for f in range(first, last, FACE_STRIDE):
-        n = (hulls[f], hulls[f + 1], hulls[f + 2])
+    for k in range(int(hulls[core[1] + 1])):
+        f = face_place(hulls, core[1], k)
+        n = normal_of_face(hulls, f)
         cosine = dot(n, m)
         if cosine > SAME_DIRECTION and norm(cross(n, m)) <= PARALLEL:
             is_on_face = True
             continue
-        spare = hulls[f + 3] - dot(n, q)
+        spare = offset_of_face(hulls, f) - dot(n, q)
         if spare < radius * (1.0 - cosine):
             radius = spare / (1.0 - cosine)
     return radius if is_on_face else 0.0
@@ -189,9 +192,9 @@ def vertex_count(core, hulls):
 def face_of(placed, hulls, f):
     """Return (outward unit normal, offset from the origin) of a face."""
     core, R, p = placed
-    k = face_range(hulls, core[1])[0] + FACE_STRIDE * f
-    d = rotate(R, (hulls[k], hulls[k + 1], hulls[k + 2]))
-    return d, hulls[k + 3] + dot(p, d)
+    place = face_place(hulls, core[1], f)
+    d = rotate(R, normal_of_face(hulls, place))
+    return d, offset_of_face(hulls, place) + dot(p, d)
 
 
 @inlined_kernel
@@ -246,23 +249,17 @@ def corner_ways(core, hulls):
 
 
 @lean_kernel
-def _normal(hulls, at):
-    """Return the normal of the face at a place of the block."""
-    return (hulls[at], hulls[at + 1], hulls[at + 2])
-
-
-@lean_kernel
 def _face(hulls, R, p, at):
     """Return the face at a place of the block; ``low`` is that place, plus one."""
-    c = vertex(hulls, int(hulls[int(hulls[at + 4]) + 1]))
-    return FACE, add(rotate(R, c), p), rotate(R, _normal(hulls, at)), 0.0, at + 1.0, 0.0
+    c = vertex(hulls, int(hulls[corners_of_face(hulls, at) + 1]))
+    return FACE, add(rotate(R, c), p), rotate(R, normal_of_face(hulls, at)), 0.0, at + 1.0, 0.0
 
 
 @lean_kernel
 def face_feature(placed, hulls, k, d):
     """Return the face k."""
     core, R, p = placed
-    return _face(hulls, R, p, face_range(hulls, core[1])[0] + FACE_STRIDE * k)
+    return _face(hulls, R, p, face_place(hulls, core[1], k))
 
 
 @lean_kernel
@@ -304,13 +301,7 @@ def _edge_at(hulls, R, p, corner, index):
 @lean_kernel
 def _face_along(hulls, hull, R, p, d):
     """Return the face that faces along d most."""
-    along, best = -math.inf, -1
-    local = rotate_inverse(R, d)
-    first, last = face_range(hulls, hull)
-    for f in range(first, last, FACE_STRIDE):
-        cosine = dot(_normal(hulls, f), local)
-        if cosine > along:
-            along, best = cosine, f
+    best = furthest_face(hulls, hull, rotate_inverse(R, d))
     return _face(hulls, R, p, best) if best >= 0 else NO_FEATURE
 
 

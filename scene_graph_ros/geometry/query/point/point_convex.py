@@ -23,11 +23,12 @@ from scene_graph_ros.geometry.spatial.vectors import (
     unit,
 )
 from scene_graph_ros.geometry.tables.hull_blocks import (
-    face_range,
-    FACE_STRIDE,
+    corners_of_face,
     furthest_vertex,
+    highest_face,
     likely_vertex,
     list_of_neighbors,
+    normal_of_face,
     vertex,
     vertex_place,
 )
@@ -48,28 +49,6 @@ and a point that needs more is looked at face by face."""
 
 
 @inlined_kernel
-def _normal(blocks, face):
-    return (blocks[face], blocks[face + 1], blocks[face + 2])
-
-
-@inlined_kernel
-def _highest_face(blocks, start, p):
-    """Return (face, height, second): the face plane that p is highest above, and the runner-up.
-
-    ``face`` is its place, -1 for a hull without faces.
-    """
-    face, height, second = -1, -math.inf, -math.inf
-    first, last = face_range(blocks, start)
-    for f in range(first, last, FACE_STRIDE):
-        h = dot(_normal(blocks, f), p) - blocks[f + 3]
-        if h > height:
-            face, height, second = f, h, height
-        elif h > second:
-            second = h
-    return face, height, second
-
-
-@inlined_kernel
 def _nearest_on_face(blocks, face, p, n):
     """Return (x, is_inside): the point nearest to p of a face with unit normal n.
 
@@ -77,7 +56,7 @@ def _nearest_on_face(blocks, face, p, n):
     the plane.
     """
     x, least, is_inside = p, math.inf, True
-    corners = int(blocks[face + 4])
+    corners = corners_of_face(blocks, face)
     count = int(blocks[corners])
     a = vertex(blocks, int(blocks[corners + count]))
     for slot in range(corners + 1, corners + 1 + count):
@@ -224,10 +203,10 @@ def _nearest_corner(blocks, start, size, p, a):
 def _point_near_hull(blocks, start, size, p_GQ):
     """Return ``point_hull`` of any point, by the faces."""
     tolerance = COINCIDENCE * size
-    face, height, second = _highest_face(blocks, start, p_GQ)
+    face, height, second = highest_face(blocks, start, p_GQ)
     if face < 0:
         return _point_wire(blocks, start, p_GQ, tolerance)
-    n = _normal(blocks, face)
+    n = normal_of_face(blocks, face)
     foot = axpy(-height, n, p_GQ)
     if height < -tolerance:
         return height, foot, n, second < height - tolerance
