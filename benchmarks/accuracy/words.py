@@ -111,7 +111,7 @@ METHOD = """\
   Meshes measured by their triangles (`--meshes`) are judged by what [meshes.md](meshes.md)
   promises.
 - **What searches found.** The first runs, of 333 334 pairs each, found up to eight faults, all
-  mended. The five runs of that length since then found none, nor did two shorter ones of 133 334
+  mended. The seven runs of that length since then found none, nor did two shorter ones of 133 334
   pairs together. Nine runs of 40 000 pairs with meshes measured by their triangles found two
   faults, both mended, so about two in 360 000 such pairs may still be there. The 129 pairs with a
   fault are kept in `test/support/hard_corpus/`, and every test run asks about them.
