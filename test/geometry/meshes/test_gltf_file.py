@@ -6,7 +6,13 @@ import numpy as np
 from pictured_files import gltf
 import pytest
 
-from scene_graph_ros.geometry import Mesh
+from scene_graph_ros.geometry import (
+    Convex,
+    GeometryInstance,
+    Mesh,
+    ProximityProperties,
+    SceneGraph,
+)
 from scene_graph_ros.geometry.errors import MeshError
 from scene_graph_ros.geometry.meshes import io
 from scene_graph_ros.geometry.meshes.io import read_mesh, read_mesh_contents
@@ -31,6 +37,13 @@ def write(tmp_path):
     return make
 
 
+def triangles():
+    """Return properties by which a mesh is its triangles."""
+    properties = ProximityProperties()
+    properties.add_property("mesh", "representation", "triangles")
+    return properties
+
+
 @pytest.mark.parametrize("suffix", ["gltf", "glb"])
 def test_a_buffer_beside_the_file_is_read(write, suffix):
     """The squares, and where they are on a picture, are where the buffer says."""
@@ -41,6 +54,20 @@ def test_a_buffer_beside_the_file_is_read(write, suffix):
     assert triangles.tolist() == [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
     square = [[(0, 0), (1, 0), (1, 1)], [(0, 0), (1, 1), (0, 1)]]
     np.testing.assert_array_equal(texture_coordinates(Mesh(path)), [*square, *square])
+
+
+def test_proximity_of_a_mesh_with_a_buffer_beside_it(write):
+    """Of its triangles and of their hull: a point is 1/3 m above two squares."""
+    path = write()
+    for shape, properties in ((Mesh(path), triangles()), (Convex(path), ProximityProperties())):
+        graph = SceneGraph()
+        instance = GeometryInstance(np.eye(4), shape, "plate")
+        instance.set_proximity_properties(properties)
+        graph.register_anchored_geometry(graph.register_source("s"), instance)
+        query = graph.query_object(graph.create_default_context())
+        (found,) = query.compute_signed_distance_to_point(np.array((1.25, 0.5, 1 / 3)))
+        assert found.distance == pytest.approx(1 / 3, abs=1e-15)
+        np.testing.assert_allclose(found.p_GN, (1.25, 0.5, 0.0), atol=1e-15)
 
 
 def test_buffers_in_folders_below(write, tmp_path):
