@@ -31,7 +31,7 @@ def check_layout(kind: str, definition: str) -> None:
         return
     try:
         installed = _fields(kind, definition_with_parts(kind))
-    except (AttributeError, OSError) as error:
+    except (AttributeError, OSError, ValueError) as error:
         raise ValueError(f"{kind} is not there any more: {_REMEDY}") from error
     try:
         recorded = _fields(kind, definition)
