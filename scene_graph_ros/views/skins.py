@@ -48,6 +48,8 @@ class Skin(NamedTuple):
     """``(t,)`` into ``pictures``; -1 for none."""
     coordinates: NDArray[np.float64]
     """``(t, 3, 2)``: (u, v) at the corners, v upwards; pictures repeat themselves."""
+    normals: NDArray[np.float64] | None = None
+    """``(t, 3, 3)`` at the corners, in G; None: those of the triangles."""
 
 
 def skin_of(item: DrawItem) -> Skin | None:
@@ -88,11 +90,11 @@ def _shown(texture: Texture, *, has_alpha: bool) -> SkinPicture:
 
 
 def _of_property(item: DrawItem, picture: Picture) -> Skin:
-    shape = item.shape
+    shape, normals = item.shape, None
     if isinstance(shape, MeshShape):
         mesh, coordinates = Triangles(*load_surface(shape)), texture_coordinates(shape)
     else:
-        mesh, coordinates = _of_form(item)
+        mesh, coordinates, normals = _of_form(item)
     count = len(mesh.triangles)
     color = item.rgba or _WHITE
     levels = np.rint(255.0 * np.array((color.r, color.g, color.b))).astype(np.uint8)
@@ -102,11 +104,15 @@ def _of_property(item: DrawItem, picture: Picture) -> Skin:
         (picture_on(picture),),
         np.zeros(count, np.int32),
         coordinates * picture.scale,
+        normals,
     )
 
 
-def _of_form(item: DrawItem) -> tuple[Triangles, NDArray[np.float64]]:
-    """Return triangles of a shape with a closed form, and where they are on its picture."""
+def _of_form(item: DrawItem) -> tuple[Triangles, NDArray[np.float64], NDArray[np.float64]]:
+    """Return triangles of a shape with a closed form, where they are on its picture, and normals.
+
+    Both are of the corners.
+    """
     # Only who has such a picture needs what cameras are made of.
     from scene_graph_ros.geometry.perception.surfaces import patch_of_shape
 
@@ -118,5 +124,7 @@ def _of_form(item: DrawItem) -> tuple[Triangles, NDArray[np.float64]]:
         "capsule": (ShapeKind.CAPSULE, (a, 0.5 * c, 0.0)),
     }[form]
     patch = patch_of_shape(int(kind), np.array(size), 0.0, np.zeros(3))
+    mesh = Triangles(patch.vertices, patch.triangles)
     assert patch.uv is not None  # as all shapes with a closed form have
-    return Triangles(patch.vertices, patch.triangles), patch.uv[patch.triangles]
+    assert patch.normals is not None  # the same
+    return mesh, patch.uv[patch.triangles], patch.normals[patch.triangles]

@@ -45,11 +45,10 @@ def _arrays(data: bytes, place: int, *parts: tuple[str, int, int]) -> list[Any]:
 
 
 def _mesh(data: bytes) -> Any:
-    number, v, t, p, c = struct.unpack_from("<dIIII", data)
-    assert p in (0, t)
-    assert c in (0, t)
-    parts = ("<f4", v, 3), ("<u4", t, 3), ("u1", p, 4), ("<u4", c, 1), ("<f4", c, 6)
-    return number, *_arrays(data, 24, *parts)
+    number, v, t, p, c, r, _ = struct.unpack_from("<dIIIIII", data)
+    assert {p, c, r} <= {0, t}
+    parts = ("<f4", v, 3), ("<u4", t, 3), ("u1", p, 4), ("<u4", c, 1), ("<f4", c, 6), ("<f4", r, 9)
+    return number, *_arrays(data, 32, *parts)
 
 
 def _texture(data: bytes) -> Any:

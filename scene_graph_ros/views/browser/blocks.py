@@ -46,9 +46,10 @@ class BlockKind(enum.IntEnum):
     SCENE = 2
     """JSON: which items there are."""
     MESH = 3
-    """Double: number; integers: vertices v, triangles t, painted ones p and covered ones c, which
-    are t or 0; floats (v, 3); integers (t, 3); bytes (p, 4) red, green, blue, 255; integers (c,)
-    numbers of textures, ascending, 0 for none; floats (c, 3, 2) u to the right and v up there."""
+    """Double: number; integers: vertices v, triangles t, then painted ones p, covered ones c and
+    rounded ones r, which are t or 0, and 0; floats (v, 3); integers (t, 3); bytes (p, 4) red,
+    green, blue, 255; integers (c,) numbers of textures, ascending, 0 for none; floats (c, 3, 2) u
+    to the right and v up there; floats (r, 3, 3) normals at the corners."""
     POSES = 4
     """Integers: count n, 0; doubles (n,) numbers, (n, 3) positions; floats (n, 4) x, y, z, w."""
     VERTICES = 5
@@ -98,25 +99,28 @@ def mesh_block(
     *,
     textures: ArrayLike = (),
     coordinates: ArrayLike = (),
+    normals: ArrayLike = (),
 ) -> bytes:
     """Return the block of a mesh: vertices ``(v, 3)`` in m, and triangles ``(t, 3)`` of them.
 
     ``paint`` ``(t, 3)`` are colours of the triangles; without, they have that of the item.
     ``textures`` ``(t,)``, ascending, are numbers of pictures on them, 0 for none, and
-    ``coordinates`` ``(t, 3, 2)`` say where on these their corners are.
+    ``coordinates`` ``(t, 3, 2)`` say where on these their corners are. ``normals`` ``(t, 3, 3)``
+    are those at the corners; without, a triangle has its own.
     """
     painted = np.empty((0, 4), np.uint8)
     if paint is not None:
         painted = np.column_stack([paint, np.full(len(paint), 255, np.uint8)])
-    counts = len(vertices), len(triangles), len(painted), np.size(textures)
+    counts = len(vertices), len(triangles), len(painted), np.size(textures), np.size(normals) // 9
     return _block(
         BlockKind.MESH,
-        struct.pack("<dIIII", number, *counts),
+        struct.pack("<dIIIIII", number, *counts, 0),
         _bytes(vertices, "<f4"),
         _bytes(triangles, "<u4"),
         _bytes(painted, "u1"),
         _bytes(textures, "<u4"),
         _bytes(coordinates, "<f4"),
+        _bytes(normals, "<f4"),
     )
 
 

@@ -116,6 +116,7 @@ class SharedMeshes:
             skin.paint[order],
             textures=numbers[order],
             coordinates=skin.coordinates[order],
+            normals=() if skin.normals is None else skin.normals[order],
         )
         return SharedMesh(number, block, is_painted=True, textures=textures)
 

@@ -32,7 +32,7 @@ from scene_graph_ros.views.browser.blocks import (
 
 
 def test_a_covered_mesh_and_its_picture():
-    """Numbers of pictures and places on them, triangle by triangle; pixels row by row."""
+    """Numbers of pictures, places on them and normals by triangle; pixels row by row."""
     places = np.arange(12.0).reshape(2, 3, 2)
     texels = np.arange(24, dtype=np.uint8).reshape(2, 3, 4)
     message = texture_block(8, png(texels)) + mesh_block(
@@ -42,6 +42,7 @@ def test_a_covered_mesh_and_its_picture():
         np.full((2, 3), 7, np.uint8),
         textures=[0, 8],
         coordinates=places,
+        normals=np.arange(18.0).reshape(2, 3, 3),
     )
     (kind, texture), (_, mesh) = read_blocks(message)
     assert kind == TEXTURE
@@ -49,6 +50,7 @@ def test_a_covered_mesh_and_its_picture():
     assert texture[1].tolist() == texels.tolist()
     assert mesh[4].tolist() == [0, 8]
     assert mesh[5].tolist() == places.reshape(2, 6).tolist()
+    assert mesh[6].tolist() == np.arange(18.0).reshape(2, 9).tolist()
 
 
 def test_a_time_is_three_doubles_behind_kind_and_length():

@@ -195,8 +195,9 @@ def test_pictures_are_told_once_and_forgotten_with_their_last_item(stage, page, 
     # Of more than 1024 pixels along a side, every two are one.
     colors = {n: (*t[0].shape, *t[0][0, 0].tolist()) for n, t in page.textures.items()}
     assert sorted(colors.values()) == [(550, 1, 4, *c, 255) for c in ((10, 20, 30), (40, 50, 60))]
-    of_ball, _, _, numbers, places = page.meshes[page.named("ball")["mesh"]]
+    of_ball, triangles, _, numbers, places, normals = page.meshes[page.named("ball")["mesh"]]
     assert np.abs(np.linalg.norm(of_ball, axis=1) - 0.1).max() < 1e-6
+    assert np.abs(0.1 * normals.reshape(-1, 3, 3) - of_ball[triangles]).max() < 1e-6
     (number,) = np.unique(numbers)
     assert colors[number][3:6] == (10, 20, 30)
     assert (places.min(), places.max()) == (0.0, 1.0)

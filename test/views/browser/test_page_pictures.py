@@ -167,8 +167,9 @@ def test_a_ball_with_a_picture_and_a_color(look, stage, folder):
         level = np.array([np.cos(longitude), np.sin(longitude), 0.0])
         normal = np.cos(latitude) * level + np.sin(latitude) * UP
         expected = eye.lit(np.array(color) * tint, 0.5 * normal, normal)
-        # It is drawn of facets.
-        assert np.abs(image[eye.pixel(0.5 * normal)] - expected).max() <= 8.0, (color, expected)
+        # Light changes within a pixel where the ball turns away, towards white.
+        most = 8.0 if color == WHITE else 3.0
+        assert np.abs(image[eye.pixel(0.5 * normal)] - expected).max() <= most, (color, expected)
 
 
 def test_what_is_behind_a_picture_with_alpha(look, stage, folder):

@@ -25,12 +25,13 @@ const READERS = {
   },
   [MESH](reader) {
     const [number] = reader.take(Float64Array, 1);
-    const [vertices, triangles, painted, covered] = reader.take(Uint32Array, 4);
+    const [vertices, triangles, painted, covered, rounded] = reader.take(Uint32Array, 6);
     return { kind: "mesh", number, vertices: reader.take(Float32Array, 3 * vertices),
       triangles: reader.take(Uint32Array, 3 * triangles),
       paint: painted ? reader.take(Uint32Array, painted) : null,
       cover: covered ? { textures: reader.take(Uint32Array, covered),
-        coordinates: reader.take(Float32Array, 6 * covered) } : null };
+        coordinates: reader.take(Float32Array, 6 * covered) } : null,
+      normals: rounded ? reader.take(Float32Array, 9 * rounded) : null };
   },
   [TEXTURE](reader) {
     const [number] = reader.take(Float64Array, 1), [count] = reader.take(Uint32Array, 2);

@@ -74,9 +74,10 @@ function cylinder(segments = SEGMENTS) {
   return form.done();
 }
 
-// A mesh as it came, each triangle with corners and a normal of its own, and a colour where
-// there is paint: its four bytes in one integer. What is covered has parts of one texture each.
-export function flatForm(vertices, triangles, paint = null, cover = null) {
+// A mesh as it came, each triangle with corners of its own, and a colour where there is paint: its
+// four bytes in one integer. What is covered has parts of one texture each. Without normals of the
+// corners a triangle is flat.
+export function meshForm(vertices, triangles, paint = null, cover = null, normals = null) {
   const result = new Float32Array(7 * triangles.length);
   const at = (corner, k) => vertices[3 * triangles[corner] + k];
   for (let corner = 0; corner < triangles.length; corner += 3) {
@@ -87,7 +88,7 @@ export function flatForm(vertices, triangles, paint = null, cover = null) {
     for (let j = 0; j < 3; j++) {
       for (let k = 0; k < 3; k++) {
         result[7 * (corner + j) + k] = at(corner + j, k);
-        result[7 * (corner + j) + 4 + k] = n[k] / length;
+        result[7 * (corner + j) + 4 + k] = normals?.[3 * (corner + j) + k] ?? n[k] / length;
       }
     }
   }

@@ -1,6 +1,6 @@
 // What the node said there is: items and where they are, meshes, contacts.
 
-import { flatForm, REACH, STRETCH } from "./forms.js";
+import { meshForm, REACH, STRETCH } from "./forms.js";
 import { plus, turnZTo } from "./vectors.js";
 
 const CONTACT_COLOR = [1, 0.25, 0.2, 1], NORMAL_COLOR = [1, 0.75, 0.2, 1];
@@ -80,10 +80,10 @@ export class World {
     if (image) this.renderer.setTexture(number, image);
   }
 
-  takeMesh({ number, vertices, triangles, paint, cover }) {
+  takeMesh({ number, vertices, triangles, paint, cover, normals }) {
     // The vertices of what deforms come by themselves.
     if (number < 0) this.topologies.set(number, triangles);
-    else this.renderer.setMesh(number, flatForm(vertices, triangles, paint, cover));
+    else this.renderer.setMesh(number, meshForm(vertices, triangles, paint, cover, normals));
     this.reach.set(number, farthest(vertices));
   }
 
@@ -99,7 +99,7 @@ export class World {
   takeVertices({ number, origin, vertices }) {
     const item = this.items.get(number);
     if (!item) return;
-    this.renderer.setMesh(item.batch, flatForm(vertices, this.topologies.get(item.batch)));
+    this.renderer.setMesh(item.batch, meshForm(vertices, this.topologies.get(item.batch)));
     this.reach.set(item.batch, farthest(vertices));
     Object.assign(item, { position: origin, rotation: UNTURNED });
   }
