@@ -1,17 +1,22 @@
 """Visibility graphs, cliques and regions of configurations: a Panda in its cell, one thread.
 
-``python -m benchmarks.regions`` prints processor time, and what came of it.
+``python -m benchmarks.regions`` prints processor time, and what came of it; beside Drake, where it
+is installed (``make peers``), whose edges are sampled at 0.05 rad.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+import os
 import time
 from typing import Any
 
 import numpy as np
 
+from benchmarks.machine import machine
+from benchmarks.robot_engines.drake_engine import DrakeEngine
+from benchmarks.robot_engines.robot_world import RobotWorld
 from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperellipsoid
 from scene_graph_ros.planning import (
     ConfigurationRegion,
@@ -30,6 +35,9 @@ from scene_graph_ros.planning import (
 __all__ = ["main"]
 
 _SCENE = "config/scenes/panda_cell.yaml"
+_DRAKE_STEP = 0.05
+"""rad, between samples of an edge."""
+_RADIUS, _ELLIPSOIDS = 0.01, 3
 _SEED = (0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8, 0.02)
 
 
@@ -53,12 +61,32 @@ def _words(checker: SceneGraphCollisionChecker, found: ConfigurationRegion) -> s
     )
 
 
+def _print_drake(
+    checker: SceneGraphCollisionChecker, points: np.ndarray, graph_seconds: float, zo: float
+) -> None:
+    """Print what Drake takes for the same, and how many times ours that is."""
+    try:
+        drake = DrakeEngine(RobotWorld.of(checker), _DRAKE_STEP)
+    except ImportError as error:
+        print(f"left out: {error}")
+        return
+    seconds, graph = _timed(lambda: drake.visibility_graph(points))
+    free = int(graph.diagonal().sum())
+    print(
+        f"Drake's visibility graph, {free} free, {(graph.nnz - free) // 2} edges sampled:"
+        f" {seconds:.2f} s, {seconds / graph_seconds:.1f} times ours"
+    )
+    seconds, faces = _timed(lambda: drake.iris_zo(np.array(_SEED), _RADIUS, _ELLIPSOIDS))
+    print(f"Drake's IrisZo: {seconds:.2f} s, {faces} faces, {seconds / zo:.1f} times ours")
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--points", type=int, default=200, help="of the visibility graph")
     parser.add_argument("--quick", action="store_true", help="one ellipsoid for each region")
     arguments = parser.parse_args()
+    load = os.getloadavg()[0]
     checker = SceneGraphCollisionChecker(load_robot_diagram(_SCENE))
     tree, count = checker.model.tree, arguments.points
     generator = np.random.default_rng(1)
@@ -66,19 +94,24 @@ def main() -> None:
     # The first calls load kernels.
     visibility_graph(checker, points[:3], 1)
     MaxCliqueSolverViaBranchAndBound().solve_max_clique(np.ones((3, 3)))
-    seconds, graph = _timed(lambda: visibility_graph(checker, points, 1))
+    graph_seconds, graph = _timed(lambda: visibility_graph(checker, points, 1))
     free = int(graph.diagonal().sum())
     edges = (graph.nnz - free) // 2
-    print(f"visibility graph, {count} points, {free} free, {edges} edges proven: {seconds:.2f} s")
+    print(
+        f"visibility graph, {count} points, {free} free, {edges} edges proven:"
+        f" {graph_seconds:.2f} s"
+    )
     for solver in (MaxCliqueSolverViaGreedy(), MaxCliqueSolverViaBranchAndBound()):
         seconds, clique = _timed(lambda s=solver: s.solve_max_clique(graph))  # type: ignore[misc]
         print(f"{type(solver).__name__}: {clique.sum()} points, {1e3 * seconds:.1f} ms")
     domain = HPolyhedron.make_box(tree.lower, tree.upper)
-    ball = Hyperellipsoid.make_hypersphere(0.01, _SEED)
-    limit = 1 if arguments.quick else 3
+    ball = Hyperellipsoid.make_hypersphere(_RADIUS, _SEED)
+    limit = 1 if arguments.quick else _ELLIPSOIDS
     zo = IrisZoOptions(parallelism=1, max_iterations=limit)
-    seconds, found = _timed(lambda: iris_zo(checker, ball, domain, zo, certificate=True))
-    print(f"iris_zo: {seconds:.2f} s, {_words(checker, found)}")
+    zo_seconds, found = _timed(lambda: iris_zo(checker, ball, domain, zo, certificate=True))
+    print(f"iris_zo: {zo_seconds:.2f} s, {_words(checker, found)}")
+    if not arguments.quick:
+        _print_drake(checker, points, graph_seconds, zo_seconds)
     np_options = IrisNpOptions(parallelism=1, iteration_limit=min(limit, 2))
     name = "iris_in_configuration_space"
     try:
@@ -89,6 +122,7 @@ def main() -> None:
         print(error)
     else:
         print(f"{name}: {seconds:.2f} s, {_words(checker, found)}")
+    print(machine(load), end="")
 
 
 if __name__ == "__main__":

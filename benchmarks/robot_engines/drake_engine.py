@@ -104,6 +104,33 @@ class DrakeEngine:
         checker, positions = self._without_half_spaces._checker, self._world.all_positions(q)
         return np.array([checker.CalcRobotClearance(each, influence).size() for each in positions])
 
+    def visibility_graph(self, points: np.ndarray) -> Any:
+        """Return Drake's ``VisibilityGraph`` of configurations ``(n, nq)``, of sampled edges."""
+        planning: Any = importlib.import_module("pydrake.planning")
+        columns = np.asfortranarray(self._world.all_positions(points).T)
+        return planning.VisibilityGraph(self._checker, columns, parallelize=self._single)
+
+    def iris_zo(self, center: np.ndarray, radius: float, ellipsoids: int) -> int:
+        """Return how many faces Drake's ``IrisZo`` finds around a ball at ``(nq,)``.
+
+        A joint that follows another one is one more dimension, as Drake's plant has it.
+        """
+        planning: Any = importlib.import_module("pydrake.planning")
+        sets: Any = importlib.import_module("pydrake.geometry.optimization")
+        tree = self._world.tree
+        ends = self._world.all_positions(np.stack([tree.lower, tree.upper]))
+        at = self._world.all_positions(center[np.newaxis])[0]
+        options = planning.IrisZoOptions()
+        options.sampled_iris_options.parallelism = self._single
+        options.sampled_iris_options.max_iterations = ellipsoids
+        found = planning.IrisZo(
+            self._checker,
+            sets.Hyperellipsoid.MakeHypersphere(radius, at),
+            sets.HPolyhedron.MakeBox(ends.min(axis=0), ends.max(axis=0)),
+            options,
+        )
+        return len(found.b())
+
 
 def _shape(shape: Shape) -> Any:
     """Return Drake's shape; of a mesh its hull."""
