@@ -61,6 +61,9 @@ Errors of contacts next to each other are small; where depths nearly tie, the bo
 
 _FIRST_CAPACITY = 64
 
+_LOOSE = 1e-3
+"""Relative to the larger size: what is known of the hull's distance, to begin with."""
+
 
 @inlined_kernel
 def core_bounds(core, hulls, R, p):
@@ -107,6 +110,31 @@ def _triangle_gap(lower, upper, params):
 
 
 @lean_kernel
+def _node_front(lower, upper, node, n):
+    """Return how far a node's box reaches along n."""
+    total = 0.0
+    for axis in range(3):
+        total += max(n[axis] * lower[node, axis], n[axis] * upper[node, axis])
+    return total
+
+
+@lean_kernel
+def _triangle_front(params, n):
+    """Return how far a triangle reaches along n."""
+    first = n[0] * params[0] + n[1] * params[1] + n[2] * params[2]
+    second = n[0] * params[3] + n[1] * params[4] + n[2] * params[5]
+    third = n[0] * params[6] + n[1] * params[7] + n[2] * params[8]
+    return max(first, second, third)
+
+
+@lean_kernel
+def _plane(core, hulls, R_MK, p_MK, n):
+    """Return (n, h): all of a core is where n . x >= h, and some of it at h."""
+    x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, scale(-1.0, n))
+    return n, dot(n, x)
+
+
+@lean_kernel
 def _is_closer(surfaces, new, old, tolerance):
     """Return whether the contact (distance, triangle, point, normal) is better than another.
 
@@ -124,7 +152,7 @@ def _is_closer(surfaces, new, old, tolerance):
 
 
 @merged_kernel
-def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, rounding, allowed):
+def _search(surfaces, k, core, around, hulls, R_MK, p_MK, bound, tolerance, rounding, allowed):
     """Return (distance, error, p_MN, n, unique, cuts, count) of surface k and a bare core.
 
     The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
@@ -134,7 +162,7 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
     """
     cuts = np.empty(_FIRST_CAPACITY, np.int64)
     stack = np.empty(MAX_DEPTH + 1, np.int64)
-    lower, upper = box
+    (lower, upper), (across, behind) = around
     # ``best`` is the least distance that is worth a look, ``nearest`` that of the contact.
     best, p_MN, n, is_unique = max(bound, tolerance), p_MK, (0.0, 0.0, 1.0), True
     nearest, nearest_triangle, error = math.inf, -1, 0.0
@@ -143,7 +171,9 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
     while depth > 0:
         depth -= 1
         node = stack[depth]
-        if box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, node) > best:
+        front = _node_front(surfaces.node_lower, surfaces.node_upper, node, across)
+        gap = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, node)
+        if max(gap, behind - front - rounding) > best:
             continue
         left, right = surfaces.node_left[node], surfaces.node_right[node]
         if left >= 0:
@@ -156,7 +186,8 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
         for slot in range(-1 - left, -1 - left + right):
             t = surfaces.order[slot]
             triangle = triangle_core(surfaces.vertices, surfaces.triangles, t)
-            if _triangle_gap(lower, upper, triangle[3]) > best:
+            front = _triangle_front(triangle[3], across)
+            if max(_triangle_gap(lower, upper, triangle[3]), behind - front - rounding) > best:
                 continue
             distance, a, _, m, unique, gap, _ = convex_distance(
                 triangle, core, R_MK, p_MK, hulls, best, allowed
@@ -175,6 +206,7 @@ def _search(surfaces, k, core, box, hulls, R_MK, p_MK, bound, tolerance, roundin
             if nearest_triangle < 0 or _is_closer(surfaces, new, old, rounding):
                 nearest, nearest_triangle, p_MN, n, is_unique = distance, t, a, m, unique
                 error = gap
+                across, behind = _plane(core, hulls, R_MK, p_MK, m)
                 best = min(best, max(distance + rounding, tolerance))
     return nearest, error, p_MN, n, is_unique, cuts, count
 
@@ -295,10 +327,17 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
     ):
         is_inside = point_mesh(surfaces, k, size, some_point, math.inf)[0] < 0.0
     reach = math.inf if is_inside else max(bound, 0.0) + core[2]
+    # The mesh is in its hull: what that is away from the core is no more than the distance.
+    apart, _, _, n, _, gap, _ = convex_distance(
+        mesh_core, bare, R_MK, p_MK, hulls, reach, _LOOSE * larger
+    )
+    if apart > reach if gap == math.inf else apart - gap > reach + tolerance:
+        return math.inf, p_MK, p_MK, n, False
+    around = box, _plane(bare, hulls, R_MK, p_MK, scale(-1.0, n))
     within = tolerance
     for _ in range(2):
         distance, error, p_MN, n, unique, cuts, count = _search(
-            surfaces, k, bare, box, hulls, R_MK, p_MK, reach, within, tolerance, allowed
+            surfaces, k, bare, around, hulls, R_MK, p_MK, reach, within, tolerance, allowed
         )
         if count > 0 or is_inside or not distance <= NEAR_CONTACT * larger:
             break
