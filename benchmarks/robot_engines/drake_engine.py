@@ -17,7 +17,7 @@ __all__ = ["DrakeEngine"]
 class DrakeEngine:
     """``CheckConfigsCollisionFree``, ``CheckEdgesCollisionFree`` and ``CalcRobotClearance``.
 
-    The last has no distances of hulls from half spaces, which are left out of it.
+    The last has no distances of hulls from half spaces, which are left out of it and of IrisZo.
     """
 
     name = "Drake"
@@ -98,11 +98,15 @@ class DrakeEngine:
 
     def clearances(self, q: np.ndarray, influence: float) -> np.ndarray:
         """See ClearanceEngine."""
+        checker, positions = self._measuring(), self._world.all_positions(q)
+        return np.array([checker.CalcRobotClearance(each, influence).size() for each in positions])
+
+    def _measuring(self) -> Any:
+        """Return a checker that may be asked for distances."""
         if self._without_half_spaces is None:
             world = self._world.without_half_spaces()
             self._without_half_spaces = DrakeEngine(world, self._step)
-        checker, positions = self._without_half_spaces._checker, self._world.all_positions(q)
-        return np.array([checker.CalcRobotClearance(each, influence).size() for each in positions])
+        return self._without_half_spaces._checker
 
     def visibility_graph(self, points: np.ndarray) -> Any:
         """Return Drake's ``VisibilityGraph`` of configurations ``(n, nq)``, of sampled edges."""
@@ -113,7 +117,8 @@ class DrakeEngine:
     def iris_zo(self, center: np.ndarray, radius: float, ellipsoids: int) -> int:
         """Return how many faces Drake's ``IrisZo`` finds around a ball at ``(nq,)``.
 
-        A joint that follows another one is one more dimension, as Drake's plant has it.
+        A joint that follows another one is one more dimension, as Drake's plant has it. It asks
+        for clearances, too.
         """
         planning: Any = importlib.import_module("pydrake.planning")
         sets: Any = importlib.import_module("pydrake.geometry.optimization")
@@ -124,7 +129,7 @@ class DrakeEngine:
         options.sampled_iris_options.parallelism = self._single
         options.sampled_iris_options.max_iterations = ellipsoids
         found = planning.IrisZo(
-            self._checker,
+            self._measuring(),
             sets.Hyperellipsoid.MakeHypersphere(radius, at),
             sets.HPolyhedron.MakeBox(ends.min(axis=0), ends.max(axis=0)),
             options,
