@@ -4,11 +4,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fractions import Fraction
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from robot_scenes import ARM, BALL, diagram, DRONE, PLATE, POSTS, ROD, SLIDE
 
+from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
 from scene_graph_ros.planning import (
     BilinearAlternationOptions,
     BinarySearchOptions,
@@ -20,6 +22,8 @@ from scene_graph_ros.planning import (
     SceneGraphCollisionChecker,
 )
 from scene_graph_ros.planning.certified.identities import is_positive_semidefinite
+from scene_graph_ros.planning.certified.pair_problem import PairProblems
+from scene_graph_ros.planning.certified.pair_shapes import rounded_hull
 from scene_graph_ros.planning.certified.tangent_region import make_region
 
 BOX = np.concatenate([np.eye(2), -np.eye(2)])
@@ -240,6 +244,58 @@ def test_one_pair_and_an_executor_give_the_same(arm, proven):
     }
 
 
+FLOOR = """
+geometries:
+  - {name: floor, source: around, pose: {xyz: [0, 0, -0.5], rpy: [0.3, 0, 0]},
+     shape: {type: half_space}}
+"""
+
+# A rod of 1 m that is lifted and lowered by a hinge along y.
+LEVER = ROD.replace('xyz="0 0 1"', 'xyz="0 1 0"')
+
+
+def test_a_lever_is_proven_down_to_a_floor(tmp_path):
+    """Its corners meet a tilted half space where their height above it is zero, and padding."""
+    lever = checker(tmp_path, LEVER, FLOOR)
+    search = CspaceFreePolytope(lever)
+    options = BinarySearchOptions(max_iter=30, convergence_tol=1e-7)
+    normal = np.array([0.0, -np.sin(0.3), np.cos(0.3)])
+    corners = np.array([[1.0, y, z] for y in (-5e-4, 5e-4) for z in (-5e-4, 5e-4)])
+
+    def height(q):
+        c, s = np.cos(q), np.sin(q)
+        turned = corners @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]).T
+        return ((turned - [0.0, 0.0, -0.5]) @ normal).min()
+
+    found = search.binary_search([[1.0], [-1.0]], [1.0, 1.0], [0.0], options=options)
+    end = search.rational_forward_kinematics.compute_q_value(found.region.upper)[0]
+    assert found.verify()
+    assert 0.0 <= height(end) < 1e-3
+    assert height(end) >= found.distance
+    ((pair, certificate),) = found.certificates.items()
+    lower = replace(certificate, plane=(*certificate.plane[:3], (certificate.plane[3][0] - 1, 0)))
+    assert not lower.verify()
+    assert not replace(found, certificates={pair: lower}).verify()
+
+
+@pytest.mark.parametrize(
+    ("shape", "support"),
+    [
+        (Cylinder(0.3, 0.8), lambda d: 0.3 * np.hypot(d[0], d[1]) + 0.4 * abs(d[2])),
+        (Ellipsoid(0.2, 0.3, 0.4), lambda d: np.linalg.norm(d * [0.2, 0.3, 0.4])),
+        (Capsule(0.3, 0.8), lambda d: 0.3 + 0.4 * abs(d[2])),
+        (Box(0.2, 0.4, 0.6), lambda d: np.abs(d) @ [0.1, 0.2, 0.3]),
+        (Sphere(0.3), lambda d: 0.3),
+    ],
+)
+def test_what_is_proven_is_around_the_shape(shape, support):
+    """In no direction does a shape reach farther than the points and the radius around them."""
+    hull = rounded_hull(shape, "shape")
+    directions = np.random.default_rng(9).normal(size=(500, 3))
+    for way in directions / np.linalg.norm(directions, axis=1)[:, np.newaxis]:
+        assert (hull.points @ way).max() + hull.radius >= support(way) - 1e-12
+
+
 def changed(certificate, place):
     """Return a certificate with one number changed by a millionth."""
     tiny = Fraction(1, 10**6)
@@ -317,13 +373,12 @@ def test_bad_arguments_are_named(arm, tmp_path):
         CspaceFreePolytope(arm.plan)
     with pytest.raises(CertificateError, match="'free' is planar or floating"):
         CspaceFreePolytope(checker(tmp_path, DRONE, BALL))
-    rod = checker(
-        tmp_path,
-        ROD,
-        "geometries:\n  - name: floor\n    source: around\n"
-        "    pose: {xyz: [0, 0, -1]}\n    shape: {type: half_space}\n",
-    )
-    with pytest.raises(CertificateError, match="'floor': a HalfSpace has no separating planes"):
-        CspaceFreePolytope(rod).find_separation_certificate_given_polytope(
-            [[1.0], [-1.0]], [0.1, 0.1]
-        )
+
+
+def test_a_half_space_that_a_robot_carries_is_refused(arm):
+    """It has no points that a plane could be beside, so nothing would be shown of it."""
+    inspector = SimpleNamespace(get_shape=lambda _: HalfSpace(), get_name=lambda _: "carried")
+    kinematics = RationalForwardKinematics(arm.plan.tree)
+    region = make_region(kinematics, BOX, np.full(4, 0.1))
+    with pytest.raises(CertificateError, match="'carried': a half space that a robot carries"):
+        PairProblems(kinematics, arm.plan, inspector, region).make(0)

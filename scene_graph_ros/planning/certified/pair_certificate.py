@@ -51,6 +51,9 @@ class PairCertificate:
             return f"the clearance is {float(self.clearance):.3g} m"
         if [len(row) for row in self.plane] != [n + 1] * 4:
             return "the plane is of other variables"
+        half_space = self.problem.half_space
+        if half_space is not None and self.plane != half_space.plane(self.clearance, n):
+            return "the plane is not beside the half space"
         if len(self.normal_grams) != 2 * n + 1 or any(len(m) != 4 for m in self.normal_grams):
             return "the normal has other matrices"
         if not all(map(is_positive_semidefinite, self.normal_grams)):

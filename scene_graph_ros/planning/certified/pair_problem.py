@@ -2,7 +2,8 @@
 
 In the frame E in the middle between them the plane is ``a(s) . x + b(s) = 0`` with a and b affine
 in s, and ``|a(s)| <= 1`` in the region. A is on its positive side, B on the negative one, each by
-its radius and a clearance: then their distance is at least twice that clearance, in metres.
+its radius and a clearance: then their distance is at least twice that clearance, in metres. Beside
+a half space the plane is parallel to it, and E is its own frame.
 """
 
 from __future__ import annotations
@@ -12,11 +13,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.pair_shapes import rounded_hull, RoundedHull
 from scene_graph_ros.planning.certified.polynomials import (
@@ -34,7 +37,11 @@ from scene_graph_ros.planning.certified.rational_kinematics import (
 from scene_graph_ros.planning.certified.tangent_region import power_of_two, Row, TangentRegion
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 
-__all__ = ["PairProblem", "PairProblems", "Side", "plane_of"]
+__all__ = ["HalfSpaceInE", "PairProblem", "PairProblems", "Side", "plane_of"]
+
+
+_SHORTER = 1 - Fraction(1, 2**15)
+"""What a half space's normal is multiplied by, so that its length is below 1 with some room."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,18 @@ class Side:
         )
 
 
+class HalfSpaceInE(NamedTuple):
+    """All points x of E with ``normal . x <= offset``; the normal is a little shorter than 1."""
+
+    normal: tuple[Fraction, Fraction, Fraction]
+    offset: Fraction
+
+    def plane(self, clearance: Fraction, variables: int) -> tuple[tuple[Fraction, ...], ...]:
+        """Return the plane that is beside it by a clearance: three coordinates and the offset."""
+        constants = (*self.normal, -self.offset - clearance)
+        return tuple((v, *[Fraction(0)] * variables) for v in constants)
+
+
 @dataclass(frozen=True)
 class PairProblem:
     """Two geometries, in variables u in [-1, 1] of some positions.
@@ -100,6 +119,8 @@ class PairProblem:
     rows: tuple[Row, ...]
     row_numbers: tuple[int, ...]
     row_scales: tuple[Fraction, ...]
+    half_space: HalfSpaceInE | None = None
+    """B, if it is one: the plane is parallel to it."""
 
     @property
     def all_rows(self) -> list[Row]:
@@ -124,6 +145,16 @@ def _scaled_pose(pose: RationalPose) -> RationalPose:
     return RationalPose(matrix, scaled(pose.denominator, scale))
 
 
+def _half_space(X_EG: NDArray[np.float64]) -> HalfSpaceInE:
+    """Return a half space, whose outside is along z of its frame; see `HalfSpaceInE`."""
+    normal = [Fraction(float(v)) * _SHORTER for v in X_EG[:, 2]]
+    place = [Fraction(float(v)) for v in X_EG[:, 3]]
+    return HalfSpaceInE(
+        (normal[0], normal[1], normal[2]),
+        sum((n * p for n, p in zip(normal, place, strict=True)), Fraction(0)),
+    )
+
+
 class PairProblems:
     """Makes the problems of a checker's pairs in a region."""
 
@@ -141,13 +172,19 @@ class PairProblems:
     def make(self, pair: int) -> PairProblem:
         """Return a pair's problem.
 
-        Raises CertificateError for shapes without planes, a negative padding, and a position that
+        Raises CertificateError for a robot's half space, a negative padding, and a position that
         turns a body twice.
         """
         plan, region = self._plan, self._region
         a, b = plan.pairs.bodies[pair]
         joints = [self._joint_of(body) for body in (a, b)]
-        paths = self._kinematics.path_between(*joints)
+        if isinstance(self._shape_of(a), HalfSpace):
+            raise CertificateError(
+                f"geometry {self._name_of(a)!r}: a half space that a robot carries has no planes"
+                " beside it here; ignore its pairs"
+            )
+        is_half_space = isinstance(self._shape_of(b), HalfSpace)
+        paths = self._kinematics.path_between(*joints, at_B=is_half_space)
         moved = [self._kinematics.positions_of(path) for path in paths]
         variables = region.variables_with(sorted({*moved[0], *moved[1]}))
         stretches = region.stretches(variables)
@@ -160,8 +197,7 @@ class PairProblems:
         sides = []
         for sign, body, path, own in zip((1, -1), (a, b), paths, moved, strict=True):
             pose = self._kinematics.pose(self._pose_in_joint(body), path, stretches, variables)
-            shape = self._inspector.get_shape(plan.geometry_ids[body])
-            hull = rounded_hull(shape, self._name_of(body))
+            hull = rounded_hull(self._shape_of(body), self._name_of(body))
             radius = hull.radius + (padding if sign > 0 else 0.0)
             moving = tuple(variables.index(k) for k in own)
             sides.append(Side(sign, _scaled_pose(pose), moving, hull, radius))
@@ -173,7 +209,12 @@ class PairProblems:
             tuple(row for _, _, row in rows),
             tuple(number for number, _, _ in rows),
             tuple(scale for _, scale, _ in rows),
+            _half_space(self._pose_in_joint(b)) if is_half_space else None,
         )
+
+    def _shape_of(self, body: int) -> Shape:
+        shape: Shape = self._inspector.get_shape(self._plan.geometry_ids[body])
+        return shape
 
     def _joint_of(self, body: int) -> int:
         joints = self._plan.bodies.joints

@@ -7,11 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.meshes.sources import hull_of, is_convex
+from scene_graph_ros.geometry.meshes.sources import hull_of
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.capsule import Capsule
 from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
+from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
+from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.geometry.shapes.sphere import Sphere
@@ -31,29 +33,33 @@ class RoundedHull(NamedTuple):
 
 
 def rounded_hull(shape: Shape, name: str) -> RoundedHull:
-    """Return a shape, or for a cylinder a prism around it.
+    """Return a shape, or what is around it: of a cylinder a prism, of an ellipsoid its box.
 
-    Raises CertificateError, which says the geometry's ``name``, for half spaces, ellipsoids and
-    meshes that are not convex.
+    Of a mesh it is the hull. A half space has no points. Raises CertificateError, which says the
+    geometry's ``name``, for other shapes.
     """
     if isinstance(shape, Sphere):
         return RoundedHull(np.zeros((1, 3)), shape.radius)
     if isinstance(shape, Capsule):
         half = 0.5 * shape.length
         return RoundedHull(np.array([[0.0, 0.0, half], [0.0, 0.0, -half]]), shape.radius)
-    if isinstance(shape, Box):
+    if isinstance(shape, (Box, Ellipsoid)):
         signs = np.array(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij")).reshape(3, -1).T
-        return RoundedHull(signs * shape.size, 0.0)
+        size = (
+            shape.size if isinstance(shape, Box) else 2.0 * np.array([shape.a, shape.b, shape.c])
+        )
+        return RoundedHull(signs * size, 0.0)
+    if isinstance(shape, HalfSpace):
+        return RoundedHull(np.zeros((0, 3)), 0.0)
     if isinstance(shape, Cylinder):
         angles = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
         radius = shape.radius / np.cos(np.pi / _SIDES) * (1.0 + 1e-12)
         ring = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         ends = [np.column_stack([ring, np.full(_SIDES, h * shape.length)]) for h in (-0.5, 0.5)]
         return RoundedHull(np.concatenate(ends), 0.0)
-    if isinstance(shape, Convex) or (isinstance(shape, Mesh) and is_convex(shape)):
+    if isinstance(shape, (Convex, Mesh)):
         return RoundedHull(np.asarray(hull_of(shape).vertices, dtype=np.float64), 0.0)
     raise CertificateError(
-        f"geometry {name!r}: a {type(shape).__name__} has no separating planes here; proofs are"
-        " about boxes, spheres, capsules, cylinders and what is convex. Ignore its pairs, or put"
-        " one of these around it"
+        f"geometry {name!r}: a {type(shape).__name__} has no separating planes here; ignore its"
+        " pairs, or put a box around it"
     )

@@ -132,10 +132,13 @@ class RationalForwardKinematics:
             ends.append(np.where(self.turns, np.tan(0.5 * kept), way))
         return ends[0], ends[1]
 
-    def path_between(self, joint_A: int, joint_B: int) -> tuple[PathToFrame, PathToFrame]:
+    def path_between(
+        self, joint_A: int, joint_B: int, *, at_B: bool = False
+    ) -> tuple[PathToFrame, PathToFrame]:
         """Return the ways of two bodies, by their joints, to the frame in the middle between them.
 
-        Each sees half of the joints between them move, so that degrees are small.
+        Each sees half of the joints between them move, so that degrees are small. With ``at_B``
+        the frame is that of B's joint, and A sees all of them.
         """
         parents = self.tree.table.parents
         chains = []
@@ -149,6 +152,8 @@ class RationalForwardKinematics:
             chains[0].pop()
             chains[1].pop()
         a, b = (tuple(chain) for chain in chains)
+        if at_B:
+            return PathToFrame(a, tuple(reversed(b))), PathToFrame((), ())
         half = (len(a) + len(b) + 1) // 2
         if len(a) >= half:
             return PathToFrame(a[:half], ()), PathToFrame(b, tuple(reversed(a[half:])))

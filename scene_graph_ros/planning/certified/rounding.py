@@ -39,6 +39,8 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
     n = len(problem.variables)
     plane = tuple(tuple(_on_grid(v) for v in row) for row in solution.plane.tolist())
     clearance = _on_grid(share * solution.clearance)
+    if problem.half_space is not None:
+        plane = problem.half_space.plane(clearance, n)
     room = (1.0 - share) * solution.clearance
     own = len(problem.rows)
     # What is added to the bounds' Gram matrices, and to those of other rows, on their diagonals.

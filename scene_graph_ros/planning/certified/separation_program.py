@@ -10,6 +10,7 @@ plane's normal is one such identity between matrices, of degree 1.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
-from scene_graph_ros.planning.certified.pair_problem import PairProblem, Side
+from scene_graph_ros.planning.certified.pair_problem import HalfSpaceInE, PairProblem, Side
 from scene_graph_ros.planning.certified.polynomials import Exponents
 
 __all__ = ["NORMAL_ROOM", "MovingRows", "SeparationProgram", "Solution"]
@@ -81,6 +82,8 @@ class SeparationProgram:
         (self.clearance,) = self.program.variables(1)
         self.normal_grams = self._grams(_NORMAL, 2 * self._n + 1)
         self._bound_normal()
+        if problem.half_space is not None:
+            self._stand_beside(problem.half_space)
         self.grams: list[NDArray[np.intp]] = []
         for side in problem.sides:
             shared = _SideTerms(side, self._n, self._rows)
@@ -132,6 +135,15 @@ class SeparationProgram:
         constant = np.zeros((self._n + 1) * size)
         constant[np.flatnonzero(i == j)] = -(1.0 - NORMAL_ROOM)
         self.program.add_entries(Cone.ZERO, entries, constant)
+
+    def _stand_beside(self, half_space: HalfSpaceInE) -> None:
+        """Have the plane parallel to a half space, beside it by the clearance."""
+        wanted = np.array(half_space.plane(Fraction(0), self._n), dtype=np.float64).reshape(-1)
+        columns = self.plane.reshape(-1)
+        entries = [(np.arange(len(columns)), columns, np.ones(len(columns)))]
+        # The offset's constant has the clearance in it.
+        entries.append((np.array([3 * (self._n + 1)]), np.array([self.clearance]), np.ones(1)))
+        self.program.add_entries(Cone.ZERO, entries, -wanted)
 
     def _add_point(self, terms: _SideTerms, p_G: NDArray[np.float64]) -> None:
         columns = self._grams(len(terms.basis), len(self._rows))
