@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.vertex_cells import cell_of, VertexCells
-from scene_graph_ros.geometry.tables.plane_scan import furthest_of_planes, highest_of_planes
+from scene_graph_ros.geometry.tables.plane_scan import highest_of_planes, PLANE_STRIDE
 from scene_graph_ros.geometry.tables.vertex_scan import furthest_of_groups, GROUP
 
 __all__ = [
@@ -51,8 +51,6 @@ __all__ = [
 HEADER = 8
 STRIDE = 4 * GROUP
 """Numbers of a group of vertices."""
-FACE_STRIDE = 5 * GROUP
-"""Numbers of a group of faces."""
 EDGE_STRIDE = 4
 """Numbers of an edge."""
 
@@ -137,7 +135,7 @@ def pack_blocks(
         vertices, faces = len(hull.vertices), len(hull.normals)
         lists_at = start + HEADER + STRIDE * -(-vertices // GROUP)
         list_at, neighbors, faces_at = _lists(hull.neighbors, lists_at, start)
-        lists_at = faces_at + FACE_STRIDE * -(-faces // GROUP)
+        lists_at = faces_at + PLANE_STRIDE * -(-faces // GROUP)
         corners_at, corners, edges_at = _lists(hull.faces, lists_at, start)
         edges = _edges(hull)
         edges[:, [0, 3]] = _places(start, edges[:, [0, 3]].astype(np.int64))
@@ -163,7 +161,7 @@ def pack_blocks(
 @inlined_kernel
 def face_place(blocks, start, number):
     """Return where the face with a number is, of the block at ``start``."""
-    return int(blocks[start + 2]) + FACE_STRIDE * (number // GROUP) + number % GROUP
+    return int(blocks[start + 2]) + PLANE_STRIDE * (number // GROUP) + number % GROUP
 
 
 @inlined_kernel
@@ -205,7 +203,8 @@ def furthest_face(blocks, start, d):
     count = int(blocks[start + 1])
     if count == 0:
         return -1
-    return furthest_of_planes(blocks, int(blocks[start + 2]), (count + GROUP - 1) // GROUP, d)
+    first, groups = int(blocks[start + 2]), (count + GROUP - 1) // GROUP
+    return furthest_of_groups(blocks, first, groups, d, PLANE_STRIDE)
 
 
 @lean_kernel
@@ -256,8 +255,8 @@ def furthest_vertex(blocks, start, d):
     side = int(blocks[start + 5])
     if side == 0 or not max(abs(d[0]), abs(d[1]), abs(d[2])) > 0.0:
         groups = (int(blocks[start]) + GROUP - 1) // GROUP
-        return furthest_of_groups(blocks, start + HEADER, groups, d[0], d[1], d[2])
+        return furthest_of_groups(blocks, start + HEADER, groups, d, STRIDE)
     cell = int(blocks[start + 4]) + 2 * cell_of(d, side)
     first, groups = int(blocks[cell]), int(blocks[cell + 1])
-    best = furthest_of_groups(blocks, first, groups, d[0], d[1], d[2])
+    best = furthest_of_groups(blocks, first, groups, d, STRIDE)
     return int(blocks[best + 3 * GROUP])

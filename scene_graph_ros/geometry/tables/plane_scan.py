@@ -1,4 +1,4 @@
-"""Which of many planes a point is highest above, or faces a direction most, eight of them in step.
+"""Which of many planes a point is highest above, eight of them in step.
 
 Planes come in groups of GROUP: the x, then the y, then the z of their unit normals, their offsets,
 then GROUP numbers that are not looked at. What fills up the last group has the offset inf and the
@@ -13,7 +13,6 @@ from scene_graph_ros.geometry.compiled.lanes import (
     every,
     larger,
     load_lanes,
-    reordering,
     select,
     smaller,
 )
@@ -21,24 +20,22 @@ from scene_graph_ros.geometry.tables.vertex_scan import (
     along_group,
     first_of_highest,
     GROUP,
+    half_ahead,
     NUMBERS,
+    quarter_ahead,
 )
 
-__all__ = ["furthest_of_planes", "highest_of_planes"]
+__all__ = ["PLANE_STRIDE", "highest_of_planes"]
 
-_STRIDE = 5 * GROUP
-
-_half_ahead, _quarter_ahead = [
-    reordering(*[(lane + part) % GROUP for lane in range(GROUP)])
-    for part in (GROUP // 2, GROUP // 4)
-]
+PLANE_STRIDE = 5 * GROUP
+"""Numbers of a group of planes."""
 
 
 @inlined_kernel
 def _largest(lanes):
     """Return the largest number of lanes."""
-    lanes = larger(lanes, _half_ahead(lanes))
-    lanes = larger(lanes, _quarter_ahead(lanes))
+    lanes = larger(lanes, half_ahead(lanes))
+    lanes = larger(lanes, quarter_ahead(lanes))
     return max(lanes[0], lanes[1])
 
 
@@ -53,9 +50,9 @@ def highest_of_planes(blocks, first, groups, p):
     best = along_group(blocks, first, p) - load_lanes(blocks, first + 3 * GROUP)
     second, where, start = every(-math.inf), lanes, 0.0
     for group in range(1, groups):
-        at = first + group * _STRIDE
+        at = first + group * PLANE_STRIDE
         heights = along_group(blocks, at, p) - load_lanes(blocks, at + 3 * GROUP)
-        start += _STRIDE
+        start += PLANE_STRIDE
         is_higher = heights > best
         second = larger(second, smaller(heights, best))
         best = select(is_higher, heights, best)
@@ -63,20 +60,3 @@ def highest_of_planes(blocks, first, groups, p):
     place = first_of_highest(best, where)
     others = select(where == float(place), second, best)
     return first + place, _largest(best), _largest(others)
-
-
-@inlined_kernel
-def furthest_of_planes(blocks, first, groups, d):
-    """Return the place of the plane whose normal lies furthest along d, the first of several.
-
-    There is at least one group.
-    """
-    lanes = as_lanes(NUMBERS)
-    best, where, start = along_group(blocks, first, d), lanes, 0.0
-    for group in range(1, groups):
-        heights = along_group(blocks, first + group * _STRIDE, d)
-        start += _STRIDE
-        is_higher = heights > best
-        best = select(is_higher, heights, best)
-        where = select(is_higher, start + lanes, where)
-    return first + first_of_highest(best, where)

@@ -1,7 +1,6 @@
 """Which of many points lies furthest along a direction, eight of them in step.
 
-Points come in groups of GROUP: their x, then their y, then their z, then GROUP numbers that are
-not looked at.
+Points come in groups of GROUP: their x, then their y, then their z, then other numbers.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
@@ -13,17 +12,25 @@ from scene_graph_ros.geometry.compiled.lanes import (
     select,
 )
 
-__all__ = ["GROUP", "NUMBERS", "along_group", "first_of_highest", "furthest_of_groups"]
+__all__ = [
+    "GROUP",
+    "NUMBERS",
+    "along_group",
+    "first_of_highest",
+    "furthest_of_groups",
+    "half_ahead",
+    "quarter_ahead",
+]
 
 GROUP = LANES
-_STRIDE = 4 * GROUP
 NUMBERS = tuple(float(lane) for lane in range(GROUP))
 """Those of the lanes."""
 
-_half_ahead, _quarter_ahead = [
+half_ahead, quarter_ahead = [
     reordering(*[(lane + part) % GROUP for lane in range(GROUP)])
     for part in (GROUP // 2, GROUP // 4)
 ]
+"""Each gives lanes in the order in which those so far ahead come first."""
 
 
 @inlined_kernel
@@ -50,10 +57,10 @@ def first_of_highest(heights, places):
     The last two are compared as numbers: LLVM 22 drops a part of the comparison of vectors of
     which one element is taken.
     """
-    others, other_places = _half_ahead(heights), _half_ahead(places)
+    others, other_places = half_ahead(heights), half_ahead(places)
     is_other = _is_later(heights, places, others, other_places)
     heights, places = select(is_other, others, heights), select(is_other, other_places, places)
-    others, other_places = _quarter_ahead(heights), _quarter_ahead(places)
+    others, other_places = quarter_ahead(heights), quarter_ahead(places)
     is_other = _is_later(heights, places, others, other_places)
     heights, places = select(is_other, others, heights), select(is_other, other_places, places)
     is_other = _is_later(heights[0], places[0], heights[1], places[1])
@@ -61,17 +68,16 @@ def first_of_highest(heights, places):
 
 
 @inlined_kernel
-def furthest_of_groups(blocks, first, groups, x, y, z):
-    """Return the place of the x of the point furthest along (x, y, z), of at least one group.
+def furthest_of_groups(blocks, first, groups, d, stride):
+    """Return the place of the x of the point furthest along d, of at least one group.
 
-    Of points that lie as far it is the first.
+    Of points that lie as far it is the first. A group has ``stride`` numbers.
     """
-    axes = (x, y, z)
     lanes = as_lanes(NUMBERS)
-    best, where, start = along_group(blocks, first, axes), lanes, 0.0
+    best, where, start = along_group(blocks, first, d), lanes, 0.0
     for group in range(1, groups):
-        heights = along_group(blocks, first + group * _STRIDE, axes)
-        start += _STRIDE
+        heights = along_group(blocks, first + group * stride, d)
+        start += stride
         is_higher = heights > best
         best = select(is_higher, heights, best)
         where = select(is_higher, start + lanes, where)

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.tables.plane_scan import furthest_of_planes, highest_of_planes
+from scene_graph_ros.geometry.tables.plane_scan import highest_of_planes, PLANE_STRIDE
 from scene_graph_ros.geometry.tables.vertex_scan import GROUP
 
 START = 3
@@ -15,12 +15,6 @@ START = 3
 def highest(blocks, groups, p):
     """Call the kernel, which only kernels can."""
     return highest_of_planes(blocks, START, groups, p)
-
-
-@numba.njit
-def furthest(blocks, groups, d):
-    """Call the kernel, which only kernels can."""
-    return furthest_of_planes(blocks, START, groups, d)
 
 
 def groups_of(normals, offsets):
@@ -35,7 +29,7 @@ def groups_of(normals, offsets):
 
 def number_of(place):
     """Return the number of the plane at a place."""
-    group, lane = divmod(place - START, 5 * GROUP)
+    group, lane = divmod(place - START, PLANE_STRIDE)
     assert 0 <= lane < GROUP
     return GROUP * group + lane
 
@@ -56,7 +50,6 @@ def test_they_are_the_highest_and_the_next(count):
         assert number_of(place) == np.argmax(heights)
         assert height == heights.max()
         assert second == (np.sort(heights)[-2] if count > 1 else -np.inf)
-        assert number_of(furthest(blocks, groups, tuple(p))) == np.argmax(normals @ p)
 
 
 @pytest.mark.parametrize("count", [6, 12, 30])
@@ -71,4 +64,3 @@ def test_of_equal_ones_it_is_the_first(count):
         place, height, second = highest(blocks, groups, tuple(p))
         assert number_of(place) == np.argmax(normals @ p)
         assert (height, second) == (heights[-1], heights[-2])
-        assert number_of(furthest(blocks, groups, tuple(p))) == np.argmax(normals @ p)

@@ -13,7 +13,7 @@ START = 3
 @numba.njit
 def furthest(blocks, groups, d):
     """Call the intrinsic, which only kernels can."""
-    return furthest_of_groups(blocks, START, groups, d[0], d[1], d[2])
+    return furthest_of_groups(blocks, START, groups, d, 4 * GROUP)
 
 
 def scan(points, d):
