@@ -30,6 +30,7 @@ from scene_graph_ros.geometry import SceneGraph  # noqa: E402
 from scene_graph_ros.planning import (  # noqa: E402
     BilinearAlternationOptions,
     CspaceFreePolytope,
+    DistanceCertificate,
     RobotDiagram,
     SceneGraphCollisionChecker,
 )
@@ -38,6 +39,7 @@ from scene_graph_ros.scene_files import load_scene_text  # noqa: E402
 __all__ = ["main"]
 
 _PICTURE = Path(__file__).parents[1] / "docs" / "certified_regions.png"
+_GROWTH = _PICTURE.with_name("certified_growth.png")
 _AXES = {2: "zz", 3: "zyy", 4: "zyyz"}
 _VECTORS = {"y": "0 1 0", "z": "0 0 1"}
 _WIDTHS = (0.02, 0.05, 0.1, 0.14, 0.17, 0.2, 0.22)
@@ -177,6 +179,7 @@ class Growth(NamedTuple):
     """Seconds; NaN where the boxes did not suffice."""
     by_planes: float
     """Seconds for a proof of the last polytope alone."""
+    found: DistanceCertificate
 
 
 def grow(joints: int, width: float, rounds: int, max_boxes: int) -> list[Growth]:
@@ -201,7 +204,7 @@ def grow(joints: int, width: float, rounds: int, max_boxes: int) -> list[Growth]
         again = search.find_separation_certificate_given_polytope(C, d)
         alone = time.process_time() - begin if again.is_success else math.nan
         volume, kept = polytope.calc_volume(), found[-1].distance
-        result.append(Growth(spent, volume, kept, boxes.num_boxes, seconds, alone))
+        result.append(Growth(spent, volume, kept, boxes.num_boxes, seconds, alone, boxes))
     return result
 
 
@@ -213,7 +216,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--max-boxes", type=int, default=1_000_000)
     parser.add_argument("--grow", type=int, default=0, metavar="ROUNDS")
-    parser.add_argument("--picture", action="store_true", help=f"write {_PICTURE.name}")
+    parser.add_argument(
+        "--picture", action="store_true", help=f"write {_PICTURE.name} and {_GROWTH.name}"
+    )
     chosen = parser.parse_args(arguments)
     print(machine(os.getloadavg()[0]))
     if not _has_drake():
@@ -243,6 +248,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             )
     if chosen.picture:
         draw(rows, grown)
+        if 2 in grown:
+            draw_growth(grown[2])
 
 
 def draw(rows: Sequence[Row], grown: dict[int, list[Growth]]) -> None:
@@ -282,6 +289,32 @@ def draw(rows: Sequence[Row], grown: dict[int, list[Growth]]) -> None:
     axes.grid(visible=True, which="major", alpha=0.3)
     figure.legend(*axes.get_legend_handles_labels(), fontsize=8, loc="outside right upper")
     figure.savefig(_PICTURE, dpi=110)
+
+
+def draw_growth(grown: Sequence[Growth]) -> None:
+    """Draw the polytopes of two joints that grew, in q, and the boxes of the last one."""
+    from matplotlib.collections import PatchCollection
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+    q = np.linspace(-2.8, 2.8, 400)
+    grid = np.stack(np.meshgrid(q, q), axis=-1).reshape(-1, 2)
+    figure = Figure(figsize=(6.0, 5.2), layout="constrained")
+    axes = figure.subplots()
+    is_free = arm(2).check_configs_collision_free(grid).reshape(len(q), -1)
+    axes.contourf(q, q, ~is_free, levels=[0.5, 1.5], colors=["0.55"])
+    for k, each in enumerate(grown):
+        inside = each.found.grid.contains(grid).reshape(len(q), -1)
+        axes.contour(q, q, inside, levels=[0.5], colors=[f"C{k}"])
+    boxes = [
+        Rectangle(tuple(center - half), *(2.0 * half), fill=False)
+        for center, half in zip(*grown[-1].found.boxes, strict=True)
+    ]
+    axes.add_collection(PatchCollection(boxes, match_original=True, linewidth=0.4))
+    axes.set_xlabel("shoulder, rad")
+    axes.set_ylabel("elbow, rad")
+    axes.set(xlim=(-2.8, 2.8), ylim=(-2.8, 2.8), aspect="equal")
+    figure.savefig(_GROWTH, dpi=100)
 
 
 if __name__ == "__main__":
