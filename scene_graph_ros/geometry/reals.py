@@ -3,7 +3,13 @@
 import math
 import numbers
 
-__all__ = ["as_float"]
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["as_float", "squares_of_few"]
+
+_FEW = 100
+"""Numbers: for many more, BLAS takes threads, which spin."""
 
 
 def as_float(value: object) -> float | None:
@@ -17,3 +23,11 @@ def as_float(value: object) -> float | None:
         return float(value)
     except OverflowError:
         return math.inf if value > 0.0 else -math.inf  # type: ignore[operator]
+
+
+def squares_of_few(values: NDArray[np.float64]) -> float:
+    """Return the sum of the squares of an array's numbers; infinite where there are many.
+
+    Where it is finite so are all of them, which is found sooner than by asking about each.
+    """
+    return float(np.vdot(values, values)) if values.size <= _FEW else math.inf

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import squares_of_few
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.checker_interface import CollisionChecker, one_configuration
@@ -206,8 +207,8 @@ class SceneGraphCollisionChecker(CollisionChecker):
         for a position beyond all scenes.
         """
         q = self._tree.checked_configurations(configurations)
-        # Where the squares add up to less, no position is beyond it.
-        if not np.vdot(q, q) <= MAX_COORDINATE**2 and (np.abs(q) > MAX_COORDINATE).any():
+        is_near = squares_of_few(q) <= MAX_COORDINATE**2
+        if not is_near and (np.abs(q) > MAX_COORDINATE).any():
             row, column = np.argwhere(np.abs(q) > MAX_COORDINATE)[0]
             raise CollisionCheckerError(
                 f"position {self._tree.position_names[column]!r} of configuration {row} is beyond"

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import squares_of_few
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.robots.tree_kernels import (
@@ -302,9 +303,7 @@ class KinematicTree:
                 f" ({self.num_positions},), not {array.shape}"
             )
         configurations = array[np.newaxis] if array.ndim == 1 else array
-        # Squares that add up to a number are those of numbers; else they may be too large.
-        squares = float(np.vdot(configurations, configurations))
-        if not (math.isfinite(squares) or np.isfinite(configurations).all()):
+        if not (squares_of_few(configurations) < math.inf or np.isfinite(configurations).all()):
             row, column = np.argwhere(~np.isfinite(configurations))[0]
             raise KinematicTreeError(
                 f"position {self.position_names[column]!r} of configuration {row} must be finite,"

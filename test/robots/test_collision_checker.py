@@ -243,6 +243,14 @@ def test_bad_arguments_are_named(tmp_path):
         checker.check_edge_collision_free([0.0], [math.inf])
     with pytest.raises(CollisionCheckerError, match=r"'rail' of configuration 0 is beyond 1e\+"):
         checker.check_config_collision_free([1e300])
+    many = np.zeros((500, 1))
+    for value, error, words in (
+        (math.nan, KinematicTreeError, "'rail' of configuration 321 must be finite, not nan"),
+        (-2e12, CollisionCheckerError, r"'rail' of configuration 321 is beyond 1e\+"),
+    ):
+        many[321] = value
+        with pytest.raises(error, match=words):
+            checker.check_configs_collision_free(many)
     with pytest.raises(CollisionCheckerError, match=r"shape \(n, 2, 1\), or .*, not \(3, 1\)"):
         checker.check_edges_collision_free(np.zeros((3, 1)))
     with pytest.raises(CollisionCheckerError, match="influence_distance must not be negative"):
