@@ -288,6 +288,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--ompl", action="store_true", help="beside OMPL's planner")
     parser.add_argument("--timeout", type=float, default=10.0, help="seconds for each")
+    parser.add_argument("--picture", type=Path, help="a file for the shares solved by time")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         archive = _download(folder) if options.all else options.problems
@@ -295,10 +296,43 @@ def main(arguments: Sequence[str] | None = None) -> None:
             problems = shelf_problems(options.count or 20)
         else:
             problems = moveit_problems(archive, options.count)
-        _print_table(problems, options.timeout, _WITH_OMPL if options.ompl else _OURS)
+        runs = _print_table(problems, options.timeout, _WITH_OMPL if options.ompl else _OURS)
+    if options.picture is not None:
+        _draw(runs, options.picture)
 
 
-def _print_table(problems: Iterable[Problem], timeout: float, ways: Mapping[str, _Way]) -> None:
+def _draw(runs: Mapping[str, Sequence[_Run]], output: Path) -> None:
+    """Write the share of problems that are solved by time, and without a collision."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+
+    figure, axis = pyplot.subplots(figsize=(9, 4.5), layout="constrained")
+    for colour, (name, mine) in enumerate(runs.items()):
+        solved = sorted((run.seconds, run.collides) for run in mine if run.reason is None)
+        times = [1e3 * seconds for seconds, _ in solved]
+        share = np.arange(1, len(solved) + 1) / len(mine)
+        sound = np.cumsum([not collides for _, collides in solved]) / len(mine)
+        label = name or "scene_graph_ros"
+        axis.step(times, share, where="post", color=f"C{colour}", label=label)
+        if sound[-1:] < share[-1:]:
+            axis.step(
+                times, sound, "--", where="post", color=f"C{colour}", label=f"{label}: free paths"
+            )
+    axis.set_xscale("log")
+    axis.set_xlabel("processor time, ms")
+    axis.set_ylabel("share solved")
+    axis.set_ylim(0.0, 1.02)
+    axis.grid(alpha=0.3)
+    axis.legend(loc="lower right", fontsize="small")
+    figure.savefig(output, dpi=110)
+
+
+def _print_table(
+    problems: Iterable[Problem], timeout: float, ways: Mapping[str, _Way]
+) -> dict[str, list[_Run]]:
+    """Print the rows; return all runs of each way."""
     load = os.getloadavg()[0]
     runs: dict[str, dict[str, list[_Run]]] = {name: {} for name in ways}
     is_first = True
@@ -325,6 +359,7 @@ def _print_table(problems: Iterable[Problem], timeout: float, ways: Mapping[str,
             if run.reason is not None:
                 print(f"{run.kind}: {run.reason}")
     print(machine(load), end="")
+    return {name: [run for mine in kinds.values() for run in mine] for name, kinds in runs.items()}
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ import io
 import tarfile
 
 import numpy as np
+from PIL import Image as Picture
 import pytest
 
 from benchmarks import plans
@@ -93,7 +94,7 @@ def test_the_command_prints_a_table(archive, capsys, with_archive):
     assert last.startswith("Measured on ")
 
 
-def test_ompl_is_beside_ours(archive, capsys, monkeypatch):
+def test_ompl_is_beside_ours(archive, capsys, monkeypatch, tmp_path):
     """With our proofs always; with MuJoCo's samples where that is installed, else an error."""
 
     class Straight:
@@ -106,7 +107,9 @@ def test_ompl_is_beside_ours(archive, capsys, monkeypatch):
             return SampledPath(np.stack([start, goal]), 2)
 
     monkeypatch.setattr(plans, "SampledPlanner", Straight)
-    main(["--problems", str(archive), "--count", "1", "--timeout", "100", "--ompl"])
+    drawn = tmp_path / "solved.png"
+    options = ["--count", "1", "--timeout", "100", "--ompl", "--picture", str(drawn)]
+    main(["--problems", str(archive), *options])
     lines = capsys.readouterr().out.splitlines()
     rows = {
         name: lines[lines.index(f"{name}:") + 1].split()
@@ -119,3 +122,6 @@ def test_ompl_is_beside_ours(archive, capsys, monkeypatch):
     is_free = problem.checker.check_edge_collision_free(problem.start, problem.goal)
     assert rows["OMPL, MuJoCo's samples"][-1] == str(int(not is_free))
     assert rows["OMPL, our proofs"][-1] == "0"
+    with Picture.open(drawn) as picture:
+        colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 20)}
+    assert (31, 119, 180) in colours  # ours

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+from PIL import Image as Picture
 import pytest
 
 from benchmarks import robot_speed
@@ -39,7 +40,7 @@ def test_links_are_where_they_are_for_pinocchio(checker):
             np.testing.assert_allclose(found, X_WG, atol=1e-13, err_msg=str(thing))
 
 
-def test_engines_agree_and_the_table_says_so(capsys, monkeypatch):
+def test_engines_agree_and_the_table_says_so(capsys, monkeypatch, tmp_path):
     """Ours and pinocchio with Coal, which are always there; a peer that is missing is named."""
     monkeypatch.setattr(robot_speed, "_REPEATS", 1)
     for name in ("DrakeEngine", "MuJoCoEngine"):
@@ -48,10 +49,13 @@ def test_engines_agree_and_the_table_says_so(capsys, monkeypatch):
             raise ImportError(f"no {_name}")
 
         monkeypatch.setattr(robot_speed, name, missing)
-    robot_speed.main(["--count", "200"])
+    robot_speed.main(["--count", "200", "--picture", str(tmp_path / "bars.png")])
     text = capsys.readouterr().out
     assert "left out: no DrakeEngine" in text and "left out: no MuJoCoEngine" in text
     rows = re.findall(r"^(.+?) +(\d+) +[\d.]+x +(\d+) +[\d.]+x +(\d+) +(\d+)$", text, re.M)
     (ours, *_, ours_differ, ours_hit), (theirs, *_, differ, hit) = rows
     assert (ours, theirs) == ("scene_graph_ros", "pinocchio, Coal")
     assert int(ours_differ) == int(differ) == 0 and 0 < int(ours_hit) == int(hit)
+    with Picture.open(tmp_path / "bars.png") as picture:
+        colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 20)}
+    assert {(44, 160, 44), (153, 153, 153)} <= colours
