@@ -6,13 +6,12 @@ own points there move along the normal.
 
 from __future__ import annotations
 
-import functools
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.compiled.held_tuples import borrower, compiled_type
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.tables.holding import Holding
 from scene_graph_ros.planning.bodies import (
     BodyTable,
     distance_at,
@@ -23,7 +22,7 @@ from scene_graph_ros.planning.bodies import (
 from scene_graph_ros.planning.separation_kernels import separation
 from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, TreeTable
 
-__all__ = ["NearTable", "near_distances", "near_table_type"]
+__all__ = ["NearTable", "near_distances", "near_places"]
 
 _MARGIN = 1.0 + 1e-12
 """Times squared distances of balls: far more than rounding adds."""
@@ -47,9 +46,7 @@ class NearTable(NamedTuple):
     """``(p, nv)``: derivatives of the distances by the velocities."""
 
 
-@functools.cache
-def near_table_type() -> Any:
-    """Return the type of every table, to compiled code."""
+def _example() -> NearTable:
     rows, flags, numbers = np.zeros(1, np.int64), np.zeros(1, np.bool_), np.zeros(1)
     poses, points = np.zeros((1, 3, 4)), np.zeros((1, 3))
     tree = TreeTable(rows, rows, poses, rows, rows, numbers, numbers, rows, poses)
@@ -57,10 +54,11 @@ def near_table_type() -> Any:
     pairs = PairTable(np.zeros((1, 2), np.int64), flags, numbers, numbers, rows)
     lanes = np.zeros((1, 12, LANES))
     places = Places(lanes, points, lanes, lanes, numbers)
-    return compiled_type(NearTable(tree, bodies, pairs, points, places, rows, numbers, points))
+    return NearTable(tree, bodies, pairs, points, places, rows, numbers, points)
 
 
-_borrowed = borrower(near_table_type)
+_holding = Holding("a table of pairs", _example)
+_borrowed, near_places = _holding.borrowed, _holding.places
 
 
 @inlined_kernel

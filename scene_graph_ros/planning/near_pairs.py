@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.compiled.held_tuples import compiled_type, write_down
 from scene_graph_ros.planning.bodies import BodyTable, new_places, Places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.clearance_kernels import (
     near_distances,
-    near_table_type,
+    near_places,
     NearTable,
 )
 
@@ -55,10 +54,7 @@ class _Desk:
             np.empty(most),
             np.empty((most, tree.num_velocities)),
         )
-        kind = compiled_type(self.table)
-        if kind != near_table_type():
-            raise TypeError(f"not a table of pairs: {kind}")
-        self.written = write_down(self.table)
+        self.written = near_places(self.table)
 
 
 _desks = threading.local()
