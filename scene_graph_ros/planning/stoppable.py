@@ -45,6 +45,8 @@ def run_stoppable(
     KeyboardInterrupt. ``watch`` is called now and then while it is waited for, and may raise one.
     """
     stops = Stops(new_stop(), new_stop())
+    # Without time nothing is looked for, however soon the other thread begins.
+    stops.looking[0] = int(timeout == 0.0)
     with ThreadPoolExecutor(1) as pool:
         future = pool.submit(job, stops)
         try:
