@@ -148,7 +148,7 @@ def test_limits_are_those_of_the_urdf_unless_they_are_named():
         (
             {"names": ["lift"], "max_velocities": [0.0], "max_acceleration": 1.0},
             TrajectoryError,
-            "velocities of 'two/lift' must be from 1e-12 to 1e\\+12, not 0",
+            "velocities of 'two/lift' must be from 1e-12 to 1e\\+18, not 0",
         ),
         (
             {

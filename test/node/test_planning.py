@@ -297,7 +297,7 @@ def test_a_failure_says_why(action, joints, fields, failure, words):
                 "limits": MotionLimits(names=["rail"], max_velocities=[0.0], max_acceleration=1.0),
             },
             Status.INVALID_ARGUMENT,
-            "velocities of 'slide/rail' must be from 1e-12 to 1e+12, not 0",
+            "velocities of 'slide/rail' must be from 1e-12 to 1e+18, not 0",
         ),
         (
             {"goals": at(0.0), "rise_time": Duration(sec=-1)},

@@ -303,7 +303,7 @@ def test_limits_of_a_robot_are_its_own_or_refused_by_name(tmp_path):
     np.testing.assert_array_equal(own.accelerations, [1.5, 2.0])
     for arguments, words in (
         ({"accelerations": {"x": 1.0}}, "position 'y' has no limit of acceleration"),
-        ({"accelerations": 0.0}, "accelerations of 'x' must be from 1e-12 to 1e\\+12, not 0"),
+        ({"accelerations": 0.0}, "accelerations of 'x' must be from 1e-12 to 1e\\+18, not 0"),
         ({"accelerations": {"z": 1.0}}, "accelerations: there is no position 'z'"),
         ({"accelerations": 1.0, "velocities": {"x": 0.0}}, "velocities of 'x' must be from"),
         ({"accelerations": 1.0, "velocity_scaling": 1.5}, r"velocity_scaling must be in \(0, 1\]"),

@@ -46,7 +46,7 @@ class LimitExcess(NamedTuple):
         )
 
 
-_LEAST, _MOST = 1e-12, 1e12
+_LEAST, _MOST = 1e-12, 1e18
 """Of a limit: no robot has others, and what is worked out of them stays far from infinite."""
 
 
@@ -55,7 +55,7 @@ class MotionLimits:
     """The largest velocities and accelerations ``(n,)`` of a trajectory's entries.
 
     In rad/s and rad/s^2, or m/s and m/s^2; both ways alike. Raises TrajectoryError for what is
-    not from 1e-12 to 1e12, naming the entry by ``names``, or by its number.
+    not from 1e-12 to 1e18, naming the entry by ``names``, or by its number.
     """
 
     velocities: NDArray[np.float64]
