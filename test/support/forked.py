@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 import contextlib
-import ctypes
 import functools
 import multiprocessing
 from multiprocessing import forkserver
@@ -18,13 +17,12 @@ from pathlib import Path
 import signal
 import subprocess
 import sys
+import threading
 
 __all__ = ["ForkedProcess"]
 
 PRELOADED = ["scene_graph_ros.node.process", "first_kernel"]
 """What a node that starts imports first; its effects are imported when they are asked for."""
-
-_PR_SET_PDEATHSIG = 1
 
 _server = multiprocessing.get_context("forkserver")
 _server.set_forkserver_preload(PRELOADED)
@@ -85,10 +83,18 @@ def _ensure_server_runs() -> None:
             os.environ["PYTHONPATH"] = before
 
 
+def _end_with_parent() -> None:
+    """Be killed when the tests are gone: this process keeps the fork server alive, not it this."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
 def _run(program: str, arguments: list[str], environment: dict[str, str], log: str) -> None:
     """Become what the program makes of this process."""
-    # The fork server ends with the tests, however they end: a node would answer others' tests.
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    # A node that outlived its tests, however they ended, would answer others' tests.
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     output = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
     for stream in (sys.stdout, sys.stderr):
         os.dup2(output, stream.fileno())
