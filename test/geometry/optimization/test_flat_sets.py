@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.optimization import (
     Point,
     VPolytope,
 )
+from scene_graph_ros.geometry.optimization.sets.conversions import _where_rows_meet
 from scene_graph_ros.geometry.optimization.solve.rows import is_inside
 
 seeds = st.integers(0, 2**32 - 1)
@@ -169,6 +170,13 @@ def test_flat_sets_have_no_volume():
     assert HPolyhedron([[1.0, 0.0]], [1.0]).calc_volume() == np.inf
     with pytest.raises(ConvexSetError, match="use calc_volume_via_sampling"):
         HPolyhedron.make_unit_box(5).calc_volume()
+
+
+def test_a_vertex_that_only_parallel_rows_are_near_to_stays_on_them():
+    """Two rows are one, and what crosses them is out of reach: nothing is raised."""
+    unit, sides = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]]), np.array([1.0, 1.0, 1.1])
+    found = _where_rows_meet(unit, sides, np.array([[1.0 + 1e-12, 0.5]]), 1e-9)
+    np.testing.assert_allclose(found, [[1.0, 0.5]], rtol=0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5])

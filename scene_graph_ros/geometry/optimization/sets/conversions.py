@@ -35,6 +35,9 @@ take rows apart that met in one vertex."""
 _SOLID = 1e-6
 """Of a set's half widths: one with a larger ball inside is surely not flat."""
 
+_CROSSING = 1e-6
+"""Determinant of unit rows: below it they are nearly parallel, and tell no point alone."""
+
 _FLAT = 1e-12
 """Relative to a set's size: a set of points thinner than this is flat."""
 
@@ -233,6 +236,8 @@ def _where_rows_meet(
     touching = np.abs(sides - vertices @ unit.T) <= blur
     usual = touching.sum(axis=1) == n
     rows = np.nonzero(touching[usual])[1].reshape(-1, n)
+    meet = np.abs(np.linalg.det(unit[rows])) > _CROSSING
+    usual[usual], rows = meet, rows[meet]
     found = vertices.copy()
     for _ in range(2):
         rest = sides[rows] - np.einsum("ijk,ik->ij", unit[rows], found[usual])

@@ -195,5 +195,7 @@ def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     z = np.maximum(0.1, 1.0 - shrink * lengths)
     _newton(A, x, y, z)
     values, axes = np.linalg.eigh(A.T @ (y[:, None] * A))
+    if not values[0] > 0.0:
+        raise np.linalg.LinAlgError("its square is singular, to rounding")
     E = axes @ np.diag(1.0 / np.sqrt(values)) @ axes.T
     return x, E, y * np.linalg.norm(A @ E, axis=1)
