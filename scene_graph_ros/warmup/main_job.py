@@ -55,7 +55,7 @@ from scene_graph_ros.geometry.spatial.record_kernels import (
 )
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table, ShapeTable
-from scene_graph_ros.warmup.bodies import FACES, TETRAHEDRON
+from scene_graph_ros.warmup.bodies import FACES, many_corners, TETRAHEDRON
 
 __all__ = [
     "ask_main_queries",
@@ -178,6 +178,7 @@ def _scene_of_all_shapes() -> QueryObject:
         Cylinder(0.1, 0.2),
         Ellipsoid(0.1, 0.2, 0.3),
         Convex(vertices=TETRAHEDRON),
+        Convex(vertices=many_corners()),
         Mesh(vertices=TETRAHEDRON, faces=FACES),
         Mesh(vertices=TETRAHEDRON, faces=FACES, scale=(1.0, 1.0, 2.0)),
     ]

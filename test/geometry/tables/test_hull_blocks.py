@@ -45,7 +45,7 @@ def points(count):
 
 @pytest.fixture(name="hulls")
 def _hulls():
-    sets = [points(12), SEGMENT, points(50), SQUARE, SEGMENT[:1], points(200)]
+    sets = [points(12), SEGMENT, points(50), SQUARE, SEGMENT[:1], points(260)]
     return build_shape_table([Convex(vertices=p) for p in sets], [False] * len(sets)).hulls
 
 
@@ -97,7 +97,7 @@ def test_edges_join_two_corners_and_two_faces(hulls):
 
 
 def test_cells_list_the_vertices_that_lie_furthest_along_their_directions(hulls):
-    """Some 10 of 200 to a cell, each with its place and its coordinates."""
+    """Some 10 of 260 to a cell, each with its place and its coordinates."""
     start, rows = int(hulls.block_start[5]), hulls.vertices[slice(*hulls.vertex_start[5:7])]
     cells_at, side = hulls.blocks[start + 4 : start + 6].astype(int)
     cell = getattr(cell_of, "py_func", cell_of)
