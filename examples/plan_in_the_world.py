@@ -1,37 +1,48 @@
-"""A Panda plans in a live world, a ball is put in its way, it plans again, and moves.
+"""A Panda with a box in its hand plans in a live world, meets a ball, plans again, and moves.
 
-    python examples/plan_in_the_world.py
+    python examples/plan_in_the_world.py --picture plan_in_the_world.png
 
-Starts the node on the demo's cell, tells it where the robot's joints are, and asks its action
-``plan_path`` for a trajectory over the table. Then a ball is put where the tool would come by. The
-node says by itself that it does not hold any more, and which two things meet when. The next one
-leads around, and the robot executes it: its joint states are what a controller would make of the
-trajectory, and the world's contacts tell whether it touched anything.
+Starts the node on the demo's cell and tells it where the robot's joints are: its hand is in the
+lower compartment of the shelf. The hand grasps a box, by the service ``attach_frame``. The action
+``plan_path`` finds a trajectory around the board into the compartment above. Then a ball is moved
+to where the hand would come by. The node says by itself that the trajectory does not hold any
+more, and which two things meet when. The next one leads around the ball, and the robot executes
+it: its joint states are what a controller would make of the trajectory, and the world's contacts
+tell whether robot or box touched anything. At last it lets go of the box.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from pathlib import Path
 import subprocess
 import sys
-import time
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
-from demo import DISCOVERY_SECONDS, isolate, processes, ROOT
+from demo import isolate, processes
+from plan_around_shelf import DEPTH, GOAL, GRASPED, HAND, SCENE, START
 
-SCENE = ROOT / "config" / "scenes" / "panda_cell.yaml"
-ARM = [f"panda_joint{i}" for i in range(1, 8)]
-START = (-0.7, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8)
-GOAL = (0.7, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8)
-"""Positions (rad) with the hand over the right and the left half of the table."""
-PADDING = 0.01
-"""Metres that the robot keeps from all else."""
+if TYPE_CHECKING:
+    from plan_frames import Frames
+    from world_planner import WorldPlanner
+
+JOINTS = [*(f"panda_joint{i}" for i in range(1, 8)), "panda_finger_joint1"]
+FINGERS = ("panda_leftfinger", "panda_rightfinger")
+PADDING = 0.005
+"""Metres that robot and box keep from all else."""
 ACCELERATION = 5.0
 """rad/s^2, of each joint; velocities are those of the URDF."""
-RATE = 100.0
-"""Joint states per second."""
+BOX, BALL = "box", "ball"
+
+
+def parse_arguments() -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scene", type=Path, default=SCENE, help="scene file")
+    parser.add_argument("--timeout", type=float, default=30.0, help="seconds to look for a path")
+    parser.add_argument("--picture", type=Path, help="a file for what was to be seen (PNG)")
+    parser.add_argument("--samples", type=int, default=24, help="rays for each of its pixels")
+    return parser.parse_args()
 
 
 def make_ready() -> None:
@@ -40,156 +51,6 @@ def make_ready() -> None:
 
     if not is_ready("planning"):
         subprocess.run([sys.executable, "-m", "scene_graph_ros.warmup", "planning"], check=True)
-
-
-class Planner:
-    """Talks to the node."""
-
-    def __init__(self) -> None:
-        import rclpy
-        from rclpy.action import ActionClient
-        from rclpy.qos import DurabilityPolicy, QoSProfile
-        from sensor_msgs.msg import JointState, MultiDOFJointState
-        from visualization_msgs.msg import MarkerArray
-
-        from scene_graph_msgs.action import PlanPath
-        from scene_graph_msgs.msg import ContactArray, PlanHolds
-
-        rclpy.init()
-        self.node = rclpy.create_node("planner")
-        self.joints = self.node.create_publisher(JointState, "joint_states", 10)
-        self.objects = self.node.create_publisher(MultiDOFJointState, "objects/poses", 10)
-        self.action = ActionClient(self.node, PlanPath, "/scene_graph/plan_path")
-        self.holds: list[Any] = []
-        self.way: list[Any] = []
-        self.contacts: list[Any] = []
-        kept = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        for kind, topic, take in (
-            (PlanHolds, "plan_holds", self.holds.append),
-            (MarkerArray, "markers/plan", self._take_way),
-        ):
-            self.node.create_subscription(kind, f"/scene_graph/{topic}", take, kept)
-        self.node.create_subscription(
-            ContactArray, "/scene_graph/contacts", self.contacts.append, 100
-        )
-
-    def _take_way(self, message: Any) -> None:
-        for marker in message.markers:
-            if marker.ns == "plan/way" and marker.points:
-                self.way = marker.points
-
-    def wait(self, condition: Callable[[], Any], what: str) -> Any:
-        """Take messages until a condition is met, and return what it says."""
-        import rclpy
-
-        end = time.monotonic() + DISCOVERY_SECONDS
-        while not (value := condition()):
-            rclpy.spin_once(self.node, timeout_sec=0.1)
-            if time.monotonic() > end:
-                raise SystemExit(f"{what} did not come within {DISCOVERY_SECONDS:g} s")
-        return value
-
-    def wait_for_node(self) -> None:
-        """Wait until the node offers the action, and listens to both robot and objects."""
-
-        def is_there() -> bool:
-            heard = (p.get_subscription_count() for p in (self.joints, self.objects))
-            return self.action.server_is_ready() and all(heard)
-
-        self.wait(is_there, "the node")
-
-    def tell_joints(self, names: list[str], positions: list[float]) -> None:
-        """Say where joints are."""
-        from sensor_msgs.msg import JointState
-
-        message = JointState(name=names, position=positions)
-        message.header.stamp = self.node.get_clock().now().to_msg()
-        self.joints.publish(message)
-
-    def put_ball(self, point: Any) -> None:
-        """Put the ball somewhere, as a tracker of objects would tell."""
-        from geometry_msgs.msg import Quaternion, Transform, Vector3
-        from sensor_msgs.msg import MultiDOFJointState
-
-        place = Vector3(x=point.x, y=point.y, z=point.z)
-        pose = Transform(translation=place, rotation=Quaternion(w=1.0))
-        message = MultiDOFJointState(joint_names=["ball"], transforms=[pose])
-        message.header.stamp = self.node.get_clock().now().to_msg()
-        self.objects.publish(message)
-
-    def plan(self, seconds: float) -> tuple[Any, bytes]:
-        """Ask for a path; return the result and the goal's id."""
-        from rclpy.duration import Duration
-
-        from scene_graph_msgs.action import PlanPath
-        from scene_graph_msgs.msg import MotionLimits, RobotConfigurations
-
-        goal = PlanPath.Goal(
-            start=RobotConfigurations(names=ARM, positions=list(START)),
-            goals=RobotConfigurations(names=ARM, positions=list(GOAL)),
-            group="arm",
-            environment_padding=PADDING,
-            timeout=Duration(seconds=seconds).to_msg(),
-            with_trajectory=True,
-            limits=MotionLimits(max_acceleration=ACCELERATION),
-        )
-        sent = self.action.send_goal_async(goal)
-        handle = self.wait(lambda: sent.done() and sent.result(), "the goal's acceptance")
-        future = handle.get_result_async()
-        answer = self.wait(lambda: future.done() and future.result(), "the result")
-        return answer.result, bytes(handle.goal_id.uuid)
-
-    def wait_for_holds(self, goal_id: bytes, *, holds: bool) -> Any:
-        """Wait until the node says of a path that it holds, or that it does not."""
-
-        def newest() -> Any:
-            said = [m for m in self.holds if bytes(m.goal_id.uuid) == goal_id]
-            return said[-1] if said and said[-1].holds == holds else None
-
-        return self.wait(newest, "whether the path holds")
-
-    def execute(self, message: Any) -> tuple[int, set[str]]:
-        """Move as a controller would; return how many joint states, and whom the robot touched."""
-        import rclpy
-
-        from msg_adapters.trajectories import joint_trajectory_from_msg
-
-        names, points = joint_trajectory_from_msg(message)
-        trajectory = points.trajectory()
-        self.contacts.clear()
-        self.wait(lambda: self.contacts, "contacts")
-        before, _ = touched(self.contacts)
-        count, begin = 0, time.monotonic()
-        while (seconds := count / RATE) < trajectory.duration + 1.0 / RATE:
-            rclpy.spin_once(self.node, timeout_sec=0.0)
-            if time.monotonic() - begin >= seconds:
-                self.tell_joints(list(names), trajectory.value(seconds).tolist())
-                count += 1
-        last = self.node.get_clock().now().nanoseconds
-        goal = trajectory.value(trajectory.end_time).tolist()
-        self.tell_joints(list(names), goal)
-        self.wait(lambda: touched(self.contacts)[1] >= last, "the contacts at the goal")
-        return count, touched(self.contacts)[0] - before
-
-    def close(self) -> None:
-        """End."""
-        import rclpy
-
-        self.action.destroy()
-        self.node.destroy_node()
-        rclpy.shutdown()
-
-
-def touched(messages: list[Any]) -> tuple[set[str], int]:
-    """Return the pairs in contact that the robot is in, and the newest stamp, ns."""
-    pairs, stamp = set(), 0
-    for message in messages:
-        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-        for point in message.points:
-            both = point.geometry_a, point.geometry_b
-            if any(each.source == "panda" for each in both):
-                pairs.add(" and ".join(f"{each.frame}/{each.name}" for each in both))
-    return pairs, stamp
 
 
 def words(result: Any) -> str:
@@ -204,52 +65,94 @@ def words(result: Any) -> str:
     )
 
 
-def run(planner: Planner, seconds: float) -> int:
-    """Plan, block, plan again and move; return the exit code."""
+def place(point: Any) -> str:
+    """Return coordinates as words."""
+    return f"({point.x:.2f}, {point.y:.2f}, {point.z:.2f})"
+
+
+def goal_request() -> Any:
+    """Return what is asked of the action, but for the time that it may take."""
+    from scene_graph_msgs.action import PlanPath
+    from scene_graph_msgs.msg import RobotConfigurations
+
+    return PlanPath.Goal(
+        start=RobotConfigurations(names=JOINTS, positions=list(START)),
+        goals=RobotConfigurations(names=JOINTS, positions=list(GOAL)),
+        group="arm",
+        environment_padding=PADDING,
+    )
+
+
+def put_in_the_way(planner: WorldPlanner) -> Any:
+    """Move the ball to the middle of those places on the way that leave start and goal free."""
+    from scene_graph_msgs.msg import RobotConfigurations
+
+    way = planner.wait(lambda: planner.way, "the way of the hand")
+    ends = RobotConfigurations(names=JOINTS, positions=[*START, *GOAL])
+    is_free = planner.leave_free(f"objects/{BALL}", way, ends, PADDING)
+    places = [point for point, free in zip(way, is_free, strict=True) if free]
+    if not places:
+        raise SystemExit("Wherever the ball is on the way, start or goal are not free")
+    point = places[len(places) // 2]
+    planner.put_object(BALL, point)
+    return point
+
+
+def run(planner: WorldPlanner, seconds: float, frames: Frames | None) -> int:
+    """Grasp, plan, block, plan again and move; return the exit code."""
     planner.wait_for_node()
-    planner.tell_joints(ARM, list(START))
+    planner.tell_joints(JOINTS, START)
+    size = GRASPED.width, GRASPED.depth, GRASPED.height
+    planner.grasp_box(BOX, size, HAND, DEPTH, FINGERS)
+    print(f"The hand has grasped a box of {100 * max(size):g} cm.", flush=True)
     goal_id = b""
     for attempt in ("A path", "Another path"):
-        result, goal_id = planner.plan(seconds)
+        result, goal_id = planner.plan(goal_request(), seconds, ACCELERATION)
         if result.status.code or result.failure:
             print(f"No path: {result.status.message}{result.reason}")
             return 1
         print(f"{attempt}: {words(result)}.", flush=True)
         planner.wait_for_holds(goal_id, holds=True)
         print("It holds in the world as it is.")
+        if frames is not None:
+            frames.take(planner, attempt, stops=False)
         if attempt == "A path":
-            way = planner.wait(lambda: planner.way, "the way of the tool")
-            point = way[len(way) // 2]
-            planner.put_ball(point)
-            place = f"({point.x:.2f}, {point.y:.2f}, {point.z:.2f})"
-            print(f"The ball is put where the tool would come by, at {place} m.")
+            point = put_in_the_way(planner)
+            print(f"The ball is moved to where the hand would come by, at {place(point)} m.")
             stopped = planner.wait_for_holds(goal_id, holds=False)
             print(f"The path does not hold any more: {stopped.reason}.", flush=True)
-    count, pairs = planner.execute(result.trajectory)
+            if frames is not None:
+                frames.take(planner, "A ball is in its way", stops=True)
+    count, pairs = planner.execute(result.trajectory, BOX)
     met = ", ".join(sorted(pairs)) or "nothing"
-    print(f"The robot has moved along it, in {count} joint states, and touched {met}.")
+    print(f"Robot and box have moved along it, in {count} joint states, and touched {met}.")
+    print(f"The hand lets go of the box at {place(planner.let_go(BOX))} m.")
     return int(bool(pairs))
 
 
 def main() -> int:
     """Run the example; return the exit code."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--scene", type=Path, default=SCENE, help="scene file")
-    parser.add_argument("--timeout", type=float, default=30.0, help="seconds to look for a path")
-    arguments = parser.parse_args()
+    arguments = parse_arguments()
     make_ready()
     isolate()
+    from plan_frames import Frames  # after the environment is set: these start DDS
+    from world_planner import WorldPlanner
+
     node = [
         *(sys.executable, "-m", "scene_graph_ros.node", "--ros-args"),
         *("-p", f"scene:={arguments.scene.resolve()}", "--log-level", "warn"),
         *("-p", "shutdown_timeout:=20.0"),  # a busy machine may take its time
     ]
+    frames = Frames(arguments.samples) if arguments.picture is not None else None
     with processes({"scene graph node": node}) as running:
-        planner = Planner()
+        planner = WorldPlanner(with_pictures=frames is not None)
         try:
-            code = run(planner, arguments.timeout)
+            code = run(planner, arguments.timeout, frames)
         finally:
             planner.close()
+    if frames is not None and not code:
+        frames.draw(arguments.picture)
+        print(f"Picture: {arguments.picture}")
     return code or int(any(process.returncode for process in running.values()))
 
 

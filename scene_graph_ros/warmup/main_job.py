@@ -44,7 +44,11 @@ from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.query.distance.local_surface import local_surfaces
 from scene_graph_ros.geometry.query.point.batch import distance_points
 from scene_graph_ros.geometry.spatial.pose_kernels import check_poses
-from scene_graph_ros.geometry.spatial.poses import poses_from_quaternions, quaternions_from_poses
+from scene_graph_ros.geometry.spatial.poses import (
+    inverse,
+    poses_from_quaternions,
+    quaternions_from_poses,
+)
 from scene_graph_ros.geometry.spatial.quaternion_kernels import poses_from_components_kernel
 from scene_graph_ros.geometry.spatial.record_kernels import (
     are_valid,
@@ -152,12 +156,13 @@ def make_bodies() -> None:
 
 
 def read_poses() -> None:
-    """Read a pose as one comes with a message, in all the ways there are."""
+    """Read a pose as one comes with a message, in all the ways there are, and invert it."""
     components = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
     X = poses_from_quaternions(components[:, :3], components[:, 3:])
     poses_from_components_kernel(components, X, np.array([0]))
     quaternions_from_poses(X)
     check_poses(X)
+    inverse(X)
     data = bytes(_STAMP_SIZE) + components.tobytes()
     numbers, rows = np.array([_STAMP_SIZE]), np.array([0])
     times, newest = np.array([0]), np.array([0])
