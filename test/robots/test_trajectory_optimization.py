@@ -35,6 +35,7 @@ def test_swing_ups_from_a_straight_line(name):
     result = made.solve()
     assert result.is_success, result.reason
     assert result.status is SolveStatus.SOLVED
+    assert result.program_result.starts == 1
     np.testing.assert_allclose(result.states[0], 0.0, atol=1e-7)
     np.testing.assert_allclose(result.states[-1], system.goal, atol=1e-7)
     assert abs(result.inputs).max() <= system.effort * (1.0 + 1e-9)
@@ -139,6 +140,22 @@ def test_placeholders_stand_for_each_knot():
     np.testing.assert_allclose(result.value(made.state(1)).ravel(), [2.0, 2.0], atol=1e-9)
     assert isinstance(made, MultipleShooting)
     assert made.fixed_time_step() == 0.5
+
+
+def test_costs_may_have_variables_of_the_program():
+    """The integral of (u - c)^2 over a variable c is least at the mean of u."""
+    made = DirectCollocation(DOUBLE, 9, 0.25, 0.25)
+    c = made.prog().new_variables(1, "c")
+    made.prog().add_constraint(made.initial_state() == 0.0)
+    made.prog().add_constraint(made.final_state(), [1.0, 0.6], [1.0, 0.6])
+    made.add_running_cost((made.input()[0] - c) ** 2 + made.time() * made.input()[0] ** 2)
+    result = made.solve()
+    assert result.is_success
+    u = result.inputs[:, 0]
+    mean = 0.5 * (u[:-1] + u[1:]).sum() * 0.25 / 2.0
+    assert mean == pytest.approx(0.3, abs=1e-8)  # the speed of 0.6 m/s after 2 s
+    np.testing.assert_allclose(result.program_result.value(c), mean, atol=1e-8)
+    assert abs(u - mean).max() > 0.1
 
 
 def test_discrete_systems_and_their_regulator():

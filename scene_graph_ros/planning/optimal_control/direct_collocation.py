@@ -59,12 +59,19 @@ class DirectCollocation(MultipleShooting):
         self._prog.add_constraint(defects, 0.0, 0.0, label="dynamics", knots=knots)
 
     def _add_running_cost(self, g: Any) -> None:
-        at_knots = [self._at_knot(g, k) for k in range(self.num_time_samples)]
-        for k, h in enumerate(self._h):
-            others = [0.5 * (v[k] + v[k + 1]) for _, v in self._sequential.values()]
-            u = 0.5 * (self._u[k] + self._u[k + 1])
-            middle = self._substituted(g, self._t[k] + 0.5 * h, self._middles[k], u, others)
-            self._prog.add_cost(h / 6.0 * (at_knots[k] + 4.0 * middle + at_knots[k + 1]))
+        ca = self._ca
+
+        def between(knots: list[Any]) -> list[Any]:
+            stacked = ca.horzcat(*knots)
+            return ca.horzsplit(0.5 * (stacked[:, :-1] + stacked[:, 1:]))
+
+        others = self._others()
+        at_knots = self._at_knots(g, self._t, self._x, self._u, others)
+        middle = self._at_knots(
+            g, between(self._t), self._middles, between(self._u), [between(v) for v in others]
+        )
+        h = ca.horzcat(*self._h) / 6.0
+        self._prog.add_cost(ca.dot(h, at_knots[:, :-1] + 4.0 * middle + at_knots[:, 1:]))
 
     def reconstruct_state_trajectory(self, result: Any) -> PiecewisePolynomial:
         """Return cubics with the states and the dynamics' rates at the knots."""

@@ -47,8 +47,9 @@ class DirectTranscription(MultipleShooting):
             )
 
     def _add_running_cost(self, g: Any) -> None:
-        for k in range(self.num_time_samples - 1):
-            self._prog.add_cost(self._steps[0] * self._at_knot(g, k))
+        others = [each[:-1] for each in self._others()]
+        rates = self._at_knots(g, self._t[:-1], self._x[:-1], self._u[:-1], others)
+        self._prog.add_cost(self._steps[0] * self._ca.sum2(rates))
 
     def reconstruct_state_trajectory(self, result: Any) -> PiecewisePolynomial:
         """Return straight lines between the states, as forward Euler has them."""

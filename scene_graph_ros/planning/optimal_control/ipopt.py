@@ -64,6 +64,12 @@ _WARM = {
     "warm_start_mult_bound_push": 1e-9,
 }
 
+_FREE = {"mu_strategy": "adaptive", "adaptive_mu_globalization": "never-monotone-mode"}
+"""The barrier follows the step that it allows (Nocedal, Waechter and Waltz, 2009)."""
+
+_ROUGH = {**_FREE, "least_square_init_primal": "yes"}
+"""The search begins at the point nearest to the guess that the linearized constraints allow."""
+
 
 class IpoptRun:
     """Solves a program once."""
@@ -80,6 +86,9 @@ class IpoptRun:
         self.lower = np.concatenate([np.zeros(0), *(c.lower for c in program.constraints)])
         self.upper = np.concatenate([np.zeros(0), *(c.upper for c in program.constraints)])
         self.values = ca.Function("values", [self.x], [self.f, self.g])
+        self.problem = {"x": self.x, "f": self.f, "g": self.g}
+        if program.has_second_derivatives:
+            self._write_out()
         self.best: tuple[float, float] = np.inf, np.inf
         self.best_x: NDArray[np.float64] | None = None
         self.error: BaseException | None = None
@@ -99,12 +108,13 @@ class IpoptRun:
             rows = np.zeros(len(self.lower))
             rows[: min(len(of_g), len(rows))] = of_g[: len(rows)]
             arguments |= {"lam_x0": of_x, "lam_g0": rows}
-        solver = self._solver(warm_start is not None)
-        starts = 1 if warm_start is not None else 1 + self.options.restarts
+        plans = self._plans(warm_start is not None)
         begin, iterations = time.process_time(), 0
-        for start in range(starts):
+        for start, (told, noise) in enumerate(plans):
+            if start == 0 or told != plans[start - 1][0]:
+                solver = self._solver(told)
             try:
-                found = solver(x0=self._start(x0, start), **arguments)
+                found = solver(x0=self._start(x0, noise), **arguments)
             except Exception:
                 self._raise_lost()
                 raise
@@ -116,14 +126,23 @@ class IpoptRun:
                 break
         return replace(result, seconds=time.process_time() - begin)
 
-    def _start(self, x0: NDArray[np.float64], start: int) -> NDArray[np.float64]:
+    def _start(self, x0: NDArray[np.float64], noise: int) -> NDArray[np.float64]:
         """Return where a search begins: the guess, later ones farther and farther from it."""
-        if start == 0:
+        if noise == 0:
             return x0
-        noise = np.random.default_rng(start).standard_normal(len(x0))
-        return np.asarray(x0 + _NOISE * start * np.maximum(1.0, abs(x0)) * noise)
+        normal = np.random.default_rng(noise).standard_normal(len(x0))
+        return np.asarray(x0 + _NOISE * noise * np.maximum(1.0, abs(x0)) * normal)
 
-    def _solver(self, is_warm: bool) -> Any:
+    def _plans(self, is_warm: bool) -> list[tuple[dict[str, Any], int]]:
+        """Return what IPOPT is told at each start, and which noise there is in the guess."""
+        if is_warm:
+            return [(_WARM, 0)]
+        count = 1 + self.options.restarts
+        if not self.program.has_rough_guess:
+            return [({}, noise) for noise in range(count)]
+        return [(_ROUGH, 0), *((_FREE, noise) for noise in range(count - 1))][:count]
+
+    def _solver(self, more: dict[str, Any]) -> Any:
         ca, options = self.ca, self.options
         told: dict[str, Any] = {
             "tol": options.tolerance,
@@ -136,8 +155,7 @@ class IpoptRun:
             "bound_relax_factor": 0.0,
             "honor_original_bounds": "yes",
         }
-        if is_warm:
-            told |= _WARM
+        told |= more
         if not self.program.has_second_derivatives:
             told["hessian_approximation"] = "limited-memory"
         told |= dict(options.ipopt)
@@ -149,16 +167,21 @@ class IpoptRun:
             "iteration_callback": self._watch,
             "show_eval_warnings": False,
         }
-        problem = {"x": self.x, "f": self.f, "g": self.g}
-        if self.program.has_second_derivatives:
-            # Written out as scalar operations it runs faster, unless that is too long a list.
-            try:
-                expanded = ca.Function("p", [self.x], [self.f, self.g]).expand()
-            except RuntimeError:
-                expanded = None
-            if expanded is not None and expanded.n_instructions() <= _MOST_EXPANDED:
-                told["expand"] = True
-        return ca.nlpsol("ipopt", "ipopt", problem, told)
+        return ca.nlpsol("ipopt", "ipopt", self.problem, told)
+
+    def _write_out(self) -> None:
+        """Write the program out as scalar operations, unless that is too long a list.
+
+        So it runs faster, and derivatives are made sooner.
+        """
+        try:
+            expanded = self.values.expand()
+        except RuntimeError:
+            return
+        if expanded.n_instructions() <= _MOST_EXPANDED:
+            x = self.ca.SX.sym("x", self.x.shape[0])
+            f, g = expanded(x)
+            self.values, self.problem = expanded, {"x": x, "f": f, "g": g}
 
     def _check_guess(self, x0: NDArray[np.float64]) -> None:
         """Raise where something is no number at the guess, naming it."""
@@ -193,15 +216,16 @@ class IpoptRun:
         beyond = np.maximum(self.lower - rows, rows - self.upper)
         return np.where(np.isnan(rows), np.inf, np.maximum(beyond, 0.0))
 
-    def watch(self, x: NDArray[np.float64]) -> None:
+    def watch(self, x: Any) -> None:
         """Take note of a point on the way."""
+        # CasADi hands its own g over, too, but without the rows that are bounds of variables.
         f, g = self.values(x)
-        beyond = float(self._beyond(np.array(g).ravel()).max(initial=0.0))
+        beyond = float(self._beyond(g.full().ravel()).max(initial=0.0))
         merit = max(beyond - self.options.feasibility_tolerance, 0.0), float(f)
         if merit < self.best:
-            self.best, self.best_x = merit, x
+            self.best, self.best_x = merit, x.full().ravel()
         for callback in self.program.callbacks:
-            callback(x)
+            callback(x.full().ravel())
 
     def _raise_lost(self) -> None:
         """Raise what was raised inside CasADi."""
@@ -268,6 +292,7 @@ def _watcher(ca: Any, run: IpoptRun) -> Any:
     """Return what CasADi calls at each iteration."""
     size, rows = run.x.shape[0], run.g.shape[0]
     names = [ca.nlpsol_out(k) for k in range(ca.nlpsol_n_out())]
+    place = names.index("x")
     shapes = {"x": size, "lam_x": size, "g": rows, "lam_g": rows, "f": 1, "lam_p": 0}
 
     class _Watcher(ca.Callback):
@@ -291,7 +316,7 @@ def _watcher(ca: Any, run: IpoptRun) -> Any:
 
         def eval(self, given: Any) -> Any:
             try:
-                run.watch(np.array(given[names.index("x")]).ravel())
+                run.watch(given[place])
             except BaseException as error:  # noqa: BLE001 - raised again when the solver ended
                 run.error = error
                 return [1]

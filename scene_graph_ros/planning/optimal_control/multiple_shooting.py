@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.optimal_control.arguments import as_bounds, as_count, as_index
+from scene_graph_ros.planning.optimal_control.at_places import at_place, at_places
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
@@ -49,6 +50,7 @@ class MultipleShooting(ABC):
         self.num_time_samples = as_count("num_time_samples", num_time_samples, 2)
         n, m, N = dynamics.num_states, dynamics.num_inputs, self.num_time_samples
         self._prog = NonlinearProgram()
+        self._prog.has_rough_guess = True
         self._prog.has_second_derivatives = dynamics.has_second_derivatives
         self._prog.raise_error.append(dynamics.raise_error)
         self._steps = steps
@@ -174,49 +176,51 @@ class MultipleShooting(ABC):
     ) -> list[Constraint]:
         """Add a formula of placeholders, some of them, or ``lb <= f <= ub``, at each knot."""
         formulas = list(f) if isinstance(f, (list, tuple)) else [f]
-        return [
-            self._prog.add_constraint(
-                [self._at_knot(each, k) for each in formulas]
-                if lb is None and ub is None
-                else self._at_knot(self._ca.vertcat(*formulas), k),
-                lb,
-                ub,
-                label=label,
-                knots=[k],
-            )
-            for k in range(self.num_time_samples)
-        ]
+        given: Any = formulas if lb is None and ub is None else self._ca.vertcat(*formulas)
+        column, lower, upper = self._prog.rows_of(given, lb, ub)
+        everywhere = self._at_knots(column, self._t, self._x, self._u, self._others())
+        return self._prog.add_constraint_for_each(
+            self._ca.horzsplit(everywhere),
+            lower,
+            upper,
+            label=label,
+            knots=[[k] for k in range(self.num_time_samples)],
+        )
 
     def _at_knot(self, expression: Any, k: int) -> Any:
         """Return an expression with a knot's variables for placeholders."""
-        sequential = [variables[k] for _, variables in self._sequential.values()]
-        return self._substituted(expression, self._t[k], self._x[k], self._u[k], sequential)
+        own = [each[k] for each in (self._t, self._x, self._u, *self._others())]
+        return at_place(expression, self._symbols(), own)
 
-    def _substituted(self, expression: Any, t: Any, x: Any, u: Any, others: list[Any]) -> Any:
-        symbols = [*self._placeholders, *(symbol for symbol, _ in self._sequential.values())]
-        (result,) = self._ca.substitute(
-            [self._ca.MX(expression)], symbols, [self._ca.MX(each) for each in (t, x, u, *others)]
-        )
-        return result
+    def _at_knots(
+        self, expression: Any, t: list[Any], x: list[Any], u: list[Any], others: list[list[Any]]
+    ) -> Any:
+        """Return a column of placeholders at each of some places, as columns side by side."""
+        return at_places(expression, self._symbols(), [t, x, u, *others])
+
+    def _symbols(self) -> list[Any]:
+        return [*self._placeholders, *(symbol for symbol, _ in self._sequential.values())]
+
+    def _others(self) -> list[list[Any]]:
+        return [variables for _, variables in self._sequential.values()]
 
     def add_time_interval_bounds(self, lower_bound: float, upper_bound: float) -> list[Constraint]:
         """Bound each step, s. Raises where steps are fixed."""
         self._require_variable_steps("add_time_interval_bounds()")
         low, high = as_bounds(lower_bound, upper_bound, 1)
-        return [
-            self._prog.add_constraint(h, low, high, label="time step", knots=[k, k + 1])
-            for k, h in enumerate(self._h)
-        ]
+        knots = [[k, k + 1] for k in range(len(self._h))]
+        return self._prog.add_constraint_for_each(
+            self._h, low, high, label="time step", knots=knots
+        )
 
     def add_equal_time_intervals_constraints(self) -> list[Constraint]:
         """Have all steps be equal. Raises where steps are fixed."""
         self._require_variable_steps("add_equal_time_intervals_constraints()")
-        return [
-            self._prog.add_constraint(
-                self._h[k + 1] - self._h[k], 0.0, 0.0, label="equal time steps", knots=[k + 1]
-            )
-            for k in range(len(self._h) - 1)
-        ]
+        steps = self._ca.vertcat(*self._h)
+        same = self._ca.vertsplit(steps[1:] - steps[:-1]) if len(self._h) > 1 else []
+        return self._prog.add_constraint_for_each(
+            same, 0.0, 0.0, label="equal time steps", knots=[[k + 1] for k in range(len(same))]
+        )
 
     def add_duration_bounds(self, lower_bound: float, upper_bound: float) -> Constraint:
         """Bound the time that all takes, s. Raises where steps are fixed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,8 @@ class NonlinearProgram(ProgramParts):
     def __init__(self) -> None:
         super().__init__()
         self._ca = get_casadi()
-        self._known: set[int] = set()
+        self._known: dict[int, int] = {}
+        """Variables' symbols by their hash, and their places."""
         self.placeholders: dict[int, str] = {}
         """Symbols that stand for others, by their hash, and what they are called."""
 
@@ -39,8 +41,8 @@ class NonlinearProgram(ProgramParts):
         """Return ``rows`` new variables as a column of symbols; their guess is zero."""
         count = as_count("rows", rows, 0)
         symbol = self._ca.MX.sym(name, count)
+        self._known[symbol.__hash__()] = len(self.variables)
         self.variables.append(symbol)
-        self._known.add(symbol.__hash__())
         self._guesses.append(np.zeros(count))
         return symbol
 
@@ -68,25 +70,53 @@ class NonlinearProgram(ProgramParts):
         a result calls it. Raises TrajectoryOptimizationError for bounds that hold nothing, and for
         placeholders.
         """
+        rows, lower, upper = self.rows_of(expression, lb, ub, label=label)
+        self._check_symbols(label, rows)
+        about = np.zeros((rows.shape[0], 0), dtype=np.int64)
+        if knots is not None:
+            given = np.asarray(knots, dtype=np.int64)
+            about = np.broadcast_to(given, (rows.shape[0], given.shape[-1]))
+        made = Constraint(rows, lower, upper, label, about)
+        self.constraints.append(made)
+        return made
+
+    def add_constraint_for_each(
+        self, columns: Sequence[Any], lb: ArrayLike, ub: ArrayLike, *, label: str, knots: ArrayLike
+    ) -> list[Constraint]:
+        """Add ``lb <= column <= ub`` for columns of one size, about ``knots``, a row for each."""
+        if not len(columns):
+            return []
+        self._check_symbols(label, self._ca.vertcat(*columns))
+        size = columns[0].shape[0]
+        lower, upper = as_bounds(lb, ub, size)
+        made = [
+            Constraint(column, lower, upper, label, np.broadcast_to(own, (size, len(own))))
+            for column, own in zip(columns, np.asarray(knots, dtype=np.int64), strict=True)
+        ]
+        self.constraints += made
+        return made
+
+    def rows_of(
+        self,
+        expression: Any,
+        lb: ArrayLike | None,
+        ub: ArrayLike | None,
+        *,
+        label: str = "constraint",
+    ) -> tuple[Any, NDArray[np.float64], NDArray[np.float64]]:
+        """Return what `add_constraint` takes as one column of expressions, and its bounds."""
         if lb is None and ub is None:
             parts = self._of_formula(expression)
         else:
             parts = [(expression, -np.inf if lb is None else lb, np.inf if ub is None else ub)]
         columns, lower, upper = [], [], []
         for part, low, high in parts:
-            column = self._ca.vec(self._checked(label, part))
+            column = self._ca.vec(self._as_expression(label, part))
             bounds = as_bounds(low, high, column.shape[0])
             columns.append(column)
             lower.append(bounds[0])
             upper.append(bounds[1])
-        rows = self._ca.vertcat(*columns)
-        about = np.zeros((rows.shape[0], 0), dtype=np.int64)
-        if knots is not None:
-            given = np.asarray(knots, dtype=np.int64)
-            about = np.broadcast_to(given, (rows.shape[0], given.shape[-1]))
-        made = Constraint(rows, np.concatenate(lower), np.concatenate(upper), label, about)
-        self.constraints.append(made)
-        return made
+        return self._ca.vertcat(*columns), np.concatenate(lower), np.concatenate(upper)
 
     def _of_formula(self, formula: Any) -> list[tuple[Any, Any, Any]]:
         """Return expressions with bounds of a comparison, or of several joined by and."""
@@ -113,17 +143,25 @@ class NonlinearProgram(ProgramParts):
 
     def _checked(self, label: str, expression: Any) -> Any:
         """Return an expression of this program's variables."""
+        found = self._as_expression(label, expression)
+        self._check_symbols(label, found)
+        return found
+
+    def _as_expression(self, label: str, expression: Any) -> Any:
         ca = self._ca
         try:
             if isinstance(expression, (list, tuple, np.ndarray)):
                 flat = np.asarray(expression, dtype=object).ravel()
                 expression = ca.vertcat(*flat)
-            found = ca.MX(expression)
+            return ca.MX(expression)
         except (TypeError, NotImplementedError, RuntimeError) as error:
             raise TrajectoryOptimizationError(
                 f"{label} must be an expression of casadi's, not {quoted(str(expression))}"
             ) from error
-        for symbol in ca.symvar(found):
+
+    def _check_symbols(self, label: str, expression: Any) -> None:
+        """Raise where an expression has other symbols than this program's variables."""
+        for symbol in self._ca.symvar(expression):
             key = symbol.__hash__()
             if key in self._known:
                 continue
@@ -136,24 +174,23 @@ class NonlinearProgram(ProgramParts):
                 f"{label}: {symbol.name()!r} is no variable of this program; make it by"
                 " new_variables()"
             )
-        return found
 
     # Guesses and solutions.
 
     def set_initial_guess(self, variables: Any, values: ArrayLike) -> None:
         """Say where the search begins for variables that were made in one call."""
-        for k, symbol in enumerate(self.variables):
-            if symbol.__hash__() == variables.__hash__():
-                array = np.broadcast_to(np.asarray(values, dtype=np.float64), symbol.shape[:1])
-                if not np.isfinite(array).all():
-                    raise TrajectoryOptimizationError(
-                        f"the guess of {symbol.name()!r} must be finite, not {array}"
-                    )
-                self._guesses[k] = array.copy()
-                return
-        raise TrajectoryOptimizationError(
-            "a guess is for all variables that one call of new_variables() made"
-        )
+        k = self._known.get(variables.__hash__())
+        if k is None:
+            raise TrajectoryOptimizationError(
+                "a guess is for all variables that one call of new_variables() made"
+            )
+        symbol = self.variables[k]
+        array = np.broadcast_to(np.asarray(values, dtype=np.float64), symbol.shape[:1])
+        if not np.isfinite(array).all():
+            raise TrajectoryOptimizationError(
+                f"the guess of {symbol.name()!r} must be finite, not {array}"
+            )
+        self._guesses[k] = array.copy()
 
     def solve(
         self, options: SolverOptions | None = None, *, warm_start: ProgramResult | None = None

@@ -35,6 +35,8 @@ class ProgramParts:
         """Called with all variables at each iteration."""
         self.has_second_derivatives = True
         """Whether all expressions have them; else they are approximated (limited-memory BFGS)."""
+        self.has_rough_guess = False
+        """Whether the guess is far from what the constraints ask, as a straight line is."""
         self.raise_error: list[Callable[[], None]] = []
         """What raises errors that CasADi lost."""
         self._guesses: list[NDArray[np.float64]] = []
