@@ -2,16 +2,15 @@
 
 ``python -m benchmarks.trajectories`` prints processor times of one thread, and durations beside
 exact ones: those of straight ways, which are known, and of corners that are cut into many more
-stretches. TOPP-RA's own implementation takes part where ``toppra`` is installed, which is not
-needed otherwise::
-
-    pip install toppra==0.6.10
+stretches. TOPP-RA's own implementation and Ruckig take part where ``toppra`` and ``ruckig`` are
+installed, as they are for the tests. What they make is checked and proven as ours is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from importlib.util import find_spec
+from itertools import pairwise, product
 import logging
 import time
 from typing import Any
@@ -21,11 +20,18 @@ import numpy as np
 from scene_graph_ros.planning import (
     load_robot_diagram,
     plan_path,
+    prove_trajectory,
     SceneGraphCollisionChecker,
     time_path,
 )
-from scene_graph_ros.planning.trajectories import MotionLimits, PiecewisePolynomial, retime
+from scene_graph_ros.planning.trajectories import (
+    MotionLimits,
+    PiecewisePolynomial,
+    retime,
+    TrajectoryPoints,
+)
 from scene_graph_ros.planning.trajectories.corners import CornerPath
+from scene_graph_ros.planning.trajectories.jerk_limited import sample_along
 from scene_graph_ros.planning.trajectories.sampling import sample
 
 __all__ = ["main"]
@@ -40,6 +46,7 @@ _REPEATS = 7
 _GRIDS = (2, 4, 8, 16, 32, 64)
 _BEST = 1024
 _RISE_TIME = 0.05
+_JERK = 50.0
 
 
 def _milliseconds(function: Callable[[], Any]) -> tuple[float, Any]:
@@ -98,6 +105,57 @@ def _corners(path: np.ndarray, limits: MotionLimits) -> None:
             )
 
 
+def _with_jerks() -> None:
+    """Print how much longer straight ways take with limits of jerk, beside Ruckig's."""
+    v, a = 2.0, 5.0
+    print(f"\n{'a straight way, rad, jerk':32} {'Ruckig, s':>12} {'ours, longer by':>16}")
+    for jerk, way in product((50.0, 500.0), (10.0, 1.0, 0.1, 1e-2, 1e-3)):
+        limits = MotionLimits([v, v], [a, a], (), [jerk, jerk])
+        ends = np.array([[0.0, 0.0], [way, 0.5 * way]])
+        line = PiecewisePolynomial.first_order_hold([0.0, 1.0], ends)
+        ours = sample_along(line, limits, grid_points=16).points.duration
+        least = _ruckig(*ends, limits).duration if find_spec("ruckig") else np.nan
+        print(f"{f'{way:g}, {jerk:g}':32} {least:12.6g} {ours / least - 1.0:16.1e}")
+
+
+def _ruckig(start: np.ndarray, goal: np.ndarray, limits: MotionLimits) -> Any:
+    """Return Ruckig's trajectory between two configurations, straight, from rest to rest."""
+    import ruckig
+
+    asked = ruckig.InputParameter(len(start))
+    asked.current_position, asked.target_position = list(start), list(goal)
+    asked.max_velocity = limits.velocities.tolist()
+    asked.max_acceleration = limits.accelerations.tolist()
+    asked.max_jerk = np.asarray(limits.jerks).tolist()
+    asked.synchronization = ruckig.Synchronization.Phase
+    found = ruckig.Trajectory(len(start))
+    ruckig.Ruckig(len(start)).calculate(asked, found)
+    return found
+
+
+def _foreign(
+    checker: SceneGraphCollisionChecker, path: np.ndarray, limits: MotionLimits, rows: np.ndarray
+) -> None:
+    """Print whether TOPP-RA's trajectories along a path are within limits and free."""
+    knots = np.linspace(0.0, 1.0, len(path))
+    for grid in (50, 1000):
+        for slower in (1.0, 1.01):
+            found = _toppra(knots, path[:, rows], limits, grid)
+            steps = np.linspace(0.0, found.duration, 4 * grid + 1)
+            nanoseconds = np.rint(steps * 1e9 * slower).astype(np.int64)
+            times = np.minimum(nanoseconds * 1e-9 / slower, found.duration)
+            q = np.repeat(path[:1], len(times), axis=0)
+            v = np.zeros_like(q)
+            q[:, rows], v[:, rows] = found(times), found(times, 1) / slower
+            v[[0, -1]] = 0.0
+            points = TrajectoryPoints(nanoseconds, q, v)
+            milliseconds, proven = _milliseconds(
+                lambda p=points: prove_trajectory(checker, p, limits)
+            )
+            what = f"toppra, grid {grid}, {slower:g} x as slow"
+            print(f"{what:32} {milliseconds:12.1f} {points.duration:10.4f}  {proven.reason}")
+
+
 def _toppra(
     knots: np.ndarray, points: np.ndarray, limits: MotionLimits, grid: int | None = None
 ) -> Any:
@@ -123,6 +181,7 @@ def _toppra(
 def main() -> None:
     """Print the tables."""
     _straight_ways()
+    _with_jerks()
     robots = load_robot_diagram(_SCENE)
     checker = SceneGraphCollisionChecker(robots, env_collision_padding=_PADDING)
     path = plan_path(checker, _START, _GOAL, group="arm").configurations
@@ -132,15 +191,27 @@ def main() -> None:
     print(
         f"\n{'a Panda in its shelf':32} {'CPU, ms':>12} {'takes, s':>10} {'keeps, mm':>10} points"
     )
-    for rise_time in (0.0, _RISE_TIME):
+    soft = MotionLimits(
+        limits.velocities, limits.accelerations, limits.names, np.full(len(moving), _JERK)
+    )
+    for what, rise_time, within in (
+        ("proven, rise time 0 s", 0.0, limits),
+        (f"proven, rise time {_RISE_TIME:g} s", _RISE_TIME, limits),
+        (f"proven, jerk {_JERK:g} rad/s^3", 0.0, soft),
+    ):
         milliseconds, timed = _milliseconds(
-            lambda r=rise_time: time_path(checker, path, limits, rise_time=r)
+            lambda r=rise_time, w=within: time_path(checker, path, w, rise_time=r)
         )
         kept, count = 1e3 * timed.least_clearance, len(timed.points.nanoseconds)
-        print(
-            f"{f'proven, rise time {rise_time:g} s':32} {milliseconds:12.1f}"
-            f" {timed.duration:10.4f} {kept:10.3f} {count}"
-        )
+        print(f"{what:32} {milliseconds:12.1f} {timed.duration:10.4f} {kept:10.3f} {count}")
+    if find_spec("ruckig"):
+        edges = list(pairwise(path[:, moving]))
+        milliseconds, found = _milliseconds(lambda: [_ruckig(*e, soft) for e in edges])
+        duration = sum(each.duration for each in found)
+        print(f"{'Ruckig, edge by edge, that jerk':32} {milliseconds:12.1f} {duration:10.4f}")
+    if find_spec("toppra"):
+        print(f"\n{'along the spline through it':32} {'proof, ms':>12} {'takes, s':>10}")
+        _foreign(checker, path, limits, moving)
 
 
 if __name__ == "__main__":

@@ -86,7 +86,7 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
     from scene_graph_ros.planning.path_planner import plan_path
-    from scene_graph_ros.planning.path_timing import time_path, TimedPath, TimingFailure
+    from scene_graph_ros.planning.path_timing import prove_trajectory, time_path
     from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
     from scene_graph_ros.planning.pose_solver import (
         inverse_kinematics,
@@ -115,6 +115,7 @@ if TYPE_CHECKING:
         DiagramBuiltError,
         RobotDiagramBuilder,
     )
+    from scene_graph_ros.planning.timing_problem import TimedPath, TimingFailure
     from scene_graph_ros.planning.unimplemented_checker import UnimplementedCollisionChecker
     from scene_graph_ros.planning.walking.zmp_planner import ZmpPlanner, ZmpPlannerError
 
@@ -208,6 +209,7 @@ __all__ = [
     "make_body_shape_description",
     "plan_path",
     "plan_through_regions",
+    "prove_trajectory",
     "region_around",
     "regions_along",
     "time_path",
@@ -274,7 +276,7 @@ _MODULES = {
         "inverse_kinematics",
     ),
     "path_planner": ("plan_path",),
-    "path_timing": ("TimedPath", "TimingFailure", "time_path"),
+    "path_timing": ("prove_trajectory", "time_path"),
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
     "pose_target": ("InverseKinematicsError", "PoseTarget"),
     "position_space": ("get_continuous_revolute_joint_indices",),
@@ -292,6 +294,7 @@ _MODULES = {
     "robot_clearance": ("RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
     "robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
+    "timing_problem": ("TimedPath", "TimingFailure"),
     "unimplemented_checker": ("UnimplementedCollisionChecker",),
     "walking.zmp_planner": ("ZmpPlanner", "ZmpPlannerError"),
 }

@@ -25,7 +25,7 @@ class LimitExcess(NamedTuple):
     """Where a trajectory is farthest beyond one of its limits."""
 
     kind: str
-    """``"position"``, ``"velocity"`` or ``"acceleration"``."""
+    """``"position"``, ``"velocity"``, ``"acceleration"`` or ``"jerk"``."""
     row: int
     """Which entry of the trajectory."""
     value: float
@@ -46,25 +46,35 @@ class LimitExcess(NamedTuple):
         )
 
 
+_JUMP = 1e-9
+"""Of the limit of an acceleration: smaller jumps are none."""
+
+_ROUNDING = 100.0 * np.finfo(np.float64).eps
+"""Of positions: what their rounding changes second differences by."""
+
 _LEAST, _MOST = 1e-12, 1e18
 """Of a limit: no robot has others, and what is worked out of them stays far from infinite."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotionLimits:
-    """The largest velocities and accelerations ``(n,)`` of a trajectory's entries.
+    """The largest velocities, accelerations and perhaps jerks ``(n,)`` of a trajectory's entries.
 
-    In rad/s and rad/s^2, or m/s and m/s^2; both ways alike. Raises TrajectoryError for what is
-    not from 1e-12 to 1e18, naming the entry by ``names``, or by its number.
+    In rad/s, rad/s^2 and rad/s^3, or m/s, m/s^2 and m/s^3; both ways alike. Raises
+    TrajectoryError for what is not from 1e-12 to 1e18, naming the entry by ``names``, or by its
+    number.
     """
 
     velocities: NDArray[np.float64]
     accelerations: NDArray[np.float64]
     names: tuple[str, ...] = ()
+    jerks: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         """Check the arrays."""
-        for kind in ("velocities", "accelerations"):
+        for kind in ("velocities", "accelerations", "jerks"):
+            if getattr(self, kind) is None:
+                continue
             values = np.array(getattr(self, kind), dtype=np.float64)
             if values.ndim != 1 or (self.names and len(values) != len(self.names)):
                 raise TrajectoryError(
@@ -84,6 +94,10 @@ class MotionLimits:
                 f"there are {len(self.velocities)} velocities and {len(self.accelerations)}"
                 " accelerations"
             )
+        if self.jerks is not None and self.jerks.shape != self.velocities.shape:
+            raise TrajectoryError(
+                f"there are {len(self.velocities)} velocities and {len(self.jerks)} jerks"
+            )
 
     def name(self, row: int) -> str:
         """Return the name of an entry."""
@@ -96,27 +110,24 @@ class MotionLimits:
         *,
         accelerations: Mapping[str, float] | float,
         velocities: Mapping[str, float] | None = None,
+        jerks: Mapping[str, float] | float | None = None,
         velocity_scaling: float = 1.0,
         acceleration_scaling: float = 1.0,
         positions: ArrayLike | None = None,
     ) -> MotionLimits:
         """Return the limits of a robot's positions: velocities of its URDF, unless given.
 
-        ``accelerations`` are given by position, or one for all. ``positions`` ``(k,)`` are the
-        entries of q that move, by default all; only these have limits. Scalings are in (0, 1].
+        ``accelerations``, and ``jerks`` where there are limits of these, are given by position, or
+        one for all. ``positions`` ``(k,)`` are the entries of q that move, by default all; only
+        these have limits. Scalings are in (0, 1]; jerks have none.
         Raises TrajectoryError for an unknown name, and for an entry without a limit.
         """
         names = tree.position_names
         rows = np.arange(len(names)) if positions is None else np.asarray(positions, np.intp)
         own = dict(zip(names, tree.velocity_limits.tolist(), strict=True))
         own.update(_known(tree, "velocities", velocities or {}))
-        if isinstance(accelerations, Mapping):
-            most = _known(tree, "accelerations", accelerations)
-        else:
-            one = as_float(accelerations)
-            if one is None:
-                raise TrajectoryError(f"accelerations must be numbers: {quoted(accelerations)}")
-            most = dict.fromkeys(names, one)
+        most = _by_name(tree, "accelerations", accelerations)
+        changes = None if jerks is None else _by_name(tree, "jerks", jerks)
         factors = [
             _scaling(name, value)
             for name, value in (
@@ -125,14 +136,15 @@ class MotionLimits:
             )
         ]
         chosen = tuple(names[row] for row in rows)
-        for kind, given in (("velocity", own), ("acceleration", most)):
+        for kind, given in (("velocity", own), ("acceleration", most), ("jerk", changes)):
             for name in chosen:
-                if not given.get(name, np.inf) < np.inf:
+                if given is not None and not given.get(name, np.inf) < np.inf:
                     raise TrajectoryError(f"position {name!r} has no limit of {kind}")
         return cls(
             factors[0] * np.array([own[name] for name in chosen], dtype=np.float64),
             factors[1] * np.array([most[name] for name in chosen], dtype=np.float64),
             chosen,
+            None if changes is None else np.array([changes[name] for name in chosen]),
         )
 
 
@@ -165,19 +177,45 @@ def find_excess(
 
 
 def worst_ratio(trajectory: PiecewisePolynomial, limits: MotionLimits) -> LimitExcess:
-    """Return the velocity or acceleration that is largest in units of its limit."""
+    """Return the velocity, acceleration or jerk that is largest in units of its limit."""
     found = []
     derivative = trajectory
     for kind, most in (
         ("velocity", limits.velocities),
         ("acceleration", limits.accelerations),
+        ("jerk", limits.jerks),
     ):
+        if most is None:
+            continue
+        if kind == "jerk":
+            jump = _largest_jump(trajectory, derivative, limits)
+            if jump is not None:
+                return jump
         derivative = derivative.derivative()
         peak = largest_ratios(derivative, -most, most)
         row = int(np.argmax(peak.bounds))
         value = peak.bounds[row] * most[row]
         found.append(LimitExcess(kind, row, value, float(most[row]), float(peak.times[row])))
     return max(found, key=lambda each: each.ratio)
+
+
+def _largest_jump(
+    trajectory: PiecewisePolynomial, accelerations: PiecewisePolynomial, limits: MotionLimits
+) -> LimitExcess | None:
+    """Return where an acceleration jumps, by more than rounding: there the jerk is infinite."""
+    assert limits.jerks is not None
+    points, steps = accelerations.control_points, np.diff(trajectory.breaks)
+    if len(points) < 2:
+        return None
+    size = np.abs(trajectory.control_points).max(axis=(0, 1))
+    rounding = _ROUNDING * size / np.minimum(steps[1:], steps[:-1])[:, np.newaxis] ** 2
+    jumps = np.abs(points[1:, 0] - points[:-1, -1]) - rounding
+    jumps /= limits.accelerations
+    if jumps.max() <= _JUMP:
+        return None
+    at, row = np.unravel_index(int(np.argmax(jumps)), jumps.shape)
+    time = float(accelerations.breaks[at + 1])
+    return LimitExcess("jerk", int(row), np.inf, float(limits.jerks[row]), time)
 
 
 def _beyond(
@@ -206,6 +244,18 @@ def _known(tree: KinematicTree, what: str, given: Mapping[str, float]) -> dict[s
         if as_float(value) is None:
             raise TrajectoryError(f"{what} of {name!r} must be a number, not {quoted(value)}")
     return {name: float(value) for name, value in given.items()}
+
+
+def _by_name(
+    tree: KinematicTree, what: str, given: Mapping[str, float] | float
+) -> dict[str, float]:
+    """Return limits by position of what is given by position, or once for all."""
+    if isinstance(given, Mapping):
+        return _known(tree, what, given)
+    one = as_float(given)
+    if one is None:
+        raise TrajectoryError(f"{what} must be numbers: {quoted(given)}")
+    return dict.fromkeys(tree.position_names, one)
 
 
 def _scaling(name: str, value: float) -> float:

@@ -24,6 +24,9 @@ __all__ = ["SHORTEST", "Sampled", "gentler", "sample"]
 SHORTEST = 3e-6
 """s, between two points: in less, rounding of positions and times alone would be accelerations."""
 
+_ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
+"""What of a trajectory becomes less with which power of its speed."""
+
 _ROUNDS = 30
 """How often a trajectory is slowed down."""
 
@@ -53,6 +56,8 @@ class Sampled(NamedTuple):
     """How many times slower than it was."""
     motion: PathParameterizedTrajectory
     """What was sampled, with its rests."""
+    rise_time: float
+    """s."""
 
 
 def sample(
@@ -63,7 +68,8 @@ def sample(
     ``motion`` begins at 0 s and is at rest at both ends. Without a ``rise_time`` the points have
     velocities, and cubics run through them. With one (s), each moment becomes the mean of the
     ``rise_time`` around it, which keeps all limits of velocity and acceleration, makes the
-    acceleration continuous, and takes so much longer; points have accelerations, and quintics run
+    acceleration continuous and its jerk twice the acceleration over the ``rise_time`` at most, and
+    takes so much longer; points have accelerations, and quintics run
     through them. What runs through the points is not quite what was sampled, so it is measured,
     and slowed down until it is within the limits.
 
@@ -84,10 +90,11 @@ def sample(
         points = _points(motion, nanoseconds.astype(np.int64), factor, rise_time)
         worst = worst_ratio(points.trajectory(), limits)
         if worst.ratio <= 1.0:
-            return Sampled(points, None, factor, motion)
-        slower = worst.ratio if worst.kind == "velocity" else worst.ratio**0.5
-        factor *= slower * (1.0 + 1e-12)
-    return Sampled(points, worst, factor, motion)
+            return Sampled(points, None, factor, motion, rise_time)
+        if worst.ratio == np.inf:
+            break
+        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * (1.0 + 1e-12)
+    return Sampled(points, worst, factor, motion, rise_time)
 
 
 def _with_rests(
