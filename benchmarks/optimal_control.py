@@ -104,13 +104,16 @@ def comparisons(runs: int, has_drake: bool) -> list[Row]:
     rows = []
     for name in SWING_UPS:
         ours, found = least_time(lambda n=name: problem(n).solve(), runs)
-        note = f"ours {found.status.value}, {found.program_result.starts} starts"
-        theirs, cost = np.nan, np.nan
-        if peer is not None:
-            theirs, (cost, words) = least_time(lambda n=name: peer.swing_up(n), runs)
-            note += f"; Drake {words}"
+        note = f"ours {found.status.value}, starts: {found.program_result.starts}"
         our_cost = found.cost if found.is_success else np.nan
-        rows.append(Row(f"swing-up, {name}", ours, theirs, our_cost, cost, note))
+        for solver in ("snopt", "ipopt"):
+            theirs, cost, words = np.nan, np.nan, ""
+            if peer is not None:
+                theirs, (cost, words) = least_time(
+                    lambda n=name, s=solver: peer.swing_up(n, s), runs
+                )
+            title = f"swing-up, {name}; Drake by {solver}"
+            rows.append(Row(title, ours, theirs, our_cost, cost, f"{note}; Drake {words}"))
     ours, result = least_time(lambda: seven_joints().solve(), runs)
     for solver in ("ipopt", "snopt"):
         theirs, cost, words = np.nan, np.nan, ""

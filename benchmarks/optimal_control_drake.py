@@ -48,8 +48,8 @@ def _rates(name: str, x: Any, u: Any) -> Any:
         swing_ups.ca = kept
 
 
-def swing_up(name: str, samples: int = 21) -> tuple[float, str]:
-    """Return the cost and the solver's words."""
+def swing_up(name: str, solver: str, samples: int = 21) -> tuple[float, str]:
+    """Return the cost, its integral of straight lines between inputs, and the solver's words."""
     kind = SWING_UPS[name]
     system = _system(name)
     made = DirectCollocation(
@@ -69,10 +69,15 @@ def swing_up(name: str, samples: int = 21) -> tuple[float, str]:
     made.SetInitialTrajectory(
         PiecewisePolynomial(), PiecewisePolynomial.FirstOrderHold([0.0, 4.0], ends)
     )
-    solver = SnoptSolver() if SnoptSolver().available() else IpoptSolver()
-    result = solver.Solve(prog)
-    words = f"{solver.solver_id().name()}: {result.get_solution_result().name}"
-    return (result.get_optimal_cost() if result.is_success() else np.nan), words
+    engine = IpoptSolver() if solver == "ipopt" else SnoptSolver()
+    result = engine.Solve(prog)
+    words = result.get_solution_result().name
+    if not result.is_success():
+        return np.nan, words
+    t, efforts = made.GetSampleTimes(result), made.GetInputSamples(result)[0]
+    first, second = efforts[:-1], efforts[1:]
+    squares = np.diff(t) @ (first**2 + first * second + second**2) / 3.0
+    return float(kind.weight * squares + t[-1]), words
 
 
 def seven_joints(solver: str) -> tuple[float, str]:
@@ -97,7 +102,7 @@ def seven_joints(solver: str) -> tuple[float, str]:
     made.SetInitialGuess(BsplineTrajectory(basis, line.T))
     engine = IpoptSolver() if solver == "ipopt" else SnoptSolver()
     result = engine.Solve(made.prog())
-    words = f"{engine.solver_id().name()}: {result.get_solution_result().name}"
+    words = result.get_solution_result().name
     return (result.get_optimal_cost() if result.is_success() else np.nan), words
 
 

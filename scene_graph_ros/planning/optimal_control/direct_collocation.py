@@ -47,7 +47,8 @@ class DirectCollocation(MultipleShooting):
                 " DirectTranscription"
             )
         count = self.num_time_samples - 1
-        steps = _step_function(dynamics).map(count)
+        step = _step_function(dynamics)
+        steps = step.map(count)
         ca = self._ca
         x, u, t = ca.horzcat(*self._x), ca.horzcat(*self._u), ca.horzcat(*self._t)
         defects, middles = steps(
@@ -56,7 +57,32 @@ class DirectCollocation(MultipleShooting):
         self._middles = ca.horzsplit(middles)
         first = np.repeat(np.arange(count), dynamics.num_states)
         knots = np.column_stack([first, first + 1])
-        self._prog.add_constraint(defects, 0.0, 0.0, label="dynamics", knots=knots)
+        added = self._prog.add_constraint(defects, 0.0, 0.0, label="dynamics", knots=knots)
+        self._is_separable = (
+            dynamics.has_second_derivatives and not dynamics.function.jac_sparsity(0, 2).nnz()
+        )
+        if self._is_separable:
+            self._prog.add_block_constraint(added, self._block(step, 0), self._block_variables())
+
+    def _block_variables(self) -> list[list[Any]]:
+        """Return the variables of each step: its length, where it is one, and both ends'."""
+        ends = [[x, u] if u.shape[0] else [x] for x, u in zip(self._x, self._u, strict=True)]
+        return [
+            [*([h] if self._has_variable_steps else []), *ends[k], *ends[k + 1]]
+            for k, h in enumerate(self._h)
+        ]
+
+    def _block(self, step: Any, which: int) -> Any:
+        """Return an output of a function of h, t, x0, u0, x1 and u1 as one of a step's variables.
+
+        It does not depend on t.
+        """
+        ca, n, m = self._ca, self.dynamics.num_states, self.dynamics.num_inputs
+        sizes = [1 if self._has_variable_steps else 0, n, m, n, m]
+        z = ca.SX.sym("z", sum(sizes))
+        h, x0, u0, x1, u1 = ca.vertsplit(z, np.concatenate([[0], np.cumsum(sizes)]).tolist())
+        value = step(h if self._has_variable_steps else self._steps[0], 0.0, x0, u0, x1, u1)
+        return ca.Function("block", [z], [ca.densify(value[which])])
 
     def _add_running_cost(self, g: Any) -> None:
         ca = self._ca
@@ -71,7 +97,24 @@ class DirectCollocation(MultipleShooting):
             g, between(self._t), self._middles, between(self._u), [between(v) for v in others]
         )
         h = ca.horzcat(*self._h) / 6.0
-        self._prog.add_cost(ca.dot(h, at_knots[:, :-1] + 4.0 * middle + at_knots[:, 1:]))
+        cost = ca.dot(h, at_knots[:, :-1] + 4.0 * middle + at_knots[:, 1:])
+        rate = self._rate_of_cost(g)
+        if rate is None:
+            self._prog.add_cost(cost)
+        else:
+            block = self._block(_cost_function(self.dynamics, rate), 0)
+            self._prog.add_block_cost(cost, block, self._block_variables())
+
+    def _rate_of_cost(self, g: Any) -> Any:
+        """Return a running cost as a function of t, x and u; None where a step has others."""
+        ca = self._ca
+        known = {symbol.__hash__() for symbol in self._placeholders[1:]}
+        if not self._is_separable or any(s.__hash__() not in known for s in ca.symvar(g)):
+            return None
+        try:
+            return ca.Function("rate", list(self._placeholders), [ca.densify(g)]).expand()
+        except RuntimeError:
+            return None
 
     def reconstruct_state_trajectory(self, result: Any) -> PiecewisePolynomial:
         """Return cubics with the states and the dynamics' rates at the knots."""
@@ -87,15 +130,33 @@ class DirectCollocation(MultipleShooting):
         return PiecewisePolynomial.first_order_hold(times, self.get_input_samples(result))
 
 
+def _cost_function(dynamics: Dynamics, rate: Any) -> Any:
+    """Return a function of a step to what a running cost adds, by Simpson's rule."""
+    from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
+
+    ca = get_casadi()
+    names = ca.SX.sym("h"), ca.SX.sym("t"), *_ends(ca.SX, dynamics)
+    h, t, x0, u0, x1, u1 = names
+    _, middle = _step_function(dynamics)(*names)
+    between = rate(t + 0.5 * h, middle, 0.5 * (u0 + u1))
+    total = h / 6.0 * (rate(t, x0, u0) + 4.0 * between + rate(t + h, x1, u1))
+    return ca.Function("cost", list(names), [total, middle])
+
+
+def _ends(kind: Any, dynamics: Dynamics) -> list[Any]:
+    """Return symbols of state and input at both ends of a step."""
+    n, m = dynamics.num_states, dynamics.num_inputs
+    return [kind.sym("x0", n), kind.sym("u0", m), kind.sym("x1", n), kind.sym("u1", m)]
+
+
 def _step_function(dynamics: Dynamics) -> Any:
     """Return a function of a step to what its dynamics lack, and to the state in the middle."""
     from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 
     ca = get_casadi()
     kind = ca.SX if dynamics.has_second_derivatives else ca.MX
-    n, m, f = dynamics.num_states, dynamics.num_inputs, dynamics.function
-    h, t = kind.sym("h"), kind.sym("t")
-    x0, x1, u0, u1 = kind.sym("x0", n), kind.sym("x1", n), kind.sym("u0", m), kind.sym("u1", m)
+    f, h, t = dynamics.function, kind.sym("h"), kind.sym("t")
+    x0, u0, x1, u1 = _ends(kind, dynamics)
     p = kind(dynamics.parameters)
     f0, f1 = f(x0, u0, t, p), f(x1, u1, t + h, p)
     middle = 0.5 * (x0 + x1) + h / 8.0 * (f0 - f1)

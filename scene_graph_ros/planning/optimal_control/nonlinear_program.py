@@ -13,7 +13,7 @@ from scene_graph_ros.planning.optimal_control.arguments import as_bounds, as_cou
 from scene_graph_ros.planning.optimal_control.casadi_backend import get_casadi
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.ipopt import IpoptRun
-from scene_graph_ros.planning.optimal_control.program_parts import Constraint, ProgramParts
+from scene_graph_ros.planning.optimal_control.program_parts import Block, Constraint, ProgramParts
 from scene_graph_ros.planning.optimal_control.program_result import ProgramResult
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
 
@@ -48,12 +48,44 @@ class NonlinearProgram(ProgramParts):
 
     def add_cost(self, expression: Any) -> None:
         """Add an expression ``(1, 1)`` to what is least."""
+        self.costs.append(self._as_cost(expression))
+
+    def _as_cost(self, expression: Any) -> Any:
         cost = self._checked("cost", expression)
         if cost.shape != (1, 1):
             raise TrajectoryOptimizationError(
                 f"a cost must be one expression, not of shape {cost.shape}"
             )
-        self.costs.append(cost)
+        return cost
+
+    def add_block_cost(
+        self, expression: Any, function: Any, steps: Sequence[Sequence[Any]]
+    ) -> None:
+        """Add a cost that is the sum over steps of a function, of scalar operations, of variables.
+
+        ``steps`` has for each step the variables, as `new_variables` returned them, that are the
+        function's argument one below the other.
+        """
+        self.block_costs.append(self._as_cost(expression))
+        columns = self._columns(steps)
+        self.blocks.append(Block(function, columns, np.zeros((len(columns), 0), dtype=np.int64)))
+
+    def add_block_constraint(
+        self, added: Constraint, function: Any, steps: Sequence[Sequence[Any]]
+    ) -> None:
+        """Say that the constraint added last has the rows of a function, step after step."""
+        size = len(added.lower)
+        start = sum(len(constraint.lower) for constraint in self.constraints) - size
+        rows = start + np.arange(size).reshape(len(steps), -1)
+        self.blocks.append(Block(function, self._columns(steps), rows))
+
+    def _columns(self, steps: Sequence[Sequence[Any]]) -> NDArray[np.int64]:
+        sizes = [symbol.shape[0] for symbol in self.variables]
+        starts = np.concatenate([[0], np.cumsum(sizes)])
+        where = [[self._known[symbol.__hash__()] for symbol in step] for step in steps]
+        return np.array(
+            [np.concatenate([np.arange(starts[k], starts[k + 1]) for k in step]) for step in where]
+        )
 
     def add_constraint(
         self,

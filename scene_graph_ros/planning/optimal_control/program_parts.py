@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Constraint", "ProgramParts"]
+__all__ = ["Block", "Constraint", "ProgramParts"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +24,23 @@ class Constraint:
     """``(rows, 0 to 2)``."""
 
 
+@dataclass(frozen=True, eq=False)
+class Block:
+    """A function of few variables, the same for each step: of costs, or rows of constraints."""
+
+    function: Any
+    """CasADi's, of ``(k,)`` variables; of scalar operations."""
+    columns: NDArray[np.int64]
+    """``(count, k)``: its variables at each step, by their place in all."""
+    rows: NDArray[np.int64]
+    """``(count, r)``: the constraints' rows that it has at each step; ``(count, 0)`` of a cost."""
+
+    @property
+    def count(self) -> int:
+        """How many steps there are."""
+        return len(self.columns)
+
+
 class ProgramParts:
     """Variables with a guess, costs that are added, constraints that all hold."""
 
@@ -31,6 +48,10 @@ class ProgramParts:
         self.variables: list[Any] = []
         self.constraints: list[Constraint] = []
         self.costs: list[Any] = []
+        self.block_costs: list[Any] = []
+        """Those that are blocks, too."""
+        self.blocks: list[Block] = []
+        """What the costs and constraints repeat at each step, so that it is derived once."""
         self.callbacks: list[Callable[[NDArray[np.float64]], None]] = []
         """Called with all variables at each iteration."""
         self.has_second_derivatives = True
