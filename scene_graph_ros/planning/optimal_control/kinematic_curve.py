@@ -170,22 +170,23 @@ class KinematicCurve:
         With ``use_conic_constraint`` each piece's length is a variable that is no less than it.
         """
         factor = as_nonnegative("weight", weight)
-        for k, piece in enumerate(self._pieces()):
-            length = self._ca.sqrt(self._ca.sumsqr(piece) + _ROUNDED**2) - _ROUNDED
-            if use_conic_constraint:
-                bound = self._prog.new_variables(1, f"length[{k}]")
-                self._prog.add_constraint(bound - length, 0.0, np.inf, label="length")
-                length = bound
-            self._prog.add_cost(factor * length)
+        ca, pieces = self._ca, self._pieces()
+        lengths = ca.sqrt(ca.sum1(pieces**2).T + _ROUNDED**2) - _ROUNDED
+        if use_conic_constraint:
+            bounds = self._prog.new_variables(lengths.shape[0], "length")
+            self._prog.add_constraint(bounds - lengths, 0.0, np.inf, label="length")
+            lengths = bounds
+        self._prog.add_cost(factor * ca.sum1(lengths))
 
     def add_path_energy_cost(self, weight: float = 1.0) -> None:
         """Add ``weight`` times the squared distances from control point to control point."""
         factor = as_nonnegative("weight", weight)
-        for piece in self._pieces():
-            self._prog.add_cost(factor * self._ca.sumsqr(piece))
+        self._prog.add_cost(factor * self._ca.sumsqr(self._pieces()))
 
-    def _pieces(self) -> list[Any]:
-        return [b - a for a, b in zip(self._points[:-1], self._points[1:], strict=True)]
+    def _pieces(self) -> Any:
+        """Return the steps from control point to control point ``(n, N - 1)``."""
+        points = self._ca.horzcat(*self._points)
+        return points[:, 1:] - points[:, :-1]
 
     # Bounds at all times.
 
@@ -217,22 +218,23 @@ class KinematicCurve:
     def _add_bounds(self, label: str, order: int, lb: Any, ub: Any) -> list[Constraint]:
         low, high = as_bounds(lb, ub, self._n)
         self._bounds.append(DerivativeBound(label, order, low, high))
-        matrix = self._basis.derivative_matrix(order)
-        points = self._ca.MX(matrix) @ self.control_points()
+        ca, scale = self._ca, self._T**order
+        matrix = ca.sparsify(ca.DM(self._basis.derivative_matrix(order)))
+        points = (matrix @ self.control_points()).T
         made = []
-        for k in range(len(matrix)):
-            row, scale = points[k, :].T, self._T**order
-            for bound, sides in ((low, (0.0, np.inf)), (high, (-np.inf, 0.0))):
-                some = np.flatnonzero(np.isfinite(bound))
-                if not len(some):
-                    continue
-                if order == 0:
-                    finite = bound[some]
-                    ends = (finite, np.inf) if sides[1] else (-np.inf, finite)
-                    made.append(self._prog.add_constraint(row[some.tolist()], *ends, label=label))
-                    continue
-                beyond = row[some.tolist()] - scale * self._ca.MX(bound[some])
-                made.append(self._prog.add_constraint(beyond, *sides, label=label))
+        for bound, sides in ((low, (0.0, np.inf)), (high, (-np.inf, 0.0))):
+            some = np.flatnonzero(np.isfinite(bound))
+            if not len(some):
+                continue
+            rows, finite = points[some.tolist(), :], bound[some]
+            ends: tuple[ArrayLike, ArrayLike] = sides
+            if order == 0:
+                ends = (finite, np.inf) if sides[1] else (-np.inf, finite)
+            else:
+                rows = rows - scale * ca.repmat(ca.DM(finite), 1, points.shape[1])
+            made += self._prog.add_constraint_for_each(
+                ca.horzsplit(rows), *ends, label=label, knots=np.zeros((points.shape[1], 0))
+            )
         return made
 
     # At one place.
