@@ -74,16 +74,34 @@ def _functions(edge: Edge, source: Vertex) -> tuple[PlacedFunction, ...]:
     return tuple(found)
 
 
+def _is_same(edge: Edge, source: Vertex, first: Transcription, second: Transcription) -> bool:
+    """Tell whether an edge has the same costs and constraints in two transcriptions."""
+    for part in _parts(edge, source):
+        terms = [[*part.get_costs(used), *part.get_constraints(used)] for used in (first, second)]
+        if [id(each) for each in terms[0]] != [id(each) for each in terms[1]]:
+            return False
+    return True
+
+
 def problem_of(
     vertices: Sequence[Vertex],
     edges: Sequence[Edge],
     source: Vertex,
     target: Vertex,
     used: Transcription = Transcription.MIP,
+    like: tuple[Problem, Transcription] | None = None,
 ) -> Problem:
-    """Return a problem of these edges alone, with costs in units of what a path may cost."""
+    """Return a problem of these edges alone, with costs in units of what a path may cost.
+
+    ``like`` is one of the same edges in another transcription: what is the same is its.
+    """
     network = network_of(vertices, edges, source, target)
-    terms = [terms_of_edge(edge, source, (), used) for edge in edges]
+    terms = [
+        like[0].terms[k]
+        if like is not None and _is_same(edge, source, like[1], used)
+        else terms_of_edge(edge, source, (), used)
+        for k, edge in enumerate(edges)
+    ]
     most = np.array([each.most() for each in terms])
     unit = network.distances(most)[network.target]
     if not 0.0 < unit < np.inf:

@@ -35,7 +35,7 @@ from scene_graph_ros.geometry.optimization.graphs.relaxation import (
     relax,
     Relaxed,
 )
-from scene_graph_ros.geometry.optimization.graphs.restriction import restrict
+from scene_graph_ros.geometry.optimization.graphs.restriction import restrict, Restricted
 from scene_graph_ros.geometry.optimization.graphs.result import (
     GraphOfConvexSetsResult,
 )
@@ -47,6 +47,9 @@ from scene_graph_ros.geometry.optimization.graphs.search import (
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 
 __all__ = ["solve_path", "solve_restriction"]
+
+_Tried = dict[tuple[int, ...], Restricted | SolverError]
+"""The best points of paths, by their edges, or why none were found."""
 
 _ROUNDED_PATHS = 5
 """Paths that are drawn where nothing is said."""
@@ -98,12 +101,15 @@ def solve_path(
         return no_path(f"no edges lead from {source.name!r} to {target.name!r}")
     whole, single = _used(options)
     problem = problem_of(vertices, used, source, target, whole)
-    of_paths = problem if whole is single else problem_of(vertices, used, source, target, single)
+    of_paths = problem
+    if whole is not single:
+        of_paths = problem_of(vertices, used, source, target, single, (problem, whole))
+    tried: _Tried = {}
     relaxed = relax(problem)
     if relaxed.cost == np.inf:
         return _infeasible(problem, _potentials(relaxed), relaxed)
     proven = bound_of_paths(problem, _potentials(relaxed))
-    rounded, count, failure = _round(of_paths, relaxed, options)
+    rounded, count, failure = _round(of_paths, relaxed, options, tried)
     cycles: set[TwoCycle] = set()
     for _ in range(options.max_tightenings):
         if rounded is not None and _is_closed(proven, rounded, options):
@@ -119,7 +125,7 @@ def solve_path(
         proven = max(
             bound_of_paths(problem, _potentials(relaxed)), before, key=lambda each: each.value
         )
-        again, count_again, failure = _round(of_paths, relaxed, options)
+        again, count_again, failure = _round(of_paths, relaxed, options, tried)
         count += count_again
         if again is not None and (rounded is None or again.best.cost < rounded.best.cost):
             rounded = again
@@ -176,11 +182,11 @@ def _infeasible(
 
 
 def _round(
-    problem: Problem, relaxed: Relaxed, options: GraphOfConvexSetsOptions
+    problem: Problem, relaxed: Relaxed, options: GraphOfConvexSetsOptions, tried: _Tried
 ) -> tuple[Incumbent | None, int, str]:
     """Return the best of the path with the most flow and of some that are drawn from the flows.
 
-    And how many were tried, and a failure.
+    And how many were tried, and a failure. What was ``tried`` before is not solved again.
 
     A failure is what the solver said of one of them that it did not solve, else empty.
     """
@@ -201,10 +207,15 @@ def _round(
     for path in paths:
         if not set(problem.forced) <= set(path):
             continue
-        try:
-            best = restrict(problem, path)
-        except SolverError as error:
-            failure = str(error)  # of the others one may do; without any the result says so
+        key = tuple(path)
+        if key not in tried:
+            try:
+                tried[key] = restrict(problem, path)
+            except SolverError as error:
+                tried[key] = error
+        best = tried[key]
+        if isinstance(best, SolverError):
+            failure = str(best)  # of the others one may do; without any the result says so
             continue
         if best.points and (found is None or best.cost < found.best.cost):
             found = Incumbent(path, best)
