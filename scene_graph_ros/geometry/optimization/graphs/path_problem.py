@@ -95,6 +95,8 @@ def problem_of(
 
     ``like`` is one of the same edges in another transcription: what is the same is its.
     """
+    if like is not None and like[1] is used:
+        return like[0]
     network = network_of(vertices, edges, source, target)
     terms = [
         like[0].terms[k]

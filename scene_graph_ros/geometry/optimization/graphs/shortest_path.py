@@ -101,9 +101,7 @@ def solve_path(
         return no_path(f"no edges lead from {source.name!r} to {target.name!r}")
     whole, single = _used(options)
     problem = problem_of(vertices, used, source, target, whole)
-    of_paths = problem
-    if whole is not single:
-        of_paths = problem_of(vertices, used, source, target, single, (problem, whole))
+    of_paths = problem_of(vertices, used, source, target, single, (problem, whole))
     tried: _Tried = {}
     relaxed = relax(problem)
     if relaxed.cost == np.inf:
