@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 import math
 import operator
@@ -10,64 +11,94 @@ from typing import TypeAlias
 
 from scene_graph_ros.planning.certified.polynomials import (
     Exponents,
-    fractions,
-    linear,
     Polynomial,
     sum_of_products,
 )
-from scene_graph_ros.planning.certified.tangent_region import Row
 
-__all__ = ["Matrix", "gram_sum", "is_positive_semidefinite", "normal_residuals"]
+__all__ = [
+    "ExactMatrix",
+    "Matrix",
+    "exact",
+    "gram_sum",
+    "is_positive_semidefinite",
+    "normal_residuals",
+]
 
-Matrix: TypeAlias = list[list[Fraction]]
+
+@dataclass(frozen=True)
+class ExactMatrix:
+    """Whole numbers, line by line, over one common denominator; its lines are of fractions."""
+
+    whole: list[list[int]]
+    common: int
+
+    def __len__(self) -> int:
+        return len(self.whole)
+
+    def __iter__(self) -> Iterator[list[Fraction]]:
+        return ([Fraction(v, self.common) for v in line] for line in self.whole)
+
+
+Matrix: TypeAlias = ExactMatrix | list[list[Fraction]]
+
+
+def exact(matrix: Matrix) -> ExactMatrix:
+    """Return a matrix as whole numbers."""
+    if isinstance(matrix, ExactMatrix):
+        return matrix
+    common = math.lcm(*(v.denominator for row in matrix for v in row))
+    return ExactMatrix(
+        [[v.numerator * (common // v.denominator) for v in row] for row in matrix], common
+    )
 
 
 def gram_sum(
-    matrices: Sequence[Matrix], rows: Sequence[Row], basis: Sequence[Exponents]
+    matrices: Sequence[Matrix], rows: Sequence[Polynomial], basis: Sequence[Exponents]
 ) -> Polynomial:
     """Return ``sum over rows of row(u) m(u)' G m(u)``."""
     products = [[tuple(map(operator.add, e, f)) for f in basis] for e in basis]
     return sum_of_products(
-        (1, _gram_polynomial(matrix, products), linear(offset, slopes))
-        for matrix, (offset, slopes) in zip(matrices, rows, strict=True)
+        (1, _gram_polynomial(exact(matrix), products), row)
+        for matrix, row in zip(matrices, rows, strict=True)
     )
 
 
-def _gram_polynomial(matrix: Matrix, products: list[list[Exponents]]) -> Polynomial:
+def _gram_polynomial(matrix: ExactMatrix, products: list[list[Exponents]]) -> Polynomial:
     """Return ``m(u)' G m(u)``."""
-    common = math.lcm(*(v.denominator for row in matrix for v in row))
     result: dict[Exponents, int] = {}
-    for line, own in zip(matrix, products, strict=True):
+    for line, own in zip(matrix.whole, products, strict=True):
         for value, e in zip(line, own, strict=True):
-            if value:
-                whole = value.numerator * (common // value.denominator)
-                result[e] = result.get(e, 0) + whole
-    return fractions(result, common)
+            result[e] = result.get(e, 0) + value
+    return Polynomial(result, matrix.common)
 
 
 def normal_residuals(
     matrices: Sequence[Matrix], plane: Sequence[Sequence[Fraction]]
-) -> list[Matrix]:
+) -> list[ExactMatrix]:
     """Return what ``[[1, a'], [a, 1]]`` is more than the sum of a normal's Gram matrices.
 
     The constant part first, then the factors of each variable.
     """
+    given = [exact(matrix) for matrix in matrices]
+    normal = plane[:3]
+    common = math.lcm(
+        *(matrix.common for matrix in given), *(v.denominator for row in normal for v in row)
+    )
     result = []
     for k in range(len(plane[0])):
-        rows = [[Fraction(int(i == j and k == 0)) for j in range(4)] for i in range(4)]
-        for i in range(3):
-            rows[0][i + 1] += plane[i][k]
-            rows[i + 1][0] += plane[i][k]
-        parts = (
-            [(m, 1) for m in matrices]
-            if k == 0
-            else [(matrices[2 * k - 1], 1), (matrices[2 * k], -1)]
-        )
-        for matrix, sign in parts:
-            for i in range(4):
-                for j in range(4):
-                    rows[i][j] -= sign * matrix[i][j]
-        result.append(rows)
+        rows = [[common * int(i == j and k == 0) for j in range(4)] for i in range(4)]
+        for i, row in enumerate(normal, 1):
+            value = row[k].numerator * (common // row[k].denominator)
+            rows[0][i] += value
+            rows[i][0] += value
+        signs = [(m, 1) for m in given] if k == 0 else [(given[2 * k - 1], 1), (given[2 * k], -1)]
+        for matrix, sign in signs:
+            factor = sign * (common // matrix.common)
+            rows = [
+                [v - factor * w for v, w in zip(line, own, strict=True)]
+                for line, own in zip(rows, matrix.whole, strict=True)
+            ]
+        result.append(ExactMatrix(rows, common))
     return result
 
 
@@ -78,8 +109,7 @@ def is_positive_semidefinite(matrix: Matrix) -> bool:
     integer-preserving Gaussian elimination", 1968), whose pivots are the leading minors.
     """
     size = len(matrix)
-    common = math.lcm(*(v.denominator for row in matrix for v in row))
-    rows = [[v.numerator * (common // v.denominator) for v in row] for row in matrix]
+    rows = [list(row) for row in exact(matrix).whole]
     if any(len(row) != size for row in rows):
         return False
     if any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
@@ -93,15 +123,13 @@ def is_positive_semidefinite(matrix: Matrix) -> bool:
             if any(rows[k][k + 1 :]):
                 return False
             # The row is zero, and so is what it would take from the others.
-            return (
-                is_positive_semidefinite(
-                    [[Fraction(v) for v in row[k + 1 :]] for row in rows[k + 1 :]]
-                )
-                if k + 1 < size
-                else True
-            )
+            rest = [row[k + 1 :] for row in rows[k + 1 :]]
+            return is_positive_semidefinite(ExactMatrix(rest, 1))
+        line = rows[k]
         for i in range(k + 1, size):
-            for j in range(k + 1, size):
-                rows[i][j] = (rows[i][j] * pivot - rows[i][k] * rows[k][j]) // before
+            own, first = rows[i], rows[i][k]
+            # What is above the diagonal is enough: what is left is symmetric.
+            for j in range(i, size):
+                own[j] = rows[j][i] = (own[j] * pivot - first * line[j]) // before
         before = pivot
     return True

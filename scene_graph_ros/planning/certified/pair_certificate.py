@@ -58,12 +58,11 @@ class PairCertificate:
             return "the normal has other matrices"
         if not all(map(is_positive_semidefinite, self.normal_grams)):
             return "a matrix of the normal is not semidefinite"
-        if any(
-            v for m in normal_residuals(self.normal_grams, self.plane) for row in m for v in row
-        ):
+        residuals = normal_residuals(self.normal_grams, self.plane)
+        if any(v for matrix in residuals for line in matrix.whole for v in line):
             return "the normal is not bounded"
         polynomials = plane_of([list(row) for row in self.plane])
-        points, rows = list(self.problem.points()), self.problem.all_rows
+        points, rows = list(self.problem.points()), self.problem.row_polynomials
         if len(points) != len(self.grams):
             return "points are missing"
         for number, ((side, point), matrices) in enumerate(zip(points, self.grams, strict=True)):

@@ -84,7 +84,7 @@ class Side:
         factors = [*point, self.pose.denominator]
         beside = sum_of_products((self.sign, p, q) for p, q in zip(plane, factors, strict=True))
         n = len(next(iter(self.pose.denominator)))
-        squares = {tuple(2 * k for k in e): Fraction(1) for e in self.basis(n)}
+        squares = Polynomial({tuple(2 * k for k in e): 1 for e in self.basis(n)})
         return weighted_sum(
             [
                 (Fraction(1), beside),
@@ -130,6 +130,11 @@ class PairProblem:
         for k, sign in itertools.product(range(n), (1, -1)):
             result.append((Fraction(1), tuple(Fraction(sign * (i == k)) for i in range(n))))
         return [*result, *self.rows]
+
+    @property
+    def row_polynomials(self) -> list[Polynomial]:
+        """All rows, as polynomials of u."""
+        return [linear(offset, slopes) for offset, slopes in self.all_rows]
 
     def points(self) -> Iterator[tuple[Side, list[Polynomial]]]:
         """Yield the numerators of all points that the plane is beside, each with its side."""

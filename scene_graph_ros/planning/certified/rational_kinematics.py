@@ -189,13 +189,13 @@ class RationalForwardKinematics:
 
         for row in path.up:
             joint = self._joint(row)
-            pose = self._moved(pose, row, value(row) if joint.multiplier else {}, 1)
+            pose = self._moved(pose, row, value(row) if joint.multiplier else constant(0, n), 1)
             pose = _placed(pose, joint.X_PJ[:3, :3], joint.X_PJ[:3, 3])
         for row in path.down:
             joint = self._joint(row)
             R_JP = joint.X_PJ[:3, :3].T
             pose = _placed(pose, R_JP, -R_JP @ joint.X_PJ[:3, 3])
-            pose = self._moved(pose, row, value(row) if joint.multiplier else {}, -1)
+            pose = self._moved(pose, row, value(row) if joint.multiplier else constant(0, n), -1)
         for k in range(n):
             if any(e[k] > 2 for line in pose.matrix for entry in line for e in entry):
                 raise CertificateError(

@@ -11,11 +11,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.planning.certified.identities import (
+    ExactMatrix,
     gram_sum,
     Matrix,
     normal_residuals,
@@ -30,8 +32,8 @@ __all__ = ["KEPT_CLEARANCES", "rounded"]
 KEPT_CLEARANCES = (0.99, 0.9, 0.5)
 """Shares of the clearance that the solver found, of which the first that is proven is kept."""
 
-_BITS = 44
-"""The grid: multiples of 2^-44."""
+_GRID = 2**44
+"""Plane and matrices are multiples of its inverse."""
 
 
 def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCertificate:
@@ -47,7 +49,7 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
     extra = room / (8.0 * (n + 1))
     extras = [0.0, *[extra] * (2 * n), *[extra / (4.0 * (own + 1))] * own]
     polynomials = plane_of([list(row) for row in plane])
-    grams = []
+    rows, grams = problem.row_polynomials, []
     for (side, point), floats in zip(problem.points(), solution.grams, strict=True):
         matrices = [
             _grid_matrix(gram + added * np.eye(len(gram)))
@@ -55,9 +57,7 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
         ]
         wanted = side.numerator(point, polynomials, clearance)
         basis = side.basis(n)
-        residual = total(
-            [wanted, scaled(gram_sum(matrices, problem.all_rows, basis), Fraction(-1))]
-        )
+        residual = total([wanted, scaled(gram_sum(matrices, rows, basis), Fraction(-1))])
         grams.append(_corrected(matrices, residual, basis))
     spread = NORMAL_ROOM / (4.0 * (n + 1))
     normal = [
@@ -70,20 +70,26 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
 
 
 def _corrected(
-    matrices: list[Matrix], residual: Polynomial, basis: list[Exponents]
+    matrices: list[ExactMatrix], residual: Polynomial, basis: list[Exponents]
 ) -> tuple[Matrix, ...]:
     """Add a residual to the Gram matrices of the constant and of the bounds."""
     index = {e: i for i, e in enumerate(basis)}
-    moving = [k for k in range(len(basis[0])) if any(e[k] for e in basis)]
-    for e, value in residual.items():
+    n = len(basis[0])
+    moving = [k for k in range(n) if any(e[k] for e in basis)]
+    # A monomial stands in up to 2^n places, and those of a bound take half.
+    common = math.lcm(_GRID, residual.common << (n + 1))
+    finer, factor = common // _GRID, common // residual.common
+    bounds = 1 + 2 * n
+    result = [[[v * finer for v in line] for line in m.whole] for m in matrices[:bounds]]
+    for e, value in residual.whole.items():
         k = _spare_variable(e, moving)
         if k is None:
-            _add_monomial(matrices[0], e, value, index)
+            _add_monomial(result[0], e, value * factor, index)
             continue
-        rest = (*e[:k], e[k] - 1, *e[k + 1 :])
-        _add_monomial(matrices[1 + 2 * k], rest, value / 2, index)
-        _add_monomial(matrices[2 + 2 * k], rest, -value / 2, index)
-    return tuple(matrices)
+        rest, half = (*e[:k], e[k] - 1, *e[k + 1 :]), value * factor // 2
+        _add_monomial(result[1 + 2 * k], rest, half, index)
+        _add_monomial(result[2 + 2 * k], rest, -half, index)
+    return (*(ExactMatrix(whole, common) for whole in result), *matrices[bounds:])
 
 
 def _spare_variable(e: Exponents, moving: list[int]) -> int | None:
@@ -93,32 +99,44 @@ def _spare_variable(e: Exponents, moving: list[int]) -> int | None:
 
 
 def _add_monomial(
-    matrix: Matrix, e: Exponents, value: Fraction, index: dict[Exponents, int]
+    matrix: list[list[int]], e: Exponents, value: int, index: dict[Exponents, int]
 ) -> None:
     """Add a monomial to a Gram matrix, in equal parts wherever it stands."""
     choices = [((0, 1), (1, 0)) if v == 1 else ((v // 2, v // 2),) for v in e]
     places = list(itertools.product(*choices))
+    part = value // len(places)
     for place in places:
-        i, j = (index[tuple(pair[side] for pair in place)] for side in (0, 1))
-        matrix[i][j] += value / len(places)
+        first, second = zip(*place, strict=True)
+        matrix[index[first]][index[second]] += part
 
 
 def _corrected_normal(
-    matrices: list[Matrix], plane: tuple[tuple[Fraction, ...], ...]
+    matrices: list[ExactMatrix], plane: tuple[tuple[Fraction, ...], ...]
 ) -> tuple[Matrix, ...]:
-    for k, residual in enumerate(normal_residuals(matrices, plane)):
-        for i, j in itertools.product(range(4), repeat=2):
-            if k == 0:
-                matrices[0][i][j] += residual[i][j]
-            else:
-                matrices[2 * k - 1][i][j] += residual[i][j] / 2
-                matrices[2 * k][i][j] -= residual[i][j] / 2
-    return tuple(matrices)
+    residuals = normal_residuals(matrices, plane)
+    common = 2 * residuals[0].common
+
+    def moved(matrix: ExactMatrix, residual: ExactMatrix, halves: int) -> ExactMatrix:
+        finer = common // matrix.common
+        return ExactMatrix(
+            [
+                [finer * v + halves * w for v, w in zip(line, own, strict=True)]
+                for line, own in zip(matrix.whole, residual.whole, strict=True)
+            ],
+            common,
+        )
+
+    result = [moved(matrices[0], residuals[0], 2)]
+    for k, residual in enumerate(residuals[1:], 1):
+        result.append(moved(matrices[2 * k - 1], residual, 1))
+        result.append(moved(matrices[2 * k], residual, -1))
+    return tuple(result)
 
 
 def _on_grid(value: float) -> Fraction:
-    return Fraction(round(value * 2.0**_BITS), 2**_BITS)
+    return Fraction(round(value * _GRID), _GRID)
 
 
-def _grid_matrix(values: NDArray[np.float64]) -> Matrix:
-    return [[_on_grid(v) for v in row] for row in (0.5 * (values + values.T)).tolist()]
+def _grid_matrix(values: NDArray[np.float64]) -> ExactMatrix:
+    rows = (0.5 * (values + values.T) * float(_GRID)).tolist()
+    return ExactMatrix([[round(v) for v in row] for row in rows], _GRID)
