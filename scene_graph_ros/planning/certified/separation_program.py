@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+import functools
 from functools import cached_property
 from typing import NamedTuple
 
@@ -230,6 +231,7 @@ def _raised(e: Exponents, k: int) -> Exponents:
     return e if k == 0 else (*e[: k - 1], e[k - 1] + 1, *e[k:])
 
 
+@functools.cache
 def _triangle(order: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return rows and columns of an upper triangle, column after column."""
     j, i = np.tril_indices(order)
