@@ -144,6 +144,22 @@ def _drakes(maze: Maze, order: int) -> tuple[Any, Any, Any]:
     return graph, *ends
 
 
+def _defaults(maze: Maze, order: int) -> tuple[tuple[float, float], ...]:
+    """Return seconds to add and solve, cost and bound, as both are set by default: ours, Drake's.
+
+    Drake's has its preprocessing then, a linear program for each edge.
+    """
+    first, (graph, *ends) = _timed(lambda: _ours(maze, order))
+    second, (_, result) = _timed(lambda: graph.solve_path(*ends))
+    theirs = (np.nan, np.nan, np.nan)
+    if _has_drake():
+        third, (peer, *places) = _timed(lambda: _drakes(maze, order))
+        fourth, (_, found) = _timed(lambda: peer.SolvePath(*places))
+        least = peer.SolvePath(*places, _drakes_options(0))[1].get_optimal_cost()
+        theirs = third + fourth, found.get_optimal_cost(), least
+    return (first + second, theirs[0]), (result.cost, theirs[1]), (result.lower_bound, theirs[2])
+
+
 def _drakes_options(paths: int) -> Any:
     from pydrake.geometry.optimization import GraphOfConvexSetsOptions as Theirs
     from pydrake.solvers import ClarabelSolver
@@ -205,11 +221,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sizes", type=int, nargs="+", default=[5, 10, 20])
     parser.add_argument("--turn", type=float, default=0.0, help="degrees")
+    parser.add_argument(
+        "--defaults", action="store_true", help="both as they are set by default, nothing else"
+    )
     options = parser.parse_args(arguments)
     print(machine(os.getloadavg()[0]))
     if not _has_drake():
         print("pydrake is not installed: only ours was measured")
     list(measure([2]))  # imports and kernels
+    if options.defaults:
+        print(f"{'maze':7} {'order':>5} {'s':>8} {'Drake':>8} {'cost':>10} {'Drake':>10}"
+              f" {'bound':>10} {'Drake':>10}")  # fmt: skip
+        for size, order in itertools.product(options.sizes, _ORDERS):
+            seconds, costs, bounds = _defaults(maze_of(size, options.turn), order)
+            print(
+                f"{size:3}x{size:<3} {order:5} {seconds[0]:8.3f} {seconds[1]:8.3f}"
+                f" {costs[0]:10.6f} {costs[1]:10.6f} {bounds[0]:10.6f} {bounds[1]:10.6f}",
+                flush=True,
+            )
+        return
     print(
         f"{'maze':7} {'order':>5} {'regions':>7} {'edges':>6} {'adding':>7} {'Drake':>7}"
         f" {'solving':>8} {'Drake':>8} {'cost':>10} {'Drake':>10} {'bound':>10}"

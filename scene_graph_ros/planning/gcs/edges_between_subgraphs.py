@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
+from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
 
 __all__ = ["EdgesBetweenSubgraphs"]
@@ -69,6 +70,21 @@ class EdgesBetweenSubgraphs(JoinedEdges):
                     if keep.any():
                         rows = np.flatnonzero(keep)
                         edge.add_constraint(sign * rate[rows] <= (sign * bound[rows])[:, None] @ h)
+
+    def add_nonlinear_derivative_bounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+        """Ask for ``lb <= q^(N) <= ub`` ``(n,)`` where the two segments meet, of both.
+
+        See `Subgraph.add_nonlinear_derivative_bounds`. Raises ConvexSetError for an order below 2,
+        or above that of both.
+        """
+        label = f"{self._name}: add_nonlinear_derivative_bounds"
+        low, high = as_bounds(lb, ub, self._first.num_positions, label)
+        order = as_count(derivative_order, 2, f"{label}: derivative_order")
+        self._check_order(order, label)
+        for edge in self._edges:
+            for place in self._ends(edge, order):
+                bound_derivative(edge, place, low, high, order)
+        self.has_nonlinear_bounds = True
 
     def add_zero_derivative_constraints(self, derivative_order: int) -> None:
         """Ask that a derivative of q(t) is 0 where the two segments meet, of both.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import dataclasses
 import itertools
 from typing import Any
@@ -22,7 +22,8 @@ from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import as_joints
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
+from scene_graph_ros.planning.gcs.all_subgraphs import AllSubgraphs
+from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.joined_edges import as_pairs, JoinedEdges
 from scene_graph_ros.planning.gcs.region_pairs import meeting_between, meeting_inside, Pairs
@@ -45,7 +46,7 @@ __all__ = ["GcsTrajectoryOptimization"]
 Solved = tuple[CompositeTrajectory | None, GcsTrajectoryResult]
 
 
-class GcsTrajectoryOptimization:
+class GcsTrajectoryOptimization(AllSubgraphs):
     """Regions, ways between them, costs and bounds: a Bézier curve in each region on the way.
 
     Each segment is q(t) = r((t - t_i) / h_i), its control points r_0, r_1, ... are in its region,
@@ -59,12 +60,9 @@ class GcsTrajectoryOptimization:
 
     def __init__(self, num_positions: int, continuous_revolute_joints: Sequence[int] = ()) -> None:
         label = "GcsTrajectoryOptimization"
-        self._num_positions = as_count(num_positions, 1, f"{label}: num_positions")
+        super().__init__(as_count(num_positions, 1, f"{label}: num_positions"))
         self._joints = as_joints(continuous_revolute_joints, self._num_positions, label)
         self._graph = GraphOfConvexSets()
-        self._subgraphs: list[Subgraph] = []
-        self._between: list[EdgesBetweenSubgraphs] = []
-        self._rules: list[Callable[[JoinedEdges], None]] = []
 
     @property
     def num_positions(self) -> int:
@@ -223,62 +221,6 @@ class GcsTrajectoryOptimization:
 
     # What is asked of all subgraphs, also of later ones.
 
-    def _apply_rules(self, to: JoinedEdges) -> None:
-        for rule in self._rules:
-            rule(to)
-
-    def _rule(self, rule: Callable[[JoinedEdges], None]) -> None:
-        for each in (*self._subgraphs, *self._between):
-            rule(each)
-        self._rules.append(rule)
-
-    def _rule_of_regions(self, change: Callable[[Subgraph], None]) -> None:
-        """Change each subgraph whose segments take time, now and later."""
-
-        def rule(to: JoinedEdges) -> None:
-            if isinstance(to, Subgraph) and to.order:
-                change(to)
-
-        self._rule(rule)
-
-    def add_time_cost(self, weight: float = 1.0) -> None:
-        """Add ``weight`` times the duration, of all subgraphs of order 1 and above."""
-        number = as_nonnegative(weight, "GcsTrajectoryOptimization.add_time_cost: weight")
-        self._rule_of_regions(lambda subgraph: subgraph.add_time_cost(number))
-
-    def add_path_length_cost(self, weight: Any = 1.0) -> None:
-        """Add a bound of the path's length from above; see `Subgraph.add_path_length_cost`."""
-        label = "GcsTrajectoryOptimization.add_path_length_cost"
-        W = as_weights(weight, self._num_positions, label)
-        self._rule_of_regions(lambda subgraph: subgraph.add_path_length_cost(W))
-
-    def add_path_energy_cost(self, weight: Any = 1.0) -> None:
-        """Add squares of ways between control points; see `Subgraph.add_path_energy_cost`."""
-        label = "GcsTrajectoryOptimization.add_path_energy_cost"
-        W = as_weights(weight, self._num_positions, label)
-        self._rule_of_regions(lambda subgraph: subgraph.add_path_energy_cost(W))
-
-    def add_velocity_bounds(self, lb: Any, ub: Any) -> None:
-        """Ask for ``lb <= dq/dt <= ub`` ``(n,)`` at all times, of all segments."""
-        low, high = as_bounds(
-            lb, ub, self._num_positions, "GcsTrajectoryOptimization.add_velocity_bounds"
-        )
-        self._rule_of_regions(lambda subgraph: subgraph.add_velocity_bounds(low, high))
-
-    def add_path_continuity_constraints(self, continuity_order: int) -> None:
-        """Ask that derivatives of r(s) go on from region to region, up to an order.
-
-        Along all edges between segments of that order and above; others have no such derivative.
-        """
-        label = "GcsTrajectoryOptimization.add_path_continuity_constraints: continuity_order"
-        order = as_count(continuity_order, 1, label)
-
-        def rule(to: JoinedEdges) -> None:
-            if to.most_continuity >= order:
-                to.add_path_continuity_constraints(order)
-
-        self._rule(rule)
-
     # What is found.
 
     def solve_path(
@@ -301,6 +243,11 @@ class GcsTrajectoryOptimization:
         self._check_subgraph(source, f"{label}: source")
         self._check_subgraph(target, f"{label}: target")
         chosen = options or GraphOfConvexSetsOptions()
+        if chosen.convex_relaxation is False and self._has_nonlinear_terms():
+            raise ConvexSetError(
+                f"{label}: options.convex_relaxation must not be False where derivatives of q(t)"
+                " are to go on or are bounded: a search knows convex constraints only"
+            )
         if chosen.convex_relaxation is None:
             chosen = dataclasses.replace(chosen, convex_relaxation=True)
         added: list[Vertex] = []
@@ -363,18 +310,17 @@ class GcsTrajectoryOptimization:
             if number not in homes:
                 continue  # a source or a target of several regions
             subgraph, vertex = homes[number]
-            offset, continuity = self._onward(leaving.get(number))
-            steps.append(Step(vertex, subgraph, x, offset, continuity))
+            steps.append(Step(vertex, subgraph, x, *self._onward(leaving.get(number))))
         trajectory = trajectory_of(steps)
         return trajectory, measured(steps, found, trajectory)
 
-    def _onward(self, edge: Edge | None) -> tuple[np.ndarray, int]:
-        """Return the offset of an edge and what goes on along it."""
+    def _onward(self, edge: Edge | None) -> tuple[np.ndarray, int, tuple[int, ...]]:
+        """Return the offset of an edge and what goes on along it, of r(s) and of q(t)."""
         for each in (*self._subgraphs, *self._between):
             offset = None if edge is None else each.offset_of(edge)
             if offset is not None:
-                return offset, each.continuity_order
-        return np.zeros(self._num_positions), 0
+                return offset, each.continuity_order, tuple(each.continuous_derivatives)
+        return np.zeros(self._num_positions), 0, ()
 
     def get_graphviz_string(
         self,

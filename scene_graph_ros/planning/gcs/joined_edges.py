@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,14 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.graphs.transcription import (
+    ALL_TRANSCRIPTIONS,
+    Transcription,
+)
 from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_count
+from scene_graph_ros.planning.gcs.nonlinear_terms import continue_derivative
 from scene_graph_ros.planning.gcs.placeholders import (
     control_points,
     duration,
@@ -23,7 +28,10 @@ from scene_graph_ros.planning.gcs.placeholders import (
 )
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 
-__all__ = ["JoinedEdges", "as_pairs"]
+__all__ = ["JoinedEdges", "Used", "as_pairs"]
+
+Used = Iterable[Transcription] | Transcription
+"""In which programs something counts."""
 
 
 class JoinedEdges:
@@ -40,6 +48,9 @@ class JoinedEdges:
         self._edges: list[Edge] = []
         self._offsets: dict[int, np.ndarray] = {}
         self._continuity = 0
+        self._continuous: set[int] = set()
+        self.has_nonlinear_bounds = False
+        """Whether derivatives above the first are bounded."""
 
     @property
     def name(self) -> str:
@@ -95,6 +106,30 @@ class JoinedEdges:
                 edge.add_constraint(end == self._second.path(edge.v.id, 0, derivative))
         self._continuity = max(self._continuity, order)
 
+    def add_continuity_constraints(self, continuity_order: int) -> None:
+        """Ask that the derivative of q(t) of this order, 1 or above, goes on along these edges.
+
+        For all orders up to k it is to be called with each of 1 to k. Durations make it no convex
+        constraint: paths keep it near the points that the relaxation leads to, and the relaxation
+        has the same of r(s). The result has no lower bound then. Raises ConvexSetError for an
+        order below 1 or above that of a segment.
+        """
+        label = f"{self._name}: add_continuity_constraints: continuity_order"
+        order = as_count(continuity_order, 1, label)
+        most = self.most_continuity
+        if order > most:
+            raise ConvexSetError(
+                f"{label} must not be above the order of both, {most}, not {order}"
+            )
+        for edge in self._edges:
+            continue_derivative(edge, self._first, self._second, order)
+        self._continuous.add(order)
+
+    @property
+    def continuous_derivatives(self) -> list[int]:
+        """The orders of the derivatives of q(t) that were asked to go on."""
+        return sorted(self._continuous)
+
     # What a user adds.
 
     def edge_constituent_vertex_control_points(self) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -109,17 +144,24 @@ class JoinedEdges:
         label = f"{self._name}: edge_constituent_vertex_durations"
         return duration(self._first, U, label), duration(self._second, V, label)
 
-    def add_edge_cost(self, cost: Any) -> None:
-        """Add a cost to each edge, of `edge_constituent_vertex_control_points` and durations."""
+    def add_edge_cost(self, cost: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS) -> None:
+        """Add a cost to each edge, of `edge_constituent_vertex_control_points` and durations.
+
+        ``use_in_transcription`` says in which programs it counts, as for edges of all graphs.
+        """
         label = f"{self._name}: add_edge_cost: cost"
         for edge in self._edges:
-            edge.add_cost(placed_cost(cost, {U: edge.u.id, V: edge.v.id}, label))
+            meant = {U: edge.u.id, V: edge.v.id}
+            edge.add_cost(placed_cost(cost, meant, label), use_in_transcription)
 
-    def add_edge_constraint(self, constraint: Any) -> None:
-        """Add a linear constraint to each edge, of the same expressions."""
+    def add_edge_constraint(
+        self, constraint: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS
+    ) -> None:
+        """Add a convex constraint to each edge, of the same expressions."""
         label = f"{self._name}: add_edge_constraint: constraint"
         for edge in self._edges:
-            edge.add_constraint(placed_constraint(constraint, {U: edge.u.id, V: edge.v.id}, label))
+            meant = {U: edge.u.id, V: edge.v.id}
+            edge.add_constraint(placed_constraint(constraint, meant, label), use_in_transcription)
 
 
 def as_pairs(

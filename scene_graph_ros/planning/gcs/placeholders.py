@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
@@ -60,4 +61,4 @@ def placed_constraint(constraint: Any, meant: Placeholders, label: str) -> Const
         raise ConvexSetError(
             f"{label} must be made by ==, <= or >= of expressions, not {quoted(constraint)}"
         )
-    return Constraint(_placed(constraint.rows, meant, label), constraint.is_equation)
+    return replace(constraint, rows=_placed(constraint.rows, meant, label))

@@ -20,13 +20,16 @@ __all__ = ["GcsTrajectoryResult", "Step", "measured", "trajectory_of"]
 PROMISED = 1e-9
 """Relative to a bound or to the size of a region: the most that a trajectory may break."""
 
+_PROMISED_NONLINEAR = 1e-6
+"""The same of what is not convex, and solved by sequential quadratic programming."""
+
 
 @dataclass(frozen=True, eq=False)
 class Step:
     """One region on the way: the vertex's coordinates, and what follows.
 
     ``offset`` ``(n,)`` is added where the next region begins, ``continuity`` the order to which
-    derivatives of r(s) go on there.
+    derivatives of r(s) go on there, and ``continuous`` those orders that go on of q(t).
     """
 
     vertex: Vertex
@@ -34,6 +37,7 @@ class Step:
     x: np.ndarray
     offset: np.ndarray
     continuity: int
+    continuous: tuple[int, ...] = ()
 
     @property
     def points(self) -> np.ndarray:
@@ -69,6 +73,11 @@ class GcsTrajectoryResult:
     r(s), and across a joint's turn without that turn."""
     velocity_excess: float = 0.0
     """How far a velocity is beyond its bound, relative to the larger of both its bounds."""
+
+    derivative_jump: float = 0.0
+    """By how much a derivative of q(t) that was asked to go on jumps, relative to its size."""
+    derivative_excess: float = 0.0
+    """How far a bounded derivative above the first is beyond its bound, relative to that."""
 
     @property
     def gap(self) -> float:
@@ -116,15 +125,18 @@ def measured(
         outside, relative = max(outside, beyond), max(relative, beyond / (size or 1.0))
     jump, relative_jump = _jump(steps)
     excess = _velocity_excess(steps, trajectory)
-    for what, value in (
-        ("leaves a region", relative),
-        ("jumps between two regions", relative_jump),
-        ("is beyond a bound of its velocity", excess),
+    derivative_jump, beyond_bounds = _derivative_jump(steps), _derivative_excess(steps)
+    for what, value, accepted in (
+        ("leaves a region", relative, PROMISED),
+        ("jumps between two regions", relative_jump, PROMISED),
+        ("is beyond a bound of its velocity", excess, PROMISED),
+        ("has a derivative that jumps", derivative_jump, _PROMISED_NONLINEAR),
+        ("is beyond a bound of a derivative", beyond_bounds, PROMISED),
     ):
-        if value > PROMISED:
+        if value > accepted:
             raise SolverError(
                 f"GcsTrajectoryOptimization: the trajectory that the solver found {what} by"
-                f" {value:.1e} of its size, accepted is {PROMISED:g}"
+                f" {value:.1e} of its size, accepted is {accepted:g}"
             )
     return GcsTrajectoryResult(
         found.is_success,
@@ -136,7 +148,44 @@ def measured(
         outside,
         jump,
         excess,
+        derivative_jump,
+        beyond_bounds,
     )
+
+
+def _rates(step: Step, order: int) -> np.ndarray:
+    """Return the control points of a derivative of q(t)."""
+    curve = BezierCurve(0.0, step.duration, step.points)
+    return curve.derivative(order).control_points
+
+
+def _derivative_jump(steps: Sequence[Step]) -> float:
+    worst = 0.0
+    for first, second in itertools.pairwise(steps):
+        for order in first.continuous:
+            a, b = _rates(first, order), _rates(second, order)
+            size = max(float(np.abs(a).max()), float(np.abs(b).max())) or 1.0
+            worst = max(worst, float(np.abs(b[0] - a[-1]).max()) / size)
+    return worst
+
+
+def _derivative_excess(steps: Sequence[Step]) -> float:
+    return max(
+        (
+            _beyond(_rates(step, order).min(axis=0), _rates(step, order).max(axis=0), low, high)
+            for step in steps
+            for order, low, high in step.subgraph.derivative_bounds
+        ),
+        default=0.0,
+    )
+
+
+def _beyond(least: np.ndarray, most: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
+    """Return how far values are beyond bounds ``(n,)``, relative to the larger of both."""
+    both = np.abs([low, high])
+    sizes = np.where(np.isfinite(both), both, 0.0).max(axis=0)
+    sizes = np.where(sizes > 0.0, sizes, 1.0)
+    return float((np.maximum(low - least, most - high) / sizes).max(initial=0.0))
 
 
 def _jump(steps: Sequence[Step]) -> tuple[float, float]:
@@ -162,9 +211,5 @@ def _velocity_excess(steps: Sequence[Step], trajectory: CompositeTrajectory | No
     for step, segment in zip(moving, trajectory.segments, strict=True):
         rates = segment.derivative().bounds()  # type: ignore[attr-defined]
         for low, high in step.subgraph.velocity_bounds:
-            both = np.abs([low, high])
-            sizes = np.where(np.isfinite(both), both, 0.0).max(axis=0)
-            sizes = np.where(sizes > 0.0, sizes, 1.0)
-            beyond = np.maximum(low - rates[0], rates[1] - high)
-            worst = max(worst, float((beyond / sizes).max(initial=0.0)))
+            worst = max(worst, _beyond(rates[0], rates[1], low, high))
     return worst

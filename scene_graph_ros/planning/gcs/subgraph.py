@@ -12,13 +12,15 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.graphs.edge import Vertex
 from scene_graph_ros.geometry.optimization.graphs.expressions import norm, sum_squares
 from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.geometry.optimization.graphs.transcription import ALL_TRANSCRIPTIONS
 from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import own_box
-from scene_graph_ros.planning.gcs.arguments import as_bounds, as_weights
-from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
+from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
+from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges, Used
+from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
 from scene_graph_ros.planning.gcs.placeholders import (
     control_points,
     duration,
@@ -49,6 +51,7 @@ class Subgraph(JoinedEdges):
         self._regions, self._variables = tuple(regions), variables
         self._h_min, self._h_max = durations
         self._velocity_bounds: list[tuple[np.ndarray, np.ndarray]] = []
+        self._derivative_bounds: list[tuple[int, np.ndarray, np.ndarray]] = []
         self._vertices: list[Vertex] = []
         try:
             for k, region in enumerate(regions):
@@ -138,6 +141,34 @@ class Subgraph(JoinedEdges):
                         vertex.add_constraint(self.order * sign * way[rows] <= limit)
         self._velocity_bounds.append((low, high))
 
+    def add_nonlinear_derivative_bounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+        """Ask for ``lb <= q^(N)(t) <= ub`` ``(n,)`` at all times, N being 2 or above.
+
+        By the derivative's control points. Durations make it no convex constraint: paths keep it
+        near the points that the relaxation leads to, which has bounds with durations of 1. The
+        result has no lower bound then. An infinite bound is none. Raises ConvexSetError for an
+        order below 2 (see `add_velocity_bounds`), or above that of the segments.
+        """
+        label = f"{self._name}: add_nonlinear_derivative_bounds"
+        low, high = as_bounds(lb, ub, self._variables.num_positions, label)
+        order = as_count(derivative_order, 2, f"{label}: derivative_order")
+        if order > self.order:
+            raise ConvexSetError(
+                f"{label}: derivative_order must not be above that of the segments, {self.order},"
+                f" not {order}"
+            )
+        for vertex in self._vertices:
+            for index in range(self.order - order + 1):
+                place = self._variables, index, vertex.id
+                bound_derivative(vertex, place, low, high, order)
+        self._derivative_bounds.append((order, low, high))
+        self.has_nonlinear_bounds = True
+
+    @property
+    def derivative_bounds(self) -> list[tuple[int, np.ndarray, np.ndarray]]:
+        """Orders and the bounds ``(n,)`` and ``(n,)`` that higher derivatives have to keep."""
+        return list(self._derivative_bounds)
+
     def _ways(self, vertex: Vertex, question: str) -> list[Any]:
         """Return the ways ``(n,)`` between neighbouring control points."""
         if not self.order:
@@ -160,17 +191,23 @@ class Subgraph(JoinedEdges):
         """Return the duration of a segment in the same way. Raises ConvexSetError for order 0."""
         return duration(self._variables, HERE, f"{self._name}: vertex_duration")
 
-    def add_vertex_cost(self, cost: Any) -> None:
-        """Add a cost to each region, of `vertex_control_points` and `vertex_duration`."""
+    def add_vertex_cost(self, cost: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS) -> None:
+        """Add a cost to each region, of `vertex_control_points` and `vertex_duration`.
+
+        ``use_in_transcription`` says in which programs it counts, as for vertices of all graphs.
+        """
         label = f"{self._name}: add_vertex_cost: cost"
         for vertex in self._vertices:
-            vertex.add_cost(placed_cost(cost, {HERE: vertex.id}, label))
+            vertex.add_cost(placed_cost(cost, {HERE: vertex.id}, label), use_in_transcription)
 
-    def add_vertex_constraint(self, constraint: Any) -> None:
-        """Add a linear constraint to each region, of the same expressions."""
+    def add_vertex_constraint(
+        self, constraint: Any, use_in_transcription: Used = ALL_TRANSCRIPTIONS
+    ) -> None:
+        """Add a convex constraint to each region, of the same expressions."""
         label = f"{self._name}: add_vertex_constraint: constraint"
         for vertex in self._vertices:
-            vertex.add_constraint(placed_constraint(constraint, {HERE: vertex.id}, label))
+            placed = placed_constraint(constraint, {HERE: vertex.id}, label)
+            vertex.add_constraint(placed, use_in_transcription)
 
 
 def _points_and_duration(

@@ -1,0 +1,113 @@
+"""Costs and constraints of all subgraphs and edges between them, now and later."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
+from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
+from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
+from scene_graph_ros.planning.gcs.subgraph import Subgraph
+
+__all__ = ["AllSubgraphs"]
+
+
+class AllSubgraphs:
+    """What may be asked of all segments at once, also of those that are added later."""
+
+    def __init__(self, num_positions: int) -> None:
+        self._num_positions = num_positions
+        self._subgraphs: list[Subgraph] = []
+        self._between: list[EdgesBetweenSubgraphs] = []
+        self._rules: list[Callable[[JoinedEdges], None]] = []
+
+    def _apply_rules(self, to: JoinedEdges) -> None:
+        for rule in self._rules:
+            rule(to)
+
+    def _rule(self, rule: Callable[[JoinedEdges], None]) -> None:
+        for each in (*self._subgraphs, *self._between):
+            rule(each)
+        self._rules.append(rule)
+
+    def _rule_of_regions(self, change: Callable[[Subgraph], None]) -> None:
+        """Change each subgraph whose segments take time, now and later."""
+
+        def rule(to: JoinedEdges) -> None:
+            if isinstance(to, Subgraph) and to.order:
+                change(to)
+
+        self._rule(rule)
+
+    def add_time_cost(self, weight: float = 1.0) -> None:
+        """Add ``weight`` times the duration, of all subgraphs of order 1 and above."""
+        number = as_nonnegative(weight, "GcsTrajectoryOptimization.add_time_cost: weight")
+        self._rule_of_regions(lambda subgraph: subgraph.add_time_cost(number))
+
+    def add_path_length_cost(self, weight: Any = 1.0) -> None:
+        """Add a bound of the path's length from above; see `Subgraph.add_path_length_cost`."""
+        label = "GcsTrajectoryOptimization.add_path_length_cost"
+        W = as_weights(weight, self._num_positions, label)
+        self._rule_of_regions(lambda subgraph: subgraph.add_path_length_cost(W))
+
+    def add_path_energy_cost(self, weight: Any = 1.0) -> None:
+        """Add squares of ways between control points; see `Subgraph.add_path_energy_cost`."""
+        label = "GcsTrajectoryOptimization.add_path_energy_cost"
+        W = as_weights(weight, self._num_positions, label)
+        self._rule_of_regions(lambda subgraph: subgraph.add_path_energy_cost(W))
+
+    def add_velocity_bounds(self, lb: Any, ub: Any) -> None:
+        """Ask for ``lb <= dq/dt <= ub`` ``(n,)`` at all times, of all segments."""
+        low, high = as_bounds(
+            lb, ub, self._num_positions, "GcsTrajectoryOptimization.add_velocity_bounds"
+        )
+        self._rule_of_regions(lambda subgraph: subgraph.add_velocity_bounds(low, high))
+
+    def add_path_continuity_constraints(self, continuity_order: int) -> None:
+        """Ask that derivatives of r(s) go on from region to region, up to an order.
+
+        Along all edges between segments of that order and above; others have no such derivative.
+        """
+        label = "GcsTrajectoryOptimization.add_path_continuity_constraints: continuity_order"
+        order = as_count(continuity_order, 1, label)
+
+        def rule(to: JoinedEdges) -> None:
+            if to.most_continuity >= order:
+                to.add_path_continuity_constraints(order)
+
+        self._rule(rule)
+
+    def add_continuity_constraints(self, continuity_order: int) -> None:
+        """Ask that the derivative of q(t) of an order goes on from region to region.
+
+        Along all edges between segments of that order and above; see
+        `JoinedEdges.add_continuity_constraints`.
+        """
+        label = "GcsTrajectoryOptimization.add_continuity_constraints: continuity_order"
+        order = as_count(continuity_order, 1, label)
+
+        def rule(to: JoinedEdges) -> None:
+            if to.most_continuity >= order:
+                to.add_continuity_constraints(order)
+
+        self._rule(rule)
+
+    def add_nonlinear_derivative_bounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+        """Ask for ``lb <= q^(N)(t) <= ub`` ``(n,)``, of all segments of order N and above."""
+        label = "GcsTrajectoryOptimization.add_nonlinear_derivative_bounds"
+        low, high = as_bounds(lb, ub, self._num_positions, label)
+        order = as_count(derivative_order, 2, f"{label}: derivative_order")
+
+        def rule(to: JoinedEdges) -> None:
+            if isinstance(to, Subgraph) and to.order >= order:
+                to.add_nonlinear_derivative_bounds(low, high, order)
+
+        self._rule(rule)
+
+    def _has_nonlinear_terms(self) -> bool:
+        """Tell whether something is asked of derivatives that is not convex."""
+        return any(each.continuous_derivatives for each in (*self._subgraphs, *self._between)) or (
+            any(each.has_nonlinear_bounds for each in (*self._subgraphs, *self._between))
+        )

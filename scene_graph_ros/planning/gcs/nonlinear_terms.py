@@ -1,0 +1,76 @@
+"""What derivatives of q(t) keep: no convex sets of control points and durations.
+
+Derivatives are ``r^(N)(s) / h^N``. Along a path they are kept as functions of its points; the
+relaxation has convex surrogates, in which durations are taken to be 1 (von Wrangel and Tedrake,
+"Using graphs of convex sets to guide nonconvex trajectory optimization", 2024).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.functions import FunctionConstraint
+from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
+from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
+
+__all__ = ["Place", "bound_derivative", "continue_derivative"]
+
+_ROOM = 1e-6
+"""Relative: by so much bounds are narrower for the solver, whose points are off by rounding."""
+
+Place = tuple[SegmentVariables, int, int]
+"""A segment, which control point of a derivative, and the number of the vertex."""
+
+
+def _of(variables: SegmentVariables, index: int, order: int, x: np.ndarray) -> np.ndarray:
+    """Return a control point ``(n,)`` of a derivative of r, of coordinates."""
+    return variables.path(0, index, order).terms[0] @ x
+
+
+def continue_derivative(
+    edge: Edge, first: SegmentVariables, second: SegmentVariables, order: int
+) -> None:
+    """Have a derivative of q(t) go on from one segment to the next."""
+    last = first.order - order
+    end = first.path(edge.u.id, last, order)
+    edge.add_constraint(end == second.path(edge.v.id, 0, order), Transcription.RELAXATION)
+
+    def off(xu: np.ndarray, xv: np.ndarray) -> np.ndarray:
+        # Times powers of both durations, by their mean: they may be as short as they like.
+        hu, hv = first.duration(xu), second.duration(xv)
+        both = 0.5 * (hu + hv)
+        before, after = _of(first, last, order, xu), _of(second, 0, order, xv)
+        return before * (hv / both) ** order - after * (hu / both) ** order
+
+    zero = np.zeros(first.num_positions)
+    edge.add_constraint(FunctionConstraint(off, zero, zero), Transcription.RESTRICTION)
+
+
+def bound_derivative(
+    to: Vertex | Edge, place: Place, low: np.ndarray, high: np.ndarray, order: int
+) -> None:
+    """Have ``low <= q^(order) <= high`` ``(n,)`` at a control point, of a vertex or an edge."""
+    variables, index, key = place
+    rate, h = variables.path(key, index, order), variables.time(key)
+    room = _ROOM * np.where(np.isfinite(high - low), high - low, 0.0)
+    for bound, sign in ((high - room, 1.0), (low + room, -1.0)):
+        rows = np.flatnonzero(np.isfinite(bound))
+        if not len(rows):
+            continue
+        limit = (sign * bound[rows])[:, None]
+        to.add_constraint(sign * rate[rows] <= limit @ h, Transcription.RELAXATION)
+
+        def kept(
+            *points: np.ndarray,
+            rows: np.ndarray = rows,
+            sign: float = sign,
+            limit: np.ndarray = limit,
+        ) -> np.ndarray:
+            x = points[0] if isinstance(to, Vertex) or key == to.u.id else points[1]
+            power = variables.duration(x) ** order
+            return limit[:, 0] * power - sign * _of(variables, index, order, x)[rows]
+
+        least = np.zeros(len(rows))
+        constraint = FunctionConstraint(kept, least, np.full(len(rows), np.inf))
+        to.add_constraint(constraint, Transcription.RESTRICTION)

@@ -1,0 +1,152 @@
+"""Derivatives of q(t) that go on and are bounded, programs that count alone, and cones."""
+
+import numpy as np
+import pytest
+
+from scene_graph_ros.geometry.optimization import (
+    ConvexSetError,
+    GraphOfConvexSetsOptions,
+    Hyperrectangle,
+    norm,
+    Point,
+    Transcription,
+)
+from scene_graph_ros.planning import GcsTrajectoryOptimization
+
+CORNER = [Hyperrectangle([0.0, 0.0], [3.0, 1.0]), Hyperrectangle([2.0, 0.0], [3.0, 3.0])]
+
+
+def around_a_corner(order=4):
+    """Return a problem with bounded velocities, and its start, regions, goal and edges."""
+    graph = GcsTrajectoryOptimization(2)
+    free = graph.add_regions(CORNER, order, name="free", h_min=0.1)
+    start = graph.add_regions([Point([0.2, 0.5])], 0, name="start")
+    goal = graph.add_regions([Point([2.5, 2.8])], 0, name="goal")
+    between = graph.add_edges(start, free), graph.add_edges(free, goal)
+    graph.add_time_cost()
+    graph.add_path_length_cost(0.1)
+    graph.add_velocity_bounds([-1.0, -0.5], [1.0, 0.5])
+    graph.add_path_continuity_constraints(1)
+    return graph, start, free, goal, between
+
+
+def inside(trajectory):
+    """Tell whether each segment's control points are in its region."""
+    return all(
+        region.point_in_set(segment.control_points, 1e-9).all()
+        for region, segment in zip(CORNER, trajectory.segments, strict=True)
+    )
+
+
+def test_velocities_and_accelerations_go_on():
+    """Which jump where nothing is asked of them, and then cost less."""
+    graph, start, _, goal, _ = around_a_corner()
+    plain, least = graph.solve_path(start, goal)
+    assert abs(plain.jumps(2)).max() > 0.1
+    graph.add_continuity_constraints(1)
+    graph.add_continuity_constraints(2)
+    smooth, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert abs(smooth.jumps(1)).max() <= 1e-9
+    assert abs(smooth.jumps(2)).max() <= 1e-8
+    assert result.derivative_jump <= 1e-9
+    assert inside(smooth)
+    assert least.cost < result.cost < 1.5 * least.cost
+    assert result.lower_bound == -np.inf  # the relaxation asks what paths need not keep
+    at = np.linspace(0.0, smooth.end_time, 500)
+    assert (abs(smooth.derivative().value(at)) <= np.array([1.0, 0.5]) + 1e-9).all()
+
+
+def test_accelerations_are_bounded_at_all_times():
+    """Along one axis from rest to rest: no sooner than by full acceleration, then full braking."""
+    graph = GcsTrajectoryOptimization(1)
+    free = graph.add_regions([Hyperrectangle([0.0], [1.0])], 6, name="free", h_min=0.1)
+    start = graph.add_regions([Point([0.0])], 0, name="start")
+    goal = graph.add_regions([Point([1.0])], 0, name="goal")
+    for edges in (graph.add_edges(start, free), graph.add_edges(free, goal)):
+        edges.add_zero_derivative_constraints(1)
+    graph.add_time_cost()
+    quick, before = graph.solve_path(start, goal)
+    bound = 2.0
+    assert max(abs(s.derivative(2).control_points).max() for s in quick.segments) > 10.0 * bound
+    graph.add_nonlinear_derivative_bounds([-bound], [bound], 2)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert result.derivative_excess <= 1e-9
+    at = np.linspace(0.0, trajectory.end_time, 1000)
+    accelerations = trajectory.derivative(2).value(at)
+    assert abs(accelerations).max() <= bound * (1.0 + 1e-9)
+    # Two halves of the way by full acceleration take sqrt(4 / bound) = 1.414 s.
+    assert 2.0 / np.sqrt(bound) <= trajectory.end_time <= 1.35 * 2.0 / np.sqrt(bound)
+    assert before.cost < result.cost
+    assert abs(accelerations).max() > 0.9 * bound
+
+
+def test_where_modes_change_and_later_subgraphs():
+    """Bounds at the meeting of two subgraphs alone, and rules for what is added after them."""
+    graph, start, free, goal, (first, _) = around_a_corner()
+    first.add_nonlinear_derivative_bounds([-0.2, -np.inf], [0.2, np.inf], 2)
+    trajectory, _ = graph.solve_path(start, goal)
+    assert abs(trajectory.derivative(2).value(0.0)[0]) <= 0.2 * (1.0 + 1e-6)
+    graph.add_continuity_constraints(1)
+    graph.add_nonlinear_derivative_bounds([-3.0] * 2, [3.0] * 2, 3)
+    later = graph.add_regions(CORNER, 3, name="later")
+    assert later.continuous_derivatives == [1] == free.continuous_derivatives
+    assert [order for order, _, _ in later.derivative_bounds] == [3]
+    assert not graph.add_regions(CORNER, 2, name="low").derivative_bounds
+
+
+def test_costs_and_constraints_count_where_they_are_said_to():
+    """A toll of the relaxation alone is no cost of what is found."""
+    graph, start, free, goal, (first, _) = around_a_corner(2)
+    _, plain = graph.solve_path(start, goal)
+    assert plain.is_success
+    free.add_vertex_cost(free.vertex_duration(), Transcription.RELAXATION)
+    free.add_edge_cost(7.0, Transcription.RELAXATION)
+    _, tolled = graph.solve_path(start, goal)
+    assert tolled.cost == pytest.approx(plain.cost, rel=1e-6)
+    free.add_edge_cost(7.0, Transcription.RESTRICTION)
+    _, costly = graph.solve_path(start, goal)
+    assert costly.cost == pytest.approx(plain.cost + 7.0, rel=1e-6)
+    end = first.edge_constituent_vertex_control_points()[1][-1]
+    first.add_edge_constraint(end[1] >= 0.9, Transcription.RESTRICTION)
+    free.add_vertex_constraint(free.vertex_duration() >= 2.5, Transcription.RESTRICTION)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert trajectory.segments[0].control_points[-1, 1] >= 0.9 - 1e-8
+    assert all(s.end_time - s.start_time >= 2.5 - 1e-8 for s in trajectory.segments)
+
+
+def test_cones_of_control_points_are_kept():
+    """The first segment ends in a disc that is off its shortest way."""
+    graph, start, _, goal, (first, _) = around_a_corner(2)
+    end = first.edge_constituent_vertex_control_points()[1][-1]
+    first.add_edge_constraint(norm(end - [2.9, 0.5]) <= 0.1)
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.is_success
+    assert np.linalg.norm(trajectory.segments[0].control_points[-1] - [2.9, 0.5]) <= 0.1 + 1e-7
+
+
+def test_what_makes_no_sense_is_refused():
+    """Orders without such derivatives, bounds that hold nothing, and searches."""
+    graph, start, free, goal, (first, _) = around_a_corner(3)
+    for to in (graph, free):
+        with pytest.raises(ConvexSetError, match="continuity_order must be a whole number"):
+            to.add_continuity_constraints(0)
+        with pytest.raises(ConvexSetError, match="derivative_order must be a whole number"):
+            to.add_nonlinear_derivative_bounds([-1.0] * 2, [1.0] * 2, 1)
+        with pytest.raises(ConvexSetError, match=r"lb\[0\] = 1.0 must not be above"):
+            to.add_nonlinear_derivative_bounds([1.0, -1.0], [0.0, 1.0], 2)
+        with pytest.raises(ConvexSetError, match="lb must have the shape"):
+            to.add_nonlinear_derivative_bounds([1.0], [2.0], 2)
+    with pytest.raises(ConvexSetError, match="must not be above the order of both, 3"):
+        free.add_continuity_constraints(4)
+    with pytest.raises(ConvexSetError, match="must not be above that of the segments, 3"):
+        free.add_nonlinear_derivative_bounds([-1.0] * 2, [1.0] * 2, 4)
+    with pytest.raises(ConvexSetError, match="none of segments of order 3"):
+        first.add_nonlinear_derivative_bounds([-1.0] * 2, [1.0] * 2, 4)
+    with pytest.raises(ConvexSetError, match="must have one Transcription"):
+        free.add_vertex_cost(free.vertex_duration(), "relaxation")
+    free.add_continuity_constraints(1)
+    with pytest.raises(ConvexSetError, match="convex_relaxation must not be False"):
+        graph.solve_path(start, goal, GraphOfConvexSetsOptions(convex_relaxation=False))
