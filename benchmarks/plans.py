@@ -55,7 +55,7 @@ from scene_graph_ros.planning import (
 from scene_graph_ros.robots import RobotModel, SemanticModel
 from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot
 
-__all__ = ["Problem", "main", "moveit_problems", "shelf_problems"]
+__all__ = ["Problem", "main", "moveit_problems", "panda", "shelf_problems"]
 
 _CELL = "config/scenes/panda_cell.yaml"
 _PANDA = "package://example-robot-data/robots/panda_description"
@@ -150,7 +150,8 @@ def _problems(
 
 
 @cache
-def _panda() -> tuple[RobotModel, SemanticModel]:
+def panda() -> tuple[RobotModel, SemanticModel]:
+    """Return the Panda of the package example-robot-data."""
     model = load_urdf(f"{_PANDA}/urdf/panda.urdf")
     return model, load_srdf(f"{_PANDA}/srdf/panda.srdf", model)
 
@@ -166,7 +167,7 @@ def _download(folder: str) -> Path:
 
 def _moveit_scene(scene: dict[str, Any]) -> RobotDiagram:
     """Return a Panda among the collision objects of a planning scene."""
-    model, semantics = _panda()
+    model, semantics = panda()
     scene_graph = SceneGraph()
     source = scene_graph.register_source("panda")
     frames = register_robot(model, scene_graph, source, semantics=semantics, visual=False)

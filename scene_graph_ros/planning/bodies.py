@@ -15,6 +15,8 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kern
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
+from scene_graph_ros.planning.still_kernels import WORD
+from scene_graph_ros.planning.still_tree import StillNodes
 from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints
 
 __all__ = [
@@ -50,6 +52,8 @@ class BodyTable(NamedTuple):
     """``(b, 3)``."""
     measure: int
     """The address of PAIR_DISTANCE."""
+    nodes: StillNodes
+    """Of those that do not move, but half spaces; none where they are few."""
 
 
 class PairTable(NamedTuple):
@@ -65,6 +69,12 @@ class PairTable(NamedTuple):
     """``(p,)`` metres: what is no deeper in the padding than this only touches."""
     shared: np.ndarray
     """``(p,)``: the last joint that moves A and B alike, 0 where there is none."""
+    others: np.ndarray
+    """Pairs that the tree of what does not move does not find."""
+    of_still: np.ndarray
+    """``(r, b)``: the pair of each robot's body with each in that tree, or -1."""
+    most_paddings: np.ndarray
+    """``(r,)`` metres: the largest padding of a robot's body with any in that tree."""
 
 
 class Places(NamedTuple):
@@ -75,16 +85,32 @@ class Places(NamedTuple):
     X_WG: np.ndarray
     centers: np.ndarray
     sure: np.ndarray
+    limits: np.ndarray
+    """``(r,)`` metres: what counts as near of a robot's body."""
+    slacks: np.ndarray
+    """``(r,)`` metres: how much farther away than that all are that are not near."""
+    near: np.ndarray
+    """``(p,)``: pairs that may be near."""
+    marks: np.ndarray
+    """Of each pair a byte, 0 but while these are found."""
+    words: np.ndarray
+    """The same bytes as numbers."""
 
 
-def new_places(joints: int, bodies: int) -> Places:
-    """Return scratch for trees and bodies of this size."""
+def new_places(joints: int, robots: int, bodies: int, pairs: int) -> Places:
+    """Return scratch for trees, bodies of robots, all bodies, and pairs of this size."""
+    words = np.zeros(-(-pairs // WORD), np.int64)
     return Places(
         np.empty((joints, 12, LANES)),
         np.empty((3, LANES)),
         np.empty((bodies, 12, LANES)),
         np.empty((bodies, 3, LANES)),
         np.empty(LANES),
+        np.empty(robots),
+        np.empty(robots),
+        np.arange(pairs),
+        words.view(np.int8),
+        words,
     )
 
 

@@ -9,12 +9,14 @@ from scene_graph_ros.planning.bodies import (
     place_still_bodies,
     sure_distances,
 )
+from scene_graph_ros.planning.still_kernels import find_near
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
     "LOOSE",
     "NO_PAIR",
     "bounds_of",
+    "check_by_tree",
     "check_configurations",
 ]
 
@@ -64,6 +66,39 @@ def check_configurations(
         for k in range(count):
             first_pair[first + k] = NO_PAIR
         for p in range(len(pairs.bodies)):
+            a, b, padding = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.paddings[p]
+            if sure_distances(bodies, a, b, places, padding) >= padding:
+                continue
+            for k in range(count):
+                if places.sure[k] >= padding or first_pair[first + k] != NO_PAIR:
+                    continue
+                if _collides_at(held, bodies, pairs, p, k, places):
+                    first_pair[first + k] = p
+                    open_ones -= 1
+            if open_ones == 0:
+                break
+
+
+@lean_kernel
+def check_by_tree(
+    held, tree, bodies, pairs, q, X_WB, first_pair, places
+):  # fmt: skip
+    """Write the same, of the pairs that a tree of what does not move finds.
+
+    Where there is none the loop above is faster, as it asks nobody which pairs these are.
+    """
+    n = len(q)
+    place_still_bodies(bodies, places)
+    for a in range(len(bodies.joints)):
+        places.limits[a] = pairs.most_paddings[a]
+    for first in range(0, n, LANES):
+        place_bodies(tree, bodies, q, first, X_WB, places)
+        count = min(LANES, n - first)
+        open_ones = count
+        for k in range(count):
+            first_pair[first + k] = NO_PAIR
+        for i in range(find_near(bodies, pairs, places, 1)):
+            p = places.near[i]
             a, b, padding = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.paddings[p]
             if sure_distances(bodies, a, b, places, padding) >= padding:
                 continue

@@ -15,7 +15,8 @@ from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tolerances import OSCULATION
-from scene_graph_ros.planning.bodies import BodyTable, PairTable
+from scene_graph_ros.planning.bodies import BodyTable, new_places, PairTable, Places
+from scene_graph_ros.planning.still_tree import no_nodes, still_nodes
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 __all__ = ["AllPairs", "CheckerPlan", "carrier", "make_plan", "placed"]
@@ -69,8 +70,38 @@ class CheckerPlan(NamedTuple):
 
     def with_pairs(self, checked: NDArray[np.bool_], paddings: NDArray[np.float64]) -> CheckerPlan:
         """Return the plan with some of all pairs, and what each has to keep, both ``(p,)``."""
-        chosen = PairTable(*(each[checked] for each in self.all_pairs.table))
-        return self._replace(pairs=chosen._replace(paddings=paddings[checked]))
+        return self._with(self.all_pairs.table, np.flatnonzero(checked), paddings[checked])
+
+    def with_rows(self, rows: NDArray[np.int64]) -> CheckerPlan:
+        """Return the plan with some of the pairs that it checks, ``(k,)``."""
+        return self._with(self.pairs, rows, self.pairs.paddings[rows])
+
+    def with_paddings(self, paddings: NDArray[np.float64]) -> CheckerPlan:
+        """Return the plan with other paddings ``(p,)`` of the pairs that it checks."""
+        return self._with(self.pairs, np.arange(len(paddings)), paddings)
+
+    def _with(
+        self, pairs: PairTable, rows: NDArray[np.int64], paddings: NDArray[np.float64]
+    ) -> CheckerPlan:
+        chosen = _pair_table(
+            pairs.bodies[rows],
+            pairs.swaps[rows],
+            paddings,
+            pairs.touching[rows],
+            pairs.shared[rows],
+            self.bodies.radii,
+            len(self.carried),
+        )
+        return self._replace(pairs=chosen)
+
+    def new_places(self) -> Places:
+        """Return scratch for one thread."""
+        return new_places(
+            len(self.tree.table.kinds),
+            len(self.carried),
+            len(self.bodies.rows),
+            len(self.pairs.bodies),
+        )
 
     def least_distances(self, X_WG: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return what the balls of each pair are apart, -inf for half spaces; poses by row."""
@@ -106,8 +137,9 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
         lower,
         upper,
         PAIR_DISTANCE.address(),
+        no_nodes(),
     )
-    pairs = _all_pairs(snapshot, rows, tree, places)
+    pairs = _all_pairs(snapshot, rows, tree, places, radii)
     plan = CheckerPlan(
         tree,
         hold(table),
@@ -137,10 +169,13 @@ def placed(plan: CheckerPlan, snapshot: Snapshot) -> CheckerPlan:
             X_LG[body] = X_LF @ X_LG[body]
     X_JG = tree.X_JL[plan.owners[:count]] @ X_LG
     out = np.einsum("nij,nj->ni", X_JG[:, :3, :3], bodies.centers[:count]) + X_JG[:, :3, 3]
+    X_WG = np.ascontiguousarray(snapshot.X_WG[rows[count:]][:, :3]).reshape(-1, 3, 4)
+    at = np.einsum("nij,nj->ni", X_WG[:, :, :3], bodies.centers[count:]) + X_WG[:, :, 3]
+    small = np.flatnonzero(bodies.radii[count:] < np.inf)
+    nodes = still_nodes(count + small, at[small], bodies.radii[count:][small])
     return plan._replace(
         bodies=bodies._replace(
-            X_JG=np.ascontiguousarray(X_JG[:, :3]).reshape(-1, 3, 4),
-            X_WG=np.ascontiguousarray(snapshot.X_WG[rows[count:]][:, :3]).reshape(-1, 3, 4),
+            X_JG=np.ascontiguousarray(X_JG[:, :3]).reshape(-1, 3, 4), X_WG=X_WG, nodes=nodes
         ),
         reaches=np.linalg.norm(out, axis=1) + bodies.radii[:count],
         X_LG=X_LG,
@@ -195,6 +230,7 @@ def _all_pairs(
     rows: NDArray[np.int64],
     tree: KinematicTree,
     joints: NDArray[np.int64],
+    radii: NDArray[np.float64],
 ) -> AllPairs:
     """Return all pairs of geometries on different frames with a robot in them."""
     proximity, robots = snapshot.proximity, len(joints)
@@ -217,18 +253,41 @@ def _all_pairs(
     kinds, which = np.unique(moving, axis=0, return_inverse=True)
     shared = np.array([_last_shared(tree.table.parents, *kind) for kind in kinds], dtype=np.int64)
     scales = proximity.table.scale
-    pairs = PairTable(
+    pairs = _pair_table(
         np.ascontiguousarray(bodies, dtype=np.int64),
         np.ascontiguousarray(swaps),
         np.zeros(len(bodies)),
         OSCULATION * np.maximum(scales[first], scales[second]),
         shared[which.reshape(-1)],
+        radii,
+        robots,
     )
     return AllPairs(
         pairs,
         np.ascontiguousarray(proximity.frame[rows[bodies]], dtype=np.int64),
         allowed[bodies[:, 0], bodies[:, 1]],
     )
+
+
+def _pair_table(
+    bodies: NDArray[np.int64],
+    swaps: NDArray[np.bool_],
+    paddings: NDArray[np.float64],
+    touching: NDArray[np.float64],
+    shared: NDArray[np.int64],
+    radii: NDArray[np.float64],
+    robots: int,
+) -> PairTable:
+    """Return the table, with what the tree needs: ``radii`` are of all bodies."""
+    a, b = bodies.T
+    is_in_tree = (b >= robots) & (radii[b] < np.inf)
+    of_still = np.full((robots, len(radii)), -1)
+    most = np.full(robots, -np.inf)
+    found = np.flatnonzero(is_in_tree)
+    of_still[a[found], b[found]] = found
+    np.maximum.at(most, a[found], paddings[found])
+    others = np.flatnonzero(~is_in_tree)
+    return PairTable(bodies, swaps, paddings, touching, shared, others, of_still, most)
 
 
 def _inverse(rows: NDArray[np.int64]) -> NDArray[np.int64]:

@@ -20,9 +20,14 @@ from scene_graph_ros.planning.bodies import (
     Places,
 )
 from scene_graph_ros.planning.separation_kernels import separation
+from scene_graph_ros.planning.still_kernels import find_near
+from scene_graph_ros.planning.still_tree import StillNodes
 from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, TreeTable
 
 __all__ = ["NearTable", "near_distances", "near_places"]
+
+_FEWEST = 128
+"""Nodes of a tree that is worth it for a single configuration."""
 
 _MARGIN = 1.0 + 1e-12
 """Times squared distances of balls: far more than rounding adds."""
@@ -50,10 +55,14 @@ def _example() -> NearTable:
     rows, flags, numbers = np.zeros(1, np.int64), np.zeros(1, np.bool_), np.zeros(1)
     poses, points = np.zeros((1, 3, 4)), np.zeros((1, 3))
     tree = TreeTable(rows, rows, poses, rows, rows, numbers, numbers, rows, poses)
-    bodies = BodyTable(rows, rows, poses, poses, points, numbers, points, points, 0)
-    pairs = PairTable(np.zeros((1, 2), np.int64), flags, numbers, numbers, rows)
+    nodes = StillNodes(points, numbers, rows, rows)
+    bodies = BodyTable(rows, rows, poses, poses, points, numbers, points, points, 0, nodes)
+    table = np.zeros((1, 1), np.int64)
+    two = np.zeros((1, 2), np.int64)
+    pairs = PairTable(two, flags, numbers, numbers, rows, rows, table, numbers)
     lanes = np.zeros((1, 12, LANES))
-    places = Places(lanes, points, lanes, lanes, numbers)
+    marks = rows.view(np.int8)
+    places = Places(lanes, points, lanes, lanes, numbers, numbers, numbers, rows, marks, rows)
     return NearTable(tree, bodies, pairs, points, places, rows, numbers, points)
 
 
@@ -135,7 +144,11 @@ def near_distances(held, near, q, influence):
     tree, bodies, pairs, places = table.tree, table.bodies, table.pairs, table.places
     place_bodies(tree, bodies, q, 0, table.X_WB, places)
     robots, count = len(bodies.joints), 0
-    for p in range(len(pairs.bodies)):
+    for a in range(robots):
+        places.limits[a] = influence + pairs.most_paddings[a]
+    near_ones = find_near(bodies, pairs, places, _FEWEST)
+    for i in range(near_ones):
+        p = places.near[i] if near_ones < len(pairs.bodies) else i
         a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
         if not _may_be_near(bodies, a, b, places, limit):
             continue

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.bodies import new_places
-from scene_graph_ros.planning.check_kernels import check_configurations
+from scene_graph_ros.planning.check_kernels import check_by_tree, check_configurations
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.in_threads import in_threads
 
@@ -19,10 +18,11 @@ def first_pairs(plan: CheckerPlan, q: NDArray[np.float64], threads: int) -> NDAr
     The same for any number of threads. Configurations must have been checked.
     """
     result = np.empty(len(q), dtype=np.int64)
+    kernel = check_by_tree if len(plan.bodies.nodes.radii) else check_configurations
 
     def check(part: slice) -> None:
-        places = new_places(len(plan.tree.table.kinds), len(plan.bodies.rows))
-        check_configurations(
+        places = plan.new_places()
+        kernel(
             plan.held.places,
             plan.tree.table,
             plan.bodies,

@@ -22,6 +22,7 @@ from scene_graph_ros.planning.bodies import (
 from scene_graph_ros.planning.check_kernels import bounds_of, LOOSE, NO_PAIR
 from scene_graph_ros.planning.curve_kernels import point_on
 from scene_graph_ros.planning.motion_kernels import (
+    margin_of,
     place_speeds,
     place_twists,
     set_motions,
@@ -30,6 +31,7 @@ from scene_graph_ros.planning.motion_kernels import (
     used_up,
 )
 from scene_graph_ros.planning.separation_kernels import separation
+from scene_graph_ros.planning.still_kernels import find_near
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
@@ -281,6 +283,36 @@ def _look_at(held, bodies, pairs, motions, stretches, p, k, limits, places):
 
 
 @merged_kernel
+def _near_on(bodies, pairs, motions, longest, rules, first, places):
+    """Return (count, first, least): which pairs have to be looked at, and what all others keep.
+
+    That is on stretches that reach so far from their middles; ``places.near`` has these pairs, and
+    they are looked at from the row ``first`` on. Without a tree that is all pairs.
+    """
+    part, tolerance = rules
+    robots = len(bodies.joints)
+    if len(bodies.nodes.radii) == 0:
+        return len(pairs.bodies), first, math.inf
+    for a in range(robots):
+        enough = longest * motions.own[a, 0] / part + margin_of(motions.own[a, 2]) + tolerance
+        places.limits[a] = enough + pairs.most_paddings[a]
+    count, least, row = find_near(bodies, pairs, places, 1), math.inf, 0
+    for a in range(robots):
+        beyond = places.slacks[a] + places.limits[a] - pairs.most_paddings[a]
+        least = min(least, beyond - longest * motions.own[a, 0])
+    while row < count and places.near[row] < first:
+        row += 1
+    return count, row, least
+
+
+@inlined_kernel
+def _pair_at(i, count, pairs, places):
+    """Return a pair in a round through those that have to be looked at."""
+    row = i if i < count else i - count
+    return row if count == len(pairs.bodies) else places.near[row]
+
+
+@merged_kernel
 def _look(held, bodies, pairs, motions, stretches, count, limits, places):
     """Find how far around the middles all pairs are free: ``below`` and ``above``.
 
@@ -288,16 +320,19 @@ def _look(held, bodies, pairs, motions, stretches, count, limits, places):
     there at least. Unless it is to be measured, a collision ends it.
     """
     measures, part, tolerance, collision = limits
-    least = tightest = math.inf
+    tightest = math.inf
     for k in range(count):
         if stretches.low[k] > collision:
             stretches.below[k] = stretches.above[k] = -1.0
     longest = _longest(stretches, count)
-    first, count_of_pairs = stretches.counts[2], len(pairs.bodies)
-    for i in range(count_of_pairs):
-        p = first + i if first + i < count_of_pairs else first + i - count_of_pairs
+    near_ones, first, least = _near_on(
+        bodies, pairs, motions, longest, (part, tolerance), stretches.counts[2], places
+    )
+    scale = longest / part
+    for i in range(near_ones):
+        p = _pair_at(first + i, near_ones, pairs, places)
         way, margin, padding = motions.ways[p], motions.margins[p], pairs.paddings[p]
-        enough = longest * way / part + margin + tolerance + padding
+        enough = scale * way + margin + tolerance + padding
         sure = sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, enough)
         if sure >= enough:
             least = min(least, sure - padding - longest * way)
@@ -316,6 +351,7 @@ def _look(held, bodies, pairs, motions, stretches, count, limits, places):
                 least = min(least, kept)
             if nearest < math.inf:
                 longest = _longest(stretches, count)
+                scale = longest / part
     return least
 
 

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.bodies import new_places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE, new_stretches, prove_edges
 from scene_graph_ros.planning.in_threads import in_threads
@@ -39,7 +38,7 @@ def edge_scratch(plan: CheckerPlan) -> tuple[Any, ...]:
     return (
         new_motions(joints, positions, robots, pairs),
         new_stretches(),
-        new_places(joints, len(plan.bodies.rows)),
+        plan.new_places(),
     )
 
 

@@ -21,6 +21,7 @@ from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMAT
 
 __all__ = [
     "Motions",
+    "margin_of",
     "new_motions",
     "place_speeds",
     "place_twists",
@@ -159,6 +160,12 @@ def _set_rates(tree, edge, rates):
 
 
 @inlined_kernel
+def margin_of(reach):
+    """Return what rounding is allowed, metres, of bodies that are so far out at most."""
+    return _ROUNDING * (1.0 + reach)
+
+
+@inlined_kernel
 def set_motions(tree, bodies, pairs, reaches, edge, motions):
     """Write what is known of all pairs on an edge ``(m, nq)``."""
     own, joints = motions.own, motions.joints
@@ -181,7 +188,7 @@ def set_motions(tree, bodies, pairs, reaches, edge, motions):
                 tree, bodies.joints[b], last, reaches[b], joints
             )
             way, bend, reach = way + way_B, bend + bend_B, max(reach, reach_B)
-        motions.ways[p], motions.margins[p] = way, _ROUNDING * (1.0 + reach)
+        motions.ways[p], motions.margins[p] = way, margin_of(reach)
         motions.bends[p] = bend * (1.0 + _SPEED_ROUNDING) if is_straight else math.inf
     if is_straight:
         _set_rates(tree, edge, motions.rates)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.bodies import BodyTable, new_places, Places
+from scene_graph_ros.planning.bodies import BodyTable, Places
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.clearance_kernels import (
     near_distances,
@@ -41,7 +41,7 @@ class _Desk:
 
     def __init__(self, plan: CheckerPlan) -> None:
         tree, most = plan.tree, len(plan.pairs.bodies)
-        places = new_places(len(tree.table.kinds), len(plan.bodies.rows))
+        places = plan.new_places()
         _place_still_bodies(plan.bodies, places)
         self.plan = plan
         self.table = NearTable(

@@ -29,6 +29,29 @@ def place_links() -> None:
     _one_joint().link_poses(np.zeros(1))
 
 
+def _check_many(q: np.ndarray) -> None:
+    """Ask for as many balls as a tree is worth."""
+    from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
+    from scene_graph_ros.planning.still_tree import FEWEST
+
+    scene_graph = SceneGraph()
+    source = scene_graph.register_source("warm_up")
+    frame = scene_graph.register_frame(source, GeometryFrame("link"))
+    for k in range(FEWEST + 1):
+        X_WG = np.eye(4)
+        X_WG[0, 3] = 3.0 * k
+        ball = GeometryInstance(X_WG, Sphere(1.0), str(k))
+        ball.set_proximity_properties(ProximityProperties())
+        if k:
+            scene_graph.register_anchored_geometry(source, ball)
+        else:
+            scene_graph.register_geometry(source, frame, ball)
+    context = scene_graph.create_default_context()
+    frames = MappingProxyType({"link": frame})
+    checker = SceneGraphCollisionChecker(RobotDiagram(scene_graph, context, _one_joint(), frames))
+    checker.check_configs_collision_free(q)
+
+
 def plan() -> None:
     """Ask a robot of one link whether it touches a ball, and for paths, cliques and walks."""
     from scene_graph_ros.planning import (
@@ -58,6 +81,7 @@ def plan() -> None:
     checker = SceneGraphCollisionChecker(RobotDiagram(scene_graph, context, _one_joint(), frames))
     q = np.zeros((2, 1))
     checker.check_configs_collision_free(q)
+    _check_many(q)
     checker.calc_robot_clearance(q[0], 2.0)
     checker.measure_edges(q[np.newaxis])
     plan_path(checker, [0.0], [1.0])

@@ -250,14 +250,7 @@ class CspaceFreePolytope:
     ) -> tuple[GeometryPair, PairFailure] | None:
         """Return a pair that collides at a point of the region, if one of some points does."""
         points = _spread(region)
-        chosen = self._plan._replace(
-            pairs=self._plan.pairs._replace(
-                **{
-                    name: np.ascontiguousarray(each[pairs])
-                    for name, each in self._plan.pairs._asdict().items()
-                }
-            )
-        )
+        chosen = self._plan.with_rows(np.array(pairs, dtype=np.int64))
         if not pairs or not len(points):
             return None
         q = self._kinematics.compute_q_value(points)

@@ -114,7 +114,7 @@ def _too_near(
     """Return a pair of each configuration that is too near for such ways, or NO_PAIR."""
     # What only touches its padding is none to the kernel.
     paddings = needed_distances(plan, ways) + plan.pairs.touching
-    return first_pairs(plan._replace(pairs=plan.pairs._replace(paddings=paddings)), q, threads)
+    return first_pairs(plan.with_paddings(paddings), q, threads)
 
 
 def _colliding(

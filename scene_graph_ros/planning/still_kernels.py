@@ -1,0 +1,74 @@
+"""Which pairs may be nearer than some distance in any of eight configurations, by a tree."""
+
+import math
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
+from scene_graph_ros.robots.tree_kernels import LANES
+
+__all__ = ["WORD", "find_near"]
+
+WORD = 8
+"""Marks, each a byte, that are looked at as one number."""
+
+_MARGIN = 1.0 + 1e-12
+"""Times squared distances: far more than rounding adds."""
+
+
+@inlined_kernel
+def _square_from(center, x, y, z):
+    """Return how far a point is at least from a body's centre in LANES configurations, squared."""
+    least = math.inf
+    for k in range(LANES):
+        dx, dy, dz = center[0, k] - x, center[1, k] - y, center[2, k] - z
+        least = min(least, dx * dx + dy * dy + dz * dz)
+    return least
+
+
+@inlined_kernel
+def _mark_near(nodes, of_still, center, reach, marks):
+    """Mark the pairs of a body with those that may be near; return what all others are beyond it.
+
+    ``reach`` (m) is the radius of the body and the distance that counts.
+    """
+    slack, i = math.inf, 0
+    while i < len(nodes.radii):
+        square = _square_from(
+            center, nodes.centers[i, 0], nodes.centers[i, 1], nodes.centers[i, 2]
+        )
+        far = reach + nodes.radii[i]
+        if far < 0.0 or square > far * far * _MARGIN:
+            slack = min(slack, math.sqrt(square) - far)
+            i = nodes.skips[i]
+        else:
+            b = nodes.bodies[i]
+            if b >= 0 and of_still[b] >= 0:
+                marks[of_still[b]] = 1
+            i += 1
+    return slack
+
+
+@merged_kernel
+def find_near(bodies, pairs, places, fewest):
+    """Write to ``places.near`` which pairs may be nearer than what counts; return how many.
+
+    That is ``places.limits`` (m) of each body of a robot. In ascending order. ``places.slacks``
+    says how much farther away all others of each are at least. Of a tree of fewer nodes than
+    ``fewest``, and without one, that is all pairs.
+    """
+    nodes, near, marks, words = bodies.nodes, places.near, places.marks, places.words
+    if len(nodes.radii) < fewest:
+        return len(pairs.bodies)
+    for i in range(len(pairs.others)):
+        marks[pairs.others[i]] = 1
+    for a in range(len(bodies.joints)):
+        reach = bodies.radii[a] + places.limits[a]
+        places.slacks[a] = _mark_near(nodes, pairs.of_still[a], places.centers[a], reach, marks)
+    count = 0
+    for w in range(len(words)):
+        if words[w] != 0:
+            for p in range(WORD * w, WORD * w + WORD):
+                if marks[p] != 0:
+                    near[count] = p
+                    count += 1
+            words[w] = 0
+    return count
