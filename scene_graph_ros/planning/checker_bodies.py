@@ -46,6 +46,7 @@ class CheckerBodies:
     ) -> None:
         """``frames`` are those of the tree's links, by name."""
         inspector = snapshot.inspector
+        self._without_frame = frozenset(tree.link_names) - frozenset(frames) - {"world"}
         links = {int(frame): tree.link_index(name) for name, frame in frames.items()}
         names = {int(inspector.world_frame_id()): "world"}
         names |= {int(frame): name for name, frame in frames.items()}
@@ -84,6 +85,11 @@ class CheckerBodies:
             index = self.index_of_frame.get(body)
         elif isinstance(body, str):
             index = self._index_of_name.get(body)
+            if body in self._without_frame:
+                raise CollisionCheckerError(
+                    f"{field}: link {quoted(body)} has no geometry, so no frame in the scene: load"
+                    " its robot with all_links"
+                )
             if index is None:
                 near = suggestion(body, self._index_of_name)
                 raise CollisionCheckerError(f"{field}: there is no body {quoted(body)}{near}")

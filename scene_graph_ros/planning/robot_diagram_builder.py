@@ -70,11 +70,13 @@ class RobotDiagramBuilder:
         X_WB: ArrayLike | None = None,
         positions: Mapping[str, float] | None = None,
         filter_adjacent: bool = False,
+        all_links: bool = False,
     ) -> LoadedRobot:
         """Read a robot as a source of this name, with its base at ``X_WB`` ``(4, 4)``.
 
         The pairs of links that the SRDF disables are filtered, and with ``filter_adjacent`` those
-        of neighbours. ``positions`` are where joints start by name, 0 without. Raises
+        of neighbours. ``all_links`` makes bodies of links without geometry, too, to which shapes
+        may be added. ``positions`` are where joints start by name, 0 without. Raises
         SceneFileError, InvalidPoseError, KinematicTreeError for a joint that is not there,
         JointStateError for its position, and NameConflictError for a name that is taken; then it
         has added nothing.
@@ -98,6 +100,7 @@ class RobotDiagramBuilder:
                 source,
                 semantics=semantics,
                 filter_adjacent=filter_adjacent,
+                all_links=all_links,
             )
             robot = LoadedRobot(model, semantics, frames, pose, dict(positions or {}), "")
             robot.frame_poses()
