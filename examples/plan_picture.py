@@ -70,11 +70,12 @@ def _draw_way(image: Image.Image, checker: SceneGraphCollisionChecker, path: np.
         draw.ellipse([x - DOT, y - DOT, x + DOT, y + DOT], fill=color)
 
 
-def draw_plan(output: Path, checker: SceneGraphCollisionChecker, path: np.ndarray) -> None:
-    """Write the picture of a path ``(n, nq)`` to ``output`` (PNG)."""
+def trace_robot(
+    checker: SceneGraphCollisionChecker, shown: np.ndarray, camera: Camera, samples: int = 24
+) -> Image.Image:
+    """Return a picture of the robot at configurations ``(k, nq)``, all but the ends as ghosts."""
     robots = checker.model
     markers = _things(robots, is_robot=False)
-    shown = points_on(checker.model.tree, path, GHOSTS + 2)
     _place(robots, shown[0])
     seen = _things(robots, is_robot=True)
     markers.extend(seen)
@@ -83,10 +84,16 @@ def draw_plan(output: Path, checker: SceneGraphCollisionChecker, path: np.ndarra
         for before, marker in zip(seen, _things(robots, is_robot=True), strict=True):
             if marker.pose == before.pose:
                 continue
-            if number <= GHOSTS:
+            if number < len(shown) - 1:
                 marker.mesh_use_embedded_materials = False
                 marker.color = ColorRGBA(r=0.45, g=0.6, b=0.85, a=GHOST)
             markers.append(marker)
-    image = trace(markers, CAMERA, samples=24).convert("RGB")
+    return trace(markers, camera, samples=samples).convert("RGB")
+
+
+def draw_plan(output: Path, checker: SceneGraphCollisionChecker, path: np.ndarray) -> None:
+    """Write the picture of a path ``(n, nq)`` to ``output`` (PNG)."""
+    shown = points_on(checker.model.tree, path, GHOSTS + 2)
+    image = trace_robot(checker, shown, CAMERA)
     _draw_way(image, checker, path)
     image.save(output)
