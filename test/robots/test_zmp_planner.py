@@ -204,3 +204,28 @@ def test_what_makes_no_sense_is_refused(changed, words):
     given = {"zmp_d": cubics(), "x0": X0, "height": HEIGHT} | changed
     with pytest.raises((ZmpPlannerError, TrajectoryError), match=words):
         ZmpPlanner().plan(**given)
+
+
+def test_planning_again_is_as_planning_anew():
+    """With the same weights, others, and another height: what is kept belongs to its plan."""
+    zmp = PiecewisePolynomial.first_order_hold([0.0, 1.0, 2.0], [[0, 0], [0.3, 0.1], [0.4, 0.0]])
+    state, again = np.array([0.1, 0.0, 0.2, -0.1]), ZmpPlanner()
+    weights = np.array([[2.0, 0.5], [0.5, 1.0]])
+    for height, Qy, R in (
+        (0.8, weights, np.eye(2)),
+        (0.8, weights, np.eye(2)),
+        (0.9, weights, np.eye(2)),
+        (0.9, weights, 0.5 * np.eye(2)),
+        (0.9, np.eye(2), 0.5 * np.eye(2)),
+    ):
+        anew = ZmpPlanner()
+        for planner in (again, anew):
+            planner.plan(zmp, state, height, Qy=Qy, R=R)
+        for t in (0.0, 0.7, 1.9, 3.0):
+            np.testing.assert_array_equal(again.get_nominal_com(t), anew.get_nominal_com(t))
+            np.testing.assert_array_equal(again.get_Vx(t), anew.get_Vx(t))
+        np.testing.assert_array_equal(again.get_Vxx(), anew.get_Vxx())
+        np.testing.assert_array_equal(
+            again.compute_optimal_comdd(0.4, state), anew.compute_optimal_comdd(0.4, state)
+        )
+        assert again.get_D()[0, 0] == pytest.approx(-height / 9.81, rel=1e-15)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 import itertools
 from typing import Any, overload
 
@@ -38,16 +39,50 @@ class ZmpPlannerError(SceneGraphError, ValueError):
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
-    """All that was planned, in the plane's axes."""
+    """All that was planned, in the plane's axes; feedback and value function when asked for.
+
+    ``T`` makes the weights diagonal, ``beta`` and ``s2`` are the modes and polynomials ``(2, p,
+    degree + 1, 2)`` of the value function's gradient along its axes.
+    """
 
     zmp: PiecewisePolynomial
     d: float
     Qy: NDArray[np.float64]
     R: NDArray[np.float64]
-    K: NDArray[np.float64]
-    Vxx: NDArray[np.float64]
-    Vx: Curve
     com: Curve
+    best: PendulumOptimum
+    T: NDArray[np.float64]
+    inverse: NDArray[np.float64]
+    beta: NDArray[np.complex128]
+    s2: NDArray[np.float64]
+
+    @cached_property
+    def weights(self) -> NDArray[np.float64]:
+        """Qy and R, ``(2, 2, 2)``."""
+        return np.array([self.Qy, self.R])
+
+    @cached_property
+    def K(self) -> NDArray[np.float64]:
+        """The feedback's gain ``(2, 4)``."""
+        gains = (self.T @ (gain[:, None] * self.inverse) for gain in self.best.gains)
+        return np.concatenate(list(gains), axis=1)
+
+    @cached_property
+    def Vxx(self) -> NDArray[np.float64]:
+        """The value function's second-order term ``(4, 4)``."""
+        S, inverse = self.best.S, self.inverse
+        blocks = [[inverse.T @ (S[i, j][:, None] * inverse) for j in range(2)] for i in range(2)]
+        return np.block(blocks)
+
+    @cached_property
+    def Vx(self) -> Curve:
+        """Its first-order term: s2 belongs to gradients, which the inverse of T turns."""
+        p, inverse = self.best.rates, self.inverse
+        slopes = np.concatenate(
+            [(2.0 * w * self.beta)[:, :, None] * inverse for w in (self.best.gains[0], p)], 2
+        )
+        polynomials = np.concatenate(self.s2 @ inverse, axis=2)
+        return Curve(p, slopes, PiecewisePolynomial(self.zmp.breaks, polynomials))
 
 
 class ZmpPlanner:
@@ -91,7 +126,7 @@ class ZmpPlanner:
             _as_weight("Qy", np.eye(2) if Qy is None else Qy),
             _as_weight("R", 0.1 * np.eye(2) if R is None else R),
         )
-        self._planned = _planned(zmp, start, d, *weights)
+        self._planned = _planned(zmp, start, d, *weights, self._planned)
 
     def has_planned(self) -> bool:
         """Tell whether `plan` has been called, and did not raise."""
@@ -224,40 +259,46 @@ def _planned(
     d: float,
     Qy: NDArray[np.float64],
     R: NDArray[np.float64],
+    before: _Plan | None,
 ) -> _Plan:
-    """Return the plan: weights made diagonal, each axis by itself, and back."""
-    # T' R T = 1 and T' Qy T = mu: then the axes of T^-1 c have nothing to do with each other.
-    half = np.linalg.inv(np.linalg.cholesky(R))
-    mu, turn = np.linalg.eigh(half @ Qy @ half.T)
-    T = half.T @ turn
-    inverse = np.linalg.inv(T)
-    stiffness = np.sqrt(mu) * d
-    if not (stiffness < _MOST_STIFF).all() or not (stiffness * _MOST_STIFF > 1.0).all():
-        raise ZmpPlannerError(
-            "Qy and R differ too much for height / gravity: sqrt(Qy / R) * height / gravity must"
-            f" be between {1.0 / _MOST_STIFF:g} and {_MOST_STIFF:g}, not {stiffness}"
-        )
-    best = PendulumOptimum(mu, d)
+    """Return the plan: weights made diagonal, each axis by itself, and back.
+
+    What depends on weights and height alone is that of the plan ``before``, if these are the same.
+    """
+    if before is not None and before.d == d and (before.weights == [Qy, R]).all():
+        T, inverse, best = before.T, before.inverse, before.best
+    else:
+        T, inverse, best = _axes(d, Qy, R)
     final = zmp.control_points[-1, -1]
     widths = np.diff(zmp.breaks)
     s2, x = best.polynomials((zmp.control_points - final) @ inverse.T, widths)
     beta = best.growing_modes(s2, widths)
     start = np.array([inverse @ (x0[:2] - final), inverse @ x0[2:]])
     alpha = best.fading_modes(start, x, beta, widths)
+    # Each axis moves along one column of T.
     p, carried = best.rates, best.carried[0]
-    # Each axis moves along one column of T; s2 belongs to gradients, which T^-1 turns.
     modes = np.concatenate([alpha[:, :, None] * T.T, (carried * beta)[:, :, None] * T.T], axis=1)
     com = Curve(
         np.concatenate([-p, p]), 2.0 * modes, PiecewisePolynomial(zmp.breaks, x[0] @ T.T + final)
     )
-    slopes = np.concatenate(
-        [(2.0 * w * beta)[:, :, None] * inverse for w in (best.gains[0], p)], 2
-    )
-    Vx = Curve(p, slopes, PiecewisePolynomial(zmp.breaks, np.concatenate(s2 @ inverse, axis=2)))
-    S, gains = best.S, best.gains
-    blocks = [[inverse.T @ (S[i, j][:, None] * inverse) for j in range(2)] for i in range(2)]
-    K = np.concatenate([T @ (gain[:, None] * inverse) for gain in gains], axis=1)
-    return _Plan(zmp, d, Qy, R, K, np.block(blocks), Vx, com)
+    return _Plan(zmp, d, Qy, R, com, best, T, inverse, beta, s2)
+
+
+def _axes(
+    d: float, Qy: NDArray[np.float64], R: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], PendulumOptimum]:
+    """Return T, its inverse and what is best along each axis. Raises ZmpPlannerError."""
+    # T' R T = 1 and T' Qy T = mu: then the axes of T^-1 c have nothing to do with each other.
+    half = np.linalg.inv(np.linalg.cholesky(R))
+    mu, turn = np.linalg.eigh(half @ Qy @ half.T)
+    T = half.T @ turn
+    stiffness = np.sqrt(mu) * d
+    if not (stiffness < _MOST_STIFF).all() or not (stiffness * _MOST_STIFF > 1.0).all():
+        raise ZmpPlannerError(
+            "Qy and R differ too much for height / gravity: sqrt(Qy / R) * height / gravity must"
+            f" be between {1.0 / _MOST_STIFF:g} and {_MOST_STIFF:g}, not {stiffness}"
+        )
+    return T, np.linalg.inv(T), PendulumOptimum(mu, d)
 
 
 def _cost_at_rest(plan: _Plan, final: NDArray[np.float64], time: float) -> float:
