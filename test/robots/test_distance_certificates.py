@@ -11,6 +11,7 @@ from scene_graph_ros.planning import (
     CertificateError,
     certify_by_distances,
     CspaceFreePolytope,
+    load_robot_diagram,
     SceneGraphCollisionChecker,
 )
 from scene_graph_ros.planning.certified.motion_reaches import motion_reaches
@@ -140,6 +141,23 @@ def test_a_changed_certificate_is_found(proven):
     # All boxes at once, of which the first is too large.
     root = replace(proven.levels[0], proven=np.zeros((1, 2), dtype=np.int64))
     assert not replace(proven, levels=(root,), split=()).verify()
+
+
+def test_all_pairs_of_a_panda_among_many_things_are_proven():
+    """Seven joints and a finger in the demo's cell; nothing collides at random configurations."""
+    robots = load_robot_diagram("config/scenes/panda_cell.yaml")
+    checker = SceneGraphCollisionChecker(robots)
+    q = np.array([-0.5, 0.3, 0.0, -2.0, 0.0, 2.3, 0.785, 0.02])
+    half = np.array([*[0.02] * 7, 0.01])
+    found = certify_by_distances(checker, HPolyhedron.make_box(q - half, q + half))
+    assert found.status == "proven", found.reason
+    assert checker.num_pairs > 400
+    assert found.verify()
+    inside = np.random.default_rng(0).uniform(q - half, q + half, (500, 8))
+    assert all(checker.check_configs_collision_free(inside))
+    wide = np.array([*[0.08] * 7, 0.01])
+    larger = HPolyhedron.make_box(q - wide, q + wide)
+    assert certify_by_distances(checker, larger, max_boxes=10_000).status == "collision"
 
 
 def test_bad_arguments_are_named(arm, tmp_path):
