@@ -1,4 +1,4 @@
-"""Pairs of bodies that are near at a configuration, and how each velocity changes their distance.
+"""Pairs of bodies that are near at configurations, and how each velocity changes their distance.
 
 Witness points are stationary to first order (envelope theorem): a distance changes as the bodies'
 own points there move along the normal.
@@ -71,22 +71,22 @@ _borrowed, near_places = _holding.borrowed, _holding.places
 
 
 @inlined_kernel
-def _to_world(X, v, place):
+def _to_world(X, v, place, k):
     """Return what a vector, or a point where ``place`` is 1, of a body's frame is in W."""
     return (
-        X[0, 0] * v[0] + X[1, 0] * v[1] + X[2, 0] * v[2] + place * X[3, 0],
-        X[4, 0] * v[0] + X[5, 0] * v[1] + X[6, 0] * v[2] + place * X[7, 0],
-        X[8, 0] * v[0] + X[9, 0] * v[1] + X[10, 0] * v[2] + place * X[11, 0],
+        X[0, k] * v[0] + X[1, k] * v[1] + X[2, k] * v[2] + place * X[3, k],
+        X[4, k] * v[0] + X[5, k] * v[1] + X[6, k] * v[2] + place * X[7, k],
+        X[8, k] * v[0] + X[9, k] * v[1] + X[10, k] * v[2] + place * X[11, k],
     )
 
 
 @inlined_kernel
-def _rates(p, X, ax, ay, az, nhat, sign):
+def _rates(p, X, ax, ay, az, nhat, sign, k):
     """Return how fast p goes along the normal where it turns about an axis, and slides along it.
 
     A point that turns about the axis a at r goes along the normal by a . (r x normal).
     """
-    rx, ry, rz = p[0] - X[3, 0], p[1] - X[7, 0], p[2] - X[11, 0]
+    rx, ry, rz = p[0] - X[3, k], p[1] - X[7, k], p[2] - X[11, k]
     turn = (
         ax * (ry * nhat[2] - rz * nhat[1])
         + ay * (rz * nhat[0] - rx * nhat[2])
@@ -96,7 +96,7 @@ def _rates(p, X, ax, ay, az, nhat, sign):
 
 
 @inlined_kernel
-def _add_rates(tree, joint, X_WJ, p, nhat, sign, gradient):
+def _add_rates(tree, joint, X_WJ, p, nhat, sign, gradient, k):
     """Add how fast a point that a joint and those below move goes along the normal, in W."""
     while joint > 0:
         kind, column = tree.kinds[joint], tree.velocity_starts[joint]
@@ -106,69 +106,85 @@ def _add_rates(tree, joint, X_WJ, p, nhat, sign, gradient):
             before, X_PJ = X_WJ[tree.parents[joint]], tree.X_PJ[joint]
             for axis in range(3):
                 u, v, w = X_PJ[0, axis], X_PJ[1, axis], X_PJ[2, axis]
-                ax = before[0, 0] * u + before[1, 0] * v + before[2, 0] * w
-                ay = before[4, 0] * u + before[5, 0] * v + before[6, 0] * w
-                az = before[8, 0] * u + before[9, 0] * v + before[10, 0] * w
-                turn, slide = _rates(p, X, ax, ay, az, nhat, sign)
+                ax = before[0, k] * u + before[1, k] * v + before[2, k] * w
+                ay = before[4, k] * u + before[5, k] * v + before[6, k] * w
+                az = before[8, k] * u + before[9, k] * v + before[10, k] * w
+                turn, slide = _rates(p, X, ax, ay, az, nhat, sign, k)
                 if kind == PLANAR:
                     gradient[column + axis] += slide if axis < 2 else turn
                 else:
                     gradient[column + axis] += turn
                     gradient[column + 3 + axis] += slide
         else:
-            turn, slide = _rates(p, X, X[2, 0], X[6, 0], X[10, 0], nhat, sign)
+            turn, slide = _rates(p, X, X[2, k], X[6, k], X[10, k], nhat, sign, k)
             gradient[column] += tree.multipliers[joint] * (slide if kind == PRISMATIC else turn)
         joint = tree.parents[joint]
 
 
 @inlined_kernel
-def _may_be_near(bodies, a, b, places, limit):
+def _may_be_near(bodies, a, b, places, limit, k):
     """Tell whether two bodies may be as near as ``limit`` (m): balls first, then boxes."""
     A, B = places.centers[a], places.centers[b]
-    x, y, z = A[0, 0] - B[0, 0], A[1, 0] - B[1, 0], A[2, 0] - B[2, 0]
+    x, y, z = A[0, k] - B[0, k], A[1, k] - B[1, k], A[2, k] - B[2, k]
     reach = bodies.radii[a] + bodies.radii[b] + limit
     if reach < 0.0 or x * x + y * y + z * z > reach * reach * _MARGIN:
         return False
-    distance, _ = separation(bodies, a, b, places, 0)
+    distance, _ = separation(bodies, a, b, places, k)
     return distance <= limit
 
 
+@inlined_kernel
+def _write_row(held, table, p, k, influence, row):
+    """Write a pair that may be near in configuration k to the table; tell whether it is."""
+    tree, bodies, pairs, places = table.tree, table.bodies, table.pairs, table.places
+    a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
+    phi, p_ACa, p_ACb, nhat_A, _, _, _ = distance_at(
+        held, bodies, pairs, p, k, places, max(limit, 0.0), 0.0
+    )
+    if not phi <= limit:
+        return False
+    if pairs.swaps[p]:
+        a, b = b, a
+    robots, X_WA = len(bodies.joints), places.X_WG[a]
+    nhat = _to_world(X_WA, nhat_A, 0.0, k)
+    gradient = table.gradients[row]
+    gradient[:] = 0.0
+    if a < robots:
+        p_WCa = _to_world(X_WA, p_ACa, 1.0, k)
+        _add_rates(tree, bodies.joints[a], places.X_WJ, p_WCa, nhat, 1.0, gradient, k)
+    if b < robots:
+        p_WCb = _to_world(X_WA, p_ACb, 1.0, k)
+        _add_rates(tree, bodies.joints[b], places.X_WJ, p_WCb, nhat, -1.0, gradient, k)
+    table.rows[row], table.distances[row] = p, phi - pairs.paddings[p]
+    return True
+
+
 @lean_kernel
-def near_distances(held, near, q, influence):
-    """Write the pairs that are near at q ``(1, nq)`` to a table; return how many there are.
+def near_distances(held, near, q, influence, counts):
+    """Write the pairs that are near at each of q ``(n, nq)`` to a table, and ``counts`` ``(n,)``.
 
     Near are those that are at most ``influence`` (m) farther apart than their padding. ``near`` is
-    a NearTable that was written down.
+    a NearTable that was written down. Returns for how many configurations there was room in it, at
+    least one.
     """
     table = _borrowed(near)
-    tree, bodies, pairs, places = table.tree, table.bodies, table.pairs, table.places
-    place_bodies(tree, bodies, q, 0, table.X_WB, places)
-    robots, count = len(bodies.joints), 0
-    for a in range(robots):
+    bodies, pairs, places = table.bodies, table.pairs, table.places
+    row = 0
+    for a in range(len(bodies.joints)):
         places.limits[a] = influence + pairs.most_paddings[a]
-    near_ones = find_near(bodies, pairs, places, _FEWEST)
-    for i in range(near_ones):
-        p = places.near[i] if near_ones < len(pairs.bodies) else i
-        a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
-        if not _may_be_near(bodies, a, b, places, limit):
-            continue
-        phi, p_ACa, p_ACb, nhat_A, _, _, _ = distance_at(
-            held, bodies, pairs, p, 0, places, max(limit, 0.0), 0.0
-        )
-        if not phi <= limit:
-            continue
-        if pairs.swaps[p]:
-            a, b = b, a
-        X_WA = places.X_WG[a]
-        nhat = _to_world(X_WA, nhat_A, 0.0)
-        gradient = table.gradients[count]
-        gradient[:] = 0.0
-        if a < robots:
-            p_WCa = _to_world(X_WA, p_ACa, 1.0)
-            _add_rates(tree, bodies.joints[a], places.X_WJ, p_WCa, nhat, 1.0, gradient)
-        if b < robots:
-            p_WCb = _to_world(X_WA, p_ACb, 1.0)
-            _add_rates(tree, bodies.joints[b], places.X_WJ, p_WCb, nhat, -1.0, gradient)
-        table.rows[count], table.distances[count] = p, phi - pairs.paddings[p]
-        count += 1
-    return count
+    for first in range(0, len(q), LANES):
+        place_bodies(table.tree, bodies, q, first, table.X_WB, places)
+        near_ones = find_near(bodies, pairs, places, _FEWEST)
+        for k in range(min(LANES, len(q) - first)):
+            if len(table.rows) - row < len(pairs.bodies):
+                return first + k
+            begin = row
+            for i in range(near_ones):
+                p = places.near[i] if near_ones < len(pairs.bodies) else i
+                a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
+                if _may_be_near(bodies, a, b, places, limit, k) and _write_row(
+                    held, table, p, k, influence, row
+                ):
+                    row += 1
+            counts[first + k] = row - begin
+    return len(q)

@@ -33,7 +33,7 @@ from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.planning.robot_clearance import (
     collision_types,
     poses_of_rows,
-    robot_clearance,
+    robot_clearances,
     RobotClearance,
     RobotCollisionType,
 )
@@ -222,13 +222,25 @@ class SceneGraphCollisionChecker(CollisionChecker):
         A pair of a robot's bodies is there once. Raises KinematicTreeError for a bad q, and
         CollisionCheckerError for a distance that is negative or not finite.
         """
+        rows = one_configuration("q", q)
+        (found,) = self.calc_robot_clearances(rows, influence_distance)
+        return found
+
+    def calc_robot_clearances(
+        self, configurations: ArrayLike, influence_distance: float
+    ) -> list[RobotClearance]:
+        """Return what `calc_robot_clearance` does of each of many configurations ``(n, nq)``.
+
+        That is faster than asking about one after another. Raises as that does.
+        """
         influence = finite_number("influence_distance", influence_distance)
         if influence < 0.0:
             raise CollisionCheckerError(
                 f"influence_distance must not be negative: {quoted(influence_distance)}"
             )
-        (configuration,) = self.checked_configurations(one_configuration("q", q))
-        return robot_clearance(self._state, configuration, influence)
+        return robot_clearances(
+            self._state, self.checked_configurations(configurations), influence
+        )
 
     def max_num_distances(self) -> int:
         """Return how many rows `calc_robot_clearance` has at most."""

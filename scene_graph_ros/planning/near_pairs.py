@@ -1,4 +1,4 @@
-"""The pairs of geometries that are near at a configuration, by a plan alone."""
+"""The pairs of geometries that are near at configurations, by a plan alone."""
 
 from __future__ import annotations
 
@@ -36,11 +36,15 @@ class NearPairs(NamedTuple):
         return tuple(self.plan.ids(pair) for pair in self.rows.tolist())
 
 
+_ROOM = 2048
+"""Rows of a table, where all pairs need less: then it has several configurations' rows."""
+
+
 class _Desk:
     """What one thread reads and writes while it looks for a plan's pairs."""
 
     def __init__(self, plan: CheckerPlan) -> None:
-        tree, most = plan.tree, len(plan.pairs.bodies)
+        tree, most = plan.tree, max(len(plan.pairs.bodies), _ROOM)
         places = plan.new_places()
         _place_still_bodies(plan.bodies, places)
         self.plan = plan
@@ -61,19 +65,29 @@ _desks = threading.local()
 """Of each thread the one of the plan that it asked about last: they change seldom."""
 
 
-def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearPairs:
-    """Return what a plan tells of the pairs that are near at q ``(nq,)``, up to a distance (m)."""
+def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> list[NearPairs]:
+    """Return what a plan tells of the pairs that are near at each of q ``(n, nq)``, up to so far.
+
+    ``influence`` is in metres.
+    """
     desk: _Desk | None = getattr(_desks, "newest", None)
     if desk is None or desk.plan is not plan:
         desk = _desks.newest = _Desk(plan)
     table, tree = desk.table, plan.tree
-    count = near_distances(plan.held.places, desk.written, q[np.newaxis], influence)
-    gradients = table.gradients[:count]
-    if tree.num_velocities != tree.num_positions:
-        gradients = gradients @ tree.velocity_map(q)
-    else:
-        gradients = gradients.copy()
-    return NearPairs(table.rows[:count].copy(), table.distances[:count].copy(), gradients, plan)
+    is_mapped = tree.num_velocities != tree.num_positions
+    counts, found, done = np.empty(len(q), np.int64), list[NearPairs](), 0
+    while done < len(q):
+        taken = near_distances(plan.held.places, desk.written, q[done:], influence, counts[done:])
+        last = 0
+        for each in range(done, done + taken):
+            part = slice(last, last := last + int(counts[each]))
+            gradients = table.gradients[part]
+            gradients = gradients @ tree.velocity_map(q[each]) if is_mapped else gradients.copy()
+            found.append(
+                NearPairs(table.rows[part].copy(), table.distances[part].copy(), gradients, plan)
+            )
+        done += taken
+    return found
 
 
 def _place_still_bodies(bodies: BodyTable, places: Places) -> None:

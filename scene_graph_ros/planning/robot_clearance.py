@@ -24,7 +24,7 @@ __all__ = [
     "RobotCollisionType",
     "collision_types",
     "poses_of_rows",
-    "robot_clearance",
+    "robot_clearances",
 ]
 
 
@@ -190,14 +190,16 @@ class _Near(NamedTuple):
     padded: NDArray[np.float64]
 
 
-def robot_clearance(
+def robot_clearances(
     state: CheckerState, q: NDArray[np.float64], influence: float
-) -> RobotClearance:
-    """Return the padded distances at q ``(nq,)`` up to a distance (m), and their derivatives."""
-    near = near_pairs(state.plan, q, influence)
-    result = RobotClearance(state.plan.tree.num_positions)
-    result._take(near, partial(_names_of, state, near))
-    return result
+) -> list[RobotClearance]:
+    """Return the padded distances at each of q ``(n, nq)`` up to a distance, with derivatives."""
+    tables = []
+    for near in near_pairs(state.plan, q, influence):
+        result = RobotClearance(state.plan.tree.num_positions)
+        result._take(near, partial(_names_of, state, near))
+        tables.append(result)
+    return tables
 
 
 def _names_of(state: CheckerState, near: NearPairs) -> _Names:

@@ -95,3 +95,18 @@ def test_rows_are_appended_to_what_was_found(tmp_path):
     assert found.collision_types == (RobotCollisionType.ENVIRONMENT_COLLISION, kind)
     np.testing.assert_allclose(found.distances, [0.7, 0.25], atol=1e-15)
     np.testing.assert_array_equal(found.jacobians, [[-1.0], [2.0]])
+
+
+def test_many_configurations_have_the_tables_of_each(tmp_path):
+    """Bit for bit, also where a table is full long before all are told; of none there are none."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, WAGON, POST))
+    q = np.random.default_rng(3).uniform(-0.5, 0.5, (1500, checker.model.tree.num_positions))
+    tables = checker.calc_robot_clearances(q, 3.0)
+    assert len(tables) == len(q)
+    assert sum(table.size for table in tables) > 4000
+    for table, each in list(zip(tables, q, strict=True))[::7]:
+        alone = checker.calc_robot_clearance(each, 3.0)
+        assert table.pairs == alone.pairs
+        np.testing.assert_array_equal(table.distances, alone.distances)
+        np.testing.assert_array_equal(table.jacobians, alone.jacobians)
+    assert checker.calc_robot_clearances(q[:0], 3.0) == []

@@ -32,6 +32,9 @@ __all__ = ["check_clearance", "check_configurations", "check_edges"]
 _COLUMNS = 8
 """Numbers of a Jacobian that count as one more row of an answer."""
 
+_CLEARANCES = 64
+"""Configurations whose clearances are asked for at once; then rows are counted."""
+
 
 class _Collisions(NamedTuple):
     """Rows that something stops, which pair does, by how much (m), and where on the edge."""
@@ -88,9 +91,11 @@ def check_clearance(request: Any, response: Any, asked: Asked) -> None:
 
     def answer(world: QueryObject) -> list[RobotClearance]:
         checker, tables = question.checker(world), []
-        for q in question.q:
-            tables.append(checker.calc_robot_clearance(q, influence))
-            asked.tally.add(tables[-1].size * (1 + width // _COLUMNS))
+        for first in range(0, len(question.q), _CLEARANCES):
+            part = question.q[first : first + _CLEARANCES]
+            tables += checker.calc_robot_clearances(part, influence)
+            for each in tables[first:]:
+                asked.tally.add(each.size * (1 + width // _COLUMNS))
         return tables
 
     tables = [each for answers in asked.each(answer) for each in answers]

@@ -104,7 +104,7 @@ class CarriedChecker:
 
     def calc_robot_clearance(self, q: NDArray[np.float64], influence_distance: float) -> NearPairs:
         """Return padded distances at q ``(nq,)``, which was checked, up to one (m)."""
-        return near_pairs(self.plan, q, influence_distance)
+        return near_pairs(self.plan, q[np.newaxis], influence_distance)[0]
 
 
 def pack(checker: CollisionChecker) -> PackedChecker:
