@@ -19,26 +19,24 @@ import numpy as np
 
 __all__ = ["stack_array"]
 
-_WORD_BYTES = 8
-
 
 def stack_array(
     shape: tuple[int, ...], kind: Any = np.float64, *, alignment: int | None = None
 ) -> Callable[[], Any]:
-    """Return what gives a kernel an uninitialized array of a type of eight bytes.
+    """Return what gives a kernel an uninitialized array of numbers.
 
     It begins at a multiple of ``alignment`` bytes, if that is given and something is compiled.
     """
-    assert np.dtype(kind).itemsize == _WORD_BYTES
     if numba_config.DISABLE_JIT:
         return lambda: np.empty(shape, kind)
     array_type = types.Array(numba.from_dtype(np.dtype(kind)), len(shape), "C")
-    strides = [_WORD_BYTES * math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
+    itemsize = np.dtype(kind).itemsize
+    strides = [itemsize * math.prod(shape[axis + 1 :]) for axis in range(len(shape))]
 
     def lower(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        word = context.get_value_type(array_type.dtype)
+        number = context.get_value_type(array_type.dtype)
         size = ir.Constant(ir.IntType(64), math.prod(shape))
-        data = cgutils.alloca_once(builder, word, size=size)
+        data = cgutils.alloca_once(builder, number, size=size)
         if alignment is not None:
             data.align = alignment
         array = make_array(array_type)(context, builder)
@@ -47,7 +45,7 @@ def stack_array(
             data=data,
             shape=[context.get_constant(types.intp, length) for length in shape],
             strides=[context.get_constant(types.intp, stride) for stride in strides],
-            itemsize=_WORD_BYTES,
+            itemsize=itemsize,
             meminfo=None,
         )
         return array._getvalue()
