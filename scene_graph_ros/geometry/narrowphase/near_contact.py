@@ -15,10 +15,10 @@ from scene_graph_ros.geometry.narrowphase.pair import Pair, Simplex
 from scene_graph_ros.geometry.narrowphase.propose.epa import (
     COARSE_GAP,
     epa,
+    epa_with_room,
     FINE_GAP,
     LARGE,
     MEDIUM,
-    SMALL,
 )
 from scene_graph_ros.geometry.narrowphase.propose.simplex import CONTAINS, weighted_points
 from scene_graph_ros.geometry.narrowphase.propose.tetrahedron import (
@@ -56,12 +56,12 @@ def _overlap(pair, tolerance, count, work):
     has_hull = is_listed(pair.core_A) or is_listed(pair.core_B)
     if is_curved(pair.core_A) or is_curved(pair.core_B):
         settle_gap = FINE_GAP if has_hull else COARSE_GAP
-    decided_by, n, a, b, depth, lower, unique = epa(pair, size, settle_gap, tolerance, SMALL, work)
+    decided_by, n, a, b, depth, lower, unique = epa(pair, size, settle_gap, tolerance, work)
     if decided_by == _OPEN:
         expand_to_tetrahedron(pair, 0, work)
-        capacity = LARGE if has_hull else MEDIUM
-        decided_by, n, a, b, depth, lower, unique = epa(
-            pair, size, settle_gap, tolerance, capacity, work
+        corners = LARGE if has_hull else MEDIUM
+        decided_by, n, a, b, depth, lower, unique = epa_with_room(
+            pair, size, settle_gap, tolerance, corners, work
         )
     return -depth, a, b, n, unique, max(depth - lower, 0.0), decided_by
 

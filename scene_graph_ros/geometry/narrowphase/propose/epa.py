@@ -8,9 +8,8 @@ signed, so the origin may start outside the polytope, as it does by rounding whe
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.narrowphase.contact.refine import refine, separation
 from scene_graph_ros.geometry.narrowphase.cores.kinds import ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.questions import feature_at
@@ -37,11 +36,14 @@ from scene_graph_ros.geometry.narrowphase.propose.minima import (
 )
 from scene_graph_ros.geometry.narrowphase.propose.polytope import (
     add_corner,
-    ALIVE,
-    CLOSED,
+    close_face,
     corners_of,
-    MAX_HORIZON,
+    distance_of,
+    empty_polytope,
+    is_closed,
     nearest_face,
+    new_polytope,
+    normal_of,
     Polytope,
     start_tetrahedron,
 )
@@ -60,7 +62,7 @@ from scene_graph_ros.geometry.tolerances import (
     TIE,
 )
 
-__all__ = ["COARSE_GAP", "FINE_GAP", "LARGE", "MEDIUM", "SMALL", "epa"]
+__all__ = ["COARSE_GAP", "FINE_GAP", "LARGE", "MEDIUM", "epa", "epa_with_room"]
 
 _OPEN = int(Mechanism.OPEN)
 _EPA = int(Mechanism.EPA)
@@ -68,14 +70,14 @@ _NO_CORNERS = (-1, -1, -1)
 _BASINS = int(Mechanism.BASINS)
 
 SMALL = 96
-"""Corners of the first workspace: enough for primitives, and it stays in the first-level cache."""
+"""Corners of the first polytope: enough for primitives, and it stays in the machine's stack."""
 
 MEDIUM = 256
-"""Corners of the second workspace of smooth cores: what is still open then nearly ties all along a
+"""Corners of the second polytope of smooth cores: what is still open then nearly ties all along a
 valley, and no number of corners tells it apart."""
 
 LARGE = 1024
-"""Corners of the second workspace for hulls, whose many faces may nearly tie."""
+"""Corners of the second polytope for hulls, whose many faces may nearly tie."""
 
 BASIN_COSINE = math.cos(0.2)
 """A polished direction further than this from where it started belongs to another face."""
@@ -86,6 +88,12 @@ to have no other minimum from there on (``settle_gap``)."""
 
 FINE_GAP = 1e-3
 """The same for hulls, many faces of which may nearly tie, and for a face whose polish led far."""
+
+
+_S, _ids, _faces, _planes, _stack, _ring = (
+    stack_array(part.shape, part.dtype) for part in empty_polytope(SMALL)
+)
+_minima = stack_array((FALLBACK + 1, COLUMNS))
 
 
 class SmallFace(NamedTuple):
@@ -127,17 +135,17 @@ def _load_nearest(polytope, face_count, f, rounding, work):
     A facet of C is often cut into many faces, all at the same distance.
     """
     faces, planes = polytope.faces, polytope.planes
-    n = (planes[f, 0], planes[f, 1], planes[f, 2])
+    n = normal_of(planes, f)
     count, v = _load_face(polytope, corners_of(faces, f), work)
-    distance = planes[f, 3]
+    distance = distance_of(planes, f)
     nearest = math.sqrt(dot(v, v))
     best = f
     last = f
     if nearest > abs(distance) + rounding:
         for g in range(face_count):
-            if g == f or faces[g, ALIVE] == 0 or planes[g, 3] > distance + rounding:
+            if g == f or distance_of(planes, g) > distance + rounding:
                 continue
-            if n[0] * planes[g, 0] + n[1] * planes[g, 1] + n[2] * planes[g, 2] > SAME_DIRECTION:
+            if dot(n, normal_of(planes, g)) > SAME_DIRECTION:
                 count, v = _load_face(polytope, corners_of(faces, g), work)
                 last = g
                 length = math.sqrt(dot(v, v))
@@ -152,7 +160,7 @@ def _load_nearest(polytope, face_count, f, rounding, work):
 @lean_kernel
 def _is_tied(pair, size, tolerance, polytope, face_count, minima, found, best):
     """Return whether another direction gives the same depth, to ``tolerance`` or rounding."""
-    faces, planes = polytope.faces, polytope.planes
+    planes = polytope.planes
     n = (minima[best, 0], minima[best, 1], minima[best, 2])
     tie = minima[best, DEPTH] + max(TIE * EPSILON * size, tolerance)
     same = BASIN_COSINE if tolerance > 0.0 else SAME_DIRECTION
@@ -164,9 +172,9 @@ def _is_tied(pair, size, tolerance, polytope, face_count, minima, found, best):
             if dot(n, m) < same:
                 return True
     for f in range(face_count):
-        if faces[f, ALIVE] == 0 or faces[f, CLOSED] == 1 or planes[f, 3] > tie:
+        if distance_of(planes, f) > tie or is_closed(polytope, f):
             continue
-        m = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
+        m = scale(-1.0, normal_of(planes, f))
         if dot(n, m) < same and -separation(pair, m) <= tie:
             return True
     return False
@@ -225,7 +233,7 @@ def _polish_fallback(pair, size, n, a, b, extent, simplex, minima):
 @lean_kernel
 def _corners_over_origin(polytope, face_count, f, depth, corners, size, work):
     """Return the corners of the face over the origin in the plane of f, if f is the fallback."""
-    if polytope.planes[f, 3] > depth:
+    if distance_of(polytope.planes, f) > depth:
         return corners
     _, g = _load_nearest(polytope, face_count, f, TIE * EPSILON * size, work)
     return corners_of(polytope.faces, g)
@@ -256,19 +264,19 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
     decided_by = _OPEN
     corners = _NO_CORNERS
     for corner in range(4, polytope.S.shape[0]):
-        f = nearest_face(planes, face_count)
-        if f < 0:
+        f, distance = nearest_face(planes, face_count)
+        if distance == math.inf:
             break
-        lower = max(lower, planes[f, 3])
-        if faces[f, CLOSED] == 1 or settled <= planes[f, 3] or found == MAX_MINIMA:
+        lower = max(lower, distance)
+        if is_closed(polytope, f) or settled <= distance or found == MAX_MINIMA:
             decided_by = _BASINS if found > 0 else _EPA
             break
-        n = (-planes[f, 0], -planes[f, 1], -planes[f, 2])
+        n = scale(-1.0, normal_of(planes, f))
         w = store_support(pair, n, polytope, corner)
         extent = -dot(n, w)
-        gap = extent - planes[f, 3]
+        gap = extent - distance
         # The least distance must be known to be positive before the rest is left open.
-        enough = max(rounding, tolerance) if planes[f, 3] > rounding else rounding
+        enough = max(rounding, tolerance) if distance > rounding else rounding
         reach = max(abs(extent), NEAR_CONTACT * size)
         is_small = settle_gap > 0.0 and gap <= COARSE_GAP * reach
         if extent < depth:
@@ -293,12 +301,10 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
             best = best_minimum(minima, found, math.inf)
             settled = minima[best, DEPTH] if found > 0 else settled
             if row >= 0:
-                faces[f, CLOSED] = 1
-                planes[f, 3] = max(planes[f, 3], minima[row, DEPTH])
+                close_face(polytope, f, max(distance, minima[row, DEPTH]))
                 continue
         if _equals_corner(polytope.S, corner):
-            faces[f, CLOSED] = 1
-            planes[f, 3] = extent
+            close_face(polytope, f, extent)
             corners = _corners_over_origin(polytope, face_count, f, depth, corners, size, work)
             continue
         face_count = add_corner(polytope, face_count, f, corner, rounding)
@@ -309,32 +315,15 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
     return decided_by, lower, best, face_count, found
 
 
-@kernel
-def epa(pair, size, settle_gap, tolerance, capacity, work):
-    """Grow the tetrahedron in rows 0 to 3 of ``work`` until the depth is known.
-
-    Returns (decided by, n, a, b, depth, lower bound, unique): the unit direction n of least depth
-    (out of B into A), the witness points, the extent of C along n, which bounds the depth from
-    above, and the bound from below. ``settle_gap``, relative to the depth, tells when a face is
-    small enough to be polished (0 for polytopes, whose faces are exact). The loop ends when the
-    bounds are within ``tolerance`` (m) of each other, or of rounding. ``OPEN``: the
-    room for ``capacity`` corners was exhausted, or rounding broke the surface; the bounds hold
-    all the same. ``work`` is overwritten.
-    """
-    # One allocation of each type takes a seventh of the time of one for each array.
-    floats = np.empty(17 * capacity + COLUMNS * (FALLBACK + 1))
-    minima = floats[17 * capacity :].reshape((FALLBACK + 1, COLUMNS))
-    integers = np.empty(20 * capacity + MAX_HORIZON, np.int64)
-    polytope = Polytope(
-        S=floats[: 9 * capacity].reshape((capacity, 9)),
-        ids=integers[: 2 * capacity].reshape((capacity, 2)),
-        faces=integers[2 * capacity : 18 * capacity].reshape((2 * capacity, 8)),
-        planes=floats[9 * capacity : 17 * capacity].reshape((2 * capacity, 4)),
-        stack=integers[18 * capacity : 20 * capacity],
-        horizon=integers[20 * capacity :],
-    )
-    polytope.S[:4] = work.S[:4]
-    polytope.ids[:4] = work.ids[:4]
+@lean_kernel
+def _grow_to_depth(pair, size, settle_gap, tolerance, polytope, work):
+    """Return what ``epa`` does, in a polytope."""
+    minima = _minima()
+    for k in range(4):
+        for c in range(9):
+            polytope.S[k, c] = work.S[k, c]
+        polytope.ids[k, 0] = work.ids[k, 0]
+        polytope.ids[k, 1] = work.ids[k, 1]
     minima[FALLBACK, DEPTH] = math.inf
     decided_by, lower, best, face_count, found = _grow(
         pair, size, settle_gap, tolerance, polytope, minima, work
@@ -349,3 +338,25 @@ def epa(pair, size, settle_gap, tolerance, capacity, work):
         lower,
         not tied,
     )
+
+
+@lean_kernel
+def epa(pair, size, settle_gap, tolerance, work):
+    """Grow the tetrahedron in rows 0 to 3 of ``work`` until the depth is known.
+
+    Returns (decided by, n, a, b, depth, lower bound, unique): the unit direction n of least depth
+    (out of B into A), the witness points, the extent of C along n, which bounds the depth from
+    above, and the bound from below. ``settle_gap``, relative to the depth, tells when a face is
+    small enough to be polished (0 for polytopes, whose faces are exact). The loop ends when the
+    bounds are within ``tolerance`` (m) of each other, or of rounding. ``OPEN``: the
+    room for SMALL corners was exhausted, or rounding broke the surface; the bounds hold
+    all the same. ``work`` is overwritten.
+    """
+    polytope = Polytope(_S(), _ids(), _faces(), _planes(), _stack(), _ring())
+    return _grow_to_depth(pair, size, settle_gap, tolerance, polytope, work)
+
+
+@kernel
+def epa_with_room(pair, size, settle_gap, tolerance, corners, work):
+    """Do the same as ``epa`` with room for so many corners, in memory that is asked for."""
+    return _grow_to_depth(pair, size, settle_gap, tolerance, new_polytope(corners), work)
