@@ -83,8 +83,8 @@ BASIN_COSINE = math.cos(0.2)
 """A polished direction further than this from where it started belongs to another face."""
 
 COARSE_GAP = 1e-2
-"""Share of the depth: the gap at which a face is first polished. Between smooth cores it is taken
-to have no other minimum from there on (``settle_gap``)."""
+"""Share of the depth: the gap at which a face is polished between smooth cores. From there on it
+is taken to have no other minimum (``settle_gap``)."""
 
 FINE_GAP = 1e-3
 """The same for hulls, many faces of which may nearly tie, and for a face whose polish led far."""
@@ -105,7 +105,6 @@ class SmallFace(NamedTuple):
     n: tuple[float, float, float]
     extent: float
     is_fine: bool
-    is_final: bool
 
 
 @lean_kernel
@@ -184,16 +183,13 @@ def _is_tied(pair, size, tolerance, polytope, face_count, minima, found, best):
 def _settle(pair, size, face, simplex, minima, found):
     """Find the minimum that the region of a face belongs to; return (its row, minima found).
 
-    The row is -1 where the face has to be divided further: one that is not yet ``is_final`` only
-    supplies a candidate, and one that leads far away is believed when it ``is_fine``. What a face
-    of a core proposes is believed in its own direction only: around a face is a rim, and beside
-    that it may be less deep.
+    The row is -1 where the face has to be divided further: one that leads far away is believed
+    when it ``is_fine``. What a face of a core proposes is believed in its own direction only:
+    around a face is a rim, and beside that it may be less deep.
     """
-    n, extent, is_fine, is_final = face
+    n, extent, is_fine = face
     near = nearby_minimum(minima, found, n, BASIN_COSINE)
     is_higher = near >= 0 and minima[near, DEPTH] <= extent
-    if is_higher and not is_final:
-        return -1, found
     feature_A = feature_at(body_A(pair), simplex, A_SIDE, scale(-1.0, n))
     feature_B = feature_at(body_B(pair), simplex, B_SIDE, n)
     # Two minima may be close to each other, but not with the same features.
@@ -217,7 +213,7 @@ def _settle(pair, size, face, simplex, minima, found):
         is_near = dot(least.n, n) > BASIN_COSINE or (is_fine and -least.distance <= extent)
     else:
         is_near = dot(least.n, n) > SAME_DIRECTION
-    return row if is_final and is_near else -1, found
+    return row if is_near else -1, found
 
 
 @lean_kernel
@@ -278,7 +274,7 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
         # The least distance must be known to be positive before the rest is left open.
         enough = max(rounding, tolerance) if distance > rounding else rounding
         reach = max(abs(extent), NEAR_CONTACT * size)
-        is_small = settle_gap > 0.0 and gap <= COARSE_GAP * reach
+        is_small = settle_gap > 0.0 and gap <= settle_gap * reach
         if extent < depth:
             depth = extent
             store_minimum(minima, FALLBACK, n, ORIGIN, ORIGIN, extent, math.inf)
@@ -296,7 +292,7 @@ def _grow(pair, size, settle_gap, tolerance, polytope, minima, work):
             decided_by = _EPA
             break
         if is_small:
-            face = SmallFace(n, extent, gap <= FINE_GAP * reach, gap <= settle_gap * reach)
+            face = SmallFace(n, extent, gap <= FINE_GAP * reach)
             row, found = _settle(pair, size, face, simplex, minima, found)
             best = best_minimum(minima, found, math.inf)
             settled = minima[best, DEPTH] if found > 0 else settled
