@@ -11,14 +11,14 @@ pydrake only ours is measured, and that is said.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import importlib.util
 import math
 import os
 from pathlib import Path
 import tempfile
 import time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")  # before numpy is loaded: times are of one thread
@@ -26,6 +26,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 
 from benchmarks.machine import machine  # noqa: E402
+from benchmarks.timing import least_time  # noqa: E402
 from scene_graph_ros.geometry import SceneGraph  # noqa: E402
 from scene_graph_ros.planning import (  # noqa: E402
     BilinearAlternationOptions,
@@ -105,16 +106,6 @@ def arm(joints: int) -> SceneGraphCollisionChecker:
     for k in range(1, joints):
         checker.set_collision_filtered_between(f"link{k}", f"link{k + 1}", True)
     return checker
-
-
-def least_time(act: Callable[[], Any], runs: int) -> tuple[float, Any]:
-    """Return the least time of some runs, and what the last returned."""
-    best, value = math.inf, None
-    for _ in range(runs):
-        begin = time.process_time()
-        value = act()
-        best = min(best, time.process_time() - begin)
-    return best, value
 
 
 def _has_drake() -> bool:

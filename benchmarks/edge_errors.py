@@ -13,11 +13,11 @@ import importlib
 import math
 from pathlib import Path
 import tempfile
-import time
 from typing import Any
 
 import numpy as np
 
+from benchmarks.timing import microseconds
 from scene_graph_ros.geometry import Cylinder, GeometryInstance, ProximityProperties
 from scene_graph_ros.planning import (
     EdgeStatus,
@@ -127,16 +127,6 @@ def edges_of(checker: SceneGraphCollisionChecker, count: int) -> np.ndarray:
     return np.stack([free[:-1], free[:-1] + ways], axis=1)
 
 
-def _microseconds(function: Callable[[], object], count: int) -> float:
-    function()
-    times = []
-    for _ in range(_REPEATS):
-        begin = time.process_time()
-        function()
-        times.append(time.process_time() - begin)
-    return min(times) / count * 1e6
-
-
 def _samples(edges: np.ndarray, halvings: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the samples of edges in a row ``(k, nq)``, and where those of each begin.
 
@@ -170,19 +160,20 @@ def measure_errors(
     hits = edges[statuses == EdgeStatus.COLLIDES]
     undecided = int((statuses == EdgeStatus.UNDECIDED).sum())
     timed = edges[:_TIMED]
-    microseconds = _microseconds(lambda: checker.check_edges_collision_free(timed), len(timed))
-    rows = [EdgeErrors(scene, 0.0, len(edges), len(hits), 0, undecided, microseconds)]
+    each = microseconds(lambda: checker.check_edges_collision_free(timed), len(timed), _REPEATS)
+    rows = [EdgeErrors(scene, 0.0, len(edges), len(hits), 0, undecided, each)]
     missed = hits
     for k in range(halvings + 1):
         missed = _missed(checker, missed, k)
         some = timed[: max(20, _TIMED >> max(0, k - 4))]
         q, _ = _samples(some, k)
-        microseconds = _microseconds(
+        each = microseconds(
             lambda q=q: checker.check_configs_collision_free(q),  # type: ignore[misc]
             len(some),
+            _REPEATS,
         )
         step = _COARSEST / 2**k
-        rows.append(EdgeErrors(scene, step, len(edges), len(hits), len(missed), 0, microseconds))
+        rows.append(EdgeErrors(scene, step, len(edges), len(hits), len(missed), 0, each))
     return rows
 
 

@@ -11,7 +11,6 @@ import argparse
 from collections.abc import Callable, Sequence
 import os
 from pathlib import Path
-import time
 
 import numpy as np
 
@@ -24,6 +23,7 @@ from benchmarks.edge_errors import (
     write,
 )
 from benchmarks.machine import machine
+from benchmarks.timing import microseconds
 from scene_graph_ros.planning import (
     EdgeStatus,
     load_robot_diagram,
@@ -40,17 +40,6 @@ _REPEATS = 5
 _HALVINGS = 10
 """Of the step between samples."""
 _DOCS = Path(__file__).parents[1] / "docs"
-
-
-def _microseconds(function: Callable[[], object], count: int) -> float:
-    """Return the least processor time of a call, per unit of work."""
-    function()
-    times = []
-    for _ in range(_REPEATS):
-        begin = time.process_time()
-        function()
-        times.append(time.process_time() - begin)
-    return min(times) / count * 1e6
 
 
 def _one_by_one(robots: RobotDiagram, q: np.ndarray) -> Callable[[], None]:
@@ -116,22 +105,22 @@ def _print_times() -> None:
             )
 
     rows = {
-        "a configuration, in a batch": _microseconds(
-            lambda: checker.check_configs_collision_free(q), len(q)
+        "a configuration, in a batch": microseconds(
+            lambda: checker.check_configs_collision_free(q), len(q), _REPEATS
         ),
-        "the same by set_frame_poses and has_collisions": _microseconds(
-            _one_by_one(robots, q[:200]), 200
+        "the same by set_frame_poses and has_collisions": microseconds(
+            _one_by_one(robots, q[:200]), 200, _REPEATS
         ),
-        "an edge, proven or found to collide": _microseconds(
-            lambda: checker.check_edges_collision_free(edges), len(edges)
+        "an edge, proven or found to collide": microseconds(
+            lambda: checker.check_edges_collision_free(edges), len(edges), _REPEATS
         ),
-        f"the same edge, sampled at steps of {_STEP}": _microseconds(sample, len(edges)),
-        "clearances up to 0.1 m": _microseconds(
-            lambda: [checker.calc_robot_clearance(each, 0.1) for each in q[:50]], 50
+        f"the same edge, sampled at steps of {_STEP}": microseconds(sample, len(edges), _REPEATS),
+        "clearances up to 0.1 m": microseconds(
+            lambda: [checker.calc_robot_clearance(each, 0.1) for each in q[:50]], 50, _REPEATS
         ),
     }
-    for what, microseconds in rows.items():
-        print(f"{what:50} {microseconds:9.1f} us")
+    for what, each in rows.items():
+        print(f"{what:50} {each:9.1f} us")
     statuses = [measure.status for measure in checker.measure_edges(edges)]
     counts = {status.name: statuses.count(status) for status in EdgeStatus}
     print(f"{len(edges)} edges, {checker.num_pairs} pairs: {counts}")

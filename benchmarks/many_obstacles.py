@@ -8,10 +8,8 @@ processor, the least of some calls.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import os
-import time
-from typing import Any
 from unittest import mock
 
 import numpy as np
@@ -19,6 +17,7 @@ import numpy as np
 from benchmarks.edge_errors import edges_of
 from benchmarks.machine import machine
 from benchmarks.plans import panda
+from benchmarks.timing import microseconds
 from scene_graph_ros.geometry import Box, GeometryInstance, ProximityProperties, SceneGraph
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
 from scene_graph_ros.scene_files import register_robot
@@ -59,16 +58,6 @@ def _cell(count: int, seed: int = 0) -> RobotDiagram:
     return RobotDiagram(scene_graph, scene_graph.create_default_context(), tree, frames)
 
 
-def _microseconds(function: Callable[[], Any], count: int) -> float:
-    function()
-    times = []
-    for _ in range(_REPEATS):
-        begin = time.process_time()
-        function()
-        times.append(time.process_time() - begin)
-    return 1e6 * min(times) / count
-
-
 def _measured(checker: SceneGraphCollisionChecker, count: int) -> tuple[float, float, float]:
     """Return microseconds of a configuration, an edge, and clearances of a configuration."""
     tree, rng = checker.model.tree, np.random.default_rng(1)
@@ -76,10 +65,12 @@ def _measured(checker: SceneGraphCollisionChecker, count: int) -> tuple[float, f
     edges = edges_of(checker, count // 3)
     some = q[: max(count // 10, 1)]
     return (
-        _microseconds(lambda: checker.check_configs_collision_free(q), len(q)),
-        _microseconds(lambda: checker.check_edges_collision_free(edges), len(edges)),
-        _microseconds(
-            lambda: [checker.calc_robot_clearance(each, _INFLUENCE) for each in some], len(some)
+        microseconds(lambda: checker.check_configs_collision_free(q), len(q), _REPEATS),
+        microseconds(lambda: checker.check_edges_collision_free(edges), len(edges), _REPEATS),
+        microseconds(
+            lambda: [checker.calc_robot_clearance(each, _INFLUENCE) for each in some],
+            len(some),
+            _REPEATS,
         ),
     )
 

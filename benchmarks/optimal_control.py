@@ -9,11 +9,10 @@ Without pydrake only ours is measured, and that is said; ``make peers`` installs
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 import importlib.util
 import os
 from pathlib import Path
-import time
 from typing import Any, NamedTuple
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -23,6 +22,7 @@ import numpy as np  # noqa: E402
 
 from benchmarks.machine import machine  # noqa: E402
 from benchmarks.swing_ups import problem, SWING_UPS  # noqa: E402
+from benchmarks.timing import least_time  # noqa: E402
 from scene_graph_ros.planning import (  # noqa: E402
     DirectCollocation,
     DirectTranscription,
@@ -50,16 +50,6 @@ class Row(NamedTuple):
     our_cost: float
     their_cost: float
     note: str
-
-
-def least_time(act: Callable[[], Any], runs: int) -> tuple[float, Any]:
-    """Return the least processor time of some runs, and what the last returned."""
-    best, value = np.inf, None
-    for _ in range(runs):
-        begin = time.process_time()
-        value = act()
-        best = min(best, time.process_time() - begin)
-    return best, value
 
 
 def footsteps() -> PiecewisePolynomial:

@@ -13,7 +13,6 @@ import argparse
 from collections.abc import Callable, Sequence
 import os
 from pathlib import Path
-import time
 from typing import NamedTuple
 
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -32,6 +31,7 @@ from benchmarks.robot_engines.robot_world import (  # noqa: E402
     RobotEngine,
     RobotWorld,
 )
+from benchmarks.timing import least_time  # noqa: E402
 from scene_graph_ros.planning import (  # noqa: E402
     load_robot_diagram,
     SceneGraphCollisionChecker,
@@ -41,7 +41,7 @@ __all__ = ["main"]
 
 _SCENE = "config/scenes/panda_cell.yaml"
 _STEP = 0.05
-_REPEATS = 3
+_RUNS = 4
 _INFLUENCES = (0.05, 0.1, 0.5)
 """Metres, up to which clearances are told."""
 
@@ -56,16 +56,6 @@ class _Row(NamedTuple):
     """Configurations of which it says otherwise than ours."""
     colliding: int
     """Edges."""
-
-
-def _microseconds(function: Callable[[], np.ndarray], count: int) -> tuple[float, np.ndarray]:
-    """Return the least processor time of a call, per unit of work, and what it returned."""
-    result, times = function(), []
-    for _ in range(_REPEATS):
-        begin = time.process_time()
-        function()
-        times.append(time.process_time() - begin)
-    return min(times) / count * 1e6, result
 
 
 def _engines(checker: SceneGraphCollisionChecker) -> list[RobotEngine]:
@@ -89,11 +79,12 @@ def _measured(engines: Sequence[RobotEngine], q: np.ndarray, edges: np.ndarray) 
     rows: list[_Row] = []
     truth = engines[0].collide(q)
     for engine in engines:
-        each, hits = _microseconds(lambda e=engine: e.collide(q), len(q))  # type: ignore[misc]
-        edge, colliding = _microseconds(
+        each, hits = least_time(lambda e=engine: e.collide(q), _RUNS)  # type: ignore[misc]
+        edge, colliding = least_time(
             lambda e=engine: e.edges_collide(edges, _STEP),  # type: ignore[misc]
-            len(edges),
+            _RUNS,
         )
+        each, edge = 1e6 * each / len(q), 1e6 * edge / len(edges)
         apart = int((hits != truth).sum())
         rows.append(_Row(engine.name, each, edge, apart, int(colliding.sum())))
     return rows
@@ -105,10 +96,11 @@ def _print_clearances(engines: Sequence[RobotEngine], q: np.ndarray) -> None:
     for influence in _INFLUENCES:
         ours = None
         for engine in able:
-            each, counts = _microseconds(
+            each, counts = least_time(
                 lambda e=engine, d=influence: e.clearances(q, d),  # type: ignore[misc]
-                len(q),
+                _RUNS,
             )
+            each *= 1e6 / len(q)
             ours = each if ours is None else ours
             print(
                 f"{influence:4} m, {engine.name:15} {each:9.1f} {counts.mean():7.2f}"

@@ -5,12 +5,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-import time
-
 import numpy as np
 import pinocchio
 
+from benchmarks.timing import microseconds
 from scene_graph_ros.scene_files import load_kinematic_tree, resolve_resource
 
 __all__ = ["main"]
@@ -22,17 +20,6 @@ _ROBOTS = {
 }
 _COUNT = 1000
 _REPEATS = 15
-
-
-def _microseconds(function: Callable[[], object]) -> float:
-    """Return the least processor time of a call, per configuration."""
-    function()
-    times = []
-    for _ in range(_REPEATS):
-        begin = time.process_time()
-        function()
-        times.append(time.process_time() - begin)
-    return min(times) / _COUNT * 1e6
 
 
 def _rows(path: str) -> list[tuple[str, float, float]]:
@@ -59,13 +46,13 @@ def _rows(path: str) -> list[tuple[str, float, float]]:
     return [
         (
             f"all {len(tree.link_names)} links",
-            _microseconds(lambda: tree.link_poses(q)),
-            _microseconds(frames),
+            microseconds(lambda: tree.link_poses(q), _COUNT, _REPEATS),
+            microseconds(frames, _COUNT, _REPEATS),
         ),
         (
             "Jacobian of the last",
-            _microseconds(lambda: tree.jacobians(q, last)),
-            _microseconds(jacobians),
+            microseconds(lambda: tree.jacobians(q, last), _COUNT, _REPEATS),
+            microseconds(jacobians, _COUNT, _REPEATS),
         ),
     ]
 

@@ -12,11 +12,11 @@ from collections.abc import Callable
 from importlib.util import find_spec
 from itertools import pairwise, product
 import logging
-import time
 from typing import Any
 
 import numpy as np
 
+from benchmarks.timing import least_time
 from scene_graph_ros.planning import (
     load_robot_diagram,
     plan_path,
@@ -51,12 +51,8 @@ _JERK = 50.0
 
 def _milliseconds(function: Callable[[], Any]) -> tuple[float, Any]:
     """Return the least processor time of a call, and what it returned."""
-    result, times = function(), []
-    for _ in range(_REPEATS):
-        begin = time.process_time()
-        result = function()
-        times.append(time.process_time() - begin)
-    return 1e3 * min(times), result
+    seconds, result = least_time(function, 1 + _REPEATS)
+    return 1e3 * seconds, result
 
 
 def _straight_ways() -> None:
