@@ -193,8 +193,8 @@ class WorldPlanner:
         before, _ = touched(self.contacts, movers)
         count, begin = 0, time.monotonic()
         while (seconds := count / RATE) < trajectory.duration + 1.0 / RATE:
-            rclpy.spin_once(self.node, timeout_sec=0.0)
-            if time.monotonic() - begin >= seconds:
+            rclpy.spin_once(self.node, timeout_sec=max(begin + seconds - time.monotonic(), 0.0))
+            if time.monotonic() >= begin + seconds:
                 self.tell_joints(names, trajectory.value(seconds).tolist())
                 count += 1
         last = self.node.get_clock().now().nanoseconds

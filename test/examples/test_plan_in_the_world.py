@@ -20,12 +20,10 @@ BOARD = 0.78
 """Metres: how high the shelf's middle board is."""
 
 
-def test_a_ball_in_the_way_of_a_carried_box_is_noticed_and_gone_around(surroundings, tmp_path):
-    """Both paths keep the padding of 5 mm, and hold when they are found; nothing is touched."""
-    picture = tmp_path / "frames.png"
-    command = [sys.executable, "examples/plan_in_the_world.py", "--timeout", "100"]
-    done = subprocess.run(
-        [*command, "--picture", picture, "--samples", "1"],
+def run_example(surroundings, *arguments):
+    """Return the ended process of the example."""
+    return subprocess.run(
+        [sys.executable, "examples/plan_in_the_world.py", *arguments],
         cwd=ROOT,
         env=surroundings,
         capture_output=True,
@@ -33,6 +31,12 @@ def test_a_ball_in_the_way_of_a_carried_box_is_noticed_and_gone_around(surroundi
         timeout=250,
         check=False,
     )
+
+
+def test_a_ball_in_the_way_of_a_carried_box_is_noticed_and_gone_around(surroundings, tmp_path):
+    """Both paths keep the padding of 5 mm, and hold when they are found; nothing is touched."""
+    picture = tmp_path / "frames.png"
+    done = run_example(surroundings, "--timeout", "100", "--picture", picture, "--samples", "1")
     assert done.returncode == 0, done.stdout + done.stderr
     text = done.stdout
     assert "The hand has grasped a box of 16 cm." in text
@@ -62,14 +66,6 @@ def test_a_ball_in_the_way_of_a_carried_box_is_noticed_and_gone_around(surroundi
 
 def test_without_time_there_is_no_path_and_the_reason_is_told(surroundings):
     """And the exit code says so; the node ends as it should."""
-    done = subprocess.run(
-        [sys.executable, "examples/plan_in_the_world.py", "--timeout", "1e-6"],
-        cwd=ROOT,
-        env=surroundings,
-        capture_output=True,
-        text=True,
-        timeout=250,
-        check=False,
-    )
+    done = run_example(surroundings, "--timeout", "1e-6")
     assert done.returncode == 1, done.stdout + done.stderr
     assert "No path: no path was found" in done.stdout

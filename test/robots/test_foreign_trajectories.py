@@ -4,7 +4,7 @@ import logging
 
 import numpy as np
 import pytest
-from robot_scenes import BALL, diagram, SLIDE
+from robot_scenes import BALL, CART, CORNER, diagram, POST, SLIDE
 import ruckig
 import toppra
 from toppra.algorithm import TOPPRA
@@ -26,19 +26,6 @@ from scene_graph_ros.planning.trajectories import (
     TrajectoryPoints,
 )
 
-# A ball of 0.1 m on two rails, and a ball of 0.1 m inside the corner of CORNER.
-CART = """<robot name="cart"><link name="base"/><link name="beam"/><link name="ball">
-  <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="x" type="prismatic"><parent link="base"/><child link="beam"/>
-  <axis xyz="1 0 0"/><limit lower="-1" upper="3" velocity="1"/></joint>
-  <joint name="y" type="prismatic"><parent link="beam"/><child link="ball"/>
-  <axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="1"/></joint></robot>"""
-POST = """
-geometries:
-  - {{name: post, source: around, pose: {{xyz: [{x}, {y}, 0]}},
-      shape: {{type: sphere, radius: 0.1}}}}
-"""
-CORNER = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
 SHELF = (
     (1.07, 1.31, 0.81, -1.17, 2.78, 2.67, -1.38, 0.02),
     (1.37, 0.75, 0.17, -0.51, 2.53, 3.09, -0.12, 0.02),

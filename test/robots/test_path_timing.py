@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from robot_scenes import BALL, diagram, DRONE, move, PLATE, ROD, SLIDE
+from robot_scenes import BALL, CART, CORNER, diagram, DRONE, move, PLATE, POST, ROD, SLIDE
 
 from scene_graph_ros.planning import (
     CollisionCheckerError,
@@ -16,24 +16,11 @@ from scene_graph_ros.planning import (
 from scene_graph_ros.planning.position_limits import beyond_limits
 from scene_graph_ros.planning.trajectories import find_excess, MotionLimits, TrajectoryError
 
-# A ball of 0.1 m on two rails, and a post inside the corner from (0, 0) by (1, 0) to (1, 1).
-CART = """<robot name="cart"><link name="base"/><link name="beam"/><link name="ball">
-  <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
-  <joint name="x" type="prismatic"><parent link="base"/><child link="beam"/>
-  <axis xyz="1 0 0"/><limit lower="-1" upper="3" velocity="1"/></joint>
-  <joint name="y" type="prismatic"><parent link="beam"/><child link="ball"/>
-  <axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="1"/></joint></robot>"""
-POST = """
-geometries:
-  - {{name: post, source: around, pose: {{xyz: [{x}, {y}, 0]}},
-      shape: {{type: sphere, radius: 0.1}}}}
-"""
 BLOCK = """
 geometries:
   - {name: block, source: around, pose: {xyz: [-49.15, 50.15, 0]},
       shape: {type: box, size: [100, 100, 1]}}
 """
-CORNER = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
 
 
 def cart(folder, x, y, **paddings):

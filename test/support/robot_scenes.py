@@ -11,7 +11,20 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.planning import RobotDiagram
 from scene_graph_ros.scene_files import load_scene_text
 
-__all__ = ["ARM", "BALL", "DRONE", "PLATE", "POSTS", "ROD", "SLIDE", "diagram", "move"]
+__all__ = [
+    "ARM",
+    "BALL",
+    "CART",
+    "CORNER",
+    "DRONE",
+    "PLATE",
+    "POST",
+    "POSTS",
+    "ROD",
+    "SLIDE",
+    "diagram",
+    "move",
+]
 
 # A rod of 1 m, 1 mm thick, on a hinge at the origin; it turns in the xy-plane.
 ROD = """<robot name="rod"><link name="base"/><link name="rod">
@@ -62,6 +75,21 @@ BALL = """
 geometries:
   - {name: ball, source: around, pose: {xyz: [1, 0, 0]}, shape: {type: sphere, radius: 0.2}}
 """
+
+
+# A ball of 0.1 m on two rails, and a post inside the corner of a path.
+CART = """<robot name="cart"><link name="base"/><link name="beam"/><link name="ball">
+  <collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <joint name="x" type="prismatic"><parent link="base"/><child link="beam"/>
+  <axis xyz="1 0 0"/><limit lower="-1" upper="3" velocity="1"/></joint>
+  <joint name="y" type="prismatic"><parent link="beam"/><child link="ball"/>
+  <axis xyz="0 1 0"/><limit lower="-1" upper="1" velocity="1"/></joint></robot>"""
+POST = """
+geometries:
+  - {{name: post, source: around, pose: {{xyz: [{x}, {y}, 0]}},
+      shape: {{type: sphere, radius: 0.1}}}}
+"""
+CORNER = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]])
 
 
 def diagram(folder: Path, urdf: str, scene: str = "") -> RobotDiagram:
