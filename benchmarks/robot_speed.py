@@ -41,7 +41,7 @@ __all__ = ["main"]
 
 _SCENE = "config/scenes/panda_cell.yaml"
 _STEP = 0.05
-_RUNS = 4
+_REPEATS = 4
 _INFLUENCES = (0.05, 0.1, 0.5)
 """Metres, up to which clearances are told."""
 
@@ -79,10 +79,10 @@ def _measured(engines: Sequence[RobotEngine], q: np.ndarray, edges: np.ndarray) 
     rows: list[_Row] = []
     truth = engines[0].collide(q)
     for engine in engines:
-        each, hits = least_time(lambda e=engine: e.collide(q), _RUNS)  # type: ignore[misc]
+        each, hits = least_time(lambda e=engine: e.collide(q), _REPEATS)  # type: ignore[misc]
         edge, colliding = least_time(
             lambda e=engine: e.edges_collide(edges, _STEP),  # type: ignore[misc]
-            _RUNS,
+            _REPEATS,
         )
         each, edge = 1e6 * each / len(q), 1e6 * edge / len(edges)
         apart = int((hits != truth).sum())
@@ -98,7 +98,7 @@ def _print_clearances(engines: Sequence[RobotEngine], q: np.ndarray) -> None:
         for engine in able:
             each, counts = least_time(
                 lambda e=engine, d=influence: e.clearances(q, d),  # type: ignore[misc]
-                _RUNS,
+                _REPEATS,
             )
             each *= 1e6 / len(q)
             ours = each if ours is None else ours
