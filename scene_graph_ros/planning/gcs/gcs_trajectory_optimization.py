@@ -219,8 +219,6 @@ class GcsTrajectoryOptimization(AllSubgraphs):
                 f"{label} must be a subgraph of this object, not {quoted(subgraph)}"
             )
 
-    # What is asked of all subgraphs, also of later ones.
-
     # What is found.
 
     def solve_path(

@@ -113,7 +113,7 @@ class DirectCollocation(MultipleShooting):
             return None
         try:
             return ca.Function("rate", list(self._placeholders), [ca.densify(g)]).expand()
-        except RuntimeError:
+        except RuntimeError:  # no scalar operations: the cost is differentiated as a whole then
             return None
 
     def reconstruct_state_trajectory(self, result: Any) -> PiecewisePolynomial:

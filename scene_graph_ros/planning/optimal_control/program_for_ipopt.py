@@ -44,7 +44,7 @@ class ProgramForIpopt:
             return
         try:
             expanded = ca.Function("values", [x], [f, g, rest]).expand()
-        except RuntimeError:
+        except RuntimeError:  # a function of somebody's own: CasADi calls it as it is
             return
         if expanded.n_instructions() <= _MOST_EXPANDED:
             self._write_out(program, expanded)

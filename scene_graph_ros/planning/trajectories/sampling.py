@@ -69,9 +69,9 @@ def sample(
     velocities, and cubics run through them. With one (s), each moment becomes the mean of the
     ``rise_time`` around it, which keeps all limits of velocity and acceleration, makes the
     acceleration continuous and its jerk twice the acceleration over the ``rise_time`` at most, and
-    takes so much longer; points have accelerations, and quintics run
-    through them. What runs through the points is not quite what was sampled, so it is measured,
-    and slowed down until it is within the limits.
+    takes so much longer; points have accelerations, and quintics run through them. What runs
+    through the points is not quite what was sampled, so it is measured, and slowed down until it
+    is within the limits.
 
     Where the motion stops on its way, it waits for the ``rise_time``: so it stays on its path.
     Raises TrajectoryError for what would take too long for a message.
