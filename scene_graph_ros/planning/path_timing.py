@@ -11,22 +11,20 @@ from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecke
 from scene_graph_ros.planning.edge_kernels import FREE
 from scene_graph_ros.planning.stoppable import run_stoppable, Stops
 from scene_graph_ros.planning.timing_problem import (
+    as_timed_path,
     as_timeout,
-    beyond,
-    found,
-    late,
+    beyond_limit,
+    not_free,
     position_excess,
-    stuck,
     TimedPath,
     timing_problem,
     TimingProblem,
+    too_late,
 )
 from scene_graph_ros.planning.trajectories.corners import CornerPath
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.jerk_limited import sample_along
-from scene_graph_ros.planning.trajectories.motion_limits import (
-    MotionLimits,
-)
+from scene_graph_ros.planning.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.planning.trajectories.sampling import Sampled, SHORTEST
 from scene_graph_ros.planning.trajectories.time_optimal import GRID_POINTS
 from scene_graph_ros.planning.trajectories.trajectory_points import TrajectoryPoints
@@ -120,11 +118,11 @@ def _judged(problem: TimingProblem, points: TrajectoryPoints, stops: Stops) -> T
     trajectory = own.trajectory()
     excess = position_excess(problem, trajectory)
     if excess is not None:
-        return beyond(problem, excess)
+        return beyond_limit(problem, excess)
     proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.looking)
     if (proofs.statuses == FREE).all():
-        return found(problem, own, trajectory, proofs, np.empty(0))
-    return late() if stops.looking[0] != 0 else stuck(problem, trajectory, proofs, None)
+        return as_timed_path(problem, own, trajectory, proofs, np.empty(0))
+    return too_late() if stops.looking[0] != 0 else not_free(problem, trajectory, proofs, None)
 
 
 def _timed(problem: TimingProblem, stops: Stops) -> TimedPath:
@@ -142,19 +140,19 @@ def _timed(problem: TimingProblem, stops: Stops) -> TimedPath:
             grid_points=problem.grid_points,
         )
         if sampled.excess is not None:
-            return beyond(problem, sampled.excess)
+            return beyond_limit(problem, sampled.excess)
         trajectory = sampled.points.trajectory()
         proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
         excess = position_excess(problem, trajectory)
         if excess is None and (proofs.statuses == FREE).all():
-            return found(problem, sampled.points, trajectory, proofs, sizes)
+            return as_timed_path(problem, sampled.points, trajectory, proofs, sizes)
         if stops.looking[0] != 0:
-            return late()
+            return too_late()
         times = [] if excess is None else [excess.time]
         bad = np.flatnonzero(proofs.statuses != FREE)
         times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
         if not sizes.any():
-            return stuck(problem, trajectory, proofs, excess)
+            return not_free(problem, trajectory, proofs, excess)
         _shrink(corners, sizes, largest, _places(problem, sampled, times))
 
 
@@ -208,7 +206,7 @@ def _at_rest(problem: TimingProblem, corners: CornerPath, stops: Stops) -> Timed
     proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
     excess = position_excess(problem, trajectory)
     if stops.looking[0] != 0 and (proofs.statuses != FREE).any():
-        return late()
+        return too_late()
     if excess is not None or (proofs.statuses != FREE).any():
-        return stuck(problem, trajectory, proofs, excess)
-    return found(problem, own, trajectory, proofs, np.empty(0))
+        return not_free(problem, trajectory, proofs, excess)
+    return as_timed_path(problem, own, trajectory, proofs, np.empty(0))

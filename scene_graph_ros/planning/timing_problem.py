@@ -15,8 +15,8 @@ from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.curves import turning_quaternions
-from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import EdgeProofs, prove
+from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.path_ends import pair_words
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.motion_limits import (
@@ -32,13 +32,13 @@ __all__ = [
     "TimedPath",
     "TimingFailure",
     "TimingProblem",
+    "as_timed_path",
     "as_timeout",
-    "beyond",
-    "found",
-    "late",
+    "beyond_limit",
+    "not_free",
     "position_excess",
-    "stuck",
     "timing_problem",
+    "too_late",
 ]
 
 
@@ -160,7 +160,7 @@ def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> 
     )
 
 
-def found(
+def as_timed_path(
     problem: TimingProblem,
     own: TrajectoryPoints,
     trajectory: PiecewisePolynomial,
@@ -191,20 +191,20 @@ def _rates(
     return result
 
 
-def beyond(problem: TimingProblem, excess: LimitExcess) -> TimedPath:
+def beyond_limit(problem: TimingProblem, excess: LimitExcess) -> TimedPath:
     """Return that there is none, as a limit is exceeded."""
     return _failed(TimingFailure.LIMIT, excess.words(problem.limits.name(excess.row)))
 
 
-def stuck(
+def not_free(
     problem: TimingProblem,
     trajectory: PiecewisePolynomial,
     proofs: EdgeProofs,
     excess: LimitExcess | None,
 ) -> TimedPath:
-    """Say what stops a trajectory that stops at all corners."""
+    """Return that there is none, as it is beyond a limit, or not proven free where it stops."""
     if excess is not None:
-        return beyond(problem, excess)
+        return beyond_limit(problem, excess)
     row = int(np.argmax(proofs.statuses != FREE))
     pair, (low, high) = int(proofs.pairs[row]), trajectory.breaks[row : row + 2]
     who = "all pairs"
@@ -218,6 +218,6 @@ def _failed(kind: TimingFailure, reason: str) -> TimedPath:
     return TimedPath(None, None, 0.0, 0, 0, kind, reason)
 
 
-def late() -> TimedPath:
+def too_late() -> TimedPath:
     """Return that it was not done in time."""
     return _failed(TimingFailure.TIMEOUT, "no trajectory was found in time")
