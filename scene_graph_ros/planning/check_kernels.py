@@ -52,61 +52,51 @@ def _collides_at(held, bodies, pairs, p, k, places):
     return phi < limit
 
 
+@merged_kernel
+def _note(held, bodies, pairs, p, found, places):
+    """Write a pair where it is the first that is too near; return in how many of LANES it is."""
+    padding, count = pairs.paddings[p], 0
+    if sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, padding) >= padding:
+        return 0
+    for k in range(len(found)):
+        if places.sure[k] >= padding or found[k] != NO_PAIR:
+            continue
+        if _collides_at(held, bodies, pairs, p, k, places):
+            found[k] = p
+            count += 1
+    return count
+
+
 @lean_kernel
-def check_configurations(
-    held, tree, bodies, pairs, q, X_WB, first_pair, places
-):  # fmt: skip
+def check_configurations(held, tree, bodies, pairs, q, X_WB, first_pair, places):
     """Write the first pair that is nearer than its padding, or NO_PAIR, for each configuration."""
-    n = len(q)
     place_still_bodies(bodies, places)
-    for first in range(0, n, LANES):
+    for first in range(0, len(q), LANES):
         place_bodies(tree, bodies, q, first, X_WB, places)
-        count = min(LANES, n - first)
-        open_ones = count
-        for k in range(count):
-            first_pair[first + k] = NO_PAIR
+        found = first_pair[first : first + LANES]
+        found[:] = NO_PAIR
+        open_ones = len(found)
         for p in range(len(pairs.bodies)):
-            a, b, padding = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.paddings[p]
-            if sure_distances(bodies, a, b, places, padding) >= padding:
-                continue
-            for k in range(count):
-                if places.sure[k] >= padding or first_pair[first + k] != NO_PAIR:
-                    continue
-                if _collides_at(held, bodies, pairs, p, k, places):
-                    first_pair[first + k] = p
-                    open_ones -= 1
+            open_ones -= _note(held, bodies, pairs, p, found, places)
             if open_ones == 0:
                 break
 
 
 @lean_kernel
-def check_by_tree(
-    held, tree, bodies, pairs, q, X_WB, first_pair, places
-):  # fmt: skip
+def check_by_tree(held, tree, bodies, pairs, q, X_WB, first_pair, places):
     """Write the same, of the pairs that a tree of what does not move finds.
 
     Where there is none the loop above is faster, as it asks nobody which pairs these are.
     """
-    n = len(q)
     place_still_bodies(bodies, places)
     for a in range(len(bodies.joints)):
         places.limits[a] = pairs.most_paddings[a]
-    for first in range(0, n, LANES):
+    for first in range(0, len(q), LANES):
         place_bodies(tree, bodies, q, first, X_WB, places)
-        count = min(LANES, n - first)
-        open_ones = count
-        for k in range(count):
-            first_pair[first + k] = NO_PAIR
+        found = first_pair[first : first + LANES]
+        found[:] = NO_PAIR
+        open_ones = len(found)
         for i in range(find_near(bodies, pairs, places, 1)):
-            p = places.near[i]
-            a, b, padding = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.paddings[p]
-            if sure_distances(bodies, a, b, places, padding) >= padding:
-                continue
-            for k in range(count):
-                if places.sure[k] >= padding or first_pair[first + k] != NO_PAIR:
-                    continue
-                if _collides_at(held, bodies, pairs, p, k, places):
-                    first_pair[first + k] = p
-                    open_ones -= 1
+            open_ones -= _note(held, bodies, pairs, places.near[i], found, places)
             if open_ones == 0:
                 break

@@ -25,9 +25,9 @@ from scene_graph_ros.planning.distance_and_interpolation import (
     ConfigurationDistanceFunction,
     DistanceAndInterpolationProvider,
 )
-from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_measure import EdgeMeasure, measure_of
 from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.edge_ways import joined_measures, joined_statuses, Ways
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
 from scene_graph_ros.planning.robot_clearance import (

@@ -7,166 +7,36 @@ section 2.3), here from the middle to both sides, eight stretches at a time.
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel, merged_kernel
-from scene_graph_ros.geometry.tables.held_table import borrowed_table
-from scene_graph_ros.planning.bodies import (
-    distance_at,
-    place_bodies,
-    place_still_bodies,
-    sure_distances,
-)
-from scene_graph_ros.planning.check_kernels import bounds_of, LOOSE, NO_PAIR
+from scene_graph_ros.planning.bodies import place_bodies, place_still_bodies, sure_distances
+from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.curve_kernels import point_on
+from scene_graph_ros.planning.edge_stretches import (
+    COLLIDES,
+    FREE,
+    longest_of,
+    MOST_STRETCHES,
+    put,
+    UNDECIDED,
+)
 from scene_graph_ros.planning.motion_kernels import (
     margin_of,
     place_speeds,
     place_twists,
     set_motions,
-    speed_bounds,
-    time_until,
-    used_up,
 )
-from scene_graph_ros.planning.separation_kernels import separation
+from scene_graph_ros.planning.pair_on_stretch import look_at_pair
 from scene_graph_ros.planning.still_kernels import find_near
 from scene_graph_ros.robots.tree_kernels import LANES
 
-__all__ = [
-    "COLLIDES",
-    "FREE",
-    "UNDECIDED",
-    "EdgeRules",
-    "new_stretches",
-    "prove_edge",
-    "prove_edges",
-]
-
-COLLIDES = 0
-FREE = 1
-UNDECIDED = 2
-
-MOST_STRETCHES = 4096
-"""Stretches of an edge that wait to be looked at; an edge that needs more stays undecided."""
-
-_FINE = 1e-4
-"""Of a distance: with a larger error its direction is too uncertain."""
+__all__ = ["prove_edge", "prove_edges"]
 
 _STRETCH = 0.1
 """Metres that bodies move on a stretch that is looked at first, where an edge is short."""
 
 _FINEST = 1e-9
 """Of an edge: between what is free and what is not no finer border is looked for."""
-
-
-class EdgeRules(NamedTuple):
-    """What counts as proven, and how much is to be known."""
-
-    measures: bool
-    """Whether to find up to where an edge is free; else it is left once known not to be."""
-    part: float
-    """Of a distance, how much may be used up before it is measured again: what is left is kept."""
-    tolerance: float
-    """Metres: where less is left, an edge is undecided."""
-
-
-class Stretches(NamedTuple):
-    """The stretches of an edge that wait, in a ring, and those that are looked at; scratch."""
-
-    ends: np.ndarray
-    counts: np.ndarray
-    """Where the ring begins, how many wait, and which pair was in the way: it is asked first."""
-    low: np.ndarray
-    middle: np.ndarray
-    high: np.ndarray
-    below: np.ndarray
-    """How far before the middles all pairs looked at so far are free; negative where no longer."""
-    above: np.ndarray
-    """The same behind them."""
-    states: np.ndarray
-    """FREE, unless a pair collides or is too near in the middle."""
-    blockers: np.ndarray
-
-
-def new_stretches() -> Stretches:
-    """Return scratch for one thread."""
-    low, middle, high, below, above = (np.empty(LANES) for _ in range(5))
-    return Stretches(
-        np.empty((MOST_STRETCHES, 2)),
-        np.zeros(3, np.int64),
-        low,
-        middle,
-        high,
-        below,
-        above,
-        np.empty(LANES, np.int64),
-        np.empty(LANES, np.int64),
-    )
-
-
-@inlined_kernel
-def _in_world(pairs, p, k, places, n):
-    """Return a normal in W, out of B into A, that is given as ``distance_pair`` does."""
-    swaps = pairs.swaps[p]
-    X = places.X_WG[pairs.bodies[p, 1] if swaps else pairs.bodies[p, 0]]
-    sign = -1.0 if swaps else 1.0
-    return (
-        sign * (X[0, k] * n[0] + X[1, k] * n[1] + X[2, k] * n[2]),
-        sign * (X[4, k] * n[0] + X[5, k] * n[1] + X[6, k] * n[2]),
-        sign * (X[8, k] * n[0] + X[9, k] * n[1] + X[10, k] * n[2]),
-    )
-
-
-@inlined_kernel
-def _slack(held, bodies, pairs, p, phi, error):
-    """Return how far a normal may be off the direction of the distance, infinite where unknown.
-
-    Of two convex bodies, d apart, no two points are nearer to each other along that direction.
-    So points that are ``phi`` apart, and in the bodies to within ``error``, are apart along a
-    direction whose cosine with it is at least ``1 - 3 error / phi``.
-    """
-    table, a, b = borrowed_table(held), pairs.bodies[p, 0], pairs.bodies[p, 1]
-    if not 0.0 < phi < math.inf or table.exact[bodies.rows[a]] or table.exact[bodies.rows[b]]:
-        return math.inf
-    return math.sqrt(8.0 * error / phi)
-
-
-@merged_kernel
-def _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin):
-    """Return (rest, slack, n): how much nearer than now a pair may come, -inf where it collides.
-
-    At least ``need``, where it is that. Never more than the truth. ``n`` is a unit vector in W
-    out of B into A; see ``_slack``.
-    """
-    padding = pairs.paddings[p]
-    limit, reach = padding - pairs.touching[p], max(padding + need, 0.0)
-    phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
-    least, most = bounds_of(phi, gap, reach)
-    if most < limit:
-        return -math.inf, math.inf, nhat
-    if least - padding < need and gap > _FINE * phi:
-        phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
-        if phi < limit:
-            return -math.inf, math.inf, nhat
-        least, _ = bounds_of(phi, gap, reach)
-    slack = math.inf
-    if least - padding < need:
-        slack = _slack(held, bodies, pairs, p, phi, gap + margin)
-    return least - padding, slack, _in_world(pairs, p, k, places, nhat)
-
-
-@inlined_kernel
-def _put(stretches, low, high):
-    """Put a stretch behind those that wait; tell whether there was room."""
-    count = stretches.counts
-    if count[1] >= MOST_STRETCHES - LANES:
-        return False
-    place = (count[0] + count[1]) % MOST_STRETCHES
-    stretches.ends[place, 0], stretches.ends[place, 1] = low, high
-    count[1] += 1
-    return True
 
 
 @inlined_kernel
@@ -191,97 +61,6 @@ def _place_middles(tree, bodies, stretches, count, is_first, edge, motions, X_WB
         place_speeds(bodies, motions, places)
 
 
-@inlined_kernel
-def _longest(stretches, count):
-    """Return how far around a middle anything is still to be shown."""
-    longest = 0.0
-    for k in range(count):
-        longest = max(longest, stretches.below[k], stretches.above[k])
-    return longest
-
-
-@inlined_kernel
-def _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part):
-    """Return when a pair may have used up a part of its rest, before and behind the middle.
-
-    That is (before, behind, backwards, forwards, bend); the last three say how fast at most.
-    """
-    way, bend, may = motions.ways[p], motions.bends[p], part * (rest - motions.margins[p])
-    before = behind = may / way if way > 0.0 else math.inf
-    if slack >= 1.0 or bend == math.inf:
-        return before, behind, way, way, math.inf
-    forwards, backwards = speed_bounds(bodies, pairs, p, k, motions, places, n, slack)
-    before = max(before, time_until(may, backwards, bend))
-    behind = max(behind, time_until(may, forwards, bend))
-    return before, behind, backwards, forwards, bend
-
-
-@inlined_kernel
-def _kept(motions, stretches, p, k, rest, times):
-    """Return what a pair keeps on all that is still to be shown of a stretch."""
-    _, _, backwards, forwards, bend = times
-    way = motions.ways[p]
-    return rest - max(
-        used_up(stretches.below[k], way, backwards, bend),
-        used_up(stretches.above[k], way, forwards, bend),
-    )
-
-
-@inlined_kernel
-def _shrink(stretches, times, p, k):
-    """Leave of a stretch what a pair leaves free; return how far that is, if it is less."""
-    before, behind, nearest = times[0], times[1], math.inf
-    if before < stretches.below[k]:
-        stretches.below[k] = nearest = before
-    if behind < stretches.above[k]:
-        stretches.above[k] = behind
-        nearest = min(nearest, behind)
-    if nearest < math.inf and stretches.states[k] == FREE:
-        stretches.blockers[k] = p
-    return nearest
-
-
-@merged_kernel
-def _look_at(held, bodies, pairs, motions, stretches, p, k, limits, places):
-    """Leave of a stretch what a pair leaves free, by the cheapest bound that decides.
-
-    Returns what the pair keeps there at least, -inf where it collides in the middle, and how far
-    from the middle what is left ends, infinite where all is.
-    """
-    part, tolerance = limits
-    below, above = stretches.below, stretches.above
-    way, bend = motions.ways[p], motions.bends[p]
-    margin, padding = motions.margins[p], pairs.paddings[p]
-    a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
-    half = max(below[k], above[k])
-    need, rest = half * way / part + margin + tolerance, places.sure[k] - padding
-    if rest >= need:
-        return rest - half * way, math.inf
-    if bend < math.inf and b >= len(bodies.joints):
-        moved = (motions.speeds[a, k] + 0.5 * bend * half) * half
-        if rest >= moved / part + margin + tolerance:
-            return rest - moved, math.inf
-    apart, n = separation(bodies, a, b, places, k)
-    rest = apart - padding
-    if rest - margin >= tolerance:
-        times = _free_times(bodies, pairs, motions, p, k, places, rest, 0.0, n, part)
-        if times[0] >= below[k] and times[1] >= above[k]:
-            return _kept(motions, stretches, p, k, rest, times), math.inf
-    rest, slack, n = _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin)
-    if rest >= need:
-        return rest - half * way, math.inf
-    if rest - margin >= tolerance:
-        times = _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part)
-        nearest = _shrink(stretches, times, p, k)
-        return _kept(motions, stretches, p, k, rest, times), nearest
-    is_collision = rest == -math.inf
-    below[k] = above[k] = -1.0 if is_collision else 0.0
-    if is_collision or stretches.states[k] == FREE:
-        stretches.states[k] = COLLIDES if is_collision else UNDECIDED
-        stretches.blockers[k] = p
-    return (-math.inf if is_collision else math.inf), 0.0
-
-
 @merged_kernel
 def _near_on(bodies, pairs, motions, longest, rules, first, places):
     """Return (count, first, least): which pairs have to be looked at, and what all others keep.
@@ -298,8 +77,9 @@ def _near_on(bodies, pairs, motions, longest, rules, first, places):
         places.limits[a] = enough + pairs.most_paddings[a]
     count, least, row = find_near(bodies, pairs, places, 1), math.inf, 0
     for a in range(robots):
-        beyond = places.slacks[a] + places.limits[a] - pairs.most_paddings[a]
-        least = min(least, beyond - longest * motions.own[a, 0])
+        if pairs.most_paddings[a] > -math.inf:
+            beyond = places.slacks[a] + places.limits[a] - pairs.most_paddings[a]
+            least = min(least, beyond - longest * motions.own[a, 0])
     while row < count and places.near[row] < first:
         row += 1
     return count, row, least
@@ -324,7 +104,7 @@ def _look(held, bodies, pairs, motions, stretches, count, limits, places):
     for k in range(count):
         if stretches.low[k] > collision:
             stretches.below[k] = stretches.above[k] = -1.0
-    longest = _longest(stretches, count)
+    longest = longest_of(stretches, count)
     near_ones, first, least = _near_on(
         bodies, pairs, motions, longest, (part, tolerance), stretches.counts[2], places
     )
@@ -340,7 +120,7 @@ def _look(held, bodies, pairs, motions, stretches, count, limits, places):
         for k in range(count):
             if stretches.below[k] < 0.0:
                 continue
-            kept, nearest = _look_at(
+            kept, nearest = look_at_pair(
                 held, bodies, pairs, motions, stretches, p, k, (part, tolerance), places
             )
             if nearest < tightest:
@@ -350,7 +130,7 @@ def _look(held, bodies, pairs, motions, stretches, count, limits, places):
             if kept > -math.inf:
                 least = min(least, kept)
             if nearest < math.inf:
-                longest = _longest(stretches, count)
+                longest = longest_of(stretches, count)
                 scale = longest / part
     return least
 
@@ -362,12 +142,12 @@ def _put_rest(stretches, k, measures):
     if stretches.states[k] != FREE:
         half = 0.5 * (low + middle)
         is_coarse = measures and middle - low > _FINEST
-        return is_coarse and _put(stretches, low, half) and _put(stretches, half, middle)
+        return is_coarse and put(stretches, low, half) and put(stretches, half, middle)
     has_room = True
     if stretches.below[k] < middle - low:
-        has_room = _put(stretches, low, middle - stretches.below[k])
+        has_room = put(stretches, low, middle - stretches.below[k])
     if stretches.above[k] < high - middle:
-        has_room &= _put(stretches, middle + stretches.above[k], high)
+        has_room &= put(stretches, middle + stretches.above[k], high)
     return has_room
 
 
@@ -392,7 +172,7 @@ def prove_edge(
     stretches.counts[0] = stretches.counts[1] = 0
     parts = _first_parts(motions)
     for i in range(parts):
-        _put(stretches, i / parts, (i + 1) / parts)
+        put(stretches, i / parts, (i + 1) / parts)
     undecided, undecided_pair, least = math.inf, NO_PAIR, math.inf
     collision, collision_pair = math.inf, NO_PAIR
     looks = 0

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.curves import point_on_curve
-from scene_graph_ros.planning.edge_kernels import COLLIDES, FREE, UNDECIDED
 from scene_graph_ros.planning.edge_proofs import EdgeProofs
+from scene_graph_ros.planning.edge_stretches import COLLIDES, FREE, UNDECIDED
 
 __all__ = ["EdgeMeasure", "EdgeStatus", "measure_of"]
 

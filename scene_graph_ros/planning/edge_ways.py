@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.edge_kernels import COLLIDES, FREE, UNDECIDED
 from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+from scene_graph_ros.planning.edge_stretches import COLLIDES, FREE, UNDECIDED
 
 __all__ = ["Ways", "joined_measures", "joined_statuses"]
 

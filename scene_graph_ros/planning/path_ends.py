@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_kernels import COLLIDES, EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_stretches import COLLIDES, EdgeRules, FREE
 from scene_graph_ros.planning.planned_path import PlanFailure
 from scene_graph_ros.planning.position_limits import describe_excess
 

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import new_stop, prove
+from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner, OmplSearch
 from scene_graph_ros.planning.path_ends import find_troubles

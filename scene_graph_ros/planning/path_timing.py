@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_kernels import FREE
+from scene_graph_ros.planning.edge_stretches import FREE
 from scene_graph_ros.planning.stoppable import run_stoppable, Stops
 from scene_graph_ros.planning.timing_problem import (
     as_timed_path,

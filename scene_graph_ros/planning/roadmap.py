@@ -18,8 +18,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from scene_graph_ros.planning.checker_plan import CheckerPlan
-from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.position_space import PositionSpace
 

@@ -11,8 +11,8 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.path_search import search_rules
 from scene_graph_ros.planning.position_space import moving_positions, normalized, PositionSpace

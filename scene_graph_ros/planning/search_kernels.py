@@ -2,7 +2,8 @@
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.planning.bodies import place_still_bodies
-from scene_graph_ros.planning.edge_kernels import FREE, prove_edge
+from scene_graph_ros.planning.edge_kernels import prove_edge
+from scene_graph_ros.planning.edge_stretches import FREE
 from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth
 from scene_graph_ros.planning.motion_kernels import set_motions
 from scene_graph_ros.planning.search_state import EDGES, PHASE, PROVE, SHORTEN, STOPPED

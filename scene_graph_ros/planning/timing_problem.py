@@ -16,7 +16,7 @@ from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.curves import turning_quaternions
 from scene_graph_ros.planning.edge_proofs import EdgeProofs, prove
-from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
+from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.path_ends import pair_words
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.motion_limits import (

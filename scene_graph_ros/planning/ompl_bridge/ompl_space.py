@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_kernels import EdgeRules
 from scene_graph_ros.planning.edge_proofs import EdgeProver, new_stop
+from scene_graph_ros.planning.edge_stretches import EdgeRules
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_library import get_ompl
 from scene_graph_ros.planning.path_search import search_rules, SearchTask

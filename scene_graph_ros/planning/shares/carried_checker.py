@@ -20,8 +20,8 @@ from scene_graph_ros.planning.checker_interface import CollisionChecker
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.configuration_checks import first_pairs
-from scene_graph_ros.planning.edge_kernels import EdgeRules, FREE
 from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE
 from scene_graph_ros.planning.errors import CollisionCheckerError
 from scene_graph_ros.planning.near_pairs import near_pairs, NearPairs
 

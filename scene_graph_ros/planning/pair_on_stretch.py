@@ -1,0 +1,149 @@
+"""How far around the middle of a stretch one pair is free, by the cheapest bound that decides."""
+
+import math
+
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
+from scene_graph_ros.geometry.tables.held_table import borrowed_table
+from scene_graph_ros.planning.bodies import distance_at
+from scene_graph_ros.planning.check_kernels import bounds_of, LOOSE
+from scene_graph_ros.planning.edge_stretches import COLLIDES, FREE, UNDECIDED
+from scene_graph_ros.planning.motion_kernels import speed_bounds, time_until, used_up
+from scene_graph_ros.planning.separation_kernels import separation
+
+__all__ = ["look_at_pair"]
+
+_FINE = 1e-4
+"""Of a distance: with a larger error its direction is too uncertain."""
+
+
+@inlined_kernel
+def _in_world(pairs, p, k, places, n):
+    """Return a normal in W, out of B into A, that is given as ``distance_pair`` does."""
+    swaps = pairs.swaps[p]
+    X = places.X_WG[pairs.bodies[p, 1] if swaps else pairs.bodies[p, 0]]
+    sign = -1.0 if swaps else 1.0
+    return (
+        sign * (X[0, k] * n[0] + X[1, k] * n[1] + X[2, k] * n[2]),
+        sign * (X[4, k] * n[0] + X[5, k] * n[1] + X[6, k] * n[2]),
+        sign * (X[8, k] * n[0] + X[9, k] * n[1] + X[10, k] * n[2]),
+    )
+
+
+@inlined_kernel
+def _slack(held, bodies, pairs, p, phi, error):
+    """Return how far a normal may be off the direction of the distance, infinite where unknown.
+
+    Of two convex bodies, d apart, no two points are nearer to each other along that direction.
+    So points that are ``phi`` apart, and in the bodies to within ``error``, are apart along a
+    direction whose cosine with it is at least ``1 - 3 error / phi``.
+    """
+    table, a, b = borrowed_table(held), pairs.bodies[p, 0], pairs.bodies[p, 1]
+    if not 0.0 < phi < math.inf or table.exact[bodies.rows[a]] or table.exact[bodies.rows[b]]:
+        return math.inf
+    return math.sqrt(8.0 * error / phi)
+
+
+@merged_kernel
+def _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin):
+    """Return (rest, slack, n): how much nearer than now a pair may come, -inf where it collides.
+
+    At least ``need``, where it is that. Never more than the truth. ``n`` is a unit vector in W
+    out of B into A; see ``_slack``.
+    """
+    padding = pairs.paddings[p]
+    limit, reach = padding - pairs.touching[p], max(padding + need, 0.0)
+    phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
+    least, most = bounds_of(phi, gap, reach)
+    if most < limit:
+        return -math.inf, math.inf, nhat
+    if least - padding < need and gap > _FINE * phi:
+        phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
+        if phi < limit:
+            return -math.inf, math.inf, nhat
+        least, _ = bounds_of(phi, gap, reach)
+    slack = math.inf
+    if least - padding < need:
+        slack = _slack(held, bodies, pairs, p, phi, gap + margin)
+    return least - padding, slack, _in_world(pairs, p, k, places, nhat)
+
+
+@inlined_kernel
+def _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part):
+    """Return when a pair may have used up a part of its rest, before and behind the middle.
+
+    That is (before, behind, backwards, forwards, bend); the last three say how fast at most.
+    """
+    way, bend, may = motions.ways[p], motions.bends[p], part * (rest - motions.margins[p])
+    before = behind = may / way if way > 0.0 else math.inf
+    if slack >= 1.0 or bend == math.inf:
+        return before, behind, way, way, math.inf
+    forwards, backwards = speed_bounds(bodies, pairs, p, k, motions, places, n, slack)
+    before = max(before, time_until(may, backwards, bend))
+    behind = max(behind, time_until(may, forwards, bend))
+    return before, behind, backwards, forwards, bend
+
+
+@inlined_kernel
+def _kept(motions, stretches, p, k, rest, times):
+    """Return what a pair keeps on all that is still to be shown of a stretch."""
+    _, _, backwards, forwards, bend = times
+    way = motions.ways[p]
+    return rest - max(
+        used_up(stretches.below[k], way, backwards, bend),
+        used_up(stretches.above[k], way, forwards, bend),
+    )
+
+
+@inlined_kernel
+def _shrink(stretches, times, p, k):
+    """Leave of a stretch what a pair leaves free; return how far that is, if it is less."""
+    before, behind, nearest = times[0], times[1], math.inf
+    if before < stretches.below[k]:
+        stretches.below[k] = nearest = before
+    if behind < stretches.above[k]:
+        stretches.above[k] = behind
+        nearest = min(nearest, behind)
+    if nearest < math.inf and stretches.states[k] == FREE:
+        stretches.blockers[k] = p
+    return nearest
+
+
+@merged_kernel
+def look_at_pair(held, bodies, pairs, motions, stretches, p, k, limits, places):
+    """Leave of a stretch what a pair leaves free, by the cheapest bound that decides.
+
+    Returns what the pair keeps there at least, -inf where it collides in the middle, and how far
+    from the middle what is left ends, infinite where all is.
+    """
+    part, tolerance = limits
+    below, above = stretches.below, stretches.above
+    way, bend = motions.ways[p], motions.bends[p]
+    margin, padding = motions.margins[p], pairs.paddings[p]
+    a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
+    half = max(below[k], above[k])
+    need, rest = half * way / part + margin + tolerance, places.sure[k] - padding
+    if rest >= need:
+        return rest - half * way, math.inf
+    if bend < math.inf and b >= len(bodies.joints):
+        moved = (motions.speeds[a, k] + 0.5 * bend * half) * half
+        if rest >= moved / part + margin + tolerance:
+            return rest - moved, math.inf
+    apart, n = separation(bodies, a, b, places, k)
+    rest = apart - padding
+    if rest - margin >= tolerance:
+        times = _free_times(bodies, pairs, motions, p, k, places, rest, 0.0, n, part)
+        if times[0] >= below[k] and times[1] >= above[k]:
+            return _kept(motions, stretches, p, k, rest, times), math.inf
+    rest, slack, n = _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin)
+    if rest >= need:
+        return rest - half * way, math.inf
+    if rest - margin >= tolerance:
+        times = _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part)
+        nearest = _shrink(stretches, times, p, k)
+        return _kept(motions, stretches, p, k, rest, times), nearest
+    is_collision = rest == -math.inf
+    below[k] = above[k] = -1.0 if is_collision else 0.0
+    if is_collision or stretches.states[k] == FREE:
+        stretches.states[k] = COLLIDES if is_collision else UNDECIDED
+        stretches.blockers[k] = p
+    return (-math.inf if is_collision else math.inf), 0.0
