@@ -11,6 +11,14 @@ from scene_graph_ros.geometry.optimization.errors import (
     SampleError,
     SolverError,
 )
+from scene_graph_ros.geometry.optimization.graphs.cone_expressions import (
+    exp,
+    exponential_cone,
+    positive_semidefinite,
+    quad_over_lin,
+    rotated_second_order_cone,
+    second_order_cone,
+)
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.expressions import (
     norm,
@@ -123,6 +131,8 @@ __all__ = [
     "VolumeInterval",
     "check_if_satisfies_convexity_radius",
     "compute_pairwise_intersections",
+    "exp",
+    "exponential_cone",
     "find_region_cuts",
     "iris",
     "load_iris_regions_yaml_file",
@@ -131,8 +141,12 @@ __all__ = [
     "norm1",
     "norm_inf",
     "partition_convex_set",
+    "positive_semidefinite",
     "quad_form",
+    "quad_over_lin",
+    "rotated_second_order_cone",
     "save_iris_regions_yaml_file",
     "scene_obstacles",
+    "second_order_cone",
     "sum_squares",
 ]

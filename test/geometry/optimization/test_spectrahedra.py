@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.optimization import (
     Intersection,
     iris,
     MinkowskiSum,
+    norm,
     Point,
     Spectrahedron,
 )
@@ -215,15 +216,18 @@ def test_parts_of_other_sets(of, way, truth):
 
 
 def test_an_obstacle_of_a_region():
-    """Its face is proven to keep the disc out; a graph refuses it by name."""
+    """Its face is proven to keep the disc out; a path through a graph ends in it."""
     moved = CartesianProduct([DISC], A=np.eye(2), b=[-2.0, 0.0])
     found = iris([moved], [0.0, 0.0], HPolyhedron.make_unit_box(2), certificate=True)
     assert found.separations[0].certificate.verify()
     graph = GraphOfConvexSets()
-    start, goal = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(DISC)
-    graph.add_edge(start, goal)
-    with pytest.raises(ConvexSetError, match="semidefinite matrices can't be a vertex"):
-        graph.solve_shortest_path(start, goal)
+    start, goal = graph.add_vertex(Point([3.0, 4.0])), graph.add_vertex(DISC)
+    edge = graph.add_edge(start, goal)
+    edge.add_cost(norm(edge.xv - edge.xu))
+    result = graph.solve_shortest_path(start, goal)
+    assert result.lower_bound <= 4.0 + 1e-12
+    assert result.cost == pytest.approx(4.0, rel=1e-7)
+    assert result.gap <= 1e-6
 
 
 def test_no_dimensions():

@@ -17,6 +17,18 @@ from scene_graph_ros.geometry.optimization.graphs.expressions import (
     value_of,
 )
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
+from scene_graph_ros.geometry.optimization.graphs.term_atoms import (
+    lower_atom,
+    minorant_of,
+    size_of,
+    slope_of,
+    weights_of,
+)
+from scene_graph_ros.geometry.optimization.graphs.term_cones import (
+    into_dual,
+    outside,
+    solver_factors,
+)
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Cone,
     ConeProgram,
@@ -79,9 +91,9 @@ class _Lowered(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class EdgeTerms:
-    """An edge's cost - atoms and a linear rest - and its constraints, zero or at most zero.
+    """An edge's cost - atoms and a linear rest - and its constraints.
 
-    Of a cone the first entry is at least as long as the others together.
+    These are zero, at most zero, or in cones.
     """
 
     u: PlacedSet
@@ -92,6 +104,7 @@ class EdgeTerms:
     equations: Part
     inequalities: Part
     cones: tuple[Part, ...] = ()
+    cone_kinds: tuple[Cone, ...] = ()
 
     def cost(self, xu: np.ndarray, xv: np.ndarray) -> float:
         """Return the cost at points less their centres."""
@@ -104,15 +117,15 @@ class EdgeTerms:
         """Return a slope of the cost along both points; one of several where there are."""
         along_u, along_v = self.rest.Mu[0].copy(), self.rest.Mv[0].copy()
         for kind, part in zip(self.kinds, self.atoms, strict=True):
-            y = _slope(kind, part.at(xu, xv))
+            y = slope_of(kind, part.at(xu, xv))
             along_u += y @ part.Mu
             along_v += y @ part.Mv
         return along_u, along_v
 
     def most(self) -> float:
-        """Return a bound of the cost from above, over the boxes around both sets."""
+        """Return about what it costs at most, over the boxes around both sets: a size of it."""
         parts = zip((*self.kinds, "norm_inf"), (*self.atoms, self.rest), strict=True)
-        return sum(value_of(kind, self._most_of(part)) for kind, part in parts)
+        return sum(size_of(kind, self._most_of(part), part.m) for kind, part in parts)
 
     def _most_of(self, part: Part) -> np.ndarray:
         return np.abs(part.Mu) @ self.u.half + np.abs(part.Mv) @ self.v.half + np.abs(part.m)
@@ -123,15 +136,22 @@ class EdgeTerms:
             [np.abs(self.equations.at(xu, xv)), np.maximum(self.inequalities.at(xu, xv), 0.0)]
         )
         worst = float(np.max(broken / self.row_sizes, initial=0.0))
-        for part, size in zip(self.cones, self._cone_sizes, strict=True):
-            rows = part.at(xu, xv)
-            worst = max(worst, (float(np.linalg.norm(rows[1:])) - float(rows[0])) / size)
+        for cone, part, size in zip(self.cone_kinds, self.cones, self._cone_sizes, strict=True):
+            worst = max(worst, outside(cone, part.at(xu, xv)) / size)
         return worst
 
     @functools.cached_property
     def _cone_sizes(self) -> list[float]:
         """What each cone's rows are divided by; their terms are as large."""
         return [float(self._most_of(part).max(initial=1e-300)) for part in self.cones]
+
+    @functools.cached_property
+    def _cone_factors(self) -> list[np.ndarray]:
+        """What each cone's rows are multiplied by, for the solver."""
+        return [
+            solver_factors(cone, len(part.m)) / size
+            for cone, part, size in zip(self.cone_kinds, self.cones, self._cone_sizes, strict=True)
+        ]
 
     @functools.cached_property
     def row_sizes(self) -> np.ndarray:
@@ -157,7 +177,14 @@ class EdgeTerms:
         With ``scale``, the index of a variable in an array, these are the perspectives.
         """
         atoms = tuple(
-            self._lower_atom(program, kind, part, (yu, yv, scale), unit)
+            lower_atom(
+                program,
+                kind,
+                functools.partial(self._blocks, part, yu, yv, scale),
+                scale,
+                unit,
+                self._most_of(part),
+            )
             for kind, part in zip(self.kinds, self.atoms, strict=True)
         )
         for columns, values in self._blocks(self.rest, yu, yv, scale, 1.0 / unit)[0]:
@@ -176,8 +203,10 @@ class EdgeTerms:
             blocks, constant = self._blocks(part, yu, yv, scale, factor[:, None])
             rows.append(program.add_rows(cone, blocks, constant))
         cones = tuple(
-            program.add_rows(Cone.SECOND_ORDER, *self._blocks(part, yu, yv, scale, 1.0 / size))
-            for part, size in zip(self.cones, self._cone_sizes, strict=True)
+            program.add_rows(cone, *self._blocks(part, yu, yv, scale, factors[:, None]))
+            for cone, part, factors in zip(
+                self.cone_kinds, self.cones, self._cone_factors, strict=True
+            )
         )
         return _Lowered(atoms, rows[0], rows[1], cones)
 
@@ -202,56 +231,20 @@ class EdgeTerms:
         parts = (*self.atoms, self.rest, self.equations, self.inequalities, *self.cones)
         return {id(part): (part.Mu @ self.u.S, part.Mv @ self.v.S) for part in parts}
 
-    def _lower_atom(
-        self, program: ConeProgram, kind: str, part: Part, variables: Any, unit: float
-    ) -> Rows:
-        yu, yv, scale = variables
-        t = program.variables(1)
-        program.add_cost(t, np.ones(1))
-        k = len(part.m)
-        if kind == "norm_inf":
-            blocks, constant = self._blocks(part, yu, yv, scale, 1.0 / unit)
-            both = [(columns, np.concatenate([-m, m])) for columns, m in blocks]
-            both.append((t, np.ones((2 * k, 1))))
-            return program.add_rows(Cone.NONNEGATIVE, both, np.append(-constant, constant))
-        head = 1 if kind == "norm" else 2
-        factor = 1.0 / unit if kind == "norm" else 2.0 / np.sqrt(unit)
-        blocks, constant = self._blocks(part, yu, yv, scale, factor)
-        rows = [
-            (columns, np.concatenate([np.zeros((head, m.shape[1])), m])) for columns, m in blocks
-        ]
-        constant = np.append(np.zeros(head), constant)
-        rows.append((t, np.eye(k + head)[:, :head].sum(axis=1, keepdims=True)))
-        if kind == "squares":
-            # t scale >= |w|^2 as |(t - scale, 2 w)| <= t + scale.
-            signs = np.zeros((k + 2, 1))
-            signs[0], signs[1] = 1.0, -1.0
-            if scale is None:
-                constant = constant + signs[:, 0]
-            else:
-                rows.append((scale, signs))
-        return program.add_rows(Cone.SECOND_ORDER, rows, constant)
-
     def multipliers(self, solution: ConeSolution, lowered: _Lowered, unit: float) -> Multipliers:
         """Return what a solution says of this edge, in the edge's own units."""
-        atoms = []
-        for kind, rows in zip(self.kinds, lowered.atoms, strict=True):
-            z = solution.dual(rows)
-            if kind == "norm_inf":
-                k = len(z) // 2
-                atoms.append(z[:k] - z[k:])
-            elif kind == "norm":
-                atoms.append(-z[1:])
-            else:
-                atoms.append(-2.0 * np.sqrt(unit) * z[2:])
+        atoms = tuple(
+            weights_of(kind, solution.dual(rows), unit, self._most_of(part))
+            for kind, part, rows in zip(self.kinds, self.atoms, lowered.atoms, strict=True)
+        )
         sizes = np.split(self.row_sizes, [len(self.equations.m)])
         return Multipliers(
-            tuple(atoms),
+            atoms,
             -unit * solution.dual(lowered.equations) / sizes[0],
             unit * solution.dual(lowered.inequalities) / sizes[1],
             tuple(
-                unit * solution.dual(rows) / size
-                for rows, size in zip(lowered.cones, self._cone_sizes, strict=True)
+                unit * solution.dual(rows) * factors
+                for rows, factors in zip(lowered.cones, self._cone_factors, strict=True)
             ),
         )
 
@@ -265,15 +258,14 @@ class EdgeTerms:
             (self.equations, multipliers.equations),
             (self.inequalities, np.maximum(multipliers.inequalities, 0.0)),
         ]
-        for part, z in zip(self.cones, multipliers.cones, strict=True):
-            # In the cone: what it weighs is at least 0 where the constraint holds.
-            length = float(np.linalg.norm(z[1:])) * (1.0 + 4.0 * len(z) * EPSILON)
-            weighted.append((part, -np.append(max(float(z[0]), length), z[1:])))
+        for cone, part, z in zip(self.cone_kinds, self.cones, multipliers.cones, strict=True):
+            # What they weigh is at least 0 where the constraint holds.
+            weighted.append((part, -into_dual(cone, z)))
         a = 0.0
         if with_cost:
             weighted.append((self.rest, np.ones(1)))
             for kind, part, raw in zip(self.kinds, self.atoms, multipliers.atoms, strict=True):
-                y, conjugate = _subgradient(kind, raw)
+                y, conjugate = minorant_of(kind, raw)
                 a -= conjugate
                 weighted.append((part, y))
         terms = sum(len(part.m) for part, _ in weighted) + len(self.u.half) + 8
@@ -289,27 +281,6 @@ class EdgeTerms:
             size_beta += np.abs(part.Mv).T @ magnitudes
         unit = 2.0 * terms * EPSILON
         return Minorant(a, alpha, beta, unit * size, unit * size_alpha, unit * size_beta)
-
-
-def _slope(kind: str, w: np.ndarray) -> np.ndarray:
-    """Return a subgradient of an atom at a vector."""
-    if kind == "squares":
-        return 2.0 * w
-    if kind == "norm":
-        length = float(np.linalg.norm(w))
-        return w / length if length else w
-    largest = int(np.abs(w).argmax())
-    return np.asarray(np.sign(w[largest]) * (np.arange(len(w)) == largest))
-
-
-def _subgradient(kind: str, y: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return (y, c) with ``y . w - c`` at most the atom of w for every w, y near the given one."""
-    if kind == "squares":
-        # |w|^2 - y . w is least at y / 2; rounded up.
-        return y, 0.25 * float(y @ y) * (1.0 + (len(y) + 4) * EPSILON)
-    length = float(np.abs(y).sum() if kind == "norm_inf" else np.linalg.norm(y))
-    most = 1.0 - 4.0 * (len(y) + 2) * EPSILON
-    return (y * (most / length) if length > most else y), 0.0
 
 
 def terms_of(
@@ -342,7 +313,7 @@ def terms_of(
             f"{label}: the linear part of the cost is {low:.6g} at some points of the sets; costs"
             " must be at least 0 on all of both sets"
         )
-    flat = [c for c in constraints if not c.is_cone]
+    flat = [c for c in constraints if c.cone is None]
     equations = [_part(c.rows, ends) for c in flat if c.is_equation]
     inequalities = [_part(c.rows, ends) for c in flat if not c.is_equation]
     return EdgeTerms(
@@ -353,7 +324,8 @@ def terms_of(
         total,
         Part(*_joined(equations, ends)),
         Part(*_joined(inequalities, ends)),
-        tuple(_part(c.rows, ends) for c in constraints if c.is_cone),
+        tuple(_part(c.rows, ends) for c in constraints if c.cone is not None),
+        tuple(c.cone for c in constraints if c.cone is not None),
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix
+from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
@@ -19,10 +20,12 @@ __all__ = [
     "Constraint",
     "Cost",
     "as_cost",
+    "checked_vector",
     "norm",
     "norm1",
     "norm_inf",
     "quad_form",
+    "stacked",
     "sum_squares",
     "value_of",
 ]
@@ -147,14 +150,14 @@ def _constant(value: Any) -> Affine:
 
 @dataclass(frozen=True, eq=False)
 class Constraint:
-    """All entries of ``rows`` are 0, or at most 0; or the first is no shorter than the others.
+    """All entries of ``rows`` are 0, or at most 0; or together they are in a ``cone``.
 
-    With ``is_cone`` the latter: ``rows[0] >= |rows[1:]|``.
+    Of a symmetric matrix the rows are the upper triangle, column after column.
     """
 
     rows: Affine
     is_equation: bool
-    is_cone: bool = False
+    cone: Cone | None = None
 
     def __bool__(self) -> bool:
         """Refuse to be a condition, as in ``a <= x <= b``, which says something else."""
@@ -163,7 +166,11 @@ class Constraint:
 
 @dataclass(frozen=True, eq=False)
 class Atom:
-    """A convex function of an affine vector: ``norm``, ``norm_inf`` or ``squares``."""
+    """A convex function of an affine vector w.
+
+    ``norm``, ``norm_inf`` and ``squares`` of all of it, ``quotient`` is ``|w[1:]|^2 / w[0]``, at
+    ``w[0] >= 0``, and ``exponential`` is ``exp(w[0])``.
+    """
 
     kind: str
     of: Affine
@@ -173,8 +180,17 @@ def value_of(kind: str, w: np.ndarray) -> float:
     """Return an atom of a kind at a vector ``(k,)``."""
     if kind == "norm_inf":
         return float(np.abs(w).max(initial=0.0))
+    if kind == "exponential":
+        return float(np.exp(np.minimum(w[0], _LARGEST_POWER)))
+    if kind == "quotient":
+        top = float(w[1:] @ w[1:])
+        return top / float(w[0]) if w[0] > 0.0 else (0.0 if top == w[0] == 0.0 else np.inf)
     length = float(np.linalg.norm(w))
     return length if kind == "norm" else length * length
+
+
+_LARGEST_POWER = 700.0
+"""Of e: what is above it is more than floats can say."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,16 +220,13 @@ class Cost:
             raise ConvexSetError(
                 f"the factor of a cost must be a finite number, at least 0, not {quoted(factor)}"
             )
-        atoms = tuple(
-            Atom(a.kind, a.of * (np.sqrt(number) if a.kind == "squares" else number))
-            for a in self.atoms
-        )
+        atoms = tuple(_times(a, number) for a in self.atoms) if number else ()
         return Cost(atoms, self.rest * number)
 
     __rmul__ = __mul__
 
     def __le__(self, other: Any) -> Constraint:
-        """Return the constraint that one norm, or one sum of squares, is at most an affine number.
+        """Return the constraint that one convex function is at most an affine number.
 
         Raises ConvexSetError where there are several, and where the right side is convex.
         """
@@ -227,15 +240,33 @@ class Cost:
             raise ConvexSetError("the right side of <= must be a number or affine, and has a norm")
         atom, bound = self.atoms[0], side.rest - self.rest
         if atom.kind == "norm_inf":
-            return Constraint(_stacked([atom.of - bound, -1.0 * atom.of - bound]), False)
+            return Constraint(stacked([atom.of - bound, -1.0 * atom.of - bound]), False)
         if atom.kind == "norm":
-            return Constraint(_stacked([bound, atom.of]), False, is_cone=True)
+            return Constraint(stacked([bound, atom.of]), False, Cone.SECOND_ORDER)
+        if atom.kind == "exponential":
+            return Constraint(stacked([atom.of, _ONE, bound]), False, Cone.EXPONENTIAL)
+        if atom.kind == "quotient":
+            # |w|^2 <= s t as |(t - s, 2 w)| <= t + s.
+            s, w = atom.of[0], atom.of[1:]
+            rows = stacked([bound + s, bound - s, 2.0 * w])
+            return Constraint(rows, False, Cone.SECOND_ORDER)
         # |w|^2 <= t as |(t - 1, 2 w)| <= t + 1.
-        rows = _stacked([bound + 1.0, bound - 1.0, 2.0 * atom.of])
-        return Constraint(rows, False, is_cone=True)
+        rows = stacked([bound + 1.0, bound - 1.0, 2.0 * atom.of])
+        return Constraint(rows, False, Cone.SECOND_ORDER)
 
 
-def _stacked(parts: list[Affine]) -> Affine:
+def _times(atom: Atom, number: float) -> Atom:
+    """Return an atom times a number above 0."""
+    if atom.kind == "exponential":
+        return Atom(atom.kind, atom.of + float(np.log(number)))
+    if atom.kind == "quotient":
+        root = np.full(len(atom.of), np.sqrt(number))
+        root[0] = 1.0
+        return Atom(atom.kind, atom.of * root)
+    return Atom(atom.kind, atom.of * (np.sqrt(number) if atom.kind == "squares" else number))
+
+
+def stacked(parts: list[Affine]) -> Affine:
     """Return the entries of some expressions behind one another."""
     keys = {key: matrix.shape[1] for part in parts for key, matrix in part.terms.items()}
     terms = {
@@ -262,9 +293,11 @@ def as_cost(value: Any, label: str) -> Cost:
 
 
 _NOTHING = Affine({}, np.zeros(1), True)
+_ONE = Affine({}, np.ones(1), True)
 
 
-def _checked(vector: Any, name: str) -> Affine:
+def checked_vector(vector: Any, name: str) -> Affine:
+    """Return an expression. Raises ConvexSetError, which names who takes it."""
     if not isinstance(vector, Affine):
         raise ConvexSetError(
             f"{name} takes an expression of edge.xu, edge.xv, not {quoted(vector)}"
@@ -274,28 +307,28 @@ def _checked(vector: Any, name: str) -> Affine:
 
 def norm(vector: Affine) -> Cost:
     """Return the Euclidean length."""
-    return Cost((Atom("norm", _checked(vector, "norm")),), _NOTHING)
+    return Cost((Atom("norm", checked_vector(vector, "norm")),), _NOTHING)
 
 
 def norm1(vector: Affine) -> Cost:
     """Return the sum of the magnitudes."""
-    checked = _checked(vector, "norm1")
+    checked = checked_vector(vector, "norm1")
     return Cost(tuple(Atom("norm", checked[k : k + 1]) for k in range(len(checked))), _NOTHING)
 
 
 def norm_inf(vector: Affine) -> Cost:
     """Return the largest magnitude."""
-    return Cost((Atom("norm_inf", _checked(vector, "norm_inf")),), _NOTHING)
+    return Cost((Atom("norm_inf", checked_vector(vector, "norm_inf")),), _NOTHING)
 
 
 def sum_squares(vector: Affine) -> Cost:
     """Return the squared Euclidean length."""
-    return Cost((Atom("squares", _checked(vector, "sum_squares")),), _NOTHING)
+    return Cost((Atom("squares", checked_vector(vector, "sum_squares")),), _NOTHING)
 
 
 def quad_form(vector: Affine, Q: Any) -> Cost:
     """Return ``x . Q x``. Raises ConvexSetError unless Q is symmetric and never negative."""
-    checked = _checked(vector, "quad_form")
+    checked = checked_vector(vector, "quad_form")
     form = as_matrix(Q, "quad_form: Q", len(checked))
     values, axes = np.linalg.eigh(form) if form.shape == form.T.shape else (np.zeros(0), form)
     size = float(np.abs(values).max(initial=0.0))

@@ -15,8 +15,10 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
-from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
+from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedMatrix, PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.relaxation import PlacedFunction, Problem
+from scene_graph_ros.geometry.optimization.graphs.term_cones import kept_by
+from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 from scene_graph_ros.geometry.optimization.solve.nonlinear import (
     Differentiable,
     minimize_nonlinear,
@@ -158,6 +160,7 @@ class _Program:
                 columns = np.arange(at.start, at.stop)
                 scale = -1 if ball.scale < 0 else int(columns[ball.scale])
                 least.append(_ball(columns[ball.columns], scale, self._count))
+            least += [_matrix(each, at.start, self._count) for each in placed.matrices]
         return equal, least
 
     def _of_terms(
@@ -179,9 +182,9 @@ class _Program:
                 found.append(
                     self._part(k, factor * part.Mu, factor * part.Mv, factor[:, 0] * part.m)
                 )
-        for part in terms.cones:
+        for cone, part in zip(terms.cone_kinds, terms.cones, strict=True):
             rows = self._part(k, part.Mu, part.Mv, part.m)
-            least.append(_cone_of(rows))
+            least.append(_cone_of(cone, rows))
 
     def _part(self, k: int, Mu: np.ndarray, Mv: np.ndarray, m: np.ndarray) -> Differentiable:
         matrix = np.zeros((len(m), self._count))
@@ -235,12 +238,24 @@ def _ball(columns: np.ndarray, scale: int, count: int) -> Differentiable:
     return both
 
 
-def _cone_of(rows: Callable[[np.ndarray], tuple[np.ndarray, Any]]) -> Differentiable:
-    """Return the same of rows whose first is at least as long as the others together."""
+def _matrix(of: PlacedMatrix, first: int, count: int) -> Differentiable:
+    """Return eigenvalues, which are to be at least 0, and their slopes."""
+
+    def both(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, along = kept_by(Cone.SEMIDEFINITE, of.rows_at(y[first:]))
+        slopes = np.zeros((len(values), count))
+        slopes[:, first + of.columns] = along * of.factors
+        return values, slopes
+
+    return both
+
+
+def _cone_of(cone: Cone, rows: Callable[[np.ndarray], tuple[np.ndarray, Any]]) -> Differentiable:
+    """Return values of rows that are at least 0 in a cone, and their slopes by variables."""
 
     def both(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         w, matrix = rows(y)
-        slope = 2.0 * (w[0] * matrix[0] - w[1:] @ matrix[1:])
-        return np.array([w[0] * w[0] - w[1:] @ w[1:], w[0]]), np.stack([slope, matrix[0]])
+        values, slopes = kept_by(cone, w)
+        return values, slopes @ matrix
 
     return both

@@ -7,7 +7,6 @@ import functools
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Ball
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
@@ -17,10 +16,11 @@ from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellip
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+from scene_graph_ros.geometry.optimization.solve.blocks import for_the_solver, upper_triangle
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["PlacedSet"]
+__all__ = ["PlacedMatrix", "PlacedSet"]
 
 _FIRST, _ONE = np.zeros(1, dtype=np.int64), np.ones(1)
 
@@ -29,8 +29,24 @@ _NO_EXTENT = 64.0 * EPSILON
 
 
 @dataclass(frozen=True, eq=False)
+class PlacedMatrix:
+    """The upper triangle ``constant + factors * y[columns]`` of a matrix, column after column.
+
+    It has no negative eigenvalue. All are ``(k,)``.
+    """
+
+    columns: np.ndarray
+    factors: np.ndarray
+    constant: np.ndarray
+
+    def rows_at(self, y: np.ndarray) -> np.ndarray:
+        """Return the upper triangle ``(k,)``."""
+        return self.constant + self.factors * y[self.columns]
+
+
+@dataclass(frozen=True, eq=False)
 class PlacedSet:
-    """All ``center + S y`` with ``E y = f``, ``A y <= b`` and some of y in balls.
+    """All ``center + S y`` with ``E y = f``, ``A y <= b`` and some of y in balls and matrices.
 
     ``S`` is ``(n, k)``; y is of size 1, whatever the set's. Every point is within ``half (n,)`` of
     the centre along each axis.
@@ -47,6 +63,7 @@ class PlacedSet:
     balls: tuple[Ball, ...] = ()
     parts: tuple[PlacedSet, ...] = ()
     """Of a product the sets, each in its own coordinates."""
+    matrices: tuple[PlacedMatrix, ...] = ()
 
     @classmethod
     def place(cls, of: ConvexSet) -> PlacedSet:
@@ -159,6 +176,10 @@ class PlacedSet:
                     ball.scale,
                 )
             )
+        for each in self.matrices:
+            block = (Cone.SEMIDEFINITE, each.columns, each.factors[:, None], each.constant)
+            cone, columns, factors, side = for_the_solver(block)
+            found.append((cone, np.arange(len(side)), columns, factors[:, 0], side, -1))
         return found
 
 
@@ -227,6 +248,11 @@ def _product(of: CartesianProduct) -> PlacedSet:
         np.concatenate([part.b for part in parts]),
         tuple(balls),
         parts,
+        tuple(
+            PlacedMatrix(each.columns + first, each.factors, each.constant)
+            for part, first in zip(parts, firsts[:-1], strict=True)
+            for each in part.matrices
+        ),
     )
 
 
@@ -243,11 +269,6 @@ def _side_by_side(blocks: list[np.ndarray]) -> np.ndarray:
 def _from_lift(of: ConvexSet, center: np.ndarray, half: np.ndarray, extent: float) -> PlacedSet:
     """Return a set of any kind by its lift: further variables about those of one of its points."""
     lift, n = of.lifted, of.ambient_dimension
-    if lift.matrices:
-        raise ConvexSetError(
-            "GraphOfConvexSets: a set of semidefinite matrices can't be a vertex; take an"
-            " ellipsoid or a polytope inside it"
-        )
     at = np.array([float(v) for v in of.found.vector])
     at[:n] = center
     in_balls = [k for ball in lift.balls for k in (*ball.columns, ball.scale) if k >= 0]
@@ -260,7 +281,12 @@ def _from_lift(of: ConvexSet, center: np.ndarray, half: np.ndarray, extent: floa
     E, f = _normalized(lift.E * sizes, lift.f - lift.E @ at)
     A, b = _normalized(lift.A * sizes, lift.b - lift.A @ at)
     S = np.diag(sizes)[:n]
-    return PlacedSet(of, center, half, S, E, f, A, b, lift.balls)
+    matrices = []
+    for each in lift.matrices:
+        upper = each.columns[upper_triangle(len(each.columns))]
+        size = float(max(np.abs(at[upper]).max(), sizes[upper].max())) or 1.0
+        matrices.append(PlacedMatrix(upper, sizes[upper] / size, at[upper] / size))
+    return PlacedSet(of, center, half, S, E, f, A, b, lift.balls, matrices=tuple(matrices))
 
 
 def _spread(rows: np.ndarray, sides: np.ndarray, sizes: np.ndarray) -> None:
