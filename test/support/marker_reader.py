@@ -1,6 +1,7 @@
-"""A viewer of markers in a process of its own: ``marker_reader.py TOPIC``.
+"""A viewer of markers in a process of its own: ``marker_reader.py TOPIC [SHOWN]``.
 
-Prints what it shows after each message: ``{"id": y, ...}``, a line each.
+Prints what it shows after each message: ``{"id": y, ...}``, a line each. ``SHOWN``, such a line,
+is what it shows from the beginning.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ def main() -> None:
     rclpy.init()
     node = rclpy.create_node("marker_reader")
     shown: dict[int, float] = {}
+    if len(sys.argv) > 2:
+        shown.update((int(key), y) for key, y in json.loads(sys.argv[2]).items())
 
     def take(message: MarkerArray) -> None:
         for marker in message.markers:

@@ -25,7 +25,7 @@ others have got a message can't be known then."""
 _AGAIN = 5.0
 """Seconds after which one that is back is told once more. When it goes on it may acknowledge first
 and then give the sender up, from which it has not heard: what it was told in between is lost, and
-nobody is told so. They find each other again within three seconds."""
+nobody is told so. If they find each other again it is within three seconds."""
 
 
 class Receipts:
