@@ -18,6 +18,7 @@ from scene_graph_ros.geometry.optimization.sets.cartesian_product import Cartesi
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import own_box
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges, Used
 from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
@@ -56,6 +57,11 @@ class Subgraph(JoinedEdges):
         try:
             for k, region in enumerate(regions):
                 points = _points_and_duration(region, variables, durations)
+                if not points.is_bounded():
+                    raise ConvexSetError(
+                        f"add_regions: set of '{name}[{k}]', {quoted(region)}, is unbounded;"
+                        " intersect it with a box"
+                    )
                 self._vertices.append(graph.add_vertex(points, f"{name}[{k}]"))
         except ConvexSetError:
             for vertex in self._vertices:

@@ -191,8 +191,18 @@ class Vertex(_Costly):
         return self._set
 
     @functools.cached_property
+    def is_bounded(self) -> bool:
+        """Whether the set is, kept."""
+        return self._set.is_bounded()
+
+    @functools.cached_property
     def placed(self) -> PlacedSet:
-        """The set about its own centre, kept."""
+        """The set about its own centre, kept. Raises ConvexSetError for an unbounded one."""
+        if not self.is_bounded:
+            raise ConvexSetError(
+                f"{self._label}: the set of {self.name!r}, {quoted(self._set)}, is unbounded;"
+                " intersect it with a box"
+            )
         return PlacedSet.place(self._set)
 
     @property

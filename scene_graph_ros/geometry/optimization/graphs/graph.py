@@ -30,11 +30,12 @@ __all__ = ["GraphOfConvexSets"]
 
 
 class GraphOfConvexSets:
-    """Vertices are bounded convex sets, edges have costs and constraints of a point in each.
+    """Vertices are convex sets, edges have costs and constraints of a point in each.
 
     A path visits no vertex twice. It costs what its edges and vertices cost at its points, one of
     each set on it (Marcucci, Umenberger, Parrilo and Tedrake, "Shortest Paths in Graphs of Convex
-    Sets", SIAM Journal on Optimization 34(1), 2024).
+    Sets", SIAM Journal on Optimization 34(1), 2024). Where sets are unbounded, costs and
+    constraints have to bound the points of paths.
     """
 
     def __init__(self) -> None:
@@ -63,7 +64,7 @@ class GraphOfConvexSets:
         return len(self._edges)
 
     def add_vertex(self, set: ConvexSet, name: str = "") -> Vertex:  # noqa: A002  the spec's name
-        """Add a set. Raises ConvexSetError unless it is bounded and has a point."""
+        """Add a set. Raises ConvexSetError unless it has a point; it may be unbounded."""
         label = (
             f"GraphOfConvexSets.add_vertex: set of {name!r}"
             if name
@@ -73,8 +74,6 @@ class GraphOfConvexSets:
             raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(set)}")
         if set.is_empty():
             raise ConvexSetError(f"{label}, {quoted(set)}, is empty; leave the vertex out")
-        if not set.is_bounded():
-            raise ConvexSetError(f"{label}, {quoted(set)}, is unbounded; intersect it with a box")
         number = next(self._numbers)
         vertex = Vertex(number, set, name or f"v{number}")
         self._vertices[number] = vertex
@@ -133,8 +132,9 @@ class GraphOfConvexSets:
         from multipliers, with rounding counted against them. Where no path leads to the target,
         or none keeps the constraints, ``is_success`` is False and ``reason`` says so.
 
-        Raises ConvexSetError for a vertex of another graph and for costs that may be negative,
-        SolverError with its residuals where the solver failed.
+        Raises ConvexSetError for a vertex of another graph, for costs that may be negative and
+        for unbounded sets in which the cost goes down for ever, SolverError with its residuals
+        where the solver failed.
         """
         self._check_vertex(source, "solve_shortest_path: source")
         self._check_vertex(target, "solve_shortest_path: target")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -51,15 +51,18 @@ def terms_of_edge(
     source: Vertex,
     more: Sequence[Cost] = (),
     used: Transcription = Transcription.MIP,
+    places: Mapping[int, PlacedSet] | None = None,
 ) -> EdgeTerms:
     """Return what an edge and the vertex it leads to cost, and the source where it leads there.
 
-    And ``more`` costs beside them. Of functions nothing is in them.
+    And ``more`` costs beside them. Of functions nothing is in them. ``places`` are bounded sets
+    by the numbers of vertices, in place of their own.
     """
     parts = _parts(edge, source)
     costs = [c for part in parts for c in part.get_costs(used) if not _is_function(c)]
     constraints = [c for part in parts for c in part.get_constraints(used) if not _is_function(c)]
-    ends = ((edge.u.id, edge.u.placed), (edge.v.id, edge.v.placed))
+    at_u, at_v = (_place(vertex, places) for vertex in (edge.u, edge.v))
+    ends = ((edge.u.id, at_u), (edge.v.id, at_v))
     label = f"GraphOfConvexSets: edge {edge.name!r}"
     return terms_of([*costs, *more], constraints, ends, label)
 
@@ -90,10 +93,12 @@ def problem_of(
     target: Vertex,
     used: Transcription = Transcription.MIP,
     like: tuple[Problem, Transcription] | None = None,
+    places: Mapping[int, PlacedSet] | None = None,
 ) -> Problem:
     """Return a problem of these edges alone, with costs in units of what a path may cost.
 
     ``like`` is one of the same edges in another transcription: what is the same is its.
+    ``places`` are bounded sets by the numbers of vertices, in place of their own.
     """
     if like is not None and like[1] is used:
         return like[0]
@@ -101,7 +106,7 @@ def problem_of(
     terms = [
         like[0].terms[k]
         if like is not None and _is_same(edge, source, like[1], used)
-        else terms_of_edge(edge, source, (), used)
+        else terms_of_edge(edge, source, (), used, places)
         for k, edge in enumerate(edges)
     ]
     most = np.array([each.most() for each in terms])
@@ -113,13 +118,19 @@ def problem_of(
     if used is Transcription.RESTRICTION:
         placed = {k: _functions(edge, source) for k, edge in enumerate(edges)}
         functions = {k: some for k, some in placed.items() if some}
-    sets = [v.placed for v in vertices]
+    sets = [_place(v, places) for v in vertices]
     return Problem(network, sets, terms, forced, float(unit), functions)
 
 
-def standing_problem(vertex: Vertex, used: Transcription) -> Problem:
+def _place(vertex: Vertex, places: Mapping[int, PlacedSet] | None) -> PlacedSet:
+    return vertex.placed if places is None else places[vertex.id]
+
+
+def standing_problem(
+    vertex: Vertex, used: Transcription, places: Mapping[int, PlacedSet] | None = None
+) -> Problem:
     """Return the problem of staying in one vertex: an edge to a point that costs as it does."""
-    ends = ((vertex.id, vertex.placed), (-1, PlacedSet.place(Point())))
+    ends = ((vertex.id, _place(vertex, places)), (-1, PlacedSet.place(Point())))
     label = f"GraphOfConvexSets: vertex {vertex.name!r}"
     costs, constraints = vertex.get_costs(used), vertex.get_constraints(used)
     terms = terms_of(

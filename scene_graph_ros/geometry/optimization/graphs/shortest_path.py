@@ -45,6 +45,8 @@ from scene_graph_ros.geometry.optimization.graphs.search import (
     search_paths,
 )
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
+from scene_graph_ros.geometry.optimization.graphs.unbounded import Places, solve_in_boxes
+from scene_graph_ros.geometry.optimization.sets.point import Point
 
 __all__ = ["solve_path", "solve_restriction"]
 
@@ -96,12 +98,47 @@ def solve_path(
         return no_path(f"edge {lost.name!r} has to be on the path, but can't be")
     touched = {v.id for e in used for v in (e.u, e.v)} | {source.id, target.id}
     vertices = [v for v in vertices if v.id in touched]
-    network = network_of(vertices, used, source, target)
-    if not used or network.distances(np.zeros(len(used)))[network.target] == np.inf:
+    if not _leads(vertices, used, source, target):
         return no_path(f"no edges lead from {source.name!r} to {target.name!r}")
-    whole, single = _used(options)
-    problem = problem_of(vertices, used, source, target, whole)
-    of_paths = problem_of(vertices, used, source, target, single, (problem, whole))
+    if all(vertex.is_bounded for vertex in vertices):
+        return _solve(vertices, used, (source, target), options, _used(options), None)
+    rough = replace(options, convex_relaxation=True, max_tightenings=0, max_rounded_paths=None)
+
+    def solve(
+        some: Sequence[Vertex], kept: Sequence[Edge], places: Places, is_any: bool
+    ) -> GraphOfConvexSetsResult:
+        if not _leads(some, kept, source, target):
+            return no_path("no edges lead on within the boxes around unbounded sets")
+        chosen = rough if is_any else options
+        return _solve(some, kept, (source, target), chosen, _used(options), places)
+
+    return solve_in_boxes(vertices, used, (source, target), frozenset(_used(options)), solve)
+
+
+def _leads(
+    vertices: Sequence[Vertex], edges: Sequence[Edge], source: Vertex, target: Vertex
+) -> bool:
+    network = network_of(vertices, edges, source, target)
+    return bool(edges) and network.distances(np.zeros(len(edges)))[network.target] < np.inf
+
+
+def _solve(
+    vertices: Sequence[Vertex],
+    used: Sequence[Edge],
+    ends: tuple[Vertex, Vertex],
+    options: GraphOfConvexSetsOptions,
+    transcriptions: tuple[Transcription, Transcription],
+    places: Places | None,
+) -> GraphOfConvexSetsResult:
+    """Return the shortest path along edges that lead to the target, of bounded sets.
+
+    ``transcriptions`` are what the whole graph and single paths are made of; ``places`` are sets
+    in place of the vertices' own.
+    """
+    (source, target), (whole, single) = ends, transcriptions
+    problem = problem_of(vertices, used, source, target, whole, None, places)
+    of_paths = problem_of(vertices, used, source, target, single, (problem, whole), places)
+    network = problem.network
     tried: _Tried = {}
     relaxed = relax(problem)
     if relaxed.cost == np.inf:
@@ -225,18 +262,28 @@ def _stay(vertex: Vertex, edges: Sequence[Edge], used: Transcription) -> GraphOf
     forced = next((e for e in edges if True in e.phi_constraints), None)
     if forced is not None:
         return no_path(f"edge {forced.name!r} has to be on the path, which has none")
-    problem = standing_problem(vertex, used)
-    best = restrict(problem, (0,))
-    if not best.points:
-        return no_path(f"vertex {vertex.name!r} can't keep its constraints, which is proven")
-    return GraphOfConvexSetsResult(
-        True,
-        best.cost,
-        best.lower_bound,
-        "source and target are one vertex",
-        vertices=(vertex.id,),
-        points=best.points[:1],
-        violation=best.violation,
+
+    def solve(places: Places | None) -> GraphOfConvexSetsResult:
+        best = restrict(standing_problem(vertex, used, places), (0,))
+        if not best.points:
+            return no_path(f"vertex {vertex.name!r} can't keep its constraints, which is proven")
+        return GraphOfConvexSetsResult(
+            True,
+            best.cost,
+            best.lower_bound,
+            "source and target are one vertex",
+            vertices=(vertex.id,),
+            points=best.points[:1],
+            violation=best.violation,
+        )
+
+    if vertex.is_bounded:
+        return solve(None)
+    nowhere = Vertex(-1, Point(), "the end")
+    staying = Edge(-1, vertex, nowhere, vertex.name)
+    ends = (vertex, nowhere)
+    return solve_in_boxes(
+        ends, [staying], ends, frozenset([used]), lambda _, __, places, ___: solve(places)
     )
 
 
@@ -258,18 +305,25 @@ def solve_restriction(
     visited = [active[0].u, *(e.v for e in active)]
     if len({v.id for v in visited}) < len(visited):
         raise ConvexSetError(f"{label} visit a vertex twice: {[v.name for v in visited]}")
-    used = Transcription.RESTRICTION
-    problem = problem_of(visited, active, visited[0], visited[-1], used)
-    best = restrict(problem, range(len(active)), guess)
-    if not best.points:
-        return no_path("the path can't keep its constraints, which is proven")
-    return with_points(
-        visited,
-        active,
-        Incumbent(tuple(range(len(active))), best),
-        used,
-        {
-            "lower_bound": best.lower_bound,
-            "reason": "the path was given",
-        },
-    )
+    used, ends = Transcription.RESTRICTION, (visited[0], visited[-1])
+
+    def solve(places: Places | None) -> GraphOfConvexSetsResult:
+        problem = problem_of(visited, active, *ends, used, None, places)
+        best = restrict(problem, range(len(active)), guess)
+        if not best.points:
+            return no_path("the path can't keep its constraints, which is proven")
+        others = {"lower_bound": best.lower_bound, "reason": "the path was given"}
+        found = Incumbent(tuple(range(len(active))), best)
+        return with_points(visited, active, found, used, others)
+
+    if all(vertex.is_bounded for vertex in visited):
+        return solve(None)
+
+    def solve_in(
+        some: Sequence[Vertex], _: Sequence[Edge], places: Places, __: bool
+    ) -> GraphOfConvexSetsResult:
+        if len(some) < len(visited):
+            return no_path("the path can't keep its constraints, which is proven")
+        return solve(places)
+
+    return solve_in_boxes(visited, active, ends, frozenset([used]), solve_in)

@@ -36,10 +36,6 @@ def pair():
     ("wrong", "message"),
     [
         (lambda g, u, v, e: g.add_vertex([1.0]), "add_vertex: set must be a ConvexSet"),
-        (
-            lambda g, u, v, e: g.add_vertex(HPolyhedron([[1.0]], [1.0]), "half"),
-            "add_vertex: set of 'half'.*unbounded; intersect it with a box",
-        ),
         (lambda g, u, v, e: g.add_vertex(HPolyhedron.make_box([1], [0])), "set.*is empty"),
         (lambda g, u, v, e: g.add_edge(u, u), "u and v are both 'u'"),
         (

@@ -1,0 +1,221 @@
+"""Paths through unbounded sets: boxes for these, in which paths are then sought as elsewhere.
+
+What a path costs bounds its points, and so do constraints (`path_extents`). The cost is that of
+some path, which is sought in boxes that are guessed. Paths that leave the boxes which follow cost
+more than it, so that the bound of those inside holds for all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+import math
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.path_extents import Box, extents_of_paths
+from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
+from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
+from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
+
+__all__ = ["Places", "solve_in_boxes"]
+
+Places = Mapping[int, PlacedSet]
+"""Bounded sets by the numbers of their vertices."""
+
+Solve = Callable[[Sequence[Vertex], Sequence[Edge], Places, bool], GraphOfConvexSetsResult]
+"""Finds a path through vertices, edges and bounded sets; any path, where so told."""
+
+_GUESSES = (10.0, 1e3, 1e6)
+"""Beside the size of the bounded sets: how large boxes are guessed, one after the other."""
+
+_MORE = 1e-6
+"""Relative: by how much more than the path that was found others may cost."""
+
+_NEAR = 1e-3
+"""Of half a guessed box: points nearer to its sides might go on beyond."""
+
+
+def solve_in_boxes(
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    ends: tuple[Vertex, Vertex],
+    used: frozenset[Transcription],
+    solve: Solve,
+) -> GraphOfConvexSetsResult:
+    """Return what ``solve`` says of the sets in boxes, with a bound that holds beyond them.
+
+    It takes vertices, edges, bounded sets, and whether any path will do. Where nothing bounds a
+    set, paths in guessed boxes count if they keep away from the sides; their bound is 0.
+
+    Raises ConvexSetError, which names the vertex, where a bounded set is needed.
+    """
+    limit = math.inf
+    boxes = extents_of_paths(vertices, edges, ends, used, limit)
+    if _endless(vertices, boxes) is not None:
+        found = _some_path(vertices, edges, boxes, solve)
+        if found is None:
+            raise _refusal(vertices, boxes, "no path was found whose cost bounds its points")
+        limit = found.cost * (1.0 + _MORE) or 1.0
+        narrower = extents_of_paths(vertices, edges, ends, used, limit)
+        if _endless(vertices, narrower) is not None:
+            return _without_bound(vertices, edges, boxes, solve)
+        boxes = narrower
+    answer = solve(*_in_boxes(vertices, edges, ends, boxes), False)
+    return replace(answer, lower_bound=min(answer.lower_bound, limit))
+
+
+def _endless(vertices: Sequence[Vertex], boxes: Mapping[int, Box]) -> tuple[Vertex, int] | None:
+    """Return a vertex and the coordinate along which its box is endless."""
+    for vertex in vertices:
+        low, high = boxes[vertex.id]
+        endless = np.flatnonzero(~(np.isfinite(low) & np.isfinite(high)))
+        if len(endless):
+            return vertex, int(endless[0])
+    return None
+
+
+def _refusal(vertices: Sequence[Vertex], boxes: Mapping[int, Box], because: str) -> ConvexSetError:
+    found = _endless(vertices, boxes)
+    assert found is not None
+    vertex, k = found
+    return ConvexSetError(
+        f"GraphOfConvexSets: the set of vertex {vertex.name!r} is unbounded along coordinate {k},"
+        f" and {because}; intersect it with a box"
+    )
+
+
+def _placed(vertex: Vertex, box: Box) -> PlacedSet | None:
+    """Return a set within a box; None where it has no point there."""
+    if vertex.is_bounded:
+        return vertex.placed
+    if (box[0] > box[1]).any():
+        return None
+    whole, of = Hyperrectangle(*box), vertex.set
+    within: ConvexSet = Intersection(of, whole)
+    if isinstance(of, HPolyhedron):
+        within = of.intersection(HPolyhedron.make_box(*box)) if len(of.b) else whole
+    return None if within.is_empty() else PlacedSet.place(within)
+
+
+def _in_boxes(
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    ends: Sequence[Vertex],
+    boxes: Mapping[int, Box],
+) -> tuple[list[Vertex], list[Edge], Places]:
+    """Return what is left of a graph in boxes, source and target at least, and its sets."""
+    placed = {vertex.id: _placed(vertex, boxes[vertex.id]) for vertex in vertices}
+    places = {number: each for number, each in placed.items() if each is not None}
+    for vertex in ends:
+        if vertex.id not in places:
+            raise SolverError(
+                f"GraphOfConvexSets: no point of vertex {vertex.name!r} is left in the box"
+                f" {boxes[vertex.id][0].tolist()} to {boxes[vertex.id][1].tolist()}"
+            )
+    kept = [e for e in edges if e.u.id in places and e.v.id in places]
+    return [v for v in vertices if v.id in places], kept, places
+
+
+def _guessed(
+    vertices: Sequence[Vertex], boxes: Mapping[int, Box], factor: float
+) -> dict[int, Box]:
+    """Return boxes with bounds where there are none, some sizes from the bounded sets."""
+    bounded = [v for v in vertices if np.isfinite(boxes[v.id]).all()]
+    centers = [0.5 * (boxes[v.id][0] + boxes[v.id][1]) for v in bounded]
+    halves = [0.5 * (boxes[v.id][1] - boxes[v.id][0]) for v in bounded]
+    guessed = {}
+    for vertex in vertices:
+        low, high = boxes[vertex.id]
+        n = len(low)
+        alike = [c for c in centers if len(c) == n]
+        mean = np.mean(alike, axis=0) if alike else np.zeros(n)
+        anchor = _near(vertex.set, mean)
+        size = max(
+            [float(np.abs(c - mean).max(initial=0.0)) for c in alike]
+            + [float(h.max(initial=0.0)) for h in halves]
+            + [float(np.abs(anchor - mean).max(initial=0.0))]
+        )
+        reach = factor * (size or 1.0)
+        guessed[vertex.id] = (
+            np.where(np.isfinite(low), low, np.minimum(anchor, high) - reach),
+            np.where(np.isfinite(high), high, np.maximum(anchor, low) + reach),
+        )
+    return guessed
+
+
+def _near(of: ConvexSet, p: np.ndarray) -> np.ndarray:
+    """Return a point ``(n,)`` of a set, the nearest to another where that is found."""
+    try:
+        found = of.projection(p[None])
+    except SolverError:
+        found = None
+    if found is not None:
+        return np.asarray(found.points[0])
+    point = of.maybe_get_feasible_point()
+    assert point is not None, "sets of a graph are not empty"
+    return point
+
+
+def _some_path(
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    boxes: Mapping[int, Box],
+    solve: Solve,
+) -> GraphOfConvexSetsResult | None:
+    """Return a path, the first that is found in guessed boxes."""
+    for factor in _GUESSES:
+        guessed = _guessed(vertices, boxes, factor)
+        try:
+            found = solve(*_in_boxes(vertices, edges, (), guessed), True)
+        except SolverError:
+            continue
+        if found.is_success and found.cost < math.inf:
+            return found
+    return None
+
+
+def _without_bound(
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    boxes: Mapping[int, Box],
+    solve: Solve,
+) -> GraphOfConvexSetsResult:
+    """Return the best path of guessed boxes, if it is away from their sides."""
+    for factor in _GUESSES:
+        guessed = _guessed(vertices, boxes, factor)
+        found = solve(*_in_boxes(vertices, edges, (), guessed), False)
+        if found.is_success and not _is_at_a_guess(found, boxes, guessed):
+            endless = _endless(vertices, boxes)
+            assert endless is not None
+            said = (
+                f"{found.reason}; neither costs nor constraints bound the points of vertex"
+                f" {endless[0].name!r} along coordinate {endless[1]}, so that nothing is proven"
+                " beyond costs being at least 0"
+            )
+            return replace(
+                found,
+                lower_bound=min(found.lower_bound, 0.0),
+                relaxation_bound=None,
+                reason=said,
+            )
+    raise _refusal(vertices, boxes, "the cost goes down as far as its points are let")
+
+
+def _is_at_a_guess(
+    found: GraphOfConvexSetsResult, boxes: Mapping[int, Box], guessed: Mapping[int, Box]
+) -> bool:
+    """Tell whether points are at sides of boxes which were guessed."""
+    for number, x in zip(found.vertices, found.points, strict=True):
+        near = _NEAR * 0.5 * (guessed[number][1] - guessed[number][0])
+        low = np.isfinite(boxes[number][0]) | (x - guessed[number][0] > near)
+        high = np.isfinite(boxes[number][1]) | (guessed[number][1] - x > near)
+        if not (low & high).all():
+            return True
+    return False
