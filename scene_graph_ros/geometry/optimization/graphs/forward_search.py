@@ -82,6 +82,10 @@ class ForwardSearch:
             if self._programs >= self._options.max_search_programs:
                 reason = "max_search_programs was reached"
                 break
+            is_over = self._options.termination_func
+            if is_over is not None and is_over():
+                reason = "termination_func ended the search"
+                break
             key, _, is_bounded, path = heapq.heappop(self._queue)
             if not is_bounded:
                 self._bound(key, path)

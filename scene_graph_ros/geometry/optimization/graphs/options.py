@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -38,6 +39,9 @@ class GraphOfConvexSetsOptions:
     """Relative to the cost: how near the bound has to be where paths are searched."""
     max_search_programs: int = 10_000
     """How many convex programs the search solves at most; what is then left is the gap."""
+    termination_func: Callable[[], bool] | None = None
+    """Asked before each program of the search: where it returns True, what is left is the gap.
+    What it raises is raised."""
 
     def __post_init__(self) -> None:
         """Check all values."""
@@ -65,6 +69,11 @@ class GraphOfConvexSetsOptions:
                 )
         for name in ("flow_tolerance", "gap_tolerance"):
             as_nonnegative(getattr(self, name), f"GraphOfConvexSetsOptions: {name}")
+        if self.termination_func is not None and not callable(self.termination_func):
+            raise ConvexSetError(
+                "GraphOfConvexSetsOptions: termination_func must be a function or None, not"
+                f" {quoted(self.termination_func)}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -119,11 +119,13 @@ def _what_ended(searched: Searched) -> str:
             return f"no path was found: {searched.failure}"
         if searched.is_complete and searched.lower_bound == np.inf:
             return "no path keeps the constraints of its edges, which is proven"
+        if searched.is_stopped:
+            return "no path was found until termination_func ended the search"
         return "no path was found within max_search_programs"
     if searched.failure:
         return f"a path that may be better was not solved: {searched.failure}"
-    return (
-        "the best path, to the tolerance"
-        if searched.is_complete
-        else "max_search_programs was reached"
-    )
+    if searched.is_complete:
+        return "the best path, to the tolerance"
+    if searched.is_stopped:
+        return "termination_func ended the search"
+    return "max_search_programs was reached"

@@ -18,6 +18,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import ProvenBound
+from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.graphs.restriction import (
     bound_of_prefix,
@@ -52,20 +53,21 @@ class Searched:
     """Whether what is left can't be better than the tolerance asks."""
     failure: str
     """What the solver said of a path that may be better, and was not solved; else empty."""
+    is_stopped: bool = False
+    """Whether ``termination_func`` ended it."""
 
 
 def search_paths(
     problem: Problem,
     proven: ProvenBound,
     first: Incumbent | None,
-    tolerance: float,
-    most_programs: int,
+    options: GraphOfConvexSetsOptions,
 ) -> Searched:
-    """Return a path that costs hardly more than ``1 + tolerance`` times the least, and the bound.
+    """Return a path that costs hardly more than the least, by ``gap_tolerance``, and the bound.
 
-    With fewer than that where ``most_programs`` is reached.
+    The gap is larger where ``max_search_programs`` is reached, or ``termination_func`` says so.
     """
-    return _Search(problem, proven, first, tolerance, most_programs).run()
+    return _Search(problem, proven, first, options).run()
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +85,11 @@ class _Search:
         problem: Problem,
         proven: ProvenBound,
         first: Incumbent | None,
-        tolerance: float,
-        most_programs: int,
+        options: GraphOfConvexSetsOptions,
     ) -> None:
-        self._problem, self._proven = problem, proven
-        self._best, self._tolerance, self._most = first, tolerance, most_programs
+        self._problem, self._proven, self._best = problem, proven, first
+        self._tolerance, self._most = options.gap_tolerance, options.max_search_programs
+        self._is_over = options.termination_func or (lambda: False)
         self._floor = np.inf if first is None else first.best.lower_bound
         self._count, self._ties = 0, itertools.count()
         self._failed: list[tuple[float, str]] = []
@@ -99,7 +101,11 @@ class _Search:
 
     def run(self) -> Searched:
         self._push(self._proven.value, _Start((), -np.inf, True))
+        is_stopped = False
         while self._queue and self._count < self._most:
+            if self._is_over():
+                is_stopped = True
+                break
             key, _, start = heapq.heappop(self._queue)
             if key >= self._limit():
                 self._floor = min(self._floor, key)
@@ -111,7 +117,8 @@ class _Search:
         floor = min([self._floor, *(key for key, _, _ in self._queue)])
         failure = next((said for key, said in self._failed if key < self._limit()), "")
         is_left = bool(self._queue) and self._queue[0][0] < self._limit()
-        return Searched(self._best, floor, self._count, not is_left and not failure, failure)
+        is_complete = not is_left and not failure
+        return Searched(self._best, floor, self._count, is_complete, failure, is_stopped)
 
     def _limit(self) -> float:
         """Return from where on a bound is good enough."""

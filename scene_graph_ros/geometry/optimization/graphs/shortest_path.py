@@ -168,9 +168,7 @@ def _solve(
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure)
         return replace(found, lower_bound=-np.inf) if _has_surrogates(used) else found
-    searched = search_paths(
-        problem, proven, rounded, options.gap_tolerance, options.max_search_programs
-    )
+    searched = search_paths(problem, proven, rounded, options)
     return answer.of_search(searched, count)
 
 

@@ -110,6 +110,7 @@ def test_what_is_pruned_counts_in_the_gap():
     [
         ({"max_successor_calls": 3}, "max_successor_calls was reached"),
         ({"options": GraphOfConvexSetsOptions(max_search_programs=4)}, "max_search_programs"),
+        ({"options": GraphOfConvexSetsOptions(termination_func=lambda: True)}, "termination_func"),
     ],
 )
 def test_a_search_that_is_cut_short_says_what_no_path_is_below(limits, reason):

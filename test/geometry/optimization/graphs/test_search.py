@@ -11,6 +11,7 @@ import pytest
 from searching import times
 
 from scene_graph_ros.geometry.optimization import (
+    ConvexSetError,
     GraphOfConvexSets,
     GraphOfConvexSetsOptions,
     Hyperrectangle,
@@ -66,6 +67,26 @@ def test_a_search_that_is_cut_short_says_what_is_left():
     assert result.is_success
     assert result.reason == "max_search_programs was reached"
     assert result.gap == pytest.approx(math.sqrt(5.0) - 2.0, abs=1e-7)
+
+
+def test_a_search_ends_where_a_function_says_so():
+    """Asked before each program: what is left is the gap. What the function raises is raised."""
+    graph, start, end = loose_graph()
+    asked = []
+    options = GraphOfConvexSetsOptions(termination_func=lambda: len(asked) > 1 or asked.append(1))
+    result = graph.solve_shortest_path(start, end, options)
+    assert result.is_success
+    assert result.reason == "termination_func ended the search"
+    assert result.num_search_programs <= 2
+    assert result.lower_bound < result.cost
+
+    def stop():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        graph.solve_shortest_path(start, end, GraphOfConvexSetsOptions(termination_func=stop))
+    with pytest.raises(ConvexSetError, match="termination_func must be a function or None"):
+        GraphOfConvexSetsOptions(termination_func=3)
 
 
 def refuse(problem, path):
