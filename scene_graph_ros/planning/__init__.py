@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.cliques.visibility_graph import visibility_graph
     from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
     from scene_graph_ros.planning.collision_checker_params import CollisionCheckerParams
+    from scene_graph_ros.planning.curve_timing import time_curve
     from scene_graph_ros.planning.distance_and_interpolation import (
         DistanceAndInterpolationProvider,
         LinearDistanceAndInterpolationProvider,
@@ -212,6 +213,7 @@ __all__ = [
     "prove_trajectory",
     "region_around",
     "regions_along",
+    "time_curve",
     "time_path",
     "visibility_graph",
 ]
@@ -240,6 +242,7 @@ _MODULES = {
     "cliques.visibility_graph": ("visibility_graph",),
     "collision_checker_params": ("CollisionCheckerParams",),
     "collision_checker": ("SceneGraphCollisionChecker",),
+    "curve_timing": ("time_curve",),
     "distance_and_interpolation": (
         "DistanceAndInterpolationProvider",
         "LinearDistanceAndInterpolationProvider",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
@@ -27,6 +27,7 @@ from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajecto
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
 from scene_graph_ros.planning.path_ends import pair_words
 from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+from scene_graph_ros.planning.regions.held_positions import Held
 from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
 
 __all__ = ["RegionPlan", "plan_through_regions"]
@@ -38,13 +39,15 @@ class RegionPlan:
 
     ``trajectory`` is None where there is none through the regions. ``measures`` has for each
     segment what the checker proved of it, empty without one. ``reason`` says why there is no
-    success, or how the path was chosen.
+    success, or how the path was chosen. ``regions`` are the numbers of those on the way, one for
+    each segment.
     """
 
     trajectory: CompositeTrajectory | None
     result: GcsTrajectoryResult
     measures: tuple[EdgeMeasure, ...]
     reason: str
+    regions: tuple[int, ...] = ()
 
     @property
     def is_success(self) -> bool:
@@ -70,6 +73,7 @@ def plan_through_regions(
     time_weight: float = 1.0,
     length_weight: float = 0.0,
     checker: SceneGraphCollisionChecker | None = None,
+    group: str | None = None,
     continuous_revolute_joints: Sequence[int] | None = None,
     options: GraphOfConvexSetsOptions | None = None,
 ) -> RegionPlan:
@@ -80,29 +84,35 @@ def plan_through_regions(
     ``velocities`` ``(n,)``. In each region leads a Bézier curve of ``order``, and r(s) goes on up
     to ``continuity_order``, from 0 on. With a ``checker`` each segment is proven free in the
     robot's scene, by its control points, and joints that turn without an end are the robot's,
-    unless given. The trajectory has no jumps of whole turns.
+    unless given. The trajectory has no jumps of whole turns. With a ``group`` of the robots' SRDF
+    start and goal are still all positions, but regions, velocities, joints and the trajectory are
+    of the group's alone; all others stay as they are at the start.
 
     ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for what
-    makes no sense, OSError where the file can't be read, SolverError where the solver failed.
+    makes no sense, KinematicTreeError for a group that there is not, OSError where the file can't
+    be read, SolverError where the solver failed.
     """
     label = "plan_through_regions"
     if isinstance(regions, (str, Path)):
         regions = list(load_iris_regions_yaml_file(regions).values())
     first = as_vector(start, f"{label}: start")
     last = as_vector(goal, f"{label}: goal", len(first))
-    fastest = as_vector(velocities, f"{label}: velocities", len(first))
-    if (fastest <= 0.0).any():
-        k = int(np.argmin(fastest))
-        raise ConvexSetError(f"{label}: velocities[{k}] must be positive, not {fastest[k]}")
     if checker is not None and checker.model.tree.num_positions != len(first):
         raise ConvexSetError(
             f"{label}: start has {len(first)} positions, the checker's robots have"
             f" {checker.model.tree.num_positions}"
         )
+    held = _held(checker, group, first, last, label)
+    first, last = first[held.rows], last[held.rows]
+    fastest = as_vector(velocities, f"{label}: velocities", len(first))
+    if (fastest <= 0.0).any():
+        k = int(np.argmin(fastest))
+        raise ConvexSetError(f"{label}: velocities[{k}] must be positive, not {fastest[k]}")
     if continuous_revolute_joints is None:
-        continuous_revolute_joints = (
+        turning = (
             [] if checker is None else get_continuous_revolute_joint_indices(checker.model.tree)
         )
+        continuous_revolute_joints = np.flatnonzero(np.isin(held.rows, turning)).tolist()
     graph = GcsTrajectoryOptimization(len(first), continuous_revolute_joints)
     free = graph.add_regions(regions, as_count(order, 1, f"{label}: order"), name="regions")
     begin = graph.add_regions([Point(first)], 0, name="start")
@@ -118,14 +128,40 @@ def plan_through_regions(
     if trajectory is None:
         return RegionPlan(None, result, (), _why(ends, free.regions, first, last) or result.reason)
     whole = graph.unwrap_to_continuous_trajectory(trajectory, graph.continuous_revolute_joints)
+    places = {vertex.id: k for k, vertex in enumerate(free.vertices)}
+    on_way = tuple(places[v.id] for v in result.vertices if v.id in places)
     if checker is None:
-        return RegionPlan(whole, result, (), result.reason)
+        return RegionPlan(whole, result, (), result.reason, on_way)
     points = np.array([segment.control_points for segment in whole.segments])  # type: ignore[attr-defined]
     straight = checker.clone()  # Segments of order 1 are no ways of a provider's.
     linear = LinearDistanceAndInterpolationProvider(checker.model.tree)
     straight.set_distance_and_interpolation_provider(linear)
-    measures = tuple(straight.measure_edges(points))
-    return RegionPlan(whole, result, measures, _collision(checker, measures) or result.reason)
+    measures = tuple(straight.measure_edges(held.whole(points)))
+    reason = _collision(checker, measures) or result.reason
+    return RegionPlan(whole, result, measures, reason, on_way)
+
+
+def _held(
+    checker: SceneGraphCollisionChecker | None,
+    group: str | None,
+    start: NDArray[np.float64],
+    goal: NDArray[np.float64],
+    label: str,
+) -> Held:
+    """Return which positions move. Raises ConvexSetError where the goal moves another one."""
+    if group is None:
+        return Held(np.arange(len(start)), start)
+    if checker is None:
+        raise ConvexSetError(f"{label}: group needs a checker, whose robots have groups")
+    tree = checker.model.tree
+    rows = tree.group_positions(group)
+    others = np.setdiff1d(np.arange(len(start)), rows)
+    for k in others[start[others] != goal[others]]:
+        raise ConvexSetError(
+            f"{label}: goal: position {tree.position_names[k]!r} is not of group {group!r} and"
+            f" must stay at {start[k]:.10g}, not {goal[k]:.10g}"
+        )
+    return Held(rows, start)
 
 
 def _why(

@@ -30,30 +30,42 @@ _INSIDE = 1e-8
 """rad or m: how far outside of the hull of the points to keep the centre may be."""
 
 
-def domain_of_limits(checker: CollisionChecker) -> HPolyhedron:
-    """Return the box of all positions' limits. Raises RegionError where one has none."""
+def domain_of_limits(
+    checker: CollisionChecker, rows: NDArray[np.intp] | None = None
+) -> HPolyhedron:
+    """Return the box of positions' limits, of all or some ``(k,)``.
+
+    Raises RegionError where one has none.
+    """
     tree = checker.model.tree
-    endless = np.flatnonzero(~np.isfinite(tree.lower) | ~np.isfinite(tree.upper))
+    chosen = np.arange(tree.num_positions) if rows is None else rows
+    lower, upper = tree.lower[chosen], tree.upper[chosen]
+    endless = np.flatnonzero(~np.isfinite(lower) | ~np.isfinite(upper))
     if len(endless):
         raise RegionError(
-            f"position {tree.position_names[endless[0]]!r} has no limits; give a domain, such as"
-            " HPolyhedron.make_box"
+            f"position {tree.position_names[chosen[endless[0]]]!r} has no limits; give a domain,"
+            " such as HPolyhedron.make_box"
         )
-    return HPolyhedron.make_box(tree.lower, tree.upper)
+    return HPolyhedron.make_box(lower, upper)
 
 
-def checked_domain(checker: CollisionChecker, domain: Any) -> HPolyhedron:
-    """Return a bounded domain of a checker's configurations; None: that of its limits."""
+def checked_domain(
+    checker: CollisionChecker, domain: Any, rows: NDArray[np.intp] | None = None
+) -> HPolyhedron:
+    """Return a bounded domain of a checker's configurations; None: that of its limits.
+
+    With ``rows`` ``(k,)`` it is one of these positions alone.
+    """
     tree = checker.model.tree
-    for joint in tree.joints:
-        if joint.kind == FLOATING:
+    for joint, start in zip(tree.joints, tree.table.starts[1:], strict=True):
+        if joint.kind == FLOATING and (rows is None or start in rows):
             raise RegionError(
                 f"joint {joint.name!r} floats: quaternions have no convex regions; weld it, or"
                 " plan with plan_path"
             )
     if domain is None:
-        return domain_of_limits(checker)
-    n = tree.num_positions
+        return domain_of_limits(checker, rows)
+    n = tree.num_positions if rows is None else len(rows)
     if not isinstance(domain, HPolyhedron) or domain.ambient_dimension != n:
         raise RegionError(f"domain must be an HPolyhedron in {n} dimensions, not {quoted(domain)}")
     if domain.is_empty():

@@ -26,6 +26,7 @@ from scene_graph_ros.planning.regions.feasibility import (
     Feasibility,
     feasibility_of_share,
 )
+from scene_graph_ros.planning.regions.held_positions import Held, held_by_group, HeldChecker
 from scene_graph_ros.planning.regions.iris_np import grow_np, np_options
 from scene_graph_ros.planning.regions.iris_zo import grow_zo
 from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
@@ -53,18 +54,24 @@ def region_around(
     seed: ArrayLike,
     domain: HPolyhedron | None = None,
     options: AnyIrisOptions | None = None,
+    *,
+    group: str | None = None,
 ) -> ConfigurationRegion:
     """Return a region that keeps a configuration ``(nq,)`` inside, or all of ``(m, nq)``.
 
     Two are an edge. All edges between seeds must be free; the ellipsoid to begin with is the
     smallest around them. ``options`` are an `IrisZoOptions`, which are the default, or an
-    `IrisOptions`; seeds are inside in any case. Raises as `iris_zo`, and RegionError for seeds
-    that do not see each other.
+    `IrisOptions`; seeds are inside in any case. With a ``group`` of an SRDF, region and domain are
+    of its k positions alone, and all others stay as they are in the seeds. Raises as `iris_zo`,
+    RegionError for seeds that do not see each other or move what is not of the group, and
+    KinematicTreeError for a group that there is not.
     """
     chosen = IrisZoOptions() if options is None else options
-    box = checked_domain(checker, domain)
-    seeds = checked_points("seed", seed, box.ambient_dimension)
-    feasibility = feasibility_of(checker, chosen, box)
+    given = checked_points("seed", seed, checker.model.tree.num_positions)
+    held = held_by_group(checker, group, given, "seed")
+    box = checked_domain(checker, domain, None if held is None else held.rows)
+    seeds = given if held is None else given[:, held.rows]
+    feasibility = _held(feasibility_of(checker, chosen, box), held)
     _check_seeds(feasibility, box, seeds)
     B, center = ellipsoid_around(seeds)
     return grow_around(feasibility, box, B, center, seeds, chosen)
@@ -77,28 +84,33 @@ def regions_along(
     options: AnyIrisOptions | None = None,
     *,
     executor: AnyExecutor | None = None,
+    group: str | None = None,
 ) -> list[ConfigurationRegion]:
     """Return regions along a path ``(m, nq)`` of free edges, such as `plan_path` finds.
 
     Each keeps an edge inside, so neighbours share a configuration of the path. An edge that is in
     the region before gets none of its own. With an ``executor`` other processes grow a region for
-    each edge at once, and those that are not needed are dropped: the answer is the same. Raises as
-    `region_around`, and CollisionCheckerError for what is no executor.
+    each edge at once, and those that are not needed are dropped: the answer is the same. ``group``
+    is as of `region_around`. Raises as that does, and CollisionCheckerError for what is no
+    executor.
     """
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
-    box = checked_domain(checker, domain)
-    q = checked_points("path", path, box.ambient_dimension)
-    if len(q) == 1:
-        return [region_around(checker, q, box, chosen)]
-    feasibility = feasibility_of(checker, chosen, box)
+    given = checked_points("path", path, checker.model.tree.num_positions)
+    held = held_by_group(checker, group, given, "path")
+    box = checked_domain(checker, domain, None if held is None else held.rows)
+    if len(given) == 1:
+        return [region_around(checker, given, box, chosen, group=group)]
+    q = given if held is None else given[:, held.rows]
+    feasibility = _held(feasibility_of(checker, chosen, box), held)
     asked: Any = checker if pool is None else pack(checker)
     threads = feasibility.threads if pool is None else 1
-    shares = [(asked, box, np.stack(edge), chosen, threads) for edge in itertools.pairwise(q)]
+    edges = itertools.pairwise(q)
+    shares = [(asked, held, box, np.stack(edge), chosen, threads) for edge in edges]
     grown = None if pool is None else in_executor(_region_or_error, shares, pool)
     regions: list[ConfigurationRegion] = []
     for k, share in enumerate(shares):
-        edge = share[2]
+        edge = share[3]
         if regions and regions[-1].region.point_in_set(edge, 0.0).all():
             continue
         _check_seeds(feasibility, box, edge)
@@ -109,8 +121,16 @@ def regions_along(
     return regions
 
 
+def _held(feasibility: Feasibility, held: Held | None) -> Feasibility:
+    """Return what tells of the positions that move alone."""
+    if held is not None:
+        feasibility.checker = HeldChecker(feasibility.checker, held)
+    return feasibility
+
+
 def _region_or_error(
     asked: CollisionChecker | PackedChecker,
+    held: Held | None,
     domain: HPolyhedron,
     seeds: NDArray[np.float64],
     options: AnyIrisOptions,
@@ -119,7 +139,7 @@ def _region_or_error(
     """Return a region that keeps an edge inside, or what there was to say against it."""
     B, center = ellipsoid_around(seeds)
     try:
-        feasibility = feasibility_of_share(asked, options, threads)
+        feasibility = _held(feasibility_of_share(asked, options, threads), held)
         return grow_around(feasibility, domain, B, center, seeds, options)
     except (RegionError, RegionNotFoundError, ConvexSetError, SolverError) as error:
         return error
