@@ -20,6 +20,7 @@ from scene_graph_ros.geometry import Role
 from scene_graph_ros.geometry.model.rgba import Rgba
 from scene_graph_ros.node.effects.markers import package_shares
 from scene_graph_ros.node.effects.plan_proof import PathInWorld, PathProof
+from scene_graph_ros.node.effects.plan_way import FAR, PlanWay, way_of
 from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.planning.path_points import points_on
 
@@ -30,14 +31,17 @@ _GHOSTS = 4
 
 _GHOST, _STOPPED = Rgba(0.45, 0.6, 0.85, 0.3), Rgba(0.9, 0.1, 0.1, 0.6)
 
-_POINTS = 50
-"""Points of the tool's way, of each of which the clearance is measured."""
-
-_FAR = 0.1
-"""Metres: a clearance that is green; none is red."""
-
 _LINE, _LETTERS = 0.008, 0.04
 """Metres: how thick the line is, and how high the words are."""
+
+_ABOVE = 0.015
+"""Metres: how far the line of speed is above that of clearance."""
+
+_RED, _GREEN = (0.9, 0.0, 0.1), (0.0, 0.75, 0.1)
+"""Of a proven clearance of nothing, and of ten centimetres."""
+
+_BLUE, _ORANGE = (0.1, 0.3, 0.9), (0.95, 0.45, 0.05)
+"""Of rest, and of the tool's highest speed on its way."""
 
 
 class PlanMarkers:
@@ -69,7 +73,7 @@ class PlanMarkers:
         self._ghosts.set_items(items)
         markers = self._ghosts.deletions(stamp).markers
         markers += self._ghosts.full(np.concatenate(poses), stamp).markers
-        markers.append(self._way(world))
+        markers += self._ways(world)
         markers += self._words(world, proof)
         return MarkerArray(markers=markers)
 
@@ -82,18 +86,38 @@ class PlanMarkers:
         markers += [Marker(header=header, ns=ns, action=Marker.DELETE) for ns in _OTHERS]
         return MarkerArray(markers=markers)
 
-    def _way(self, world: PathInWorld) -> Marker:
-        """Return the tool's way, coloured by what the robots keep from all else."""
-        tree, checker = world.robots.tree, world.checker
-        q = points_on(tree, world.configurations, _POINTS)
-        X_WL = tree.link_poses(q, [_tool(world)])[:, 0]
-        marker = self._marker(world, "plan/way", Marker.LINE_STRIP)
+    def _ways(self, world: PathInWorld) -> list[Marker]:
+        """Return the tool's way by what is proven, and a trajectory's above it by speed."""
+        way = way_of(world)
+        points = world.robots.tree.link_poses(way.configurations, [_tool(world)])[:, 0, :3, 3]
+        lines = [self._line(world, "plan/way", points, way.proven / FAR, (_RED, _GREEN))]
+        speeds = _speeds(way, points)
+        if speeds is not None:
+            above = points + np.array([0.0, 0.0, _ABOVE])
+            parts = speeds / (speeds.max() or 1.0)
+            lines.append(self._line(world, "plan/speed", above, parts, (_BLUE, _ORANGE)))
+        else:
+            header = header_to_msg(world.snapshot.stamp, self._frame_id)
+            lines.append(Marker(header=header, ns="plan/speed", action=Marker.DELETE))
+        return lines
+
+    def _line(
+        self,
+        world: PathInWorld,
+        ns: str,
+        points: NDArray[np.float64],
+        parts: NDArray[np.float64],
+        colors: Any,
+    ) -> Marker:
+        """Return a line through points ``(m + 1, 3)``, coloured by parts ``(m,)`` from 0 to 1."""
+        marker = self._marker(world, ns, Marker.LINE_STRIP)
         marker.scale.x = _LINE
-        marker.points = [Point(x=x, y=y, z=z) for x, y, z in X_WL[:, :3, 3].tolist()]
-        for each in q:
-            distances = checker.calc_robot_clearance(each, _FAR).distances
-            part = float(np.clip(distances.min(initial=_FAR) / _FAR, 0.0, 1.0))
-            marker.colors.append(ColorRGBA(r=0.9 * (1.0 - part), g=0.75 * part, b=0.1, a=1.0))
+        marker.points = [Point(x=x, y=y, z=z) for x, y, z in points.tolist()]
+        # Each point has the lesser of the pieces that it ends.
+        at = np.minimum(np.append(parts, np.inf), np.append(np.inf, parts)).clip(0.0, 1.0)
+        low, high = np.array(colors)
+        for red, green, blue in (low + at[:, np.newaxis] * (high - low)).tolist():
+            marker.colors.append(ColorRGBA(r=red, g=green, b=blue, a=1.0))
         return marker
 
     def _words(self, world: PathInWorld, proof: PathProof) -> list[Marker]:
@@ -119,7 +143,15 @@ class PlanMarkers:
         return marker
 
 
-_OTHERS = ("plan/way", "plan/words")
+_OTHERS = ("plan/way", "plan/speed", "plan/words")
+
+
+def _speeds(way: PlanWay, points: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the mean speed of the tool on each piece ``(m,)``, m/s; None without times."""
+    if way.times is None:
+        return None
+    moved = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.asarray(moved / np.diff(way.times))
 
 
 def _role(world: PathInWorld) -> Role:
