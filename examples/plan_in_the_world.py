@@ -45,12 +45,13 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def make_ready() -> None:
-    """Compile the kernels of planning, once: else the node would do it while it is asked."""
+def make_ready(*groups: str) -> None:
+    """Compile groups of kernels, once: else the node would do it while it is asked."""
     from scene_graph_ros.geometry.compiled.readiness import is_ready
 
-    if not is_ready("planning"):
-        subprocess.run([sys.executable, "-m", "scene_graph_ros.warmup", "planning"], check=True)
+    for group in groups:
+        if not is_ready(group):
+            subprocess.run([sys.executable, "-m", "scene_graph_ros.warmup", group], check=True)
 
 
 def words(result: Any) -> str:
@@ -133,7 +134,7 @@ def run(planner: WorldPlanner, seconds: float, frames: Frames | None) -> int:
 def main() -> int:
     """Run the example; return the exit code."""
     arguments = parse_arguments()
-    make_ready()
+    make_ready("planning")
     isolate()
     from plan_frames import Frames  # after the environment is set: these start DDS
     from world_planner import WorldPlanner

@@ -15,8 +15,10 @@ from action_msgs.msg import GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
-from msg_adapters.errors import TooLargeError, UnavailableError
+from msg_adapters.errors import MessageError, TooLargeError, UnavailableError
 from scene_graph_msgs.action import PlanPath
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.runtime.goals import Goal, GoalEnd, Goals, Work
 from scene_graph_ros.node.runtime.loop import OwnThreadGroup
 from scene_graph_ros.node.runtime.names import PLAN_PATH
@@ -28,7 +30,12 @@ __all__ = ["PlanAction"]
 
 RCLError = rclpy_implementation.RCLError
 
-_KERNELS = "planning"
+_PLANNERS = {
+    "": ("path_plans", ("planning",)),
+    "rrt_connect": ("path_plans", ("planning",)),
+    "regions": ("region_plans", ("planning", "convex")),
+}
+"""The module beside this one that works on goals of each planner, and the kernels it calls."""
 
 
 class PlanAction:
@@ -42,12 +49,14 @@ class PlanAction:
         *,
         refuse: Callable[[str, Any, Exception], Any],
         answered: Callable[[float], None],
+        text: Callable[[str], tuple[str, str]],
     ) -> None:
         """Offer it by ``loop``, before its start.
 
         ``refuse`` fills a result with an error, and tells of it; ``answered`` is told how many
-        seconds a goal took.
+        seconds a goal took; ``text`` returns the path and the text of a file.
         """
+        self._text = text
         self._host, self._world, self._refuse, self._answered = host, world, refuse, answered
         node, parts = host.node, PlanPath.Impl
         publish = partial(node.create_publisher, callback_group=OwnThreadGroup())
@@ -99,11 +108,12 @@ class PlanAction:
     def _plan(self, goal: Goal) -> GoalEnd:
         begin = time.monotonic()
         try:
-            lack = self._host.lack_of_kernels(_KERNELS)
-            if lack:
-                raise UnavailableError(f"not yet: {lack}")
-            plans = importlib.import_module("scene_graph_ros.node.services.path_plans")
-            result, path = plans.plan(goal, self._world.snapshot, self._host.parameter)
+            module, kernels = _planner(goal.request.planner)
+            lacks = [self._host.lack_of_kernels(group) for group in kernels]
+            if any(lacks):
+                raise UnavailableError(f"not yet: {'; '.join(filter(None, lacks))}")
+            plans = importlib.import_module(f"{__package__}.{module}")
+            result, path = plans.plan(goal, self._world.snapshot, self._host.parameter, self._text)
             if path is not None:
                 self._host.plan_found(path)
         except Exception as error:  # noqa: BLE001 - every goal has an end
@@ -133,6 +143,17 @@ _STATUSES = {
     PlanPath.Result.NONE: GoalStatus.STATUS_SUCCEEDED,
     PlanPath.Result.CANCELED: GoalStatus.STATUS_CANCELED,
 }
+
+
+def _planner(planner: str) -> tuple[str, tuple[str, ...]]:
+    """Return who plans. Raises MessageError for a planner that there is not."""
+    if planner not in _PLANNERS:
+        known = [name for name in _PLANNERS if name]
+        raise MessageError(
+            f"planner must be {' or '.join(map(repr, known))}, or empty, not {quoted(planner)}"
+            f"{suggestion(planner, known)}"
+        )
+    return _PLANNERS[planner]
 
 
 def _cancelled(reason: str) -> Any:

@@ -104,7 +104,12 @@ class Services:
             self._offer(name, self._at_once(name, self._edit_callback(name)), is_exclusive=True)
         self._offer("ListEffects", self._at_once("ListEffects", self._list_effects))
         self._plans = PlanAction(
-            host, world, self._loop, refuse=self._refuse, answered=self._plan_answered
+            host,
+            world,
+            self._loop,
+            refuse=self._refuse,
+            answered=self._plan_answered,
+            text=self._tools.scene_text,
         )
         self._loop.start()
 

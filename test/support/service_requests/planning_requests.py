@@ -6,7 +6,13 @@ from typing import Any
 
 from scene_requests import pose
 
-from scene_graph_msgs.msg import MotionLimits, PoseGoal, QueryOptions, RobotConfigurations
+from scene_graph_msgs.msg import (
+    MotionLimits,
+    PoseGoal,
+    QueryOptions,
+    RegionTrajectoryOptions,
+    RobotConfigurations,
+)
 from service_requests.small_world import OWNER, WHAT_IF
 
 __all__ = ["REQUESTS"]
@@ -51,6 +57,25 @@ REQUESTS: dict[str, dict[str, Any]] = {
                 position_tolerance=1e-6,
             ),
         ],
+        "with_trajectory": True,
+        "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
+    },
+    "PlanPath through regions": {
+        "goals": RobotConfigurations(names=["rail"], positions=[-1.5]),
+        "planner": "regions",
+        "regions": RegionTrajectoryOptions(text="left: {A: [[1], [-1]], b: [0, 5]}", order=2),
+        "with_trajectory": True,
+        "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
+    },
+    "PlanPath through regions that grow": {
+        "goals": RobotConfigurations(names=["rail"], positions=[-1.5]),
+        "planner": "regions",
+        "regions": RegionTrajectoryOptions(
+            seeds=RobotConfigurations(names=["rail"], positions=[-1.0]),
+            num_particles=50,
+            epsilon=0.2,
+            growth_padding=0.0,
+        ),
         "with_trajectory": True,
         "limits": MotionLimits(names=["rail"], max_velocities=[1.0], max_acceleration=2.0),
     },

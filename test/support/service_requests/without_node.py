@@ -106,6 +106,7 @@ def ask(services: Services, name: str, request: Any) -> Any:
         action = object.__new__(PlanAction)
         action._host, action._world = services._host, services._world
         action._refuse, action._answered = services._refuse, services._plan_answered
+        action._text = services._tools.scene_text
         goal = Goal(bytes(16), request, Time(), lambda goal, feedback: assert_finite(feedback))
         return action._plan(goal).result
     if name in QUERIES:

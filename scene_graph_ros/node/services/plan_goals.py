@@ -1,0 +1,128 @@
+"""What goals of the planning action ask for, checked; imported when the first one's turn comes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from msg_adapters.errors import MessageError
+from msg_adapters.pose_goals import pose_target_from_msg
+from msg_adapters.robot_configurations import (
+    configurations_from_msg,
+    count_rows,
+    padding_from_msg,
+)
+from msg_adapters.stamps import duration_from_msg
+from msg_adapters.trajectories import motion_limits_from_msg, rise_time_from_msg
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.services.tally import require
+from scene_graph_ros.node.world.planning_robots import PlanningRobots
+from scene_graph_ros.planning import PlanProgress, PoseTarget
+from scene_graph_ros.planning.trajectories import MotionLimits
+from scene_graph_ros.robots.tree_kernels import FLOATING
+
+__all__ = ["AskedPlan", "CancelledError", "asked_plan", "patience"]
+
+
+class CancelledError(Exception):
+    """The goal was cancelled, when the work had come so far."""
+
+    @classmethod
+    def of_search(cls, progress: PlanProgress) -> CancelledError:
+        """Say how far a search had come."""
+        sizes = progress.tree_sizes
+        return cls(
+            f"cancelled after {progress.seconds:.3g} s: the trees from start and goal had"
+            f" {sizes[0]} and {sizes[1]} configurations, after {progress.edges} edges"
+        )
+
+
+class AskedPlan(NamedTuple):
+    """What a goal says, checked."""
+
+    start: NDArray[np.float64]
+    """``(nq,)``."""
+    goals: NDArray[np.float64] | Sequence[PoseTarget]
+    """``(m, nq)``, or where tools are to be."""
+    group: str | None
+    moving: NDArray[np.intp]
+    """``(k,)``: the positions that may change."""
+    paddings: dict[str, float]
+    limits: MotionLimits | None
+    """Of the moving positions, where a trajectory is wanted."""
+    rise_time: float
+
+
+def asked_plan(
+    request: Any,
+    robots: PlanningRobots,
+    present: NDArray[np.float64],
+    limit: Callable[[str], Any],
+) -> AskedPlan:
+    """Return what a goal says, checked, of robots that are at ``present`` ``(nq,)``."""
+    count = count_rows(request.start) + count_rows(request.goals) + len(request.pose_goals)
+    require(limit, "max_robot_configurations_per_request", count, "configurations")
+    starts = configurations_from_msg(request.start, robots.positions, present, "start")
+    if len(starts) != 1:
+        raise MessageError(f"start has {len(starts)} rows, and must have one")
+    goals = _goals(request, robots, starts[0])
+    group, moving = None, np.arange(robots.tree.num_positions)
+    if request.group:
+        group = robots.groups.names[robots.groups.row(request.group, "group")]
+        moving = robots.tree.group_positions(group)
+    paddings = {
+        name: padding_from_msg(getattr(request, name), name)
+        for name in ("environment_padding", "self_padding")
+    }
+    limits = None
+    if request.with_trajectory:
+        limits = _limits(request.limits, robots, moving)
+    rise_time = rise_time_from_msg(request.rise_time, "rise_time")
+    return AskedPlan(starts[0], goals, group, moving, paddings, limits, rise_time)
+
+
+def _goals(
+    request: Any, robots: PlanningRobots, start: NDArray[np.float64]
+) -> NDArray[np.float64] | Sequence[PoseTarget]:
+    """Return the configurations ``(m, nq)`` to end at, or where tools are to be."""
+    has_goals = bool(len(request.goals.names) or len(request.goals.positions))
+    if len(request.pose_goals):
+        if has_goals:
+            raise MessageError("goals has positions, and pose_goals is there, too: give either")
+        return [
+            pose_target_from_msg(each, robots.links, f"pose_goals[{row}]")
+            for row, each in enumerate(request.pose_goals)
+        ]
+    if not len(request.goals.names):
+        raise MessageError(
+            "goals.names is empty, and so is pose_goals: a goal names at least one position, or"
+            " says where a tool is to be"
+        )
+    goals = configurations_from_msg(request.goals, robots.positions, start, "goals")
+    if not len(goals):
+        raise MessageError("goals.positions is empty: there must be one row at least")
+    return goals
+
+
+def _limits(message: Any, robots: PlanningRobots, moving: NDArray[np.intp]) -> MotionLimits:
+    """Return the limits of the positions that move; raises MessageError where a joint floats."""
+    tree = robots.tree
+    for joint, start in zip(tree.joints, tree.table.starts[1:], strict=True):
+        if joint.kind == FLOATING and start in moving:
+            raise MessageError(
+                f"with_trajectory: joint {quoted(joint.name)} floats, and there are trajectories"
+                " of positions only: name a group without it"
+            )
+    return motion_limits_from_msg(message, robots.positions, tree, moving, "limits")
+
+
+def patience(timeout: Any, limit: Callable[[str], Any]) -> float:
+    """Return seconds to look for a path; raises MessageError for less than none."""
+    seconds = duration_from_msg(timeout) * 1e-9
+    if seconds < 0.0:
+        raise MessageError(f"timeout is negative: {seconds:g} s")
+    most = float(limit("max_planning_time"))
+    return min(seconds, most) if seconds > 0.0 else most

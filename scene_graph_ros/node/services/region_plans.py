@@ -1,0 +1,436 @@
+"""Trajectories through regions, as goals ask for them; imported when the first one does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+import time
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from msg_adapters.errors import MessageError
+from msg_adapters.region_trajectories import (
+    region_trajectory_to_msg,
+    RegionTrajectoryRules,
+    rules_from_msg,
+)
+from msg_adapters.robot_configurations import configurations_from_msg, count_rows
+from msg_adapters.stamps import stamp_to_msg
+from msg_adapters.status import ok_status
+from msg_adapters.trajectories import joint_trajectory_to_msg
+from scene_graph_msgs.action import PlanPath
+from scene_graph_ros.geometry.optimization import (
+    GraphOfConvexSetsOptions,
+    HPolyhedron,
+    SolverError,
+)
+from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
+    regions_from_document,
+    regions_to_yaml,
+)
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.node.runtime.goals import Goal
+from scene_graph_ros.node.services.plan_goals import (
+    asked_plan,
+    AskedPlan,
+    CancelledError,
+    patience,
+)
+from scene_graph_ros.node.services.tally import require
+from scene_graph_ros.node.world.planned_path import PlannedPath
+from scene_graph_ros.node.world.planning_robots import PlanningRobots
+from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.planning import (
+    IrisZoOptions,
+    plan_path,
+    plan_through_regions,
+    PlanProgress,
+    region_around,
+    RegionError,
+    RegionNotFoundError,
+    RegionPlan,
+    regions_along,
+    SceneGraphCollisionChecker,
+    time_curve,
+)
+from scene_graph_ros.planning.edge_proofs import new_stop
+from scene_graph_ros.planning.path_ends import find_troubles
+from scene_graph_ros.scene_files.yaml_document import parse_yaml
+
+__all__ = ["plan"]
+
+_F, _STATES = PlanPath.Result, PlanPath.Feedback
+
+_TURN = 0.05
+"""Seconds between two feedbacks."""
+
+
+class _NoPlanError(Exception):
+    """There is no trajectory; with the number of the failure."""
+
+    def __init__(self, failure: int, reason: str) -> None:
+        super().__init__(reason)
+        self.failure = failure
+
+
+class _Watch:
+    """Whether it is time to end, and what is told meanwhile."""
+
+    def __init__(self, goal: Goal, seconds: float) -> None:
+        self._goal, self._begin, self._most = goal, time.monotonic(), seconds
+        self._told = -_TURN
+        self.state = _STATES.CHECKING
+
+    @property
+    def seconds(self) -> float:
+        """Since its turn has come."""
+        return time.monotonic() - self._begin
+
+    @property
+    def left(self) -> float:
+        """Seconds until the end."""
+        return max(self._most - self.seconds, 0.0)
+
+    def turn_to(self, state: int) -> None:
+        """Say what is being done from now on."""
+        self.state, self._told = state, -_TURN
+        self.look()
+
+    def look(self) -> None:
+        """Tell of it now and then; raises CancelledError, or _NoPlanError where it is late."""
+        seconds = self.seconds
+        if self._goal.is_cancelled:
+            raise CancelledError(f"cancelled after {seconds:.3g} s, {_DOING[self.state]}")
+        if seconds > self._most:
+            words = f"no trajectory was found within {self._most:.10g} s, {_DOING[self.state]}"
+            raise _NoPlanError(_F.TIMEOUT, words)
+        if seconds - self._told >= _TURN:
+            self._told = seconds
+            self._goal.tell(PlanPath.Feedback(state=self.state, seconds=seconds))
+
+    def follow(self, progress: PlanProgress) -> None:
+        """Look, and tell how far a search has come."""
+        if self._goal.is_cancelled:
+            raise CancelledError.of_search(progress)
+        sizes = np.array(progress.tree_sizes, dtype=np.uint64)
+        self._goal.tell(
+            PlanPath.Feedback(
+                state=progress.stage.value,
+                seconds=self.seconds,
+                tree_sizes=sizes,
+                edges=progress.edges,
+            )
+        )
+
+
+_DOING = {
+    _STATES.CHECKING: "while start and goal were looked at",
+    _STATES.GROWING: "while regions grew",
+    _STATES.SOLVING: "while a way through the regions was looked for",
+    _STATES.TIMING: "while the trajectory was made and proven",
+}
+
+
+class _Regions(NamedTuple):
+    """Regions, and what they are to connect."""
+
+    names: list[str]
+    regions: list[HPolyhedron]
+    goal: NDArray[np.float64]
+    """``(nq,)``."""
+    row: int
+    """Which of the goals that is."""
+    grown: str
+    """YAML of them where they were not given."""
+    edges: int = 0
+    """How many were looked at for a path."""
+
+
+class _Work(NamedTuple):
+    """What a goal is worked on with."""
+
+    goal: Goal
+    asked: AskedPlan
+    rules: RegionTrajectoryRules
+    robots: PlanningRobots
+    checker: SceneGraphCollisionChecker
+    padded: SceneGraphCollisionChecker
+    """With what growing keeps more."""
+    watch: _Watch
+    limit: Callable[[str], Any]
+
+    @property
+    def options(self) -> IrisZoOptions:
+        """How regions grow; it ends where the watch says so."""
+
+        def constraint(q: NDArray[np.float64]) -> NDArray[np.float64]:
+            self.watch.look()
+            return np.zeros((len(q), 1))
+
+        seed = int(self.goal.request.seed)
+        return IrisZoOptions(
+            random_seed=seed, additional_constraints=constraint, **self.rules.growing
+        )
+
+
+def plan(
+    goal: Goal,
+    snapshot: WorldSnapshot,
+    limit: Callable[[str], Any],
+    text: Callable[[str], tuple[str, str]],
+) -> tuple[Any, PlannedPath | None]:
+    """Return the result of a goal with the planner "regions", and the trajectory.
+
+    Raises as `path_plans.plan` does, and ConvexSetError for regions that are none.
+    """
+    request, core = goal.request, snapshot.query.snapshot
+    result = PlanPath.Result(
+        status=ok_status(),
+        scene_version=snapshot.scene_version,
+        stamp=stamp_to_msg(snapshot.stamp),
+    )
+    if not request.with_trajectory:
+        raise MessageError(
+            "with_trajectory must be true for the planner 'regions', and limits say how fast the"
+            " joints may be"
+        )
+    robots = snapshot.robots.planning(core)
+    asked = asked_plan(request, robots, robots.present(snapshot.positions), limit)
+    rules = rules_from_msg(request.regions, "regions")
+    require(
+        limit,
+        "max_robot_configurations_per_request",
+        rules.growing["num_particles"],
+        "regions.num_particles",
+    )
+    more = {
+        **asked.paddings,
+        "environment_padding": asked.paddings["environment_padding"] + rules.growth_padding,
+    }
+    checker, padded = (robots.checker(core, **each) for each in (asked.paddings, more))
+    watch = _Watch(goal, patience(request.timeout, limit))
+    work = _Work(goal, asked, rules, robots, checker, padded, watch, limit)
+    path = None
+    try:
+        watch.look()
+        path = _planned(work, _regions(work, text), result)
+    except CancelledError as cancelled:
+        result.failure, result.reason = _F.CANCELED, str(cancelled)
+    except _NoPlanError as error:
+        result.failure, result.reason = error.failure, str(error)
+    result.seconds = watch.seconds
+    return result, path
+
+
+# Which regions.
+
+
+def _regions(work: _Work, text: Callable[[str], tuple[str, str]]) -> _Regions:
+    """Return regions as the goal says: given, around seeds, or along a path."""
+    given = work.goal.request.regions
+    has_seeds = bool(len(given.seeds.names) or len(given.seeds.positions))
+    if given.resource and given.text:
+        raise MessageError("regions.resource and regions.text are both given: give either")
+    if (given.resource or given.text) and has_seeds:
+        raise MessageError("regions.seeds has positions, and regions are given, too: give either")
+    if not given.resource and not given.text and not has_seeds:
+        return _along_path(work)
+    goals = work.asked.goals
+    if not isinstance(goals, np.ndarray):
+        raise MessageError(
+            "pose_goals must be empty where regions are given or grow around seeds: goals say"
+            " which configuration to end at"
+        )
+    if len(goals) != 1:
+        raise MessageError(
+            f"goals has {len(goals)} rows, and must have one where regions are given or grow"
+            " around seeds"
+        )
+    if has_seeds:
+        return _around_seeds(work, goals[0])
+    where, found = text(given.resource) if given.resource else ("regions.text", given.text)
+    return _read(work, found, where, goals[0])
+
+
+def _read(work: _Work, text: str, where: str, goal: NDArray[np.float64]) -> _Regions:
+    """Return regions of a YAML text."""
+    child = work.goal.request.regions.child_name or None
+    found = regions_from_document(parse_yaml(text, where).data, where, child)
+    require(work.limit, "max_regions", len(found), where)
+    if not found:
+        raise MessageError(f"{where} has no regions")
+    size = len(work.asked.moving)
+    for name, region in found.items():
+        if region.ambient_dimension != size:
+            raise MessageError(
+                f"{where}: {quoted(name)} has {region.ambient_dimension} dimensions, and"
+                f" {size} positions move"
+            )
+        require(work.limit, "max_faces_per_region", len(region.b), f"{where}: {quoted(name)}")
+        for what, is_wrong in (("empty", region.is_empty), ("unbounded", _is_unbounded(region))):
+            if is_wrong():
+                raise MessageError(f"{where}: {quoted(name)} is {what}")
+    _check_ends(work, work.checker, goal)
+    return _Regions(list(found), list(found.values()), goal, 0, "")
+
+
+def _is_unbounded(region: HPolyhedron) -> Callable[[], bool]:
+    return lambda: not region.is_bounded()
+
+
+def _check_ends(
+    work: _Work, checker: SceneGraphCollisionChecker, goal: NDArray[np.float64]
+) -> None:
+    """Raise _NoPlanError where start or goal are not free, or beyond limits."""
+    ends = np.stack([work.asked.start, goal])
+    first, last = find_troubles(checker, ends, checker.tolerance, new_stop())
+    if first is not None:
+        raise _NoPlanError(first.of_start.value, f"the start {first.words}")
+    if last is not None:
+        raise _NoPlanError(last.of_goal.value, f"the goal {last.words}")
+
+
+def _around_seeds(work: _Work, goal: NDArray[np.float64]) -> _Regions:
+    """Return a region around each seed."""
+    message = work.goal.request.regions.seeds
+    count = count_rows(message)
+    require(work.limit, "max_regions", count, "regions.seeds: rows")
+    seeds = configurations_from_msg(
+        message, work.robots.positions, work.asked.start, "regions.seeds"
+    )
+    moved = np.ones(seeds.shape[1], dtype=np.bool_)
+    moved[work.asked.moving] = False
+    for column in np.flatnonzero((seeds != work.asked.start).any(axis=0) & moved):
+        name = work.robots.positions.names[column]
+        raise MessageError(f"regions.seeds: {quoted(name)} is not of the group")
+    _check_ends(work, work.padded, goal)
+    work.watch.turn_to(_STATES.GROWING)
+    found = []
+    for row, seed in enumerate(seeds):
+        found.append(
+            _grown(
+                f"regions.seeds, row {row}",
+                lambda seed=seed: region_around(  # type: ignore[misc]
+                    work.padded, seed, options=work.options, group=work.asked.group
+                ),
+            )
+        )
+    return _of_grown([each.region for each in found], goal, 0)
+
+
+def _along_path(work: _Work) -> _Regions:
+    """Return regions along a path that is looked for first."""
+    found = plan_path(
+        work.padded,
+        work.asked.start,
+        work.asked.goals,
+        seed=work.goal.request.seed,
+        timeout=work.watch.left,
+        group=work.asked.group,
+        watch=work.watch.follow,
+    )
+    if found.failure is not None:
+        raise _NoPlanError(found.failure.value, found.reason or "")
+    work.watch.turn_to(_STATES.GROWING)
+    path = found.configurations
+    regions = _grown(
+        "regions along a path",
+        lambda: regions_along(work.padded, path, options=work.options, group=work.asked.group),
+    )
+    grown = [each.region for each in regions]
+    return _of_grown(grown, path[-1], found.goal or 0)._replace(edges=found.edges)
+
+
+def _grown(what: str, grow: Callable[[], Any]) -> Any:
+    """Return what grows; raises _NoPlanError where nothing does."""
+    try:
+        return grow()
+    except (RegionError, RegionNotFoundError, SolverError) as error:
+        raise _NoPlanError(_F.NO_REGIONS, f"{what}: {error}") from None
+
+
+def _of_grown(regions: list[HPolyhedron], goal: NDArray[np.float64], row: int) -> _Regions:
+    names = [str(k) for k in range(len(regions))]
+    text = regions_to_yaml(dict(zip(names, regions, strict=True)))
+    return _Regions(names, regions, goal, row, text)
+
+
+# The way through them.
+
+
+def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
+    """Return the trajectory, of which the result is told; raises _NoPlanError without one."""
+    watch, asked, limits = work.watch, work.asked, work.asked.limits
+    assert limits is not None, "with_trajectory"
+    watch.turn_to(_STATES.SOLVING)
+    found = _solved(work, given, limits.velocities)
+    watch.turn_to(_STATES.TIMING)
+    trajectory = found.trajectory
+    assert trajectory is not None, "else there is a failure"
+    timed = time_curve(
+        work.checker,
+        trajectory,
+        limits,
+        at=asked.start,
+        rise_time=asked.rise_time,
+        timeout=watch.left,
+        watch=watch.look,
+    )
+    if timed.points is None or timed.trajectory is None:
+        raise _NoPlanError(_F.NOT_TIMED, timed.reason or "")
+    positions, columns = work.robots.positions, asked.moving
+    result.failure, result.goal, result.edges = _F.NONE, given.row, given.edges
+    result.least_clearance = found.least_clearance
+    result.trajectory = joint_trajectory_to_msg(
+        [positions.short(column) for column in columns], timed.points.of(columns)
+    )
+    result.trajectory_clearance, result.stops = timed.least_clearance, timed.stops
+    result.through_regions = region_trajectory_to_msg(
+        trajectory,
+        [given.names[k] for k in found.regions],
+        positions,
+        columns.tolist(),
+        cost=found.result.cost,
+        lower_bound=found.result.lower_bound,
+        grown=given.grown,
+    )
+    return PlannedPath(
+        work.goal.id,
+        timed.points.positions,
+        timed.trajectory.control_points,
+        timed.trajectory.breaks,
+        positions.names,
+        columns,
+        **asked.paddings,
+    )
+
+
+def _solved(work: _Work, given: _Regions, velocities: NDArray[np.float64]) -> RegionPlan:
+    """Return the fastest way through regions, proven; raises _NoPlanError without one."""
+
+    def look() -> bool:
+        work.watch.look()
+        return False
+
+    options = GraphOfConvexSetsOptions(
+        rounding_seed=int(work.goal.request.seed), termination_func=look, **work.rules.search
+    )
+    try:
+        found = plan_through_regions(
+            given.regions,
+            work.asked.start,
+            given.goal,
+            velocities=velocities,
+            checker=work.checker,
+            group=work.asked.group,
+            options=options,
+            **work.rules.curves,
+        )
+    except SolverError as error:
+        raise _NoPlanError(_F.NO_WAY, str(error)) from None
+    if found.trajectory is None:
+        raise _NoPlanError(_F.NO_WAY, found.reason)
+    if not found.is_success:
+        raise _NoPlanError(_F.NOT_FREE, found.reason)
+    return found
