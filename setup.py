@@ -54,9 +54,11 @@ setup(
     extras_require={
         "fcl": ["python-fcl"],
         "graphs": ["clarabel"],
+        "mixed-integer": ["pyscipopt"],
         "ompl": ["ompl"],
         "optimal-control": ["casadi"],
         "recording": ["rosbags"],
+        "scs": ["scs"],
         "test": ["hypothesis", "pytest"],
         "tetrahedra": ["pytetwild"],
     },

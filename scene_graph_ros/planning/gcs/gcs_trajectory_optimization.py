@@ -269,7 +269,11 @@ class GcsTrajectoryOptimization(AllSubgraphs):
             self._graph.add_edge(*ends)
         return single
 
-    def solve_convex_restriction(self, active_vertices: Sequence[Vertex]) -> Solved:
+    def solve_convex_restriction(
+        self,
+        active_vertices: Sequence[Vertex],
+        options: GraphOfConvexSetsOptions | None = None,
+    ) -> Solved:
         """Return the best trajectory through given regions in order, two or more.
 
         Raises ConvexSetError for vertices between which there is no edge, or more than one.
@@ -290,7 +294,7 @@ class GcsTrajectoryOptimization(AllSubgraphs):
                     f" {len(between)}"
                 )
             edges.append(between[0])
-        return self._solved(self._graph.solve_convex_restriction(edges))
+        return self._solved(self._graph.solve_convex_restriction(edges, options=options))
 
     def _solved(self, found: GraphOfConvexSetsResult) -> Solved:
         if not found.is_success:

@@ -143,7 +143,7 @@ class EdgeTerms:
     @functools.cached_property
     def _cone_sizes(self) -> list[float]:
         """What each cone's rows are divided by; their terms are as large."""
-        return [float(self._most_of(part).max(initial=1e-300)) for part in self.cones]
+        return [float(self._most_of(part).max(initial=0.0)) or 1.0 for part in self.cones]
 
     @functools.cached_property
     def _cone_factors(self) -> list[np.ndarray]:
@@ -156,8 +156,8 @@ class EdgeTerms:
     @functools.cached_property
     def row_sizes(self) -> np.ndarray:
         """What rows of constraints are divided by; their terms are as large."""
-        sizes = [self._most_of(self.equations), self._most_of(self.inequalities)]
-        return np.maximum(np.concatenate(sizes), 1e-300)
+        sizes = np.concatenate([self._most_of(self.equations), self._most_of(self.inequalities)])
+        return np.where(sizes > 0.0, sizes, 1.0)
 
     @property
     def is_constrained(self) -> bool:

@@ -57,6 +57,11 @@ class ForwardSearch:
         most_calls: int,
         most_paths: int | None,
     ) -> None:
+        if options.mixed_integer is not None:
+            raise ConvexSetError(
+                f"ImplicitGraphOfConvexSets.solve_shortest_path: solver {options.solver!r} takes a"
+                " whole graph; expand it, and ask gcs"
+            )
         self._successors, self._source, self._is_target = successors, source, is_target
         self._options, self._heuristic = options, heuristic
         self._most_calls, self._most_paths = most_calls, most_paths
@@ -171,7 +176,8 @@ class ForwardSearch:
         vertices = [self._source, *(e.v for e in path)]
         network = network_of(vertices, path, vertices[0], vertices[-1])
         unit = sum(each.most() for each in terms) or 1.0
-        return Problem(network, [v.placed for v in vertices], terms, (), unit)
+        sets, solver = [v.placed for v in vertices], self._options.of_restriction
+        return Problem(network, sets, terms, (), unit, solver=solver)
 
     def _result(self, reason: str) -> GraphOfConvexSetsResult:
         floor = min([self._floor, *(key for key, *_ in self._queue)])

@@ -146,8 +146,12 @@ class GraphOfConvexSets:
         self,
         active_edges: Sequence[Edge],
         initial_guess: GraphOfConvexSetsResult | Mapping[Vertex, Any] | None = None,
+        options: GraphOfConvexSetsOptions | None = None,
     ) -> GraphOfConvexSetsResult:
         """Return the best points of one path, given by its edges in order.
+
+        Of the options ``restriction_solver`` counts, and ``solver`` where it is not given.
+
 
         With functions that need not be convex, the best that were found near those of the convex
         part, or near ``initial_guess``: points ``(n,)`` of all its vertices, or a result that has
@@ -163,7 +167,8 @@ class GraphOfConvexSets:
             guess = [
                 _guessed(initial_guess, vertex) for vertex in (edges[0].u, *(e.v for e in edges))
             ]
-        return solve_restriction(self.vertices, edges, guess)
+        solver = None if options is None else options.of_restriction
+        return solve_restriction(self.vertices, edges, guess, solver)
 
     def sample_paths(
         self,

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.optimization.solve.solver_choice import (
+    as_choice,
+    CONTINUOUS,
+    MIXED_INTEGER,
+    SolverChoice,
+)
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["GcsGraphvizOptions", "GraphOfConvexSetsOptions"]
@@ -42,6 +48,21 @@ class GraphOfConvexSetsOptions:
     termination_func: Callable[[], bool] | None = None
     """Asked before each program of the search: where it returns True, what is left is the gap.
     What it raises is raised."""
+    solver: str | None = None
+    """What solves the relaxation, and single paths unless ``restriction_solver`` does: "clarabel",
+    the default, "highs" where all is linear, or "scs"; or "scip", for the exact problem as one
+    mixed-integer program instead of the search."""
+    solver_options: Mapping[str, Any] | None = None
+    """What settings of its own that solver gets, by their names."""
+    restriction_solver: str | None = None
+    """What solves single paths, by default ``solver``."""
+    restriction_solver_options: Mapping[str, Any] | None = None
+    """Its settings, by default ``solver_options`` where it is the same solver."""
+    preprocessing_solver: str | None = None
+    """What solves a program of flows for each edge that preprocessing by walks of the graph has
+    left, and leaves out those that can't be on a path, too; by default none is solved."""
+    preprocessing_solver_options: Mapping[str, Any] | None = None
+    """Its settings, by default ``solver_options`` where it is the same solver."""
 
     def __post_init__(self) -> None:
         """Check all values."""
@@ -74,6 +95,51 @@ class GraphOfConvexSetsOptions:
                 "GraphOfConvexSetsOptions: termination_func must be a function or None, not"
                 f" {quoted(self.termination_func)}"
             )
+        if self.mixed_integer is not None and self.convex_relaxation:
+            raise ConvexSetError(
+                f"GraphOfConvexSetsOptions: solver {self.solver!r} solves the exact problem; leave"
+                " convex_relaxation out, or take another solver"
+            )
+        # The other names are checked where they are read.
+        _ = self.of_restriction, self.of_preprocessing
+
+    @property
+    def mixed_integer(self) -> SolverChoice | None:
+        """What solves the exact problem as one program, if that is chosen."""
+        known = {**CONTINUOUS, **MIXED_INTEGER}
+        label = "GraphOfConvexSetsOptions: solver"
+        chosen = as_choice(self.solver, self.solver_options, label, known)
+        return chosen if chosen is not None and chosen.name in MIXED_INTEGER else None
+
+    @property
+    def continuous(self) -> SolverChoice | None:
+        """What solves programs without whole numbers; None for the default."""
+        if self.mixed_integer is not None:
+            return None
+        label = "GraphOfConvexSetsOptions: solver"
+        return as_choice(self.solver, self.solver_options, label)
+
+    @property
+    def of_restriction(self) -> SolverChoice | None:
+        """What solves single paths; None for the default."""
+        return self._other("restriction_solver")
+
+    @property
+    def of_preprocessing(self) -> SolverChoice | None:
+        """What solves programs of flows in preprocessing; None where there are none."""
+        if self.preprocessing_solver is None and self.preprocessing_solver_options is None:
+            return None
+        return self._other("preprocessing_solver")
+
+    def _other(self, which: str) -> SolverChoice | None:
+        name, options = getattr(self, which), getattr(self, f"{which}_options")
+        first = self.continuous
+        usual = first.name if first is not None else "clarabel"
+        if options is None and first is not None and name in (None, first.name):
+            options = first.options
+        if name is None and (options is not None or first is not None):
+            name = usual
+        return as_choice(name, options, f"GraphOfConvexSetsOptions: {which}")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -97,6 +97,17 @@ class PathAnswer:
         others["reason"] = f"the best of {count} rounded paths"
         return with_points(self._vertices, self._edges, found, Transcription.RESTRICTION, others)
 
+    def of_mixed_integer(
+        self, name: str, found: Incumbent | None, bound: float
+    ) -> GraphOfConvexSetsResult:
+        """Return a solver's path with the relaxation's bound, and with what the solver says."""
+        others = {**self._common, "lower_bound": self._proven.value, "solver_bound": bound}
+        if found is None:
+            reason = f"solver {name!r} says that no path keeps the constraints; it is not proven"
+            return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
+        others["reason"] = f"the best path, as solver {name!r} says; solver_bound is not proven"
+        return with_points(self._vertices, self._edges, found, Transcription.MIP, others)
+
     def of_search(self, searched: Searched, count: int) -> GraphOfConvexSetsResult:
         """Return the best path with the search's bound."""
         others = {

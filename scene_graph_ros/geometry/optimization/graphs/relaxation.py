@@ -23,8 +23,9 @@ from scene_graph_ros.geometry.optimization.solve.cone_program import (
     ConeSolution,
     Rows,
 )
+from scene_graph_ros.geometry.optimization.solve.solver_choice import SolverChoice
 
-__all__ = ["CyclePrice", "PlacedFunction", "Problem", "Relaxed", "relax"]
+__all__ = ["CyclePrice", "PlacedFunction", "Problem", "Relaxed", "program_of", "relax"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +34,7 @@ class Problem:
 
     ``forced`` are edges that every path has to take. ``unit`` is what costs are measured in.
     ``functions`` are costs and constraints of edges that need not be convex; of them the
-    restriction alone knows.
+    restriction alone knows. Programs are solved by ``solver``, by Clarabel if it is None.
     """
 
     network: Network
@@ -42,6 +43,7 @@ class Problem:
     forced: tuple[int, ...]
     unit: float
     functions: Mapping[int, tuple[PlacedFunction, ...]] = field(default_factory=dict)
+    solver: SolverChoice | None = None
 
 
 class PlacedFunction(NamedTuple):
@@ -98,6 +100,12 @@ def relax(problem: Problem, cycles: Sequence[TwoCycle] = ()) -> Relaxed:
     Raises SolverError where the solver fails.
     """
     return _Relaxation(problem, cycles).solve()
+
+
+def program_of(problem: Problem) -> tuple[ConeProgram, np.ndarray]:
+    """Return the relaxation's program, in units of cost, and the columns ``(m,)`` of its flows."""
+    made = _Relaxation(problem, ())
+    return made._program, made._flows
 
 
 class _Relaxation:
@@ -199,7 +207,9 @@ class _Relaxation:
         """Solve, and read flows, points and multipliers."""
         problem, unit = self._problem, self._problem.unit
         solution = self._program.solve(
-            "GraphOfConvexSets.solve_shortest_path: the relaxation", is_rough=True
+            "GraphOfConvexSets.solve_shortest_path: the relaxation",
+            is_rough=True,
+            by=problem.solver,
         )
 
         def price(rows: Rows | None) -> float:

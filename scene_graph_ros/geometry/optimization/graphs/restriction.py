@@ -51,7 +51,7 @@ def _solve(
     ]
     if end is not None:
         program.add_cost(ys[-1], sets[-1].S.T @ end[1] / unit)
-    solution = program.solve(what)
+    solution = program.solve(what, by=problem.solver)
     multipliers = [
         problem.terms[e].multipliers(solution, rows, unit)
         for e, rows in zip(path, lowered, strict=True)

@@ -32,7 +32,8 @@ class GraphOfConvexSetsResult:
 
     ``path`` are the numbers of its edges and ``vertices`` of its vertices; ``points`` ``(n,)`` for
     each of them. ``cost`` is that of the points, infinite without a path; ``reason`` says why
-    there is none, or why the search ended. ``flows``, ``phi_xu`` and ``phi_xv`` are the
+    there is none, or why the search ended. ``solver_bound`` is what a mixed-integer solver says
+    that no path is below, which is not proven. ``flows``, ``phi_xu`` and ``phi_xv`` are the
     relaxation's, by the numbers of edges.
     """
 
@@ -54,6 +55,7 @@ class GraphOfConvexSetsResult:
     num_edges_solved: int = 0
     num_rounded_paths: int = 0
     num_search_programs: int = 0
+    solver_bound: float = np.nan
 
     @property
     def gap(self) -> float:

@@ -15,9 +15,11 @@ from scene_graph_ros.geometry.optimization.graphs.bounds import (
     ProvenBound,
 )
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.flow_programs import on_disjoint_ways
 from scene_graph_ros.geometry.optimization.graphs.functions import (
     FunctionCost,
 )
+from scene_graph_ros.geometry.optimization.graphs.mixed_integer import solve_mixed_integer
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.graphs.path_answer import (
@@ -47,6 +49,7 @@ from scene_graph_ros.geometry.optimization.graphs.search import (
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 from scene_graph_ros.geometry.optimization.graphs.unbounded import Places, solve_in_boxes
 from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.geometry.optimization.solve.solver_choice import SolverChoice
 
 __all__ = ["solve_path", "solve_restriction"]
 
@@ -86,13 +89,16 @@ def solve_path(
 ) -> GraphOfConvexSetsResult:
     """Return the shortest path, as `GraphOfConvexSets.solve_shortest_path` promises."""
     if source is target:
-        return _stay(source, edges, _used(options)[1])
+        return _stay(source, edges, _used(options)[1], options.of_restriction)
     forced = [e for e in edges if True in e.phi_constraints]
     used = [e for e in edges if False not in e.phi_constraints]
     lost = next((e for e in forced if False in e.phi_constraints), None)
     if options.preprocessing is not False:
         kept = network_of(vertices, used, source, target).on_simple_paths()
         used = [used[k] for k in kept]
+        if options.of_preprocessing is not None and used:
+            network = network_of(vertices, used, source, target)
+            used = [used[k] for k in on_disjoint_ways(network, options.of_preprocessing)]
     lost = lost or next((e for e in forced if e not in used), None)
     if lost is not None:
         return no_path(f"edge {lost.name!r} has to be on the path, but can't be")
@@ -102,7 +108,10 @@ def solve_path(
         return no_path(f"no edges lead from {source.name!r} to {target.name!r}")
     if all(vertex.is_bounded for vertex in vertices):
         return _solve(vertices, used, (source, target), options, _used(options), None)
-    rough = replace(options, convex_relaxation=True, max_tightenings=0, max_rounded_paths=None)
+    rough = replace(options, max_tightenings=0, max_rounded_paths=None, convex_relaxation=None)
+    if options.mixed_integer is not None:
+        rough = replace(rough, solver=None, solver_options=None)
+    rough = replace(rough, convex_relaxation=True)
 
     def solve(
         some: Sequence[Vertex], kept: Sequence[Edge], places: Places, is_any: bool
@@ -138,6 +147,8 @@ def _solve(
     (source, target), (whole, single) = ends, transcriptions
     problem = problem_of(vertices, used, source, target, whole, None, places)
     of_paths = problem_of(vertices, used, source, target, single, (problem, whole), places)
+    problem = replace(problem, solver=options.continuous)
+    of_paths = replace(of_paths, solver=options.of_restriction)
     network = problem.network
     tried: _Tried = {}
     relaxed = relax(problem)
@@ -146,7 +157,7 @@ def _solve(
     proven = bound_of_paths(problem, _potentials(relaxed))
     rounded, count, failure = _round(of_paths, relaxed, options, tried)
     cycles: set[TwoCycle] = set()
-    for _ in range(options.max_tightenings):
+    for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
         if rounded is not None and _is_closed(proven, rounded, options):
             break
         more = _two_cycles_of(network, relaxed.flows, options) - cycles
@@ -168,6 +179,11 @@ def _solve(
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure)
         return replace(found, lower_bound=-np.inf) if _has_surrogates(used) else found
+    if options.mixed_integer is not None:
+        path, bound = solve_mixed_integer(problem, options.mixed_integer)
+        exact = None if path is None else Incumbent(path, restrict(of_paths, path))
+        exact = exact if exact is not None and exact.best.points else None
+        return answer.of_mixed_integer(options.mixed_integer.name, exact, bound)
     searched = search_paths(problem, proven, rounded, options)
     return answer.of_search(searched, count)
 
@@ -255,14 +271,16 @@ def _round(
     return found, len(paths), failure
 
 
-def _stay(vertex: Vertex, edges: Sequence[Edge], used: Transcription) -> GraphOfConvexSetsResult:
+def _stay(
+    vertex: Vertex, edges: Sequence[Edge], used: Transcription, solver: SolverChoice | None
+) -> GraphOfConvexSetsResult:
     """Return the path that begins where it ends."""
     forced = next((e for e in edges if True in e.phi_constraints), None)
     if forced is not None:
         return no_path(f"edge {forced.name!r} has to be on the path, which has none")
 
     def solve(places: Places | None) -> GraphOfConvexSetsResult:
-        best = restrict(standing_problem(vertex, used, places), (0,))
+        best = restrict(replace(standing_problem(vertex, used, places), solver=solver), (0,))
         if not best.points:
             return no_path(f"vertex {vertex.name!r} can't keep its constraints, which is proven")
         return GraphOfConvexSetsResult(
@@ -289,6 +307,7 @@ def solve_restriction(
     vertices: Sequence[Vertex],
     active: Sequence[Edge],
     guess: Sequence[np.ndarray] | None = None,
+    solver: SolverChoice | None = None,
 ) -> GraphOfConvexSetsResult:
     """Return the best points of a path, as `solve_convex_restriction` promises."""
     label = "GraphOfConvexSets.solve_convex_restriction: active_edges"
@@ -307,6 +326,7 @@ def solve_restriction(
 
     def solve(places: Places | None) -> GraphOfConvexSetsResult:
         problem = problem_of(visited, active, *ends, used, None, places)
+        problem = replace(problem, solver=solver)
         best = restrict(problem, range(len(active)), guess)
         if not best.points:
             return no_path("the path can't keep its constraints, which is proven")

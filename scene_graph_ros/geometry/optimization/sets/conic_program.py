@@ -7,7 +7,7 @@ measured against the constraints as they were given.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 import math
 from typing import Any
@@ -28,6 +28,7 @@ from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Rows,
 )
 from scene_graph_ros.geometry.optimization.solve.equilibration import equilibrated, widened_blocks
+from scene_graph_ros.geometry.optimization.solve.solver_choice import as_choice, SolverChoice
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["Cone", "ConicConstraint", "ConicProgram", "ConicSolution", "rows_of_program"]
@@ -251,13 +252,19 @@ class ConicProgram:
         """Return the cost at values of all variables ``(n,)``."""
         return sum(float(c @ values[columns]) for columns, c in self._costs)
 
-    def solve(self) -> ConicSolution:
+    def solve(
+        self, solver: str | None = None, solver_options: Mapping[str, Any] | None = None
+    ) -> ConicSolution:
         """Return values with the least cost, or that no values fulfil all constraints.
+
+        The solver is "clarabel" by default, "highs" where all is linear, or "scs"; options are its
+        own, by their names. Raises ConvexSetError for others.
 
         Where the solver finds neither, the least number is sought by which constraints have to be
         widened; if it is above rounding, there are no values. Raises SolverError where it is not,
         also where the cost has no least value.
         """
+        by = as_choice(solver, solver_options, "ConicProgram.solve: solver")
         blocks = [for_the_solver(constraint.block) for constraint in self._constraints]
         scaled, sizes, factors = equilibrated(blocks, self._size)
         goal = np.zeros(self._size)
@@ -265,10 +272,10 @@ class ConicProgram:
             np.add.at(goal, columns, c * sizes[columns])
         length = float(np.abs(goal).max(initial=0.0)) or 1.0
         try:
-            found, rows = _solve_scaled(scaled, goal / length, "ConicProgram.solve")
+            found, rows = _solve_scaled(scaled, goal / length, by)
         except SolverError:
             widened, more = widened_blocks(scaled, self._size)
-            least, rows = _solve_scaled(widened, more, "ConicProgram.solve")
+            least, rows = _solve_scaled(widened, more, by)
             if least.x[-1] <= _WIDENED:
                 raise
             found = replace(least, is_feasible=False)
@@ -285,13 +292,13 @@ class ConicProgram:
 
 
 def _solve_scaled(
-    blocks: Sequence[Block], goal: np.ndarray, what: str
+    blocks: Sequence[Block], goal: np.ndarray, by: SolverChoice | None
 ) -> tuple[ConeSolution, list[Rows]]:
     program = ConeProgram()
     x = program.variables(len(goal))
     rows = [program.add_rows(cone, [(x[k], matrix)], side) for cone, k, matrix, side in blocks]
     program.add_cost(x, goal)
-    return program.solve(what), rows
+    return program.solve("ConicProgram.solve", by=by), rows
 
 
 def _for_the_rows(cone: Cone, dual: np.ndarray) -> np.ndarray:

@@ -1,14 +1,14 @@
 """Sparse programs over cones, and the wall behind which they are solved.
 
-The solver is Clarabel (Goulart and Chen, "Clarabel: An interior-point solver for conic programs
-with quadratic objectives", 2024), an interior-point method without a licence; it is imported when
-the first program is solved. Its word is no answer: points are checked by who asks, and bounds are
-computed from its multipliers alone, whatever they are.
+The solver is Clarabel, unless another is chosen (Goulart and Chen, "Clarabel: An interior-point
+solver for conic programs with quadratic objectives", 2024), an interior-point method without a
+licence; it is imported when the first program is solved. Its word is no answer: points are checked
+by who asks, and bounds are computed from its multipliers alone, whatever they are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 import enum
 import math
@@ -16,7 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.solve.by_highs import ask_highs
+from scene_graph_ros.geometry.optimization.solve.by_scip import ask_scip, MixedReply
+from scene_graph_ros.geometry.optimization.solve.by_scs import ask_scs
+from scene_graph_ros.geometry.optimization.solve.solver_choice import check_names, SolverChoice
 
 __all__ = ["Cone", "ConeProgram", "ConeSolution", "Rows"]
 
@@ -136,16 +140,17 @@ class ConeProgram:
             self._sizes[cone].append(count)
         return Rows(cone, first, count)
 
+    @property
+    def num_equations(self) -> int:
+        """How many rows have to be zero: the first ones."""
+        return self._counts[Cone.ZERO]
+
     def cost_of(self, x: np.ndarray) -> float:
         """Return the cost at a point ``(n,)``."""
         return sum(float(values @ x[columns]) for columns, values in self._costs)
 
-    def solve(self, what: str, *, is_rough: bool = False) -> ConeSolution:
-        """Return the optimum, or that there is none.
-
-        Raises SolverError, which names ``what`` was asked for, where neither was found;
-        ``is_rough`` accepts larger residuals.
-        """
+    def matrices(self) -> tuple[Any, np.ndarray, np.ndarray]:
+        """Return A, b and q of ``min q x`` with ``b - A x`` in the cones, these in order."""
         from scipy import sparse
 
         offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
@@ -164,9 +169,22 @@ class ConeProgram:
         q = np.zeros(self._size)
         for columns, values in self._costs:
             np.add.at(q, columns, values)
+        return A, b, q
+
+    def solve(
+        self, what: str, *, is_rough: bool = False, by: SolverChoice | None = None
+    ) -> ConeSolution:
+        """Return the optimum, or that there is none, by the solver that is chosen.
+
+        Raises SolverError, which names ``what`` was asked for, where neither was found;
+        ``is_rough`` accepts larger residuals. Raises ConvexSetError for what the chosen solver
+        does not solve, and for options that it has not.
+        """
+        A, b, q = self.matrices()
+        offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
         best: tuple[float, Any] = (np.inf, None)
-        for tolerance in _TOLERANCES:
-            found = _ask_clarabel(A, b, q, (self._counts, self._sizes), tolerance, what)
+        for tolerance in _tolerances(by):
+            found = _ask(A, b, q, (self._counts, self._sizes), tolerance, what, by)
             x, z, s = (np.asarray(each) for each in (found.x, found.z, found.s))
             is_ray = "PrimalInfeasible" in str(found.status)
             residual = _residual(A, b, q, (x, z, s), is_ray)
@@ -181,12 +199,37 @@ class ConeProgram:
             endless = "; its cost may go down for ever" if "Dual" in str(found.status) else ""
             off = f"largest residual {residual:.1e}, accepted {accepted:g}"
             raise SolverError(
-                f"{what}: the program of {shape[1]} variables and {shape[0]} rows was not solved"
-                f" ({found.status}, {off}){endless}"
+                f"{what}: the program of {A.shape[1]} variables and {A.shape[0]} rows was not"
+                f" solved ({found.status}, {off}){endless}"
             )
         is_ray, x, z = best[1]
         duals = tuple(np.split(z, offsets[1:-1]))
         return ConeSolution(not is_ray, x, duals, residual)
+
+    def solve_mixed_integer(self, binary: np.ndarray, what: str, by: SolverChoice) -> MixedReply:
+        """Return the optimum where some variables ``(k,)`` are 0 or 1, as the solver says.
+
+        Raises ConvexSetError for cones that it does not know.
+        """
+        unknown = [
+            cone.name for cone in (Cone.SEMIDEFINITE, Cone.EXPONENTIAL) if self._sizes[cone]
+        ]
+        if unknown:
+            raise ConvexSetError(
+                f"{what}: solver {by.name!r} knows rows and second-order cones, not {unknown[0]};"
+                " leave the solver out"
+            )
+        A, b, q = self.matrices()
+        rows = self._counts[Cone.ZERO], self._counts[Cone.NONNEGATIVE]
+        return ask_scip(A, b, q, rows, self._sizes[Cone.SECOND_ORDER], binary, by.options, what)
+
+
+def _tolerances(by: SolverChoice | None) -> Sequence[float]:
+    """Return what is asked for in turn; once, where the caller has said it."""
+    is_given = by is not None and (
+        by.name != "clarabel" or any(name.startswith("tol_") for name in by.options)
+    )
+    return _TOLERANCES[:1] if is_given else _TOLERANCES
 
 
 def _residual(A: Any, b: np.ndarray, q: np.ndarray, found: Any, is_ray: bool) -> float:
@@ -204,8 +247,39 @@ def _residual(A: Any, b: np.ndarray, q: np.ndarray, found: Any, is_ray: bool) ->
     return max(equations, stationarity, gap)
 
 
+def _ask(
+    A: Any,
+    b: np.ndarray,
+    q: np.ndarray,
+    cones: Any,
+    tolerance: float,
+    what: str,
+    by: SolverChoice | None,
+) -> Any:
+    """Solve ``min q x`` with ``b - A x`` in the cones, by the solver that is chosen."""
+    if by is None:
+        return _ask_clarabel(A, b, q, cones, tolerance, what)
+    counts, sizes = cones
+    rows = counts[Cone.ZERO], counts[Cone.NONNEGATIVE]
+    if by.name == "highs":
+        others = [*sizes[Cone.SEMIDEFINITE], *sizes[Cone.EXPONENTIAL]]
+        balls = [*sizes[Cone.SECOND_ORDER], *(size + 2 for size in others)]
+        return ask_highs(A, b, q, rows, balls, by.options, what)
+    if by.name == "scs":
+        powers = len(sizes[Cone.EXPONENTIAL])
+        bodies = sizes[Cone.SECOND_ORDER], sizes[Cone.SEMIDEFINITE]
+        return ask_scs(A, b, q, (*rows, powers), bodies, by.options, what)
+    return _ask_clarabel(A, b, q, cones, tolerance, what, by.options)
+
+
 def _ask_clarabel(
-    A: Any, b: np.ndarray, q: np.ndarray, cones: Any, tolerance: float, what: str
+    A: Any,
+    b: np.ndarray,
+    q: np.ndarray,
+    cones: Any,
+    tolerance: float,
+    what: str,
+    options: Mapping[str, Any] | None = None,
 ) -> Any:
     """Solve ``min q x`` with ``b - A x`` in the cones. Raises SolverError where that fails."""
     from scipy import sparse
@@ -232,6 +306,13 @@ def _ask_clarabel(
     settings.presolve_enable = False
     for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
         setattr(settings, name, tolerance)
+    given = {} if options is None else options
+    check_names(given, [n for n in dir(settings) if n[0] != "_"], "solver 'clarabel'")
+    try:
+        for name, value in given.items():
+            setattr(settings, name, value)
+    except (TypeError, ValueError) as error:
+        raise ConvexSetError(f"solver 'clarabel': option {name!r}: {error}") from error
     try:
         P = sparse.csc_matrix((len(q), len(q)))
         return clarabel.DefaultSolver(P, q, A, b, asked, settings).solve()
