@@ -16,6 +16,9 @@ __all__ = ["as_matrix", "as_nonnegative", "as_points", "as_vector", "frozen"]
 _LIMIT = 1e150
 """Larger numbers would have squares that overflow."""
 
+_FEW = 8192
+"""Numbers: for many more, BLAS takes threads, which spin."""
+
 
 def frozen(array: np.ndarray) -> np.ndarray:
     """Return a copy that can't be written."""
@@ -24,7 +27,16 @@ def frozen(array: np.ndarray) -> np.ndarray:
     return copy
 
 
+def _are_small(array: np.ndarray) -> bool:
+    """Tell whether few numbers are surely all below the limit, sooner than by asking of each."""
+    flat = array.ravel()
+    return len(flat) <= _FEW and bool(flat.dot(flat) < _LIMIT)
+
+
 def _numbers(value: Any, label: str) -> np.ndarray:
+    """Return an array of floats below the limit, which may be the caller's own."""
+    if type(value) is np.ndarray and value.dtype == np.float64 and _are_small(value):
+        return value
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "fiu" and array.size:
@@ -70,7 +82,7 @@ def as_points(value: Any, label: str, dimension: int) -> tuple[np.ndarray, bool]
             f"{label} must be a point ({dimension},) or points (m, {dimension}), as rows, not"
             f" {array.shape}"
         )
-    return np.ascontiguousarray(points), is_one
+    return np.array(points, order="C"), is_one
 
 
 def as_nonnegative(value: Any, label: str) -> float:
