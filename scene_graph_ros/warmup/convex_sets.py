@@ -13,7 +13,12 @@ def ask_convex_sets() -> None:
     """Ask a square and its corners for a point, distances, ellipsoids and samples."""
     square, corners = HPolyhedron.make_unit_box(2), VPolytope.make_unit_box(2)
     square.is_empty(certificate=True)
-    for answer in (square.is_empty, square.is_bounded, square.find_redundant):
+    for answer in (
+        square.is_empty,
+        square.is_bounded,
+        square.find_redundant,
+        square.chebyshev_center,
+    ):
         answer()
     square.contained_in(square)
     for each in (square, corners):

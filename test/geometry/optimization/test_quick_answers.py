@@ -7,6 +7,7 @@ import pytest
 
 from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
+    center_of_rows,
     is_contained,
     is_row_bounded,
     meet,
@@ -123,3 +124,56 @@ def test_rows_without_length_and_of_extreme_ones():
         assert point_of_rows(body.A, body.b)[0] is None
         assert body.is_empty() is empty
         assert body.is_empty(certificate=True).certificate.verify()
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 7])
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e7])
+def test_the_largest_ball_is_the_one_that_was_put_in(n, size):
+    """Rows that touch a ball on all sides of it, others beyond it: it is the only largest one.
+
+    Normals of a simplex and their opposites add up to nothing with positive weights only, so that
+    no way leads away from all of them.
+    """
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        touching = np.vstack([np.eye(n), -np.ones(n)]) @ np.linalg.qr(rng.normal(size=(n, n)))[0]
+        touching /= np.linalg.norm(touching, axis=1)[:, None]
+        beyond = rng.normal(size=(3 * n, n))
+        beyond /= np.linalg.norm(beyond, axis=1)[:, None]
+        center, radius = size * rng.normal(size=n), size * (0.1 + rng.random())
+        A = np.vstack([touching, beyond])
+        b = A @ center + radius * np.append(np.ones(n + 1), 1.01 + rng.random(3 * n))
+        factors = 10.0 ** rng.uniform(-8, 8, size=len(b))
+        order = rng.permutation(len(b))
+        rows, sides = (A * factors[:, None])[order], (b * factors)[order]
+        found = center_of_rows(rows, sides)
+        assert found is not None
+        assert found == pytest.approx(center, abs=1e-12 * size, rel=0.0)
+        assert HPolyhedron(rows, sides).chebyshev_center() == pytest.approx(found, abs=0.0)
+
+
+def test_balls_that_floats_leave_open():
+    """Of empty sets, flat ones and those in which balls have no largest size."""
+    box = np.concatenate([np.eye(2), -np.eye(2)])
+    for rows, sides in (
+        (box, [1.0, 1.0, -2.0, 1.0]),
+        (box, [1.0, 1.0, -1.0, 1.0]),
+        (np.eye(2), [1.0, 1.0]),
+    ):
+        assert center_of_rows(np.array(rows), np.array(sides)) is None
+
+
+@pytest.mark.parametrize("n", [2, 3, 7])
+def test_rows_around_a_ball_are_all_needed(n):
+    """Planes that touch a ball cut off something each; moved out by its radius they follow."""
+    rng = np.random.default_rng(n)
+    A = rng.normal(size=(12 * n, n))
+    A /= np.linalg.norm(A, axis=1)[:, None]
+    box = np.concatenate([np.eye(n), -np.eye(n)])
+    far = rng.normal(size=(6, n))
+    far *= (1.0 + np.sqrt(n)) / np.linalg.norm(far, axis=1)[:, None]
+    rows = np.concatenate([far, A, box])
+    sides = np.concatenate([np.full(6, n + np.sqrt(n)), np.ones(12 * n + 2 * n)])
+    left_out = redundant(rows, sides, 1e-12)
+    assert left_out is not None
+    assert set(np.flatnonzero(left_out)) == set(range(6))

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
-from scene_graph_ros.geometry.optimization.solve.active_set import exact_residual
 from scene_graph_ros.geometry.optimization.solve.circumscribed import smallest_around
+from scene_graph_ros.geometry.optimization.solve.doubled import exact_residual
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
 from scene_graph_ros.geometry.optimization.solve.inscribed import largest_inscribed
 from scene_graph_ros.geometry.optimization.solve.rows import Rows

@@ -38,6 +38,7 @@ from scene_graph_ros.geometry.optimization.sets.from_shapes import (
 )
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
+    center_of_rows,
     is_contained,
     is_row_bounded,
     point_of_rows,
@@ -68,6 +69,16 @@ _EXACT_VOLUME_DIMENSIONS = 4
 _NOTHING = np.zeros((0, 0))
 
 
+def _rows_of(A: Any, b: Any, reference_frame: FrameId | None) -> tuple[Any, Any]:
+    """Return the rows of what isn't given by rows: a geometry, a program, or another set."""
+    if is_query(A):
+        return half_spaces_of(*placed_shape(A, b, reference_frame), "HPolyhedron")
+    if isinstance(A, ConicProgram):
+        return rows_of_program(A, "HPolyhedron")
+    rows = A._half_spaces() if isinstance(A, ConvexSet) else None
+    return (A, b) if rows is None else rows
+
+
 class HPolyhedron(ConvexSet):
     """All x with ``A x <= b``: ``A (m, n)``, ``b (m,)``. It may be unbounded, flat or empty.
 
@@ -84,18 +95,11 @@ class HPolyhedron(ConvexSet):
         reference_frame: FrameId | None = None,
     ) -> None:
         """Take rows, vertices or a geometry. Raises ConvexSetError unless A and b fit."""
-        if is_query(A):
-            A, b = half_spaces_of(*placed_shape(A, b, reference_frame), "HPolyhedron")
-        elif isinstance(A, ConicProgram):
-            A, b = rows_of_program(A, "HPolyhedron")
-        elif isinstance(A, ConvexSet):
-            rows = A._half_spaces()
-            A, b = (A, b) if rows is None else rows
+        if type(A) is not np.ndarray:
+            A, b = _rows_of(A, b, reference_frame)
         self._A = as_matrix(A, "HPolyhedron: A")
         self._b = as_vector(b, "HPolyhedron: b", len(self._A))
         super().__init__(self._A.shape[1])
-        n = self.ambient_dimension
-        self._lift = Lift(np.zeros((0, n)), np.zeros(0), self._A, self._b)
 
     @classmethod
     def make_box(cls, lb: Any, ub: Any) -> HPolyhedron:
@@ -128,6 +132,11 @@ class HPolyhedron(ConvexSet):
     def _corners(self) -> np.ndarray:
         return vertices_of_polyhedron(self)
 
+    @functools.cached_property
+    def _lift(self) -> Lift:
+        n = self.ambient_dimension
+        return Lift(np.zeros((0, n)), np.zeros(0), self._A, self._b)
+
     def lift(self) -> Lift:
         """Return the rows themselves."""
         return self._lift
@@ -153,6 +162,9 @@ class HPolyhedron(ConvexSet):
 
         Raises ConvexSetError for an empty set, and where balls can be as large as one likes.
         """
+        center = center_of_rows(self._A, self._b)
+        if center is not None:
+            return center
         if self.is_empty():
             raise ConvexSetError("HPolyhedron.chebyshev_center: the set is empty")
         deepest = find_deepest(self._lift.rows)
@@ -210,12 +222,13 @@ class HPolyhedron(ConvexSet):
     ) -> HPolyhedron | tuple[HPolyhedron, Reduction]:
         """Return the polyhedron without the rows of `find_redundant`; with proofs on request."""
         if not certificate:
-            left_out = self.find_redundant(tol)
-            stay = [i for i in range(len(self._b)) if i not in left_out]
-            return HPolyhedron(self._A[stay], self._b[stay])
+            left_out = redundant(self._A, self._b, checked_tolerance(tol, "reduce_inequalities"))
+            if left_out is not None:
+                return HPolyhedron(self._A[~left_out], self._b[~left_out])
         reduction = reduce_rows(self, tol)
         kept = [i for i in range(len(self._b)) if i not in reduction.removed]
-        return HPolyhedron(self._A[kept], self._b[kept]), reduction
+        reduced = HPolyhedron(self._A[kept], self._b[kept])
+        return (reduced, reduction) if certificate else reduced
 
     def intersection(
         self, other: HPolyhedron, check_for_redundancy: bool = False, tol: float = 1e-9

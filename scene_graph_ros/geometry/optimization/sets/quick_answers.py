@@ -1,7 +1,7 @@
 """What floats prove of sets with flat faces, for who asks without a certificate.
 
-`solve.quick` bounds what rounding may do; where that leaves a question open, the answer here is
-None, and fractions decide.
+The kernels bound what rounding may do; where that leaves a question open, the answer here is None,
+and fractions decide.
 """
 
 from __future__ import annotations
@@ -10,20 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.solve.quick import (
+from scene_graph_ros.geometry.optimization.solve.quick_bounds import is_bounded_quickly
+from scene_graph_ros.geometry.optimization.solve.quick_points import (
+    center_quickly,
     EMPTY,
-    is_bounded_quickly,
     OPEN,
     point_quickly,
 )
+from scene_graph_ros.geometry.optimization.solve.quick_reduction import reduce_quickly
 from scene_graph_ros.geometry.optimization.solve.quick_rows import (
     follow_quickly,
     INSIDE,
     OUTSIDE,
-    reduce_quickly,
 )
 
 __all__ = [
+    "center_of_rows",
     "is_contained",
     "is_row_bounded",
     "meet",
@@ -41,6 +43,12 @@ def point_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[bool | None, np.ndarray
     x = np.empty(A.shape[1])
     status = point_quickly(A, b, x)
     return None if status == OPEN else bool(status == EMPTY), x
+
+
+def center_of_rows(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
+    """Return the centre ``(n,)`` of the largest ball in ``A x <= b``, None where left open."""
+    x = np.empty(A.shape[1])
+    return x if center_quickly(A, b, x) else None
 
 
 def is_row_bounded(A: np.ndarray) -> bool | None:

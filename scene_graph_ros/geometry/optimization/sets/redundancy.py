@@ -14,7 +14,7 @@ from scene_graph_ros.geometry.optimization.sets.quick_answers import rows_that_f
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest, find_point
 from scene_graph_ros.geometry.optimization.solve.maximize import prove_bound
 from scene_graph_ros.geometry.optimization.solve.proof import Proof
-from scene_graph_ros.geometry.optimization.solve.quick import OPEN
+from scene_graph_ros.geometry.optimization.solve.quick_points import OPEN
 from scene_graph_ros.geometry.optimization.solve.quick_rows import INSIDE
 from scene_graph_ros.geometry.optimization.solve.rational_simplex import fractions_of
 from scene_graph_ros.geometry.optimization.solve.rows import is_inside, Rows

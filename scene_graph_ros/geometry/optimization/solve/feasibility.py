@@ -13,7 +13,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.solve.active_set import enter_equalities
+from scene_graph_ros.geometry.optimization.solve.active_set import (
+    columns_of,
+    enter_equalities,
+)
 from scene_graph_ros.geometry.optimization.solve.proof import (
     as_given,
     fresh_basis,
@@ -82,7 +85,7 @@ def find_deepest(rows: Rows, start: np.ndarray | None = None) -> Deepest:
     if start is not None:
         x[:n] = np.ldexp(start, -rows.exponents[1])
     state = fresh_basis(n + 1)
-    enter_equalities(A, b, rows.num_equalities, x, *state)
+    enter_equalities(columns_of(A), b, rows.num_equalities, x, *state)
     split = rows.num_equalities
     slack = b[split:] - A[split:, :n] @ x[:n]
     weights = A[split:, n]

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.solve.active_set import (
+    columns_of,
     enter_equalities,
     UNBOUNDED,
 )
@@ -77,7 +78,7 @@ def maximize(rows: Rows, c: np.ndarray, start: np.ndarray) -> Optimum:
     goal = np.ldexp(c, scales[1])
     x = np.ldexp(start, -scales[1])
     state = fresh_basis(len(x))
-    enter_equalities(A, b, rows.num_equalities, x, *state)
+    enter_equalities(columns_of(A), b, rows.num_equalities, x, *state)
     status, weights, ray = walk(A, b, rows.num_equalities, goal, x, state)
     point = np.ldexp(x, scales[1])
     places, inverse = state

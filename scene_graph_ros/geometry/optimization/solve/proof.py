@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.solve.active_set import climb
+from scene_graph_ros.geometry.optimization.solve.active_set import climb, columns_of
 from scene_graph_ros.geometry.optimization.solve.rational_simplex import RationalSimplex
 from scene_graph_ros.geometry.optimization.solve.rows import Rows
 
@@ -43,7 +43,7 @@ def walk(
     """Climb from x with a basis and its inverse; return the status, multipliers and the ray."""
     y, ray = np.zeros(len(x)), np.zeros(len(x))
     steps = _STEPS_PER_ROW * (sum(A.shape) + 1)
-    status = climb(A, b, num_equalities, c, x, *state, y, ray, steps)
+    status = climb(columns_of(A), b, num_equalities, len(b), c, x, *state, y, ray, steps)
     return status, y, ray
 
 

@@ -6,7 +6,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.solve.active_set import enter_equalities
+from scene_graph_ros.geometry.optimization.solve.active_set import (
+    columns_of,
+    enter_equalities,
+)
 from scene_graph_ros.geometry.optimization.solve.proof import (
     as_given,
     fresh_basis,
@@ -39,7 +42,7 @@ def recession(rows: Rows) -> Proof:
     sides = np.where(np.arange(m) < split, 0.0, 1.0 + np.modf(np.arange(m) * 0.6180339887)[0])
     x = np.zeros(n)
     state = fresh_basis(n)
-    enter_equalities(A, sides, split, x, *state)
+    enter_equalities(columns_of(A), sides, split, x, *state)
     walk(A, sides, split, -total, x, state)
     sums, denominator = _whole_sum(A[split:])
     goal = -sums

@@ -9,7 +9,7 @@ import functools
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
-from scene_graph_ros.geometry.optimization.solve.active_set import exact_residual
+from scene_graph_ros.geometry.optimization.solve.doubled import exact_residual
 from scene_graph_ros.geometry.optimization.solve.rational_simplex import whole_rows
 from scene_graph_ros.geometry.tolerances import EPSILON
 

@@ -1,0 +1,64 @@
+"""What is left of a row at a point, as if in twice the digits."""
+
+from __future__ import annotations
+
+from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = ["exact_residual", "exact_residuals", "residual_error"]
+
+_SPLITTER = 134217729.0  # 2^27 + 1
+
+
+@kernel
+def _product_error(a, b, product):
+    """Return a b - product exactly (Dekker 1971)."""
+    scaled = _SPLITTER * a
+    a_high = scaled - (scaled - a)
+    a_low = a - a_high
+    scaled = _SPLITTER * b
+    b_high = scaled - (scaled - b)
+    b_low = b - b_high
+    return a_low * b_low - (((product - a_high * b_high) - a_low * b_high) - a_high * b_low)
+
+
+@kernel
+def exact_residual(a, x, b):
+    """Return b - a.x as if in twice the digits (Ogita, Rump and Oishi 2005, algorithm 5.3)."""
+    total, error = b, 0.0
+    for k in range(len(x)):
+        product = -a[k] * x[k]
+        rest = _product_error(-a[k], x[k], product)
+        new = total + product
+        z = new - total
+        error += ((total - (new - z)) + (product - z)) + rest
+        total = new
+    return total + error
+
+
+@kernel
+def exact_residuals(columns, b, count, x, rests, errors):
+    """Fill `exact_residual` of the first rows of ``columns (n, m)``, several rows at a time."""
+    for i in range(count):
+        rests[i], errors[i] = b[i], 0.0
+    for k in range(len(x)):
+        column, at = columns[k], x[k]
+        for i in range(count):
+            product = -column[i] * at
+            rest = _product_error(-column[i], at, product)
+            new = rests[i] + product
+            z = new - rests[i]
+            errors[i] += ((rests[i] - (new - z)) + (product - z)) + rest
+            rests[i] = new
+    for i in range(count):
+        rests[i] += errors[i]
+
+
+@kernel
+def residual_error(row, x, side, rest):
+    """Return what `exact_residual` may be off by (Ogita, Rump and Oishi 2005, proposition 5.5)."""
+    n = len(x)
+    size = abs(side)
+    for k in range(n):
+        size += abs(row[k] * x[k])
+    return 2.0 * EPSILON * abs(rest) + 2.0 * (n + 1) ** 2 * EPSILON**2 * size
