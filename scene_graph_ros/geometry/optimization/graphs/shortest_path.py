@@ -59,6 +59,9 @@ _Tried = dict[tuple[int, ...], Restricted | SolverError]
 _ROUNDED_PATHS = 5
 """Paths that are drawn where nothing is said."""
 
+_MANY = 0.5
+"""Of all cycles of two edges: where flow goes around more of them, all are constrained at once."""
+
 
 def _used(options: GraphOfConvexSetsOptions) -> tuple[Transcription, Transcription]:
     """Return what the whole graph and what single paths are made of."""
@@ -155,15 +158,22 @@ def _solve(
     if relaxed.cost == np.inf:
         return _infeasible(problem, _potentials(relaxed), relaxed)
     proven = bound_of_paths(problem, _potentials(relaxed))
-    rounded, count, failure = _round(of_paths, relaxed, options, tried)
+    first: Incumbent | None = None
     cycles: set[TwoCycle] = set()
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
-        if rounded is not None and _is_closed(proven, rounded, options):
-            break
         more = _two_cycles_of(network, relaxed.flows, options) - cycles
         if not more:
             break
+        # Of flows that go there and back one path says enough: others will be drawn.
+        main, _, _ = _round(of_paths, relaxed, options, tried, 1)
+        first = _better(first, main)
+        if first is not None and _is_closed(proven, first, options):
+            break
         cycles |= more
+        everywhere = network.two_cycles()
+        if len(cycles) > _MANY * len(everywhere):
+            # Flows would turn to the others next.
+            cycles = set(everywhere)
         tighter = relax(problem, sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into)))
         if tighter.cost == np.inf:
             return _infeasible(problem, _potentials(tighter), tighter)
@@ -171,10 +181,8 @@ def _solve(
         proven = max(
             bound_of_paths(problem, _potentials(relaxed)), before, key=lambda each: each.value
         )
-        again, count_again, failure = _round(of_paths, relaxed, options, tried)
-        count += count_again
-        if again is not None and (rounded is None or again.best.cost < rounded.best.cost):
-            rounded = again
+    rounded, count, failure = _round(of_paths, relaxed, options, tried)
+    rounded = _better(first, rounded)
     answer = PathAnswer(vertices, used, problem, relaxed, proven)
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure)
@@ -197,6 +205,13 @@ def _potentials(relaxed: Relaxed) -> Potentials:
         relaxed.multipliers,
         relaxed.cycles,
     )
+
+
+def _better(first: Incumbent | None, second: Incumbent | None) -> Incumbent | None:
+    """Return the path that costs less, of those there are."""
+    if first is None or (second is not None and second.best.cost < first.best.cost):
+        return second
+    return first
 
 
 def _is_closed(proven: ProvenBound, found: Incumbent, options: GraphOfConvexSetsOptions) -> bool:
@@ -231,16 +246,23 @@ def _infeasible(
 
 
 def _round(
-    problem: Problem, relaxed: Relaxed, options: GraphOfConvexSetsOptions, tried: _Tried
+    problem: Problem,
+    relaxed: Relaxed,
+    options: GraphOfConvexSetsOptions,
+    tried: _Tried,
+    at_most: int | None = None,
 ) -> tuple[Incumbent | None, int, str]:
     """Return the best of the path with the most flow and of some that are drawn from the flows.
 
     And how many were tried, and a failure. What was ``tried`` before is not solved again.
+    ``at_most`` so many are, if that is less than what the options say.
 
     A failure is what the solver said of one of them that it did not solve, else empty.
     """
     given = options.max_rounded_paths
     most = _ROUNDED_PATHS if given is None else given
+    if at_most is not None:
+        most = min(most, at_most)
     main = main_path(problem.network, relaxed.flows, options.flow_tolerance)
     drawn = draw_paths(
         problem.network,

@@ -130,6 +130,31 @@ def test_a_solution_that_does_not_solve_is_an_error_with_its_residual(monkeypatc
         graph.solve_shortest_path(start, end)
 
 
+def test_a_relaxation_is_solved_with_refined_steps_where_it_is_off_without(monkeypatch):
+    """Once without, which is enough; with them where what comes is off by more than is trusted."""
+    graph, start, end = grid()
+    ask = cone_program._ask_clarabel
+    asked, off = [], 0.0
+
+    def ask_and_note(A, b, q, cones, tolerance, what, options=None):
+        found = ask(A, b, q, cones, tolerance, what, options)
+        if "relaxation" not in what:
+            return found
+        asked.append((tolerance, options is None))
+        x = np.asarray(found.x) + (0.0 if options is None else off)
+        return SimpleNamespace(x=x, z=found.z, s=found.s, status=found.status)
+
+    monkeypatch.setattr(cone_program, "_ask_clarabel", ask_and_note)
+    options = GraphOfConvexSetsOptions(convex_relaxation=True, max_tightenings=0)
+    plain = graph.solve_shortest_path(start, end, options)
+    assert asked == [(1e-10, False)]
+    asked.clear()
+    off = 1e-7
+    refined = graph.solve_shortest_path(start, end, options)
+    assert asked == [(1e-10, False), (1e-10, True)]
+    assert refined.lower_bound == pytest.approx(plain.lower_bound, rel=1e-8)
+
+
 def test_a_solver_that_breaks_is_an_error(monkeypatch):
     """What the solver raises ends in a typed error, also where it is no Exception."""
 
