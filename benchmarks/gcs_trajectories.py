@@ -32,7 +32,7 @@ from scene_graph_ros.geometry.optimization import (  # noqa: E402
 )
 from scene_graph_ros.planning import GcsTrajectoryOptimization  # noqa: E402
 
-__all__ = ["Row", "main", "measure"]
+__all__ = ["Row", "main", "maze_of", "measure", "trajectories_through"]
 
 _ORDERS = (1, 3)
 _SAME = 1e-4
@@ -102,7 +102,8 @@ def _timed(ask: Callable[[], Any]) -> tuple[float, Any]:
     return time.process_time() - begin, found
 
 
-def _ours(maze: Maze, order: int) -> tuple[GcsTrajectoryOptimization, Any, Any]:
+def trajectories_through(maze: Maze, order: int) -> tuple[GcsTrajectoryOptimization, Any, Any]:
+    """Return our trajectories through a maze, and the regions that they begin and end in."""
     graph = GcsTrajectoryOptimization(2)
     regions = graph.add_regions([HPolyhedron(*region) for region in maze[0]], order)
     ends = [
@@ -149,7 +150,7 @@ def _defaults(maze: Maze, order: int) -> tuple[tuple[float, float], ...]:
 
     Drake's has its preprocessing then, a linear program for each edge.
     """
-    first, (graph, *ends) = _timed(lambda: _ours(maze, order))
+    first, (graph, *ends) = _timed(lambda: trajectories_through(maze, order))
     second, (_, result) = _timed(lambda: graph.solve_path(*ends))
     theirs = (np.nan, np.nan, np.nan)
     if _has_drake():
@@ -184,7 +185,7 @@ def measure(sizes: Sequence[int], degrees: float = 0.0) -> Iterator[Row]:
     """Solve mazes of some cells along a side, with both orders."""
     for size, order in itertools.product(sizes, _ORDERS):
         maze = maze_of(size, degrees)
-        adding, (graph, *ends) = _timed(lambda m=maze, o=order: _ours(m, o))
+        adding, (graph, *ends) = _timed(lambda m=maze, o=order: trajectories_through(m, o))
         relaxed = GraphOfConvexSetsOptions(convex_relaxation=True, max_rounded_paths=_PATHS)
         solving, (_, result) = _timed(lambda g=graph, e=ends, r=relaxed: g.solve_path(*e, r))
         searching, (_, best) = _timed(
