@@ -3,8 +3,9 @@
 ``python -m benchmarks.robot_speed`` prints the table. All are called from Python with one thread,
 about the same geometries and pairs. Ours proves edges; the others sample them at steps of 0.05 rad
 and stop at the first collision. To them a mesh is its convex hull: where a finger is in the bowl,
-they differ. Clearances with derivatives, one call for each configuration, are a table of their
-own. Peers that are not installed are left out, and that is said; ``make peers`` installs them.
+they differ. Clearances with derivatives are a table of their own: a call for each configuration,
+and ours all at once, too. Peers that are not installed are left out, and that is said; ``make
+peers`` installs them.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from benchmarks.edge_errors import edges_of  # noqa: E402
 from benchmarks.machine import machine  # noqa: E402
 from benchmarks.robot_engines.drake_engine import DrakeEngine  # noqa: E402
 from benchmarks.robot_engines.mujoco_engine import MuJoCoEngine  # noqa: E402
-from benchmarks.robot_engines.our_engine import OurEngine  # noqa: E402
+from benchmarks.robot_engines.our_engine import OurBatches, OurEngine  # noqa: E402
 from benchmarks.robot_engines.pinocchio_engine import PinocchioEngine  # noqa: E402
 from benchmarks.robot_engines.robot_world import (  # noqa: E402
     ClearanceEngine,
@@ -90,12 +91,11 @@ def _measured(engines: Sequence[RobotEngine], q: np.ndarray, edges: np.ndarray) 
     return rows
 
 
-def _print_clearances(engines: Sequence[RobotEngine], q: np.ndarray) -> None:
-    able = [engine for engine in engines if isinstance(engine, ClearanceEngine)]
+def _print_clearances(engines: Sequence[ClearanceEngine], q: np.ndarray) -> None:
     print(f"{'clearance within':18} {'microseconds':>13} {'rows':>7} {'ours is':>9}")
     for influence in _INFLUENCES:
         ours = None
-        for engine in able:
+        for engine in engines:
             each, counts = least_time(
                 lambda e=engine, d=influence: e.clearances(q, d),  # type: ignore[misc]
                 _REPEATS,
@@ -158,7 +158,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
     if options.picture is not None:
         _draw(rows, options.picture)
-    _print_clearances(engines, q)
+    able: list[ClearanceEngine] = [each for each in engines if isinstance(each, ClearanceEngine)]
+    _print_clearances([*able, OurBatches(checker)], q)
     print(f"{len(q)} configurations, {len(edges)} edges, {checker.num_pairs} pairs. ", end="")
     print(machine(load), end="")
 

@@ -34,7 +34,7 @@ class ClearanceEngine(Protocol):
     name: str
 
     def clearances(self, q: np.ndarray, influence: float) -> np.ndarray:
-        """Work them out for configurations ``(n, nq)``, one call each; return counts ``(n,)``."""
+        """Work them out for configurations ``(n, nq)``; return counts ``(n,)``."""
 
 
 @dataclass(frozen=True)
