@@ -24,8 +24,9 @@ from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.edge_planes import EdgePlanes
 from scene_graph_ros.geometry.optimization.graphs.expressions import Constraint, Cost
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
+from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 
-__all__ = ["Box", "boxes_of_sets", "extents_of_paths"]
+__all__ = ["Box", "boxes_of_sets", "extents_of_paths", "own_extent"]
 
 Box = tuple[np.ndarray, np.ndarray]
 """Least and greatest coordinates ``(n,)``, which may be infinite."""
@@ -45,11 +46,15 @@ def boxes_of_sets(vertices: Sequence[Vertex]) -> dict[int, Box]:
             placed = vertex.placed
             boxes[vertex.id] = placed.center - placed.half, placed.center + placed.half
             continue
-        n = vertex.ambient_dimension
-        reached = [vertex.set.support(d) for e in np.eye(n) for d in (-e, e)]
-        far = np.array([each.value + each.gap for each in reached])
-        boxes[vertex.id] = _widened((-far[::2], far[1::2]))
+        boxes[vertex.id] = _widened(own_extent(vertex.set))
     return boxes
+
+
+def own_extent(of: ConvexSet) -> Box:
+    """Return the box of a set, with infinite bounds where it goes on for ever."""
+    reached = [of.support(d) for e in np.eye(of.ambient_dimension) for d in (-e, e)]
+    far = np.array([each.value + each.gap for each in reached])
+    return -far[::2], far[1::2]
 
 
 def _widened(box: Box) -> Box:

@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_points
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
 from scene_graph_ros.geometry.optimization.graphs.nonconvex import functions_at, with_functions
+from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.solve.cone_program import ConeProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -97,6 +98,17 @@ def _kept_functions(
     return moved, -np.inf if has_costs else bound
 
 
+def _nearest(placed: PlacedSet, x: np.ndarray) -> tuple[np.ndarray | None, float]:
+    """Return the nearest point of a set, None where it is not found, and how far x is outside."""
+    try:
+        nearest = placed.of.projection(x[None])
+    except SolverError:
+        # Of sets that are put together: by how much each of them is missed.
+        return None, float(placed.of._outside(x[None])[0])
+    assert nearest is not None, "sets of a graph are not empty"
+    return nearest.points[0], float(nearest.distances[0])
+
+
 def restrict(
     problem: Problem, path: Sequence[int], guess: Sequence[np.ndarray] | None = None
 ) -> Restricted:
@@ -124,12 +136,10 @@ def restrict(
     for v, way in zip(vertices, found, strict=True):
         placed = problem.sets[v]
         x = placed.center + way
-        nearest = placed.of.projection(x[None])
-        assert nearest is not None, "sets of a graph are not empty"
-        outside = float(nearest.distances[0])
+        nearest, outside = _nearest(placed, x)
         rounding = 8.0 * EPSILON * float(np.abs(placed.center).max(initial=0.0))
-        if not is_tied:
-            x = nearest.points[0]
+        if not is_tied and nearest is not None:
+            x = nearest
         elif outside > rounding:
             worst = max(worst, outside / float(placed.half.max()))
         points.append(x)

@@ -9,19 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+import itertools
 import math
 
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
-from scene_graph_ros.geometry.optimization.graphs.path_extents import Box, extents_of_paths
+from scene_graph_ros.geometry.optimization.graphs.path_extents import (
+    Box,
+    extents_of_paths,
+    own_extent,
+)
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
+from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
 
 __all__ = ["Places", "solve_in_boxes"]
@@ -97,11 +102,37 @@ def _placed(vertex: Vertex, box: Box) -> PlacedSet | None:
         return vertex.placed
     if (box[0] > box[1]).any():
         return None
-    whole, of = Hyperrectangle(*box), vertex.set
-    within: ConvexSet = Intersection(of, whole)
-    if isinstance(of, HPolyhedron):
-        within = of.intersection(HPolyhedron.make_box(*box)) if len(of.b) else whole
+    within = _within(vertex.set, box)
     return None if within.is_empty() else PlacedSet.place(within)
+
+
+def _within(of: ConvexSet, box: Box) -> ConvexSet:
+    """Return what a set has in common with a box: of a product set by set, flat sets as rows.
+
+    Only where the set itself goes on for ever: rows that nearly repeat its own would cost digits.
+    """
+    if isinstance(of, CartesianProduct) and of.A is None and of.num_factors():
+        factors = [of.factor(k) for k in range(of.num_factors())]
+        ends = np.cumsum([0, *(each.ambient_dimension for each in factors)]).tolist()
+        return CartesianProduct(
+            [
+                each if each.is_bounded() else _within(each, (box[0][a:b], box[1][a:b]))
+                for each, (a, b) in zip(factors, itertools.pairwise(ends), strict=True)
+            ]
+        )
+    own = own_extent(of)
+    rows, sides = [], []
+    for ends, given, sign in zip(own, box, (-1.0, 1.0), strict=True):
+        endless = ~np.isfinite(ends)
+        rows.append(sign * np.eye(len(ends))[endless])
+        sides.append(sign * given[endless])
+    both = Intersection(of, HPolyhedron(np.concatenate(rows), np.concatenate(sides)))
+    lift = both.lifted
+    if lift.cones or lift.num_variables > of.ambient_dimension:
+        return both
+    return HPolyhedron(
+        np.concatenate([lift.E, -lift.E, lift.A]), np.concatenate([lift.f, -lift.f, lift.b])
+    )
 
 
 def _in_boxes(
@@ -127,27 +158,30 @@ def _guessed(
     vertices: Sequence[Vertex], boxes: Mapping[int, Box], factor: float
 ) -> dict[int, Box]:
     """Return boxes with bounds where there are none, some sizes from the bounded sets."""
-    bounded = [v for v in vertices if np.isfinite(boxes[v.id]).all()]
-    centers = [0.5 * (boxes[v.id][0] + boxes[v.id][1]) for v in bounded]
-    halves = [0.5 * (boxes[v.id][1] - boxes[v.id][0]) for v in bounded]
-    guessed = {}
+    size, guessed = _size(boxes), {}
     for vertex in vertices:
         low, high = boxes[vertex.id]
         n = len(low)
-        alike = [c for c in centers if len(c) == n]
-        mean = np.mean(alike, axis=0) if alike else np.zeros(n)
-        anchor = _near(vertex.set, mean)
-        size = max(
-            [float(np.abs(c - mean).max(initial=0.0)) for c in alike]
-            + [float(h.max(initial=0.0)) for h in halves]
-            + [float(np.abs(anchor - mean).max(initial=0.0))]
-        )
-        reach = factor * (size or 1.0)
+        alike = [b for b in boxes.values() if len(b[0]) == n and np.isfinite(b).all()]
+        mean = np.mean(alike, axis=(0, 1)) if alike else np.zeros(n)
+        anchor = low if vertex.is_bounded else _near(vertex.set, mean)
+        reach = factor * max(size, float(np.abs(anchor - mean).max(initial=0.0)))
         guessed[vertex.id] = (
             np.where(np.isfinite(low), low, np.minimum(anchor, high) - reach),
             np.where(np.isfinite(high), high, np.maximum(anchor, low) + reach),
         )
     return guessed
+
+
+def _size(boxes: Mapping[int, Box]) -> float:
+    """Return how far apart finite bounds of a coordinate are at most, or 1."""
+    size = 0.0
+    for n in {len(low) for low, _ in boxes.values()}:
+        sides = np.array([side for box in boxes.values() for side in box if len(side) == n])
+        for column in sides.T:
+            finite = column[np.isfinite(column)]
+            size = max(size, float(np.ptp(finite)) if len(finite) else 0.0)
+    return size or 1.0
 
 
 def _near(of: ConvexSet, p: np.ndarray) -> np.ndarray:

@@ -152,6 +152,27 @@ def test_durations_without_a_last_one():
         assert result.points[1][2] == pytest.approx(5.0, abs=1e-2)
 
 
+def test_durations_of_steps_through_rooms():
+    """Three steps of 1 in a row, each in its own time without a last one: 2 each at T = 1."""
+    graph = GraphOfConvexSets()
+    start, goal = graph.add_vertex(Point([7.0])), graph.add_vertex(Point([10.0]))
+    times = HPolyhedron([[-1.0]], [0.0])
+    rooms = [
+        graph.add_vertex(CartesianProduct([Hyperrectangle([6.0 + k], [8.0 + k]), times]))
+        for k in range(3)
+    ]
+    for u, v in itertools.pairwise([start, *rooms, goal]):
+        edge = graph.add_edge(u, v)
+        if v is not goal:
+            edge.add_cost(quad_over_lin(edge.xv[:1] - edge.xu[:1], edge.xv[1]) + edge.xv[1])
+        else:
+            edge.add_constraint(edge.xv == edge.xu[:1])
+    for options in (None, RELAXED):
+        result = graph.solve_shortest_path(start, goal, options)
+        assert result.cost == pytest.approx(6.0, rel=1e-6)
+        assert 6.0 * (1.0 - 1e-6) <= result.lower_bound <= 6.0 * (1.0 + 1e-12)
+
+
 def test_a_slack_variable_is_bounded_by_its_own_cost():
     """The least radius of a disc about (1, 2) that holds the origin."""
     graph = GraphOfConvexSets()
