@@ -61,9 +61,10 @@ def plan() -> None:
         RobotDiagram,
         SceneGraphCollisionChecker,
         time_path,
+        ZmpPlanner,
     )
     from scene_graph_ros.planning.regions.walks import walked
-    from scene_graph_ros.planning.trajectories import MotionLimits
+    from scene_graph_ros.planning.trajectories import MotionLimits, PiecewisePolynomial
 
     scene_graph = SceneGraph()
     source = scene_graph.register_source("warm_up")
@@ -90,3 +91,5 @@ def plan() -> None:
     walked(sides, np.ones(2), q, 1, np.eye(1), np.random.default_rng(0))
     MaxCliqueSolverViaBranchAndBound().solve_max_clique(np.ones((3, 3)))
     time_path(checker, [[0.0], [0.5], [0.0]], MotionLimits(np.ones(1), np.ones(1), ("joint",)))
+    zmp = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0, 0.0], [1.0, 0.0]])
+    ZmpPlanner().plan(zmp, np.zeros(4), 1.0)

@@ -12,13 +12,33 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-import itertools
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PendulumOptimum"]
+from scene_graph_ros.planning.walking.pendulum_kernels import plan_motion
+
+__all__ = ["Motion", "PendulumOptimum"]
+
+
+class Motion(NamedTuple):
+    """The best motion of both axes, and the value function's gradient.
+
+    s2 is ``2 Re((K1, p) beta exp(p (t - end)))`` and the polynomial ``s2``; it is zero in the end,
+    and has no jumps. The state of an axis is ``2 Re((1, -p) alpha exp(-p (t - start)))``, ``2
+    Re(carried beta exp(p (t - end)))`` and a polynomial; it starts where it is said, and has no
+    jumps either. Back in the plane that is ``Re(sum of modes times exponentials)`` and ``com``.
+    """
+
+    s2: NDArray[np.float64]
+    """``(2, p, degree + 1, 2)``: Bézier points by row of s2, along the axes."""
+    beta: NDArray[np.complex128]
+    """``(p, 2)``: of s2's mode at each segment's end."""
+    modes: NDArray[np.complex128]
+    """``(p, 4, 2)``: what fades along both axes, then what grows, in the plane."""
+    com: NDArray[np.float64]
+    """``(p, degree + 1, 2)``: Bézier points in the plane."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +65,11 @@ class PendulumOptimum:
         return size * np.exp(1j * half)
 
     @cached_property
+    def both_rates(self) -> NDArray[np.complex128]:
+        """-p and p ``(2 m,)``, of what fades and of what grows."""
+        return np.concatenate([-self.rates, self.rates])
+
+    @cached_property
     def gains(self) -> NDArray[np.float64]:
         """K ``(2, m)``: of the position and of the velocity, from the poles."""
         p = self.rates
@@ -58,104 +83,67 @@ class PendulumOptimum:
         cross = first * weight + self.d * self.mu
         return np.array([[first * second * weight, cross], [cross, second * weight]])
 
-    def polynomials(
-        self, eta: NDArray[np.float64], widths: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the polynomial parts of s2 and of the state, ``(2, p, degree + 1, m)`` each.
+    def series(self, count: int) -> NDArray[np.float64]:
+        """Return coefficients ``(4, count, m)``: by orders of the derivative D of eta.
 
-        ``eta`` ``(p, degree + 1, m)`` are Bézier points. Both are series in the derivative D,
-        which end as polynomials do.
+        Of the polynomial parts of both rows of s2, of the position and of the velocity, which are
+        series in D; they end as polynomials do.
         """
-        count, mu, d = eta.shape[1], self.mu, self.d
+        if count not in self._series:
+            self._series[count] = self._new_series(count)
+        return self._series[count]
+
+    @cached_property
+    def _series(self) -> dict[int, NDArray[np.float64]]:
+        return {}
+
+    def _new_series(self, count: int) -> NDArray[np.float64]:
+        mu, d = self.mu, self.d
         first, second = self.gains
         zero = np.zeros_like(mu)
         along, across = 2.0 * mu * (1.0 + first * d), 2.0 * mu * second * d
-        derivatives = [eta]
-        for _ in range(count - 1):
-            derivatives.append(_differentiated(derivatives[-1]) / widths[:, None, None])
-        stacked = np.array(derivatives)
-
-        def series(above: list[Any], below: list[Any]) -> NDArray[np.float64]:
-            """Return the quotient of two polynomials of D, applied to eta."""
-            return np.einsum("kpdm,km->pdm", stacked, _power_series(above, below, count))
-
-        below = [first, -second, zero + 1.0]
-        s2b = series([-along, across], below)
-        # s2a = (K2 - D) s2b + B2b eta, with the denominator of s2b.
-        s2a = series([across * first - along * second, along], below)
+        gradient = [first, -second, zero + 1.0]
         motion = [mu, zero, -2.0 * mu * d, zero, self.control_weight]
-        position = series([mu, zero, -mu * d], motion)
-        velocity = series([zero, mu, zero, -mu * d], motion)
-        return np.array([s2a, s2b]), np.array([position, velocity])
+        quotients = (
+            # s2a = (K2 - D) s2b + B2b eta, with the denominator of s2b.
+            ([across * first - along * second, along], gradient),
+            ([-along, across], gradient),
+            ([mu, zero, -mu * d], motion),
+            ([zero, mu, zero, -mu * d], motion),
+        )
+        return np.array([_power_series(above, below, count) for above, below in quotients])
 
-    def growing_modes(
-        self, s2: NDArray[np.float64], widths: NDArray[np.float64]
-    ) -> NDArray[np.complex128]:
-        """Return the coefficient ``(p, m)`` of s2's mode at each segment's end.
+    def motion(
+        self,
+        axes: NDArray[np.float64],
+        points: NDArray[np.float64],
+        widths: NDArray[np.float64],
+        x0: NDArray[np.float64],
+    ) -> Motion:
+        """Return the best motion after Bézier points ``(p, degree + 1, 2)`` of the plane.
 
-        s2 is ``2 Re((K1, p) beta exp(p (t - end)))`` and the polynomial ``s2``; it is zero in the
-        end, and has no jumps.
+        ``axes`` ``(2, 2, 2)`` are T and its inverse; ``x0`` ``(4,)`` is where it starts.
         """
-        p, first = self.rates, self.gains[0]
-        ends = s2[:, :, -1]
-        after = np.concatenate([s2[:, 1:, 0], np.zeros_like(s2[:, :1, 0])], axis=1)
-        jump = after - ends
-        # The left eigenvector of s2's equation is (1, -p), the right one (K1, p).
-        steps = (jump[0] - p * jump[1]) / (first - p * p)
-        fades = np.exp(-p * widths[:, None])
-        return _recursion(steps[::-1], np.roll(fades[::-1], 1, axis=0))[::-1]
+        segments, count, _ = points.shape
+        s2, x = np.empty((2, 2, segments, count, 2))
+        beta, alpha = np.empty((2, segments, 2), dtype=np.complex128)
+        modes = np.empty((segments, 4, 2), dtype=np.complex128)
+        com, derivatives = np.empty((segments, count, 2)), np.empty((count, count))
+        optimum = self.rates, self.gains[0], self.carried[0], self.series(count)
+        fades, eta = np.empty(segments, dtype=np.complex128), np.empty(count)
+        final = points[-1, -1]
+        plan_motion(
+            *(axes, optimum, points, widths, final, x0, eta, derivatives, fades),
+            *(s2, x, beta, alpha, (modes, com)),
+        )
+        return Motion(s2, beta, modes, com)
 
-    @property
+    @cached_property
     def carried(self) -> NDArray[np.complex128]:
         """How the state ``(2, m)`` follows the mode of s2 of coefficient 1."""
         p = self.rates
         position = -1.0 / (8.0 * p.real * self.control_weight) + 0j
         return np.array([position, p * position])
-
-    def fading_modes(
-        self,
-        x0: NDArray[np.float64],
-        x: NDArray[np.float64],
-        beta: NDArray[np.complex128],
-        widths: NDArray[np.float64],
-    ) -> NDArray[np.complex128]:
-        """Return the coefficient ``(p, m)`` of the state's own mode at each segment's start.
-
-        The state is ``2 Re((1, -p) alpha exp(-p (t - start)))``, ``2 Re(carried beta exp(p (t -
-        end)))`` and the polynomial ``x``; it starts at ``x0`` ``(2, m)`` and has no jumps.
-        """
-        p = self.rates
-        fades = np.exp(-p * widths[:, None])
-        carried = self.carried[:, None]
-        starts = x[:, :, 0] + 2.0 * (carried * (beta * fades)).real
-        ends = x[:, :, -1] + 2.0 * (carried * beta).real
-        before = np.concatenate([x0[:, None], ends[:, :-1]], axis=1)
-        jump = before - starts
-        # The left eigenvector of the closed loop is (K2 - p, 1), the right one (1, -p).
-        steps = ((p.conj()) * jump[0] + jump[1]) / (-2j * p.imag)
-        return _recursion(steps, np.roll(fades, 1, axis=0))
-
-
-def _recursion(
-    steps: NDArray[np.complex128], fades: NDArray[np.complex128]
-) -> NDArray[np.complex128]:
-    """Return ``a[j] = steps[j] + fades[j] a[j - 1]``, column by column."""
-    columns = []
-    for step, fade in zip(steps.T.tolist(), fades.T.tolist(), strict=True):
-        pairs = zip(step, fade, strict=True)
-        columns.append(list(itertools.accumulate(pairs, lambda a, f: f[0] + f[1] * a, initial=0j)))
-    return np.array(columns)[:, 1:].T
-
-
-def _differentiated(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a derivative's Bézier points, of the same degree and over intervals of width 1."""
-    degree = points.shape[1] - 1
-    steps = np.diff(points, axis=1)
-    result = np.zeros_like(points)
-    i = np.arange(degree)[:, None]
-    result[:, :-1] = (degree - i) * steps
-    result[:, 1:] += (i + 1) * steps
-    return result
 
 
 def _power_series(above: list[Any], below: list[Any], count: int) -> NDArray[np.float64]:

@@ -41,8 +41,8 @@ class ZmpPlannerError(SceneGraphError, ValueError):
 class _Plan:
     """All that was planned, in the plane's axes; feedback and value function when asked for.
 
-    ``T`` makes the weights diagonal, ``beta`` and ``s2`` are the modes and polynomials ``(2, p,
-    degree + 1, 2)`` of the value function's gradient along its axes.
+    ``axes`` are T, which makes the weights diagonal, and its inverse; ``beta`` and ``s2`` are the
+    modes and polynomials ``(2, p, degree + 1, 2)`` of the value function's gradient along them.
     """
 
     zmp: PiecewisePolynomial
@@ -51,20 +51,23 @@ class _Plan:
     R: NDArray[np.float64]
     com: Curve
     best: PendulumOptimum
-    T: NDArray[np.float64]
-    inverse: NDArray[np.float64]
+    axes: NDArray[np.float64]
     beta: NDArray[np.complex128]
     s2: NDArray[np.float64]
 
-    @cached_property
-    def weights(self) -> NDArray[np.float64]:
-        """Qy and R, ``(2, 2, 2)``."""
-        return np.array([self.Qy, self.R])
+    def is_weighted_by(self, Qy: NDArray[np.float64], R: NDArray[np.float64]) -> bool:
+        """Tell whether these are the weights."""
+        return self.Qy.tobytes() == Qy.tobytes() and self.R.tobytes() == R.tobytes()
+
+    @property
+    def inverse(self) -> NDArray[np.float64]:
+        """That of T, ``(2, 2)``."""
+        return self.axes[1]
 
     @cached_property
     def K(self) -> NDArray[np.float64]:
         """The feedback's gain ``(2, 4)``."""
-        gains = (self.T @ (gain[:, None] * self.inverse) for gain in self.best.gains)
+        gains = (self.axes[0] @ (gain[:, None] * self.inverse) for gain in self.best.gains)
         return np.concatenate(list(gains), axis=1)
 
     @cached_property
@@ -265,29 +268,19 @@ def _planned(
 
     What depends on weights and height alone is that of the plan ``before``, if these are the same.
     """
-    if before is not None and before.d == d and (before.weights == [Qy, R]).all():
-        T, inverse, best = before.T, before.inverse, before.best
+    if before is not None and before.d == d and before.is_weighted_by(Qy, R):
+        axes, best = before.axes, before.best
     else:
-        T, inverse, best = _axes(d, Qy, R)
-    final = zmp.control_points[-1, -1]
-    widths = np.diff(zmp.breaks)
-    s2, x = best.polynomials((zmp.control_points - final) @ inverse.T, widths)
-    beta = best.growing_modes(s2, widths)
-    start = np.array([inverse @ (x0[:2] - final), inverse @ x0[2:]])
-    alpha = best.fading_modes(start, x, beta, widths)
-    # Each axis moves along one column of T.
-    p, carried = best.rates, best.carried[0]
-    modes = np.concatenate([alpha[:, :, None] * T.T, (carried * beta)[:, :, None] * T.T], axis=1)
-    com = Curve(
-        np.concatenate([-p, p]), 2.0 * modes, PiecewisePolynomial(zmp.breaks, x[0] @ T.T + final)
-    )
-    return _Plan(zmp, d, Qy, R, com, best, T, inverse, beta, s2)
+        axes, best = _axes(d, Qy, R)
+    found = best.motion(axes, zmp.control_points, np.diff(zmp.breaks), x0)
+    com = Curve(best.both_rates, found.modes, PiecewisePolynomial(zmp.breaks, found.com))
+    return _Plan(zmp, d, Qy, R, com, best, axes, found.beta, found.s2)
 
 
 def _axes(
     d: float, Qy: NDArray[np.float64], R: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], PendulumOptimum]:
-    """Return T, its inverse and what is best along each axis. Raises ZmpPlannerError."""
+) -> tuple[NDArray[np.float64], PendulumOptimum]:
+    """Return T and its inverse, and what is best along each axis. Raises ZmpPlannerError."""
     # T' R T = 1 and T' Qy T = mu: then the axes of T^-1 c have nothing to do with each other.
     half = np.linalg.inv(np.linalg.cholesky(R))
     mu, turn = np.linalg.eigh(half @ Qy @ half.T)
@@ -298,7 +291,7 @@ def _axes(
             "Qy and R differ too much for height / gravity: sqrt(Qy / R) * height / gravity must"
             f" be between {1.0 / _MOST_STIFF:g} and {_MOST_STIFF:g}, not {stiffness}"
         )
-    return T, np.linalg.inv(T), PendulumOptimum(mu, d)
+    return np.array([T, np.linalg.inv(T)]), PendulumOptimum(mu, d)
 
 
 def _cost_at_rest(plan: _Plan, final: NDArray[np.float64], time: float) -> float:
@@ -349,9 +342,13 @@ def _as_weight(name: str, value: ArrayLike) -> NDArray[np.float64]:
     matrix = as_numbers(name, value)
     if matrix.shape != (2, 2):
         raise ZmpPlannerError(f"{name} must have shape (2, 2), not {matrix.shape}")
-    if abs(matrix[0, 1] - matrix[1, 0]) > _SYMMETRIC * abs(matrix).max():
+    (a, b), (c, d) = matrix.tolist()
+    if abs(b - c) > _SYMMETRIC * max(abs(a), abs(b), abs(c), abs(d)):
         raise ZmpPlannerError(f"{name} must be symmetric, not {matrix.tolist()}")
-    symmetric = 0.5 * (matrix + matrix.T)
-    if not np.linalg.eigvalsh(symmetric)[0] > 0.0:
+    side = 0.5 * (b + c)
+    # Scaled, so that no product is beyond all numbers, or below.
+    size = max(abs(a), abs(d), abs(side)) or 1.0
+    if not (a > 0.0 and d > 0.0 and (a / size) * (d / size) > (side / size) ** 2):
         raise ZmpPlannerError(f"{name} must be positive definite, not {matrix.tolist()}")
-    return symmetric
+    matrix[0, 1] = matrix[1, 0] = side
+    return matrix
