@@ -378,6 +378,21 @@ def test_largest_ellipsoids_reach_their_bound(n, m):
         assert exactly_inside(found, A, b)
 
 
+@pytest.mark.parametrize("near", [1e-1, 1e-3, 1e-5, 1e-8])
+@pytest.mark.parametrize("n", [2, 3, 7])
+def test_largest_ellipsoid_beside_rows_that_nearly_touch(n, near):
+    """A cube's largest ellipsoid is the ball, whatever planes come near to it (John 1948)."""
+    rng = np.random.default_rng(n)
+    planes = rng.normal(size=(8 * n, n))
+    planes /= np.linalg.norm(planes, axis=1)[:, None]
+    A = np.concatenate([np.eye(n), -np.eye(n), planes])
+    b = np.append(np.ones(2 * n), 1.0 + near * rng.random(8 * n))
+    found = inscribed(HPolyhedron(A, b))
+    assert abs(np.linalg.slogdet(found.B)[1]) < 1e-9 * n
+    assert found.gap < 1e-9 * n
+    assert exactly_inside(found, A, b)
+
+
 def test_no_largest_ellipsoid():
     """In flat, empty and unbounded sets."""
     flat = HPolyhedron([[1.0, 0], [-1.0, 0], [0, 1.0], [0, -1.0]], [1.0, -1.0, 1.0, 1.0])

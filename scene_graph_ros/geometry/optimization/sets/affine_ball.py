@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,9 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON
 __all__ = ["AffineBall"]
 
 _NOTHING = np.zeros((0, 0))
+
+_SURE = 0.01
+"""Of a ratio at which a ball counts as flat: below, the bound of its rounded inverse will do."""
 
 
 class AffineBall(ConvexSet):
@@ -100,13 +104,21 @@ class AffineBall(ConvexSet):
 
     def inverse(self) -> np.ndarray:
         """Return the inverse map ``(n, n)``. Raises ConvexSetError for a flat set."""
+        try:
+            inverse: np.ndarray = np.linalg.inv(self._B)
+        except np.linalg.LinAlgError:
+            inverse = np.full_like(self._B, np.inf)
+        # Singular values differ by no more than the product of both sums of squares.
+        spread = math.sqrt(np.vdot(self._B, self._B)) * math.sqrt(np.vdot(inverse, inverse))
+        if spread * self._ambient_dimension * EPSILON < _SURE:
+            return inverse
         values = np.linalg.svd(self._B, compute_uv=False)
         if len(values) and values[-1] <= len(values) * EPSILON * values[0]:
             raise ConvexSetError(
                 "AffineBall: the set is flat, with singular values"
                 f" {values.tolist()}, and no Hyperellipsoid; keep the AffineBall"
             )
-        return np.linalg.inv(self._B)
+        return inverse
 
     def lift(self) -> Lift:
         """Return ``x - B u = center`` with u in the unit ball."""

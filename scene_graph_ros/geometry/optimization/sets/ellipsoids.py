@@ -7,10 +7,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.sets.arguments import frozen
+from scene_graph_ros.geometry.optimization.solve.bounded_ellipsoid import (
+    inscribe,
+    OUTSIDE,
+    SINGULAR,
+)
 from scene_graph_ros.geometry.optimization.solve.circumscribed import smallest_around
-from scene_graph_ros.geometry.optimization.solve.doubled import exact_residual
+from scene_graph_ros.geometry.optimization.solve.cube import cube_quickly
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
-from scene_graph_ros.geometry.optimization.solve.inscribed import largest_inscribed
 from scene_graph_ros.geometry.optimization.solve.rows import Rows
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -48,28 +53,31 @@ def inscribed(polyhedron: Any, enough: float = 0.0) -> Extremal:
     n = polyhedron.ambient_dimension
     if n == 0:
         return Extremal(np.zeros((0, 0)), np.zeros(0), 0.0)
-    named = np.linalg.norm(polyhedron.A, axis=1) > 0.0
-    A, b = polyhedron.A[named], polyhedron.b[named]
-    middle, B, widths = _frame(polyhedron, A, b)
-    # The deepest point in coordinates in which the set is as wide along all axes.
-    cube = find_deepest(Rows(A @ B, b - A @ middle))
-    center, best = middle + B @ cube.x, None
+    flat = f"{label}: the set is flat; work in the coordinates of its AffineSubspace"
+    A, b = polyhedron.A, polyhedron.b
+    center, widths = np.empty(n), np.empty(n)
+    if cube_quickly(A, b, _THIN, np.empty(n), widths, center):
+        B = np.diag(widths)
+    else:
+        named = np.linalg.norm(A, axis=1) > 0.0
+        A, b = frozen(A[named]), frozen(b[named])
+        middle, B, widths = _frame(polyhedron, A, b)
+        if not (widths > 0.0).all():
+            raise ConvexSetError(flat)
+        # The deepest point in coordinates in which the set is as wide along all axes.
+        center = middle + B @ find_deepest(Rows(A @ B, b - A @ middle)).x
+    best = None
     for _ in range(_MOST_PASSES):
-        slack = b - A @ center
-        if not ((slack > 0.0).all() and (widths > 0.0).all()):
-            raise ConvexSetError(
-                f"{label}: the set is flat; work in the coordinates of its AffineSubspace"
-            )
-        try:
-            x, E, weights = largest_inscribed((A @ B) / slack[:, None])
-            center, B = center + B @ x, B @ E
-            found = _put_inside(A, b, center, B, weights / slack)
-        except np.linalg.LinAlgError as error:
+        status, shrink, gap = inscribe(A, b, center, B)
+        if status == OUTSIDE:
+            raise ConvexSetError(flat)
+        if status == SINGULAR:
             raise SolverError(
-                f"{label}: the set is too thin for its size to tell how wide it is ({error}); work"
-                " in the coordinates of its AffineSubspace"
-            ) from error
-        best = found if best is None or found.gap < best.gap else best
+                f"{label}: the set is too thin for its size to tell how wide it is; work in the"
+                " coordinates of its AffineSubspace"
+            )
+        if best is None or gap < best.gap:
+            best = Extremal(shrink * B, center.copy(), gap)
         if best.gap <= max(enough, 0.01 * _PROMISED["inscribed"]):
             break
     assert best is not None
@@ -100,37 +108,7 @@ def _frame(polyhedron: Any, A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, .
     ends = np.array([[sign * cube.support(sign * v).value for sign in (-1, 1)] for v in axes])
     half = 0.5 * (ends[:, 1] - ends[:, 0])
     turned = widths[:, None] * axes.T
-    return middle + turned @ ends.mean(axis=1), turned * half, half
-
-
-def _put_inside(
-    A: np.ndarray, b: np.ndarray, center: np.ndarray, B: np.ndarray, y: np.ndarray
-) -> Extremal:
-    """Shrink an ellipsoid to be inside, and bound the largest one.
-
-    Multipliers y with ``sum y a = 0`` give ``sum y |B' a| <= sum y slack``. With unit vectors
-    v along ``B' a`` and ``M = sum y (B' a) v'``, a map F after B has ``trace(F M)`` at most that,
-    and ``det(F)^(1/n) <= trace(F M) / (n det(M)^(1/n))``.
-    """
-    n = len(center)
-    slack = np.array([exact_residual(row, center, side) for row, side in zip(A, b, strict=True)])
-    reach = np.linalg.norm(A @ B, axis=1)
-    # Where columns are long beside the reach, their products cancel.
-    cancelled = 0.501 * n * EPSILON * np.linalg.norm(np.abs(A) @ np.abs(B), axis=1)
-    shrink = float((slack / (reach + cancelled)).min()) * (1.0 - 16.0 * (n + 1) * EPSILON)
-    rows = A @ B
-    for _ in range(2):
-        # The least change of weights, relative to them, that balances the rows.
-        tilt = np.linalg.solve(rows.T @ (y[:, None] * rows), rows.T @ y)
-        y = y * np.maximum(0.0, 1.0 - rows @ tilt)
-    M = rows.T @ ((y / reach)[:, None] * rows)
-    # What is left of sum y a moves the bound by no more than this over the set, which is within n
-    # times the ellipsoid (John 1948), here taken twice.
-    left = float(np.linalg.norm(y @ rows)) * 2.0 * n
-    bound = float(y @ np.abs(slack)) + left
-    upper = n * np.log(bound / n) - np.linalg.slogdet(M)[1]
-    gap = float(upper - n * np.log(shrink)) if shrink > 0.0 else np.inf
-    return Extremal(shrink * B, center, max(gap, 0.0))
+    return middle + turned @ ends.mean(axis=1), np.ascontiguousarray(turned * half), half
 
 
 def circumscribed(points: np.ndarray, rank_tol: float, label: str) -> tuple[Extremal, int]:

@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.optimization.solve.dense import (
     solve_general,
 )
 
-__all__ = ["largest_inscribed"]
+__all__ = ["largest_inscribed", "largest_within"]
 
 _MOST_STEPS = 100
 """Newton steps; some fifteen are taken."""
@@ -29,6 +29,15 @@ _LEAST_TARGET = 2e-14
 
 _NEAR = 1e-8
 """Of a product of multiplier and slack: so near the end, residuals that grow are rounding."""
+
+_FAR_AWAY = 0.1
+"""Of its slack, the multiplier of a row that no longer counts: the ellipsoid won't touch it."""
+
+_IS_KNOWN_FROM = 1e-2
+"""Of a product of multiplier and slack: from there on these tell which rows count."""
+
+_BEYOND = 1e-13
+"""Relative to its slack: an ellipsoid that is beyond a row by more was not to leave it out."""
 
 _TO_BORDER = 0.9
 """Of the way to the border, the share that a step may take while residuals are large."""
@@ -65,13 +74,15 @@ def _squares(A, y, W, lengths):
 def _matrix(W, y, z, h):
     """Return what ties the rates of the multipliers to each other, as its upper triangle."""
     m, n = W.shape
-    G = np.empty((m, m))
+    G, columns = np.zeros((m, m)), np.ascontiguousarray(W.T)
     for i in range(m):
-        for j in range(i, m):
-            product = 0.0
-            for a in range(n):
-                product += W[i, a] * W[j, a]
-            G[i, j] = y[i] * product * (y[j] * product)
+        products = G[i]
+        for a in range(n):
+            column, weight = columns[a], W[i, a]
+            for j in range(m):
+                products[j] += weight * column[j]
+        for j in range(m):
+            products[j] = y[i] * products[j] * (y[j] * products[j])
         G[i, i] += 2.0 * y[i] * h[i] * z[i]
     return G
 
@@ -140,24 +151,42 @@ def _step(A, x, y, z, slack, r3, dx, rate, residual):
 
 
 @kernel
-def _newton(A, x, y, z):
-    """Move x ``(n,)``, y and z ``(m,)`` from where they start to the best point of the method."""
+def _drop_far(A, y, z, slack, names, count):
+    """Move rows that no longer count behind the others; return how many do."""
+    left = 0
+    for i in range(count):
+        if y[i] >= _FAR_AWAY * z[i]:
+            if left < i:
+                A[left] = A[i]
+                y[left], z[left], slack[left], names[left] = y[i], z[i], slack[i], names[i]
+            left += 1
+    return left
+
+
+@kernel
+def _newton(A, x, y, z, drops):
+    """Move x ``(n,)``, y and z ``(m,)`` from where they start to the best point of the method.
+
+    With ``drops`` rows that the ellipsoid won't touch are left out once that is seen, with a
+    multiplier of 0.
+    """
     m, n = A.shape
-    W, h, slack = np.empty((m, n)), np.empty(m), np.ones(m)
+    A, slack, names, count = A.copy(), np.ones(m), np.arange(m), m
+    W, h = np.empty((m, n)), np.empty(m)
     r1, r2, r3 = np.empty(n), np.empty(m), np.empty(m)
     dx, rate = np.empty(n), np.empty(m)
     best, best_x, best_y = np.inf, x.copy(), y.copy()
     for _ in range(_MOST_STEPS):
-        if not _squares(A, y, W, h):
+        if not _squares(A[:count], y, W, h):
             break
         gap = 0.0
-        for i in range(m):
+        for i in range(count):
             gap += y[i] * z[i]
-        gap /= m
+        gap /= count
         target = max(_LEAST_TARGET, min(0.5, gap) * gap)
         r1[:] = 0.0
         residual = 0.0
-        for i in range(m):
+        for i in range(count):
             r2[i] = slack[i] - h[i] - z[i]
             r3[i] = target - y[i] * z[i]
             residual = max(residual, abs(r2[i]), abs(r3[i]))
@@ -169,33 +198,92 @@ def _newton(A, x, y, z):
         if max(residual, gap) < best:
             best = max(residual, gap)
             best_x[:] = x
-            best_y[:] = y
+            best_y[:] = 0.0
+            for i in range(count):
+                best_y[names[i]] = y[i]
         has_passed = gap <= _NEAR and residual > 10.0 * best
         if max(residual, gap) <= _RESIDUAL or has_passed or not np.isfinite(residual):
             break
-        if not _direction(A, W, y, z, h, r1, r2, r3, dx, rate):
+        if not _direction(A[:count], W, y, z, h, r1, r2, r3, dx, rate):
             break
-        _step(A, x, y, z, slack, r3, dx, rate, residual)
+        _step(A[:count], x, y, z, slack, r3, dx, rate, residual)
+        if drops and gap <= _IS_KNOWN_FROM:
+            there = count
+            count = _drop_far(A, y, z, slack, names, there)
+            # What was left out no longer balances the others, until the next step.
+            best = best if count == there else np.inf
     x[:] = best_x
     y[:] = best_y
 
 
-def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return centre ``(n,)``, symmetric map ``(n, n)`` and multipliers of the largest ellipsoid.
+@kernel
+def _inverse_of_factor(U, E):
+    """Fill E ``(n, n)`` with ``U^-1``, of an upper triangle."""
+    n = len(U)
+    E[:] = 0.0
+    for c in range(n):
+        for k in range(c, -1, -1):
+            total = 1.0 if k == c else 0.0
+            for j in range(k + 1, c + 1):
+                total -= U[k, j] * E[j, c]
+            E[k, c] = total / U[k, k]
 
-    In ``A x <= 1``, which is bounded, of m rows; multipliers ``(m,)`` weigh ``|E a|``. Raises
-    LinAlgError where the rows don't bound all directions, to rounding.
+
+@kernel
+def _attempt(A, x, E, weights, drops):
+    """Fill what `largest_within` does; -1 where it fails, 0 where the ellipsoid is not inside."""
+    m, n = A.shape
+    W, h, y = np.empty((m, n)), np.empty(m), np.ones(m)
+    if not _squares(A, y, W, h):
+        return -1
+    shrink = 1.0 / h.max()
+    y[:] = shrink**-2
+    z = np.maximum(0.1, 1.0 - shrink * h)
+    x[:] = 0.0
+    _newton(A, x, y, z, drops)
+    M = np.zeros((n, n))
+    for i in range(m):
+        for a in range(n):
+            weighed = y[i] * A[i, a]
+            for b in range(a, n):
+                M[a, b] += weighed * A[i, b]
+    if not factor(M):
+        return -1
+    _inverse_of_factor(M, E)
+    is_inside = 1
+    for i in range(m):
+        square, slack = 0.0, 1.0
+        for a in range(n):
+            total = 0.0
+            for b in range(a + 1):
+                total += A[i, b] * E[b, a]
+            square += total * total
+            slack -= A[i, a] * x[a]
+        weights[i] = y[i] * np.sqrt(square)
+        if y[i] == 0.0 and slack < (1.0 - _BEYOND) * np.sqrt(square):
+            is_inside = 0
+    return is_inside
+
+
+@kernel
+def largest_within(A, x, E, weights):
+    """Fill centre ``(n,)``, map ``(n, n)`` and multipliers ``(m,)`` of the largest ellipsoid.
+
+    In ``A x <= 1``, which is bounded, of m rows; multipliers weigh ``|E' a|``. False where the
+    rows don't bound all directions, to rounding.
     """
+    found = _attempt(A, x, E, weights, True)
+    if found == 0:
+        # A row that was left out would have counted.
+        found = _attempt(A, x, E, weights, False)
+    return found >= 0
+
+
+def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return what `largest_within` fills. Raises LinAlgError where it doesn't."""
     A = np.ascontiguousarray(A, dtype=np.float64)
     m, n = A.shape
-    square = np.linalg.inv(A.T @ A)
-    lengths = np.sqrt(np.einsum("ij,jk,ik->i", A, square, A))
-    shrink = float((1.0 / lengths).min())
-    x, y = np.zeros(n), np.full(m, shrink**-2)
-    z = np.maximum(0.1, 1.0 - shrink * lengths)
-    _newton(A, x, y, z)
-    values, axes = np.linalg.eigh(A.T @ (y[:, None] * A))
-    if not values[0] > 0.0:
+    x, E, weights = np.empty(n), np.empty((n, n)), np.empty(m)
+    if not largest_within(A, x, E, weights):
         raise np.linalg.LinAlgError("its square is singular, to rounding")
-    E = axes @ np.diag(1.0 / np.sqrt(values)) @ axes.T
-    return x, E, y * np.linalg.norm(A @ E, axis=1)
+    return x, E, weights
