@@ -115,6 +115,39 @@ def test_among_obstacles_of_all_kinds(n, seed):
     assert (bounds.A == record.region.A).all() and (bounds.b == record.region.b).all()
 
 
+@pytest.mark.parametrize("n", [2, 3])
+def test_among_a_thousand_obstacles_of_several_kinds(n):
+    """Each is beyond a face by formulas of this test; the seed stays inside on request."""
+    rng = np.random.default_rng(n)
+    obstacles, reaches = [], []
+    while len(obstacles) < 1000:
+        at, size = rng.uniform(-3.0, 3.0, n), rng.uniform(0.02, 0.08)
+        if np.linalg.norm(at) < 0.3:
+            continue
+        kind = len(obstacles) % 4
+        if kind == 0:
+            obstacles.append(Hyperellipsoid.make_hypersphere(size, at))
+            reaches.append(lambda A, p=at, r=size: A @ p - r * np.linalg.norm(A, axis=1))
+            continue
+        corners = at + size * rng.uniform(-1.0, 1.0, (n + 3, n))
+        if kind == 1:
+            obstacles.append(VPolytope(corners))
+        elif kind == 2:
+            corners = at + size * np.array(np.meshgrid(*[[-1.0, 1.0]] * n)).reshape(n, -1).T
+            obstacles.append(Hyperrectangle(at - size, at + size))
+        else:
+            obstacles.append(MinkowskiSum([VPolytope(corners), Point(np.zeros(n))]))
+        reaches.append(lambda A, v=corners: (A @ v.T).min(axis=1))
+    domain = HPolyhedron.make_box(-3.0 * np.ones(n), 3.0 * np.ones(n))
+    options = IrisOptions(require_sample_point_is_contained=True)
+    region = iris(obstacles, np.zeros(n), domain, options)
+    assert region.point_in_set(np.zeros(n), 0.0)
+    for reach in reaches:
+        assert (reach(region.A) >= region.b).any()
+    # More than the ball that nothing is in.
+    assert region.maximum_volume_inscribed_ellipsoid().calc_volume() > math.pi * 0.2**n
+
+
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("shift", [0.0, 1e6])
 def test_sizes_and_places_do_not_matter(size, shift):

@@ -53,6 +53,27 @@ def test_files_of_other_programs(tmp_path):
     assert found["bottom"].b[0] == -3.0
 
 
+def test_drake_reads_and_writes_the_same_files(tmp_path):
+    """Each number of ours is read by it, and each of its own by us."""
+    theirs = pytest.importorskip("pydrake.geometry.optimization", reason="make peers installs it")
+    rng = np.random.default_rng(8)
+    regions = {
+        f"region {k}": HPolyhedron(rng.normal(size=(9, k + 2)), rng.uniform(size=9))
+        for k in range(3)
+    }
+    path = tmp_path / "regions.yaml"
+    for child in (None, "below"):
+        save_iris_regions_yaml_file(path, regions, child)
+        read = theirs.LoadIrisRegionsYamlFile(str(path), child)
+        assert list(read) == list(regions)
+        theirs.SaveIrisRegionsYamlFile(str(path), read, child)
+        found = load_iris_regions_yaml_file(path, child)
+        for name, region in regions.items():
+            for each in ((read[name].A(), read[name].b()), (found[name].A, found[name].b)):
+                np.testing.assert_array_equal(each[0], region.A)
+                np.testing.assert_array_equal(each[1], region.b)
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Edge", "Vertex"]
 
+_NO_FLOW = 1e-9
+"""A flow that is the solver's rounding: it costs nothing."""
+
 
 class _Costly:
     """What has costs and constraints of the points of some vertices."""
@@ -158,17 +161,29 @@ class _Costly:
         self, result: GraphOfConvexSetsResult, cost: Any, default: float | None
     ) -> float | None:
         """Return what it costs in a result, all of it or one cost; raises for a strange one."""
-        if cost is None:
-            return default
-        if not any(cost is each for each, _ in self._costs):
+        if cost is not None and not any(cost is each for each, _ in self._costs):
             raise ConvexSetError(
                 f"{self._label}.get_solution_cost: cost must be one of {self._name!r}, not"
                 f" {quoted(cost)}"
             )
-        if default is None:
-            return None
+        if not result.is_success and result.flows:
+            used = [cost] if cost is not None else self.get_costs(result.transcription)
+            shares = self._shares(result)
+            if not shares:
+                return None
+            return sum(
+                (flow * self._cost_at(c, at) for flow, at in shares if flow for c in used), 0.0
+            )
+        if cost is None or default is None:
+            return default
         points = dict(zip(result.vertices, result.points, strict=True))
         return self._cost_at(cost, points)
+
+    def _shares(
+        self, result: GraphOfConvexSetsResult
+    ) -> list[tuple[float, dict[int, np.ndarray]]]:
+        """Return flows of a relaxation that count here, with the points that they go through."""
+        raise NotImplementedError
 
 
 def _used(terms: list[tuple[Any, frozenset[Transcription]]], asked: Any, label: str) -> list[Any]:
@@ -229,8 +244,21 @@ class Vertex(_Costly):
     def _own(self) -> dict[int, str]:
         return {self.id: "vertex.x"}
 
+    def _shares(
+        self, result: GraphOfConvexSetsResult
+    ) -> list[tuple[float, dict[int, np.ndarray]]]:
+        # With the edges that lead here, and at the source with those that lead on.
+        sides = [
+            [share for edge in edges for share in edge._shares(result)]
+            for edges in (self._incoming, self._outgoing)
+        ]
+        return max(sides, key=lambda side: sum(flow for flow, _ in side))
+
     def get_solution_cost(self, result: GraphOfConvexSetsResult, cost: Any = None) -> float | None:
-        """Return what the vertex, or one of its costs, costs on a path; None beside it."""
+        """Return what the vertex, or one of its costs, costs on a path; None beside it.
+
+        Of a relaxation without a path, what all flows through it cost.
+        """
         return self._solution_cost(result, cost, result.vertex_costs.get(self.id))
 
     def get_solution(self, result: GraphOfConvexSetsResult) -> np.ndarray | None:
@@ -313,6 +341,18 @@ class Edge(_Costly):
         """Return the flow times the point of ``v``; None where the edge was left out."""
         return result.phi_xv.get(self.id)
 
+    def _shares(
+        self, result: GraphOfConvexSetsResult
+    ) -> list[tuple[float, dict[int, np.ndarray]]]:
+        flow = result.flows.get(self.id)
+        if flow is None or not flow > _NO_FLOW:
+            return [] if flow is None else [(0.0, {})]
+        at = {self._u.id: result.phi_xu[self.id] / flow, self._v.id: result.phi_xv[self.id] / flow}
+        return [(flow, at)]
+
     def get_solution_cost(self, result: GraphOfConvexSetsResult, cost: Any = None) -> float | None:
-        """Return what the edge, or one of its costs, costs on a result's path; None beside it."""
+        """Return what the edge, or one of its costs, costs on a result's path; None beside it.
+
+        Of a relaxation without a path, what its flow costs: the perspective of the cost.
+        """
         return self._solution_cost(result, cost, result.edge_costs.get(self.id))

@@ -86,7 +86,12 @@ class PathAnswer:
         self, found: Incumbent | None, count: int, failure: str
     ) -> GraphOfConvexSetsResult:
         """Return the best rounded path with the relaxation's bound."""
-        others = {**self._common, "num_rounded_paths": count, "lower_bound": self._proven.value}
+        others = {
+            **self._common,
+            "num_rounded_paths": count,
+            "lower_bound": self._proven.value,
+            "transcription": Transcription.RELAXATION,
+        }
         if found is None:
             reason = "no path was drawn: the relaxation alone was solved"
             if failure:

@@ -9,6 +9,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_paths, Potentials
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
+from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 
 __all__ = ["GraphOfConvexSetsResult", "PathBound"]
 
@@ -32,9 +33,9 @@ class GraphOfConvexSetsResult:
 
     ``path`` are the numbers of its edges and ``vertices`` of its vertices; ``points`` ``(n,)`` for
     each of them. ``cost`` is that of the points, infinite without a path; ``reason`` says why
-    there is none, or why the search ended. ``solver_bound`` is what a mixed-integer solver says
-    that no path is below, which is not proven. ``flows``, ``phi_xu`` and ``phi_xv`` are the
-    relaxation's, by the numbers of edges.
+    there is none, or why the search ended. ``flows``, ``phi_xu`` and ``phi_xv`` are the
+    relaxation's, by the numbers of edges, and ``transcription`` what it was made of.
+    ``solver_bound`` is what a mixed-integer solver says that no path is below: not proven.
     """
 
     is_success: bool
@@ -56,6 +57,7 @@ class GraphOfConvexSetsResult:
     num_rounded_paths: int = 0
     num_search_programs: int = 0
     solver_bound: float = np.nan
+    transcription: Transcription = Transcription.MIP
 
     @property
     def gap(self) -> float:

@@ -113,6 +113,45 @@ def test_vertices_tell_what_they_cost():
         m.get_solution_cost(result, 3.0)
 
 
+@pytest.mark.parametrize("preprocessing", [True, False])
+def test_flows_of_a_relaxation_have_their_costs(preprocessing):
+    """Without a path, each part costs its flow's share; together that is the relaxation's cost."""
+    graph = GraphOfConvexSets()
+    s, t = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([4.0, 0.0]))
+    doors = [graph.add_vertex(Hyperrectangle([2.0, y], [2.0, y + 1.0])) for y in (0.5, -1.5)]
+    s.add_cost(0.125)
+    squares = []
+    for door in doors:
+        door.add_cost(0.25)
+        for u, v in ((s, door), (door, t), (door, s)):
+            edge = graph.add_edge(u, v)
+            squares.append(edge.add_cost(sum_squares(edge.xv - edge.xu)))
+            edge.add_cost(1.0, Transcription.MIP)
+    aside = graph.add_vertex(Point([9.0, 9.0]))
+    options = GraphOfConvexSetsOptions(
+        convex_relaxation=True, max_rounded_paths=0, preprocessing=preprocessing
+    )
+    result = graph.solve_shortest_path(s, t, options)
+    assert not result.is_success
+    # Over (2, 0.5) or (2, -0.5) or both: two squares of 4.25 each.
+    assert result.relaxation_cost == pytest.approx(8.5 + 0.25 + 0.125, rel=1e-6)
+    assert sum(door.get_solution_cost(result) for door in doors) == pytest.approx(0.25, rel=1e-6)
+    assert s.get_solution_cost(result) == pytest.approx(0.125, rel=1e-6)
+    assert t.get_solution_cost(result) == 0.0
+    assert aside.get_solution_cost(result) is None
+    kept = [e for e in graph.edges if e.get_solution_phi(result) is not None]
+    assert len(kept) == (4 if preprocessing else 6)
+    for edge in kept:
+        phi = edge.get_solution_phi(result)
+        share = 0.0 if edge.v is s else 4.25 * phi
+        assert edge.get_solution_cost(result) == pytest.approx(share, abs=1e-5)
+        assert edge.get_solution_cost(result, edge.get_costs()[0]) == pytest.approx(
+            share, abs=1e-5
+        )
+    with pytest.raises(ConvexSetError, match="cost must be one of"):
+        kept[0].get_solution_cost(result, squares[-1])
+
+
 def test_surrogates_take_the_bound_away():
     """What the relaxation asks and paths need not keep says nothing of what they cost."""
     graph, (s, m, t), _ = through(BOX)
