@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
-from scene_graph_ros.geometry.optimization.solve.doubled import exact_residual
+from scene_graph_ros.geometry.optimization.solve.doubled import exact_residual, exact_residuals
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["project_points"]
@@ -63,22 +63,20 @@ def _back_substitute(R, k, column, out):
 
 
 @kernel
-def _most_broken(A, b, lengths, num_equalities, is_active, x):
-    """Return the row that x breaks by the longest way, and whether it is below an equation."""
+def _most_broken(A, columns, b, lengths, num_equalities, is_active, x, rests, room):
+    """Return the row that x breaks by the longest way, -1 for none; fill what is left of rows."""
     row, worst = -1, 0.0
+    exact_residuals(columns, b, len(b), x, rests, room)
     for i in range(len(b)):
-        if is_active[i] or lengths[i] == 0.0:
+        # Equations come first, since they stay.
+        rest = -abs(rests[i]) if i < num_equalities else rests[i]
+        if not -rest > worst * lengths[i] or is_active[i] or lengths[i] == 0.0:
             continue
-        rest = exact_residual(A[i], x, b[i])
         size = abs(b[i])
         for k in range(len(x)):
             size += abs(A[i, k] * x[k])
-        if i < num_equalities:
-            rest = -abs(rest)
-        # Equations come first, since they stay.
-        way = np.inf if i < num_equalities else -rest / lengths[i]
-        if rest < -_INSIDE * size and way > worst:
-            row, worst = i, way
+        if rest < -_INSIDE * size:
+            row, worst = i, np.inf if i < num_equalities else -rest / lengths[i]
     return row
 
 
@@ -109,21 +107,21 @@ def _first_to_drop(y, steps, active, k, num_equalities):
 
 
 @kernel
-def _project(A, b, lengths, num_equalities, x, y):
+def _project(A, columns, b, lengths, num_equalities, x, y):
     """Move x ``(n,)`` to the nearest point; fill the multipliers y ``(m,)``; False if it fails."""
     m, n = A.shape
     Q, R, steps = np.zeros((n, n + 1)), np.zeros((n + 1, n + 1)), np.zeros(n + 1)
     active, signs = np.zeros(n + 1, np.int64), np.ones(n + 1)
-    is_active = np.zeros(m, np.bool_)
+    is_active, rests, room = np.zeros(m, np.bool_), np.empty(m), np.empty(m)
     y[:] = 0.0
     k, row, sign = 0, -1, 1.0
     for _ in range(10 * (m + n) + 10):
         if row < 0:
-            row = _most_broken(A, b, lengths, num_equalities, is_active, x)
+            row = _most_broken(A, columns, b, lengths, num_equalities, is_active, x, rests, room)
             if row < 0:
                 _settle(A, b, active, k, Q, R, x)
                 return True
-            sign = 1.0 if exact_residual(A[row], x, b[row]) < 0.0 else -1.0
+            sign = 1.0 if rests[row] < 0.0 else -1.0
         way = _append(sign * A[row], Q, R, k)
         _back_substitute(R, k, k, steps)
         step, drop = _first_to_drop(y, steps, active, k, num_equalities)
@@ -155,8 +153,9 @@ def _project(A, b, lengths, num_equalities, x, y):
 
 @kernel
 def _project_all(A, b, lengths, num_equalities, points, y):
+    columns = np.ascontiguousarray(A.T)
     for i in range(len(points)):
-        if not _project(A, b, lengths, num_equalities, points[i], y[i]):
+        if not _project(A, columns, b, lengths, num_equalities, points[i], y[i]):
             return i
     return -1
 
