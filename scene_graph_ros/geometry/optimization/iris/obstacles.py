@@ -60,20 +60,13 @@ class Obstacles:
             for each, ball in zip(obstacles, self._ellipsoids, strict=True)
         ]
         self._corners = [_corners(each) for each in self.sets]
-        self.counts = np.ones(len(self.sets), dtype=bool)
+        self.counts = np.zeros(len(self.sets), dtype=bool)
         self._centers = np.zeros((len(self.sets), dimension))
         self._radii = np.zeros(len(self.sets))
-        for k, (each, V, ball) in enumerate(
-            zip(self.sets, self._corners, self._ellipsoids, strict=True)
-        ):
-            self.counts[k] = (
-                len(V) > 0 if V is not None else ball is not None or not each.is_empty()
-            )
-            if self.counts[k]:
-                self._centers[k], self._radii[k] = _ball_around(each, V, ball)
         self._kinds = [type(each).__name__ for each in obstacles]
         self._stack_corners(dimension)
         self._stack_ellipsoids(dimension)
+        self._put_balls_around()
 
     def _stack_corners(self, dimension: int) -> None:
         """Put corners of all hulls in a row, so that one product asks all of them."""
@@ -88,6 +81,26 @@ class Obstacles:
         stacks = [(k, ball.B) for k, ball in enumerate(self._ellipsoids) if ball is not None]
         self._with_maps = np.array([k for k, _ in stacks], dtype=np.int64)
         self._maps = np.array([B for _, B in stacks]).reshape(len(stacks), dimension, dimension)
+
+    def _put_balls_around(self) -> None:
+        """Find a ball around each obstacle: around all hulls at once, of others one by one."""
+        if len(self._starts):
+            low, high = (
+                each.reduceat(self._stack, self._starts) for each in (np.minimum, np.maximum)
+            )
+            centers = 0.5 * low + 0.5 * high
+            ends = np.append(self._starts[1:], len(self._stack))
+            away = self._stack - np.repeat(centers, ends - self._starts, axis=0)
+            self._centers[self._with_corners] = centers
+            lengths = np.linalg.norm(away, axis=1)
+            self._radii[self._with_corners] = np.maximum.reduceat(lengths, self._starts)
+            self.counts[self._with_corners] = True
+        for k, (each, V, ball) in enumerate(
+            zip(self.sets, self._corners, self._ellipsoids, strict=True)
+        ):
+            if V is None and (ball is not None or not each.is_empty()):
+                self._centers[k], self._radii[k] = _ball_around(each, ball)
+                self.counts[k] = True
 
     def label(self, k: int) -> str:
         """Name an obstacle in an error."""
@@ -250,14 +263,8 @@ def _within(each: Any, box: Hyperrectangle) -> Any:
     return Intersection([each, box])
 
 
-def _ball_around(
-    each: ConvexSet, V: np.ndarray | None, ball: AffineBall | None
-) -> tuple[np.ndarray, float]:
+def _ball_around(each: ConvexSet, ball: AffineBall | None) -> tuple[np.ndarray, float]:
     """Return a ball around a bounded set."""
-    if V is not None:
-        low, high = V.min(axis=0), V.max(axis=0)
-        center = 0.5 * low + 0.5 * high
-        return center, float(np.linalg.norm(V - center, axis=1).max())
     if ball is not None:
         return ball.center, float(np.linalg.norm(ball.B)) * (1.0 + _SURE)
     around = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(each)
