@@ -100,6 +100,7 @@ def _questions(
     A, b = _polytope(rng, n, m)
     C, d = _polytope(rng, n, m)
     d = d + C @ np.full(n, 0.9)
+    away, apart = b + A @ np.full(n, 10.0), d + C @ np.full(n, 4.0)
     points = 2.0 * rng.normal(size=(_POINTS, n))
     cloud = rng.normal(size=(200, n))
 
@@ -117,11 +118,21 @@ def _questions(
         return None if found is None else found.distances
 
     yield "is_empty", lambda: ours().is_empty(), lambda: theirs().IsEmpty()
+    yield (
+        "is_empty, away from the origin",
+        lambda: HPolyhedron(A, away).is_empty(),
+        lambda: drake.HPolyhedron(A, away).IsEmpty(),
+    )
     yield "is_bounded", lambda: ours().is_bounded(), lambda: theirs().IsBounded()
     yield (
         "intersects_with",
         lambda: ours().intersects_with(HPolyhedron(C, d)),
         lambda: theirs().IntersectsWith(drake.HPolyhedron(C, d)),
+    )
+    yield (
+        "intersects_with, apart",
+        lambda: ours().intersects_with(HPolyhedron(C, apart)),
+        lambda: theirs().IntersectsWith(drake.HPolyhedron(C, apart)),
     )
     yield (
         "contained_in",
