@@ -129,6 +129,8 @@ bench: all-kernels peers  ## compare speed with the peers
 accuracy: all-kernels peers  ## compare accuracy with the peers: tables and plots
 	$(RUN) -m benchmarks.accuracy
 	$(RUN) -m benchmarks.surfaces
+	$(RUN) -m benchmarks.emptiness
+	$(RUN) -m benchmarks.sets_errors
 
 # For Python 3.11 and later on every system, so that one file serves all; it names no host.
 LOCK = .venv-lock/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \

@@ -41,7 +41,19 @@ def draw_paths(
             break
         if path not in found:
             found.append(path)
+        if len(found) == 1 and _is_only_one(network, flows, tolerance, path):
+            break
     return found
+
+
+def _is_only_one(
+    network: Network, flows: np.ndarray, tolerance: float, path: Sequence[int]
+) -> bool:
+    """Tell whether a path never has another edge to go along, so that each walk is this one."""
+    return all(
+        sum(flows[e] > tolerance for e in network.leaving[int(network.tails[taken])]) == 1
+        for taken in path
+    )
 
 
 def _walk(

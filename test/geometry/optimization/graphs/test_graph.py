@@ -20,6 +20,7 @@ from scene_graph_ros.geometry.optimization import (
     sum_squares,
 )
 from scene_graph_ros.geometry.optimization.graphs.network import Network
+from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
 
 
 def pair():
@@ -178,6 +179,28 @@ def simple_path_edges(size, edges, source, target):
 
     walk(source, {source}, [])
     return found
+
+
+def test_where_there_is_one_way_one_walk_is_enough():
+    """A line of vertices, with a way back that has no flow, takes one number for each edge."""
+
+    class Counted:
+        """Counts the numbers that are drawn."""
+
+        def __init__(self):
+            self.count = 0
+
+        def random(self):
+            """Return a number."""
+            self.count += 1
+            return 0.5
+
+    network = Network(4, np.array([0, 1, 2, 1]), np.array([1, 2, 3, 0]), 0, 3)
+    for back, drawn in ((0.0, 3), (0.5, 30)):
+        generator = Counted()
+        flows = np.array([1.0, 1.0, 1.0, back])
+        assert draw_paths(network, flows, 5, 10, 1e-5, generator) == [(0, 1, 2)]
+        assert generator.count == drawn
 
 
 @pytest.mark.parametrize("seed", range(20))
