@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.optimization import (
     Transcription,
 )
 from scene_graph_ros.planning import GcsTrajectoryOptimization
+from scene_graph_ros.planning.gcs.result import _meeting_excess, Step
 
 CORNER = [Hyperrectangle([0.0, 0.0], [3.0, 1.0]), Hyperrectangle([2.0, 0.0], [3.0, 3.0])]
 
@@ -94,6 +95,51 @@ def test_where_modes_change_and_later_subgraphs():
     assert later.continuous_derivatives == [1] == free.continuous_derivatives
     assert [order for order, _, _ in later.derivative_bounds] == [3]
     assert not graph.add_regions(CORNER, 2, name="low").derivative_bounds
+
+
+@pytest.mark.parametrize(
+    ("bounds", "excess"),
+    [
+        # At the end of q(t) = (t / 2)^3, t = 2, q' is 1.5 and q'' 1.5; q = t begins with 1 and 0.
+        (("add_velocity_bounds", [-1.2], [1.2]), (0.0, 0.3 / 1.2, 0.0)),
+        (("add_velocity_bounds", [-2.0], [0.5]), (0.0, 1.0 / 2.0, 0.0)),
+        (("add_nonlinear_derivative_bounds", [-1.0], [1.0], 2), (0.0, 0.0, 0.5)),
+        (("add_nonlinear_derivative_bounds", [0.5], [2.0], 2), (0.0, 0.0, 0.5 / 2.0)),
+        # The velocity ends as its largest, 1.5, and is 1 of at most 1 where the next begins.
+        (("add_zero_derivative_constraints", 1), (1.0, 0.0, 0.0)),
+        (("add_velocity_bounds", [-1.5], [1.5]), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_bounds_at_a_meeting_are_measured_on_what_was_found(bounds, excess):
+    """Of two segments that are known in closed form, whatever a solver would say."""
+    graph = GcsTrajectoryOptimization(1)
+    first, second = (
+        graph.add_regions([Hyperrectangle([0.0], [2.0])], 3, name=name) for name in "ab"
+    )
+    change = graph.add_edges(first, second)
+    name, *arguments = bounds
+    getattr(change, name)(*arguments)
+    assert len(change.meeting_bounds) == 1
+    at = np.array([0.0, 0.0, 0.0, 1.0, 2.0]), np.array([1.0, 4.0 / 3.0, 5.0 / 3.0, 2.0, 1.0])
+    zero = np.zeros(1)
+    steps = [
+        Step(first.vertices[0], first, at[0], zero, 0, (), change.meeting_bounds),
+        Step(second.vertices[0], second, at[1], zero, 0),
+    ]
+    assert _meeting_excess(steps) == pytest.approx(excess, abs=1e-12)
+
+
+def test_what_is_asked_at_a_meeting_is_measured_and_kept():
+    """From rest to rest, and a velocity at a change of modes."""
+    graph, start, _, goal, (first, last) = around_a_corner()
+    for edges in (first, last):
+        edges.add_zero_derivative_constraints(1)
+    last.add_velocity_bounds([-0.1, -0.1], [0.1, 0.1])
+    trajectory, result = graph.solve_path(start, goal)
+    assert result.unrest <= 1e-9
+    assert result.velocity_excess <= 1e-9
+    ends = trajectory.derivative().value([0.0, trajectory.end_time])
+    np.testing.assert_allclose(ends, 0.0, atol=1e-9)
 
 
 def test_costs_and_constraints_count_where_they_are_said_to():

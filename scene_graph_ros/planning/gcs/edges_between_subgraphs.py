@@ -15,7 +15,7 @@ from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrecta
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count
-from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges
+from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges
 from scene_graph_ros.planning.gcs.nonlinear_terms import bound_derivative
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
 
@@ -36,6 +36,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         super().__init__(graph, from_subgraph.variables, to_subgraph.variables, name)
         self._from, self._to = from_subgraph, to_subgraph
         self._subspace = _as_rows(subspace, name)
+        self._bounds: list[Bounds] = []
 
     @property
     def from_subgraph(self) -> Subgraph:
@@ -46,6 +47,14 @@ class EdgesBetweenSubgraphs(JoinedEdges):
     def to_subgraph(self) -> Subgraph:
         """Where they end."""
         return self._to
+
+    @property
+    def meeting_bounds(self) -> tuple[Bounds, ...]:
+        """Orders and bounds ``(n,)`` of what derivatives of q(t) keep where segments meet here.
+
+        Order 1 is the velocity; bounds are 0 and 0 where a derivative is to be zero.
+        """
+        return tuple(self._bounds)
 
     def _join(self, u: Vertex, v: Vertex, offset: np.ndarray) -> Edge:
         edge = super()._join(u, v, offset)
@@ -70,6 +79,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
                     if keep.any():
                         rows = np.flatnonzero(keep)
                         edge.add_constraint(sign * rate[rows] <= (sign * bound[rows])[:, None] @ h)
+        self._bounds.append((1, low, high))
 
     def add_nonlinear_derivative_bounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
         """Ask for ``lb <= q^(N) <= ub`` ``(n,)`` where the two segments meet, of both.
@@ -84,6 +94,7 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         for edge in self._edges:
             for place in self._ends(edge, order):
                 bound_derivative(edge, place, low, high, order)
+        self._bounds.append((order, low, high))
         self.has_nonlinear_bounds = True
 
     def add_zero_derivative_constraints(self, derivative_order: int) -> None:
@@ -97,6 +108,8 @@ class EdgesBetweenSubgraphs(JoinedEdges):
         for edge in self._edges:
             for segment, index, key in self._ends(edge, order):
                 edge.add_constraint(segment.path(key, index, order) == 0.0)
+        zero = np.zeros(self._first.num_positions)
+        self._bounds.append((order, zero, zero))
 
     def _check_order(self, order: int, label: str) -> None:
         most = max(self._first.order, self._second.order)

@@ -25,7 +25,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.all_subgraphs import AllSubgraphs
 from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
-from scene_graph_ros.planning.gcs.joined_edges import as_pairs, JoinedEdges
+from scene_graph_ros.planning.gcs.joined_edges import as_pairs, Bounds, JoinedEdges
 from scene_graph_ros.planning.gcs.region_pairs import meeting_between, meeting_inside, Pairs
 from scene_graph_ros.planning.gcs.result import (
     GcsTrajectoryResult,
@@ -316,13 +316,16 @@ class GcsTrajectoryOptimization(AllSubgraphs):
         trajectory = trajectory_of(steps)
         return trajectory, measured(steps, found, trajectory)
 
-    def _onward(self, edge: Edge | None) -> tuple[np.ndarray, int, tuple[int, ...]]:
-        """Return the offset of an edge and what goes on along it, of r(s) and of q(t)."""
+    def _onward(
+        self, edge: Edge | None
+    ) -> tuple[np.ndarray, int, tuple[int, ...], tuple[Bounds, ...]]:
+        """Return the offset of an edge, what goes on along it, of r(s) and of q(t), and bounds."""
         for each in (*self._subgraphs, *self._between):
             offset = None if edge is None else each.offset_of(edge)
             if offset is not None:
-                return offset, each.continuity_order, tuple(each.continuous_derivatives)
-        return np.zeros(self._num_positions), 0, ()
+                goes_on = each.continuity_order, tuple(each.continuous_derivatives)
+                return offset, *goes_on, each.meeting_bounds
+        return np.zeros(self._num_positions), 0, (), ()
 
     def get_graphviz_string(
         self,

@@ -34,6 +34,10 @@ Used = Iterable[Transcription] | Transcription
 """In which programs something counts."""
 
 
+Bounds = tuple[int, np.ndarray, np.ndarray]
+"""The order of a derivative, and what it is not below and not above, ``(n,)`` each."""
+
+
 class JoinedEdges:
     """What edges inside a subgraph and those between two have in common."""
 
@@ -84,6 +88,11 @@ class JoinedEdges:
     def offset_of(self, edge: Edge) -> np.ndarray | None:
         """Return what is added to the end of a segment ``(n,)``; None for another's edge."""
         return self._offsets.get(edge.id)
+
+    @property
+    def meeting_bounds(self) -> tuple[Bounds, ...]:
+        """Orders and bounds of what derivatives of q(t) keep where segments meet: none."""
+        return ()
 
     def add_path_continuity_constraints(self, continuity_order: int) -> None:
         """Ask that derivatives of r(s) of orders from 1 to ``continuity_order`` go on.

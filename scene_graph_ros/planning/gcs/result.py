@@ -11,6 +11,7 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.edge import Vertex
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
+from scene_graph_ros.planning.gcs.joined_edges import Bounds
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
 from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
@@ -29,7 +30,8 @@ class Step:
     """One region on the way: the vertex's coordinates, and what follows.
 
     ``offset`` ``(n,)`` is added where the next region begins, ``continuity`` the order to which
-    derivatives of r(s) go on there, and ``continuous`` those orders that go on of q(t).
+    derivatives of r(s) go on there, ``continuous`` those orders that go on of q(t), and
+    ``meeting`` what bounds derivatives of q(t) keep there, of both regions.
     """
 
     vertex: Vertex
@@ -38,6 +40,7 @@ class Step:
     offset: np.ndarray
     continuity: int
     continuous: tuple[int, ...] = ()
+    meeting: tuple[Bounds, ...] = ()
 
     @property
     def points(self) -> np.ndarray:
@@ -73,11 +76,13 @@ class GcsTrajectoryResult:
     r(s), and across a joint's turn without that turn."""
     velocity_excess: float = 0.0
     """How far a velocity is beyond its bound, relative to the larger of both its bounds."""
-
     derivative_jump: float = 0.0
     """By how much a derivative of q(t) that was asked to go on jumps, relative to its size."""
     derivative_excess: float = 0.0
     """How far a bounded derivative above the first is beyond its bound, relative to that."""
+    unrest: float = 0.0
+    """How far from 0 a derivative is where that was asked for, relative to the largest that it is
+    in its region."""
 
     @property
     def gap(self) -> float:
@@ -124,14 +129,17 @@ def measured(
         size = float(np.abs(step.points).max(initial=0.0)) + float(step.vertex.placed.half.max())
         outside, relative = max(outside, beyond), max(relative, beyond / (size or 1.0))
     jump, relative_jump = _jump(steps)
-    excess = _velocity_excess(steps, trajectory)
-    derivative_jump, beyond_bounds = _derivative_jump(steps), _derivative_excess(steps)
+    at_rest, meeting_speed, meeting_excess = _meeting_excess(steps)
+    excess = max(_velocity_excess(steps, trajectory), meeting_speed)
+    derivative_jump = _derivative_jump(steps)
+    beyond_bounds = max(_derivative_excess(steps), meeting_excess)
     for what, value, accepted in (
         ("leaves a region", relative, PROMISED),
         ("jumps between two regions", relative_jump, PROMISED),
         ("is beyond a bound of its velocity", excess, PROMISED),
         ("has a derivative that jumps", derivative_jump, _PROMISED_NONLINEAR),
         ("is beyond a bound of a derivative", beyond_bounds, PROMISED),
+        ("has a derivative that is not 0 where it is to be", at_rest, PROMISED),
     ):
         if value > accepted:
             raise SolverError(
@@ -150,6 +158,7 @@ def measured(
         excess,
         derivative_jump,
         beyond_bounds,
+        at_rest,
     )
 
 
@@ -178,6 +187,29 @@ def _derivative_excess(steps: Sequence[Step]) -> float:
         ),
         default=0.0,
     )
+
+
+def _meeting_excess(steps: Sequence[Step]) -> tuple[float, float, float]:
+    """Return how far bounds are broken where two regions meet.
+
+    Of derivatives that are to be 0, of velocities, and of what is above them.
+    """
+    unrest, speed, other = 0.0, 0.0, 0.0
+    for first, second in itertools.pairwise(steps):
+        for order, low, high in first.meeting:
+            for step, index in ((first, -1), (second, 0)):
+                if step.subgraph.order < order or step.duration <= 0.0:
+                    continue
+                rates = _rates(step, order)
+                at = rates[index]
+                if not low.any() and not high.any():
+                    size = float(np.abs(rates).max(initial=0.0)) or 1.0
+                    unrest = max(unrest, float(np.abs(at).max(initial=0.0)) / size)
+                elif order == 1:
+                    speed = max(speed, _beyond(at, at, low, high))
+                else:
+                    other = max(other, _beyond(at, at, low, high))
+    return unrest, speed, other
 
 
 def _beyond(least: np.ndarray, most: np.ndarray, low: np.ndarray, high: np.ndarray) -> float:
