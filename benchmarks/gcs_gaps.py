@@ -11,6 +11,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+import csv
+import itertools
 import os
 from pathlib import Path
 import time
@@ -35,11 +37,12 @@ _CLOSED = 1e-6
 _LEAST = 1e-9
 """Drawn of gaps that are smaller."""
 _WAYS = {
-    "without preprocessing": ("#8d6e63", "v"),
-    "loose relaxation": ("#9aa0a6", "s"),
-    "relaxation": ("#1f6fb4", "o"),
-    "branch and bound": ("#d1495b", "D"),
+    "without preprocessing": ("#8d6e63", "v", False),
+    "loose relaxation": ("#70757a", "s", True),
+    "relaxation": ("#1f6fb4", "o", True),
+    "branch and bound": ("#d1495b", "D", False),
 }
+"""Colour, mark, and whether numbers are below, of the first and the last alone."""
 
 
 class Gap(NamedTuple):
@@ -98,32 +101,56 @@ def draw(mazes: Sequence[Sequence[Gap]], path: Path) -> None:
 
     mpl.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import LogLocator, NullFormatter
 
     columns = (len(mazes) + 1) // 2
     figure, axes = plt.subplots(
-        2, columns, figsize=(4.4 * columns, 7.6), layout="constrained", squeeze=False
+        2, columns, figsize=(4.6 * columns, 7.8), layout="constrained", squeeze=False
     )
     for axis, found in zip(axes.flat, mazes, strict=False):
-        for way, (color, mark) in _WAYS.items():
+        for way, (color, mark, below) in _WAYS.items():
             rows = [each for each in found if each.way == way]
             seconds = [each.seconds for each in rows]
             gaps = np.maximum([each.gap for each in rows], _LEAST)
             axis.loglog(seconds, gaps, f"{mark}-", color=color, label=way, lw=1.2, ms=5)
-            for each, x, y in zip(rows, seconds, gaps, strict=True):
+            # Of many that are beside each other the first and the last.
+            marked = {0, len(rows) - 1} if below else range(len(rows))
+            for k in marked:
                 axis.annotate(
-                    str(each.count), (x, y), (4, 4), textcoords="offset points", fontsize=7
+                    str(rows[k].count),
+                    (seconds[k], gaps[k]),
+                    (0, -12 if below else 6),
+                    textcoords="offset points",
+                    ha="center",
+                    fontsize=8,
+                    color=color,
                 )
-        axis.axhline(_CLOSED, color="0.5", lw=0.8, ls=":")
-        axis.set_title(
-            f"{found[0].size}x{found[0].size} cells, order {found[0].order}", fontsize=10
-        )
+        least, most = min(each.gap for each in found), max(each.gap for each in found)
+        axis.set_ylim(0.3 * max(least, _LEAST), 3.0 * most)
+        if least < _CLOSED:
+            axis.axhline(_CLOSED, color="0.5", lw=0.8, ls=":")
+        axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.xaxis.set_major_formatter("{x:g}")
+        axis.xaxis.set_minor_formatter(NullFormatter())
+        size = f"{found[0].size}x{found[0].size}"
+        axis.set_title(f"{size} cells, order {found[0].order}", fontsize=10)
         axis.set(xlabel="processor time, s", ylabel="gap, of the cost")
         axis.grid(alpha=0.25)
     for axis in list(axes.flat)[len(mazes) :]:
         axis.set_visible(False)
     axes[0, 0].legend(frameon=False, fontsize=8, loc="lower left")
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=100)
     plt.close(figure)
+
+
+def _write(mazes: Sequence[Sequence[Gap]], path: Path) -> None:
+    """Write all rows as a table for other programs."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow((*Gap._fields, "gap"))
+        for each in itertools.chain(*mazes):
+            numbers = f"{each.seconds:.3f}", f"{each.cost:.6f}", f"{each.bound:.6f}"
+            writer.writerow((*each[:4], *numbers, f"{each.gap:.1e}"))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -132,7 +159,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sizes", type=int, nargs="+", default=[10, 20])
     parser.add_argument("--orders", type=int, nargs="+", default=[1, 3, 5])
     parser.add_argument("--most-programs", type=int, default=_PROGRAMS[-1])
-    parser.add_argument("--output", type=Path, default=_PICTURE, help="the picture")
+    parser.add_argument(
+        "--output", type=Path, default=_PICTURE, help="the picture; its table is beside it"
+    )
     options = parser.parse_args(arguments)
     print(machine(os.getloadavg()[0]))
     measure(2, 1, (1,), (10,))  # imports and kernels
@@ -150,7 +179,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
                     flush=True,
                 )
     draw(mazes, options.output)
-    print(f"Picture: {options.output}")
+    _write(mazes, options.output.with_suffix(".csv"))
+    print(f"Picture and table: {options.output}, {options.output.with_suffix('.csv').name}")
     return 0
 
 
