@@ -37,7 +37,7 @@ from the multipliers, whatever they are."""
 
 _TRUSTED_ROUGH = 1e-8
 """The largest residual of such a program that is not solved again with refined steps: refining
-them takes as long as finding them."""
+them takes as long as finding them. What the solver says of its solution does not matter here."""
 
 _UNREFINED = SolverChoice("clarabel", {"iterative_refinement_enable": False})
 
@@ -200,7 +200,8 @@ class ConeProgram:
             if residual < best[0] and (is_ray or "DualInfeasible" not in str(found.status)):
                 best = residual, (is_ray, x, z)
             enough = _TRUSTED_ROUGH if way is _UNREFINED else _ACCEPTED
-            if residual <= enough and (is_ray or str(found.status) == "Solved"):
+            is_sure = is_ray or is_rough or str(found.status) == "Solved"
+            if residual <= enough and is_sure:
                 break
         # What it gave up on may be as near: its residuals say so, not its word.
         residual = best[0]
