@@ -11,6 +11,7 @@ if TYPE_CHECKING:
         BodyShapeDescription,
         make_body_shape_description,
     )
+    from scene_graph_ros.planning.certified.cspace_free_box import CspaceFreeBox
     from scene_graph_ros.planning.certified.cspace_free_polytope import CspaceFreePolytope
     from scene_graph_ros.planning.certified.distance_certificate import DistanceCertificate
     from scene_graph_ros.planning.certified.distance_search import certify_by_distances
@@ -134,6 +135,7 @@ __all__ = [
     "CollisionCheckerParams",
     "ConfigurationRegion",
     "ConstraintViolation",
+    "CspaceFreeBox",
     "CspaceFreePolytope",
     "DiagramBuiltError",
     "DirectCollocation",
@@ -220,6 +222,7 @@ __all__ = [
 
 _MODULES = {
     "added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
+    "certified.cspace_free_box": ("CspaceFreeBox",),
     "certified.cspace_free_polytope": ("CspaceFreePolytope",),
     "certified.distance_certificate": ("DistanceCertificate",),
     "certified.distance_search": ("certify_by_distances",),
