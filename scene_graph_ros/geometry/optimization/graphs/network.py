@@ -186,20 +186,23 @@ class _Dominators:
     ) -> None:
         order = _postorder(root, leaving, heads)
         rank = {v: k for k, v in enumerate(order)}
-        above = {root: root}
+        # All by ranks, of which the root has the last.
+        before = [[rank[u] for e in entering[v] if (u := tails[e]) in rank] for v in order]
+        above = [-1] * len(order)
+        above[-1] = len(order) - 1
         changed = True
         while changed:
             changed = False
-            for v in reversed(order[:-1]):
+            for v in range(len(order) - 2, -1, -1):
                 new = -1
-                for u in (tails[e] for e in entering[v]):
-                    if u not in above:
-                        continue
-                    new = u if new < 0 else _meet(new, u, above, rank)
-                if above.get(v) != new:
+                for u in before[v]:
+                    if above[u] >= 0:
+                        new = u if new < 0 else _meet(new, u, above)
+                if above[v] != new:
                     above[v] = new
                     changed = True
-        self._first, self._last = _intervals(root, above)
+        parents = {v: order[u] for v, u in zip(order, above, strict=True)}
+        self._first, self._last = _intervals(root, parents)
 
     def is_reached(self, v: int) -> bool:
         return v in self._first
@@ -209,9 +212,9 @@ class _Dominators:
         return v in self._first and self._first[v] <= self._first[u] <= self._last[v]
 
 
-def _meet(a: int, b: int, above: dict[int, int], rank: dict[int, int]) -> int:
+def _meet(a: int, b: int, above: Sequence[int]) -> int:
     while a != b:
-        if rank[a] < rank[b]:
+        if a < b:
             a = above[a]
         else:
             b = above[b]

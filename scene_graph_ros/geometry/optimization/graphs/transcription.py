@@ -25,9 +25,13 @@ class Transcription(enum.IntEnum):
 
 ALL_TRANSCRIPTIONS = frozenset(Transcription)
 
+_ALONE = {each: frozenset([each]) for each in Transcription}
+
 
 def as_transcriptions(value: Any, label: str) -> frozenset[Transcription]:
     """Return a set of them. Raises ConvexSetError for an empty one, and for what is none."""
+    if type(value) is Transcription:
+        return _ALONE[value]
     some = value if isinstance(value, Iterable) and not isinstance(value, str) else [value]
     found = list(some)
     if not found or not all(isinstance(each, Transcription) for each in found):
