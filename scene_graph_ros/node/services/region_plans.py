@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-import time
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,6 +36,7 @@ from scene_graph_ros.node.services.plan_goals import (
     CancelledError,
     patience,
 )
+from scene_graph_ros.node.services.plan_watch import NoPlanError, PlanWatch
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
@@ -45,7 +45,6 @@ from scene_graph_ros.planning import (
     IrisZoOptions,
     plan_path,
     plan_through_regions,
-    PlanProgress,
     region_around,
     RegionError,
     RegionNotFoundError,
@@ -61,75 +60,6 @@ from scene_graph_ros.scene_files.yaml_document import parse_yaml
 __all__ = ["plan"]
 
 _F, _STATES = PlanPath.Result, PlanPath.Feedback
-
-_TURN = 0.05
-"""Seconds between two feedbacks."""
-
-
-class _NoPlanError(Exception):
-    """There is no trajectory; with the number of the failure."""
-
-    def __init__(self, failure: int, reason: str) -> None:
-        super().__init__(reason)
-        self.failure = failure
-
-
-class _Watch:
-    """Whether it is time to end, and what is told meanwhile."""
-
-    def __init__(self, goal: Goal, seconds: float) -> None:
-        self._goal, self._begin, self._most = goal, time.monotonic(), seconds
-        self._told = -_TURN
-        self.state = _STATES.CHECKING
-
-    @property
-    def seconds(self) -> float:
-        """Since its turn has come."""
-        return time.monotonic() - self._begin
-
-    @property
-    def left(self) -> float:
-        """Seconds until the end."""
-        return max(self._most - self.seconds, 0.0)
-
-    def turn_to(self, state: int) -> None:
-        """Say what is being done from now on."""
-        self.state, self._told = state, -_TURN
-        self.look()
-
-    def look(self) -> None:
-        """Tell of it now and then; raises CancelledError, or _NoPlanError where it is late."""
-        seconds = self.seconds
-        if self._goal.is_cancelled:
-            raise CancelledError(f"cancelled after {seconds:.3g} s, {_DOING[self.state]}")
-        if seconds > self._most:
-            words = f"no trajectory was found within {self._most:.10g} s, {_DOING[self.state]}"
-            raise _NoPlanError(_F.TIMEOUT, words)
-        if seconds - self._told >= _TURN:
-            self._told = seconds
-            self._goal.tell(PlanPath.Feedback(state=self.state, seconds=seconds))
-
-    def follow(self, progress: PlanProgress) -> None:
-        """Look, and tell how far a search has come."""
-        if self._goal.is_cancelled:
-            raise CancelledError.of_search(progress)
-        sizes = np.array(progress.tree_sizes, dtype=np.uint64)
-        self._goal.tell(
-            PlanPath.Feedback(
-                state=progress.stage.value,
-                seconds=self.seconds,
-                tree_sizes=sizes,
-                edges=progress.edges,
-            )
-        )
-
-
-_DOING = {
-    _STATES.CHECKING: "while start and goal were looked at",
-    _STATES.GROWING: "while regions grew",
-    _STATES.SOLVING: "while a way through the regions was looked for",
-    _STATES.TIMING: "while the trajectory was made and proven",
-}
 
 
 class _Regions(NamedTuple):
@@ -157,7 +87,7 @@ class _Work(NamedTuple):
     checker: SceneGraphCollisionChecker
     padded: SceneGraphCollisionChecker
     """With what growing keeps more."""
-    watch: _Watch
+    watch: PlanWatch
     limit: Callable[[str], Any]
 
     @property
@@ -209,7 +139,7 @@ def plan(
         "environment_padding": asked.paddings["environment_padding"] + rules.growth_padding,
     }
     checker, padded = (robots.checker(core, **each) for each in (asked.paddings, more))
-    watch = _Watch(goal, patience(request.timeout, limit))
+    watch = PlanWatch(goal, patience(request.timeout, limit))
     work = _Work(goal, asked, rules, robots, checker, padded, watch, limit)
     path = None
     try:
@@ -217,7 +147,7 @@ def plan(
         path = _planned(work, _regions(work, text), result)
     except CancelledError as cancelled:
         result.failure, result.reason = _F.CANCELED, str(cancelled)
-    except _NoPlanError as error:
+    except NoPlanError as error:
         result.failure, result.reason = error.failure, str(error)
     result.seconds = watch.seconds
     return result, path
@@ -282,13 +212,13 @@ def _is_unbounded(region: HPolyhedron) -> Callable[[], bool]:
 def _check_ends(
     work: _Work, checker: SceneGraphCollisionChecker, goal: NDArray[np.float64]
 ) -> None:
-    """Raise _NoPlanError where start or goal are not free, or beyond limits."""
+    """Raise NoPlanError where start or goal are not free, or beyond limits."""
     ends = np.stack([work.asked.start, goal])
     first, last = find_troubles(checker, ends, checker.tolerance, new_stop())
     if first is not None:
-        raise _NoPlanError(first.of_start.value, f"the start {first.words}")
+        raise NoPlanError(first.of_start.value, f"the start {first.words}")
     if last is not None:
-        raise _NoPlanError(last.of_goal.value, f"the goal {last.words}")
+        raise NoPlanError(last.of_goal.value, f"the goal {last.words}")
 
 
 def _around_seeds(work: _Work, goal: NDArray[np.float64]) -> _Regions:
@@ -331,7 +261,7 @@ def _along_path(work: _Work) -> _Regions:
         watch=work.watch.follow,
     )
     if found.failure is not None:
-        raise _NoPlanError(found.failure.value, found.reason or "")
+        raise NoPlanError(found.failure.value, found.reason or "")
     work.watch.turn_to(_STATES.GROWING)
     path = found.configurations
     regions = _grown(
@@ -343,11 +273,11 @@ def _along_path(work: _Work) -> _Regions:
 
 
 def _grown(what: str, grow: Callable[[], Any]) -> Any:
-    """Return what grows; raises _NoPlanError where nothing does."""
+    """Return what grows; raises NoPlanError where nothing does."""
     try:
         return grow()
     except (RegionError, RegionNotFoundError, SolverError) as error:
-        raise _NoPlanError(_F.NO_REGIONS, f"{what}: {error}") from None
+        raise NoPlanError(_F.NO_REGIONS, f"{what}: {error}") from None
 
 
 def _of_grown(regions: list[HPolyhedron], goal: NDArray[np.float64], row: int) -> _Regions:
@@ -360,7 +290,7 @@ def _of_grown(regions: list[HPolyhedron], goal: NDArray[np.float64], row: int) -
 
 
 def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
-    """Return the trajectory, of which the result is told; raises _NoPlanError without one."""
+    """Return the trajectory, of which the result is told; raises NoPlanError without one."""
     watch, asked, limits = work.watch, work.asked, work.asked.limits
     assert limits is not None, "with_trajectory"
     watch.turn_to(_STATES.SOLVING)
@@ -378,7 +308,7 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
         watch=watch.look,
     )
     if timed.points is None or timed.trajectory is None:
-        raise _NoPlanError(_F.NOT_TIMED, timed.reason or "")
+        raise NoPlanError(_F.NOT_TIMED, timed.reason or "")
     positions, columns = work.robots.positions, asked.moving
     result.failure, result.goal, result.edges = _F.NONE, given.row, given.edges
     result.least_clearance = found.least_clearance
@@ -407,7 +337,7 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
 
 
 def _solved(work: _Work, given: _Regions, velocities: NDArray[np.float64]) -> RegionPlan:
-    """Return the fastest way through regions, proven; raises _NoPlanError without one."""
+    """Return the fastest way through regions, proven; raises NoPlanError without one."""
 
     def look() -> bool:
         work.watch.look()
@@ -428,9 +358,9 @@ def _solved(work: _Work, given: _Regions, velocities: NDArray[np.float64]) -> Re
             **work.rules.curves,
         )
     except SolverError as error:
-        raise _NoPlanError(_F.NO_WAY, str(error)) from None
+        raise NoPlanError(_F.NO_WAY, str(error)) from None
     if found.trajectory is None:
-        raise _NoPlanError(_F.NO_WAY, found.reason)
+        raise NoPlanError(_F.NO_WAY, found.reason)
     if not found.is_success:
-        raise _NoPlanError(_F.NOT_FREE, found.reason)
+        raise NoPlanError(_F.NOT_FREE, found.reason)
     return found
