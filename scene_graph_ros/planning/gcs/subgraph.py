@@ -137,14 +137,17 @@ class Subgraph(JoinedEdges):
         """
         label = f"{self._name}: add_velocity_bounds"
         low, high = as_bounds(lb, ub, self._variables.num_positions, label)
+        sides = [
+            (np.flatnonzero(keep), sign, (sign * bound[keep])[:, None])
+            for keep, bound, sign in ((high < np.inf, high, 1.0), (low > -np.inf, low, -1.0))
+            if keep.any()
+        ]
         for vertex in self._vertices:
             h = duration(self._variables, vertex.id, label)
+            limits = [limit @ h for _, _, limit in sides]
             for way in self._ways(vertex, "add_velocity_bounds"):
-                for keep, bound, sign in ((high < np.inf, high, 1.0), (low > -np.inf, low, -1.0)):
-                    if keep.any():
-                        rows = np.flatnonzero(keep)
-                        limit = (sign * bound[rows])[:, None] @ h
-                        vertex.add_constraint(self.order * sign * way[rows] <= limit)
+                for (rows, sign, _), limit in zip(sides, limits, strict=True):
+                    vertex.add_constraint(self.order * sign * way[rows] <= limit)
         self._velocity_bounds.append((low, high))
 
     def add_nonlinear_derivative_bounds(self, lb: Any, ub: Any, derivative_order: int) -> None:

@@ -141,6 +141,11 @@ class EdgeTerms:
         return worst
 
     @functools.cached_property
+    def _atom_sizes(self) -> list[np.ndarray]:
+        """What the terms of each atom are at most, row by row."""
+        return [self._most_of(part) for part in self.atoms]
+
+    @functools.cached_property
     def _cone_sizes(self) -> list[float]:
         """What each cone's rows are divided by; their terms are as large."""
         return [float(self._most_of(part).max(initial=0.0)) or 1.0 for part in self.cones]
@@ -183,9 +188,9 @@ class EdgeTerms:
                 functools.partial(self._blocks, part, yu, yv, scale),
                 scale,
                 unit,
-                self._most_of(part),
+                most,
             )
-            for kind, part in zip(self.kinds, self.atoms, strict=True)
+            for kind, part, most in zip(self.kinds, self.atoms, self._atom_sizes, strict=True)
         )
         for columns, values in self._blocks(self.rest, yu, yv, scale, 1.0 / unit)[0]:
             if values.any():
@@ -234,8 +239,8 @@ class EdgeTerms:
     def multipliers(self, solution: ConeSolution, lowered: _Lowered, unit: float) -> Multipliers:
         """Return what a solution says of this edge, in the edge's own units."""
         atoms = tuple(
-            weights_of(kind, solution.dual(rows), unit, self._most_of(part))
-            for kind, part, rows in zip(self.kinds, self.atoms, lowered.atoms, strict=True)
+            weights_of(kind, solution.dual(rows), unit, most)
+            for kind, most, rows in zip(self.kinds, self._atom_sizes, lowered.atoms, strict=True)
         )
         sizes = np.split(self.row_sizes, [len(self.equations.m)])
         return Multipliers(

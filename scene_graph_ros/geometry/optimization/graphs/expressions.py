@@ -139,6 +139,8 @@ class Affine:
 
 
 def _tall(matrix: np.ndarray, size: int) -> np.ndarray:
+    if len(matrix) == size:
+        return matrix  # to broadcast takes ten times as long as to add
     return np.broadcast_to(matrix, (size, matrix.shape[1]))
 
 

@@ -162,13 +162,14 @@ class ConeProgram:
         offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
         none = np.zeros(0, dtype=np.int64)
         entries = [(none, none, np.zeros(0))]  # a program may have no rows
-        entries += [
-            (i + offset, j, v)
-            for cone, offset in zip(Cone, offsets[:-1], strict=True)
-            for i, j, v in self._entries[cone]
-        ]
+        first: list[np.ndarray] = [none]
+        for cone, offset in zip(Cone, offsets[:-1], strict=True):
+            if self._entries[cone]:
+                entries += self._entries[cone]
+                first.append(np.concatenate([i for i, _, _ in self._entries[cone]]) + offset)
         shape = (int(offsets[-1]), self._size)
-        i, j, v = (np.concatenate([e[k] for e in entries]) for k in range(3))
+        i = np.concatenate(first)
+        j, v = (np.concatenate([e[k] for e in entries]) for k in (1, 2))
         # Entries of one place add up, as columns may come several times.
         A = sparse.csc_matrix((-v, (i, j)), shape=shape)
         b = np.concatenate([np.zeros(0), *(c for cone in Cone for c in self._constants[cone])])
