@@ -1,4 +1,4 @@
-"""How long answers about a Panda's configurations and edges take in the demo's cell.
+"""How long answers about a Panda's configurations, edges and clearances take in the demo's cell.
 
     python -m benchmarks.messages planning
 
@@ -25,6 +25,7 @@ __all__ = ["planning"]
 
 _RATE = 200.0
 _CONFIGURATIONS, _EDGES = 1000, 100
+_QUESTIONS = 5
 _LENGTH = 1.25
 """rad: edges are no longer."""
 
@@ -46,7 +47,7 @@ def planning(is_quick: bool) -> None:
             stdout=subprocess.PIPE,
             text=True,
         )
-        for _ in tqdm(range(3), desc="planning", leave=False):
+        for _ in tqdm(range(_QUESTIONS), desc="planning", leave=False):
             before, begin = len(listener.arrivals), time.monotonic()
             answer = isolation.answer(child)
             rate = (len(listener.arrivals) - before) / (time.monotonic() - begin)
@@ -61,7 +62,7 @@ def _ask(count: int) -> None:
     import rclpy
 
     from scene_graph_msgs.msg import RobotConfigurations
-    from scene_graph_msgs.srv import CheckConfigurations, CheckEdges
+    from scene_graph_msgs.srv import CheckClearance, CheckConfigurations, CheckEdges
 
     rclpy.init()
     node = rclpy.create_node("planner")
@@ -85,12 +86,29 @@ def _ask(count: int) -> None:
         rows = RobotConfigurations(names=_JOINTS, positions=q.ravel().tolist())
         return CheckEdges.Request(ends=rows)
 
+    def clearances(with_jacobians: bool) -> Any:
+        rows = RobotConfigurations(names=_JOINTS)
+        rows.positions = random_rows(_CONFIGURATIONS).ravel().tolist()
+        return CheckClearance.Request(configurations=rows, with_jacobians=with_jacobians)
+
+    def free_outcomes(response: Any) -> float:
+        return float((np.array(response.outcomes) == response.FREE).mean())
+
+    def kept_distances(response: Any) -> float:
+        table = response.clearances
+        near = np.array(table.row)[np.array(table.distance) <= 0.0]
+        return 1.0 - len(np.unique(near)) / _CONFIGURATIONS
+
     jobs: list[tuple[str, Any, str, Callable[[], Any]]] = [
         (f"{_CONFIGURATIONS} configurations", CheckConfigurations, "check_configurations",
          lambda: configurations(with_collisions=False)),
         ("the same, with pairs and depths", CheckConfigurations, "check_configurations",
          lambda: configurations(with_collisions=True)),
         (f"{_EDGES} edges, proven", CheckEdges, "check_edges", edges),
+        (f"clearances of {_CONFIGURATIONS} up to 0.1 m", CheckClearance, "check_clearance",
+         lambda: clearances(with_jacobians=False)),
+        ("the same, with Jacobians", CheckClearance, "check_clearance",
+         lambda: clearances(with_jacobians=True)),
     ]  # fmt: skip
     for what, kind, name, make in jobs:
         client = node.create_client(kind, f"/scene_graph/{name}")
@@ -108,8 +126,8 @@ def _ask(count: int) -> None:
                 continue
             if response.status.code:
                 raise RuntimeError(f"{name}: {response.status.message}")
-            outcomes = np.array(response.outcomes)
-            free.append(float((outcomes == kind.Response.FREE).mean()))
+            told = kept_distances if kind is CheckClearance else free_outcomes
+            free.append(told(response))
             times.append(elapsed * 1e3)
         answer = {"what": what, "times": times[1:], "free": float(np.mean(free))}
         sys.stdout.write(json.dumps(answer) + "\n")
