@@ -4,7 +4,8 @@ A depth is a minimum over all directions, and many may nearly tie: all around th
 cylinder, or on both sides of a sliver. Then EPA runs out of corners before it has told them
 apart. The directions in which cores have edges, faces and sides are few, and next to the best of
 them is the least depth. Of a hull's faces the best one is enough: deep inside of something round,
-a hull is least deep behind that face.
+a hull is least deep behind that face. Where something small is deep inside of an ellipsoid, all
+around an axis of that ties nearly, and what is small decides.
 """
 
 import math
@@ -15,6 +16,7 @@ from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.questions import (
     has_oblique_planes,
     has_plane_across,
+    is_curved,
     is_listed,
     placed_support,
     plane_count,
@@ -29,9 +31,11 @@ from scene_graph_ros.geometry.narrowphase.propose.gjk import store_support
 from scene_graph_ros.geometry.spatial.vectors import (
     axpy,
     column,
+    cross,
     dot,
     rotate,
     scale,
+    subtract,
 )
 from scene_graph_ros.geometry.tolerances import EPSILON, SAME_DIRECTION, TIE
 
@@ -48,6 +52,13 @@ AROUND = 16
 
 STARTS = 2 * (AXES + AROUND) + 4
 """The contact given, its opposite, the directions of both cores, and the best face of each."""
+
+TURNS = 3 * (AROUND - 1)
+"""Of the best direction, about the three axes of a core's frame."""
+
+GOLDEN = 0.6180339887498949
+SECTIONS = 16
+"""Golden sections of two steps around an axis: to a few 1e-4 rad, where Newton's method begins."""
 
 NEARBY = 0.02
 """Relative to the pair's size: a direction that separates by so much less than the best one known
@@ -131,6 +142,58 @@ def _start(pair, n, k):
 
 
 @lean_kernel
+def _turned(n, axis, steps):
+    """Return n turned about an axis by as many steps, of which AROUND are a full turn."""
+    angle = 2.0 * math.pi * steps / AROUND
+    along = scale(dot(axis, n), axis)
+    across = subtract(n, along)
+    return axpy(math.sin(angle), cross(axis, across), axpy(math.cos(angle), across, along))
+
+
+@lean_kernel
+def _best_turn(pair, n, axis, steps):
+    """Return the turn within a step of that by ``steps`` that separates most, by golden sections.
+
+    No step of Newton's method goes far around an axis about which separations tie nearly: what it
+    leaves is a ridge. From here it has none to go.
+    """
+    low, high = steps - 1.0, steps + 1.0
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left = separation(pair, _turned(n, axis, left))
+    at_right = separation(pair, _turned(n, axis, right))
+    for _ in range(SECTIONS):
+        if at_left > at_right:
+            high, right, at_right = right, left, at_left
+            left = high - GOLDEN * (high - low)
+            at_left = separation(pair, _turned(n, axis, left))
+        else:
+            low, left, at_left = left, right, at_right
+            right = low + GOLDEN * (high - low)
+            at_right = separation(pair, _turned(n, axis, right))
+    return _turned(n, axis, left if at_left > at_right else right)
+
+
+@lean_kernel
+def _turn(pair, n, k, enough):
+    """Return (is given, m) of a turn of n about an axis of a curved core's frame.
+
+    It is given where it separates by ``enough``, and no less than the turns beside it.
+    """
+    core, R = (pair.core_A, IDENTITY) if k < TURNS else (pair.core_B, pair.R)
+    if not is_curved(core):
+        return False, n
+    axis = column(R, (k % TURNS) // (AROUND - 1))
+    steps = float(k % (AROUND - 1) + 1)
+    along = separation(pair, _turned(n, axis, steps))
+    if not along >= enough:
+        return False, n
+    before = separation(pair, _turned(n, axis, steps - 1.0))
+    if not along >= max(before, separation(pair, _turned(n, axis, steps + 1.0))):
+        return False, n
+    return True, _best_turn(pair, n, axis, steps)
+
+
+@lean_kernel
 def contact_from_many_starts(pair, n, a, b, size, simplex):
     """Return what ``contact_of_all_features`` does, of the best of many starts.
 
@@ -139,13 +202,16 @@ def contact_from_many_starts(pair, n, a, b, size, simplex):
     S = simplex.S
     decided_by = _ALL_FEATURES
     proven, best, x, y, highest = False, n, a, b, separation(pair, n)
-    for k in range(STARTS):
+    for k in range(STARTS + 2 * TURNS):
         m = n
         if k > 0:
-            is_given, m = _start(pair, n, k)
+            enough = highest - NEARBY * size
+            if k < STARTS:
+                is_given, m = _start(pair, n, k)
+                is_given = is_given and separation(pair, m) >= enough
+            else:
+                is_given, m = _turn(pair, best, k - STARTS, enough)
             if not is_given:
-                continue
-            if separation(pair, m) < highest - NEARBY * size:
                 continue
             simplex = Simplex(simplex.S, simplex.ids, simplex.lam, 1)
             store_support(pair, m, simplex, 0)
