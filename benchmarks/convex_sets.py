@@ -27,6 +27,7 @@ from scene_graph_ros.geometry.optimization import (  # noqa: E402
     GraphOfConvexSetsOptions,
     HPolyhedron,
     Hyperellipsoid,
+    Hyperrectangle,
     iris,
     VPolytope,
 )
@@ -143,6 +144,11 @@ def _questions(
         "chebyshev_center, radius",
         lambda: radius(ours().chebyshev_center()),
         lambda: radius(theirs().ChebyshevCenter()),
+    )
+    yield (
+        "axis-aligned box",
+        lambda: Hyperrectangle.maybe_calc_axis_aligned_bounding_box(ours()).ub,  # type: ignore[union-attr]
+        lambda: drake.Hyperrectangle.MaybeCalcAxisAlignedBoundingBox(theirs()).ub(),
     )
     yield (
         "reduce_inequalities, rows",

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization import AffineBall, HPolyhedron, VPolytope
+from scene_graph_ros.geometry.optimization import (
+    AffineBall,
+    HPolyhedron,
+    Hyperrectangle,
+    VPolytope,
+)
 
 __all__ = ["ask_convex_sets"]
 
@@ -24,6 +29,8 @@ def ask_convex_sets() -> None:
     for each in (square, corners):
         each.projection(np.full((1, 2), 2.0))
     VPolytope(square)
+    Hyperrectangle.maybe_calc_axis_aligned_bounding_box(HPolyhedron(square.A + 0.1, square.b))
+    square.support([1.0, 1.0])
     square.maximum_volume_inscribed_ellipsoid()
     AffineBall.minimum_volume_circumscribed_ellipsoid(corners.vertices)
     square.uniform_sample(np.random.default_rng(0))

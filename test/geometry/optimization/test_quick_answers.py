@@ -1,5 +1,6 @@
 """What floats prove without a certificate is what fractions prove with one; and most is proven."""
 
+from exact_checks import largest_at_vertices
 from hypothesis import given, settings
 from hypothesis import strategies as st
 import numpy as np
@@ -8,12 +9,14 @@ import pytest
 from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
     center_of_rows,
+    extents_of_rows,
     is_contained,
     is_row_bounded,
     meet,
     point_of_rows,
     redundant,
     rows_that_follow,
+    support_of_rows,
 )
 from scene_graph_ros.geometry.optimization.sets.redundancy import reduce_rows
 
@@ -124,6 +127,49 @@ def test_rows_without_length_and_of_extreme_ones():
         assert point_of_rows(body.A, body.b)[0] is None
         assert body.is_empty() is empty
         assert body.is_empty(certificate=True).certificate.verify()
+
+
+@given(seeds)
+@settings(deadline=None, derandomize=True, max_examples=60)
+def test_boxes_and_supports_of_polytopes(seed):
+    """Of all corners in fractions: boxes hold them, gaps bound what supports are too small by."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    size, shift = 2.0 ** int(rng.integers(-20, 21)), rng.integers(-100, 100, size=n)
+    A, b = (each[: 2 * n] for each in rows_on_a_grid(rng, n))
+    A = np.concatenate([A, np.eye(n), -np.eye(n)])
+    b = size * (np.append(b, np.full(2 * n, 3.0)) + A @ shift)
+    lengths = 2.0 ** rng.integers(-20, 21, size=len(b))
+    A, b = A * lengths[:, None], b * lengths
+    empty, start = point_of_rows(A, b)
+    found = extents_of_rows(A, b)
+    if found is not None:
+        for k in range(n):
+            high = largest_at_vertices(A, b, np.eye(n)[k])
+            low = -largest_at_vertices(A, b, -np.eye(n)[k])
+            assert found[0][k] <= low and high <= found[1][k]
+            assert found[0][k] == pytest.approx(float(low), abs=1e-12 * size)
+            assert found[1][k] == pytest.approx(float(high), abs=1e-12 * size)
+    d = rng.normal(size=n)
+    reached = None if empty is not False else support_of_rows(A, b, start, d)
+    if reached is not None:
+        truth = float(largest_at_vertices(A, b, d))
+        assert reached.value == pytest.approx(truth, abs=1e-12 * size)
+        assert truth <= reached.value + reached.gap + 1e-13 * size
+        assert reached.gap < 1e-12 * size
+
+
+@pytest.mark.parametrize(("n", "m"), [(2, 24), (3, 36), (7, 64)])
+def test_floats_find_boxes_and_supports(n, m):
+    """Of bodies in general position, unless they have no end."""
+    for seed in range(10):
+        body = generic(np.random.default_rng(seed), n, m)
+        start = point_of_rows(body.A, body.b)[1]
+        assert extents_of_rows(body.A, body.b) is not None
+        assert support_of_rows(body.A, body.b, start, np.ones(n)) is not None
+        half = body.A[:n], body.b[:n]
+        assert extents_of_rows(*half) is None
+        assert support_of_rows(*half, start, -np.ones(n)) is None
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7])

@@ -25,7 +25,7 @@ from scene_graph_ros.geometry.optimization.sets.membership import (
     add_point_in_set,
     Membership,
 )
-from scene_graph_ros.geometry.optimization.sets.quick_answers import meet
+from scene_graph_ros.geometry.optimization.sets.quick_answers import meet, support_of_rows
 from scene_graph_ros.geometry.optimization.sets.sampled_volume import (
     sample_volume,
     SampledVolume,
@@ -213,8 +213,12 @@ class ConvexSet(abc.ABC):
     def _support(self, d: np.ndarray) -> Support:
         if self.lifted.cones:
             return support_of_lift(self, d)
-        rows, n = self.lifted.rows, self.ambient_dimension
         start = self._inner("support")
+        alone = self._linear_rows()
+        quick = None if alone is None else support_of_rows(*alone, start, d)
+        if quick is not None:
+            return quick
+        rows, n = self.lifted.rows, self.ambient_dimension
         c = np.zeros(rows.A.shape[1])
         c[:n] = d
         optimum = maximize(rows, c, start)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from scene_graph_ros.geometry.optimization.sets.quick_answers import extents_of_rows
+
 __all__ = ["bounds_of"]
 
 
@@ -15,6 +17,13 @@ def bounds_of(convex_set: Any) -> tuple[np.ndarray, np.ndarray] | None:
     Each is outward by the gap of its support, so that the set is inside. None for a set that is
     unbounded or empty.
     """
+    box: tuple[np.ndarray, np.ndarray] | None = convex_set.own_box
+    if box is not None:
+        return box if (box[0] <= box[1]).all() else None
+    rows = convex_set._linear_rows()
+    quick = None if rows is None else extents_of_rows(*rows)
+    if quick is not None:
+        return quick
     if convex_set.is_empty() or not convex_set.is_bounded():
         return None
     bounds = []

@@ -369,6 +369,8 @@ class HPolyhedron(ConvexSet):
 
         Each is of one coordinate, times a power of two.
         """
+        if np.count_nonzero(self._A) != len(self._b):
+            return None
         columns = (self._A != 0.0).argmax(axis=1) if self._A.size else np.zeros(0, dtype=np.int64)
         factors = self._A[np.arange(len(columns)), columns]
         if len(columns) != len(self._b) or not (np.abs(np.frexp(factors)[0]) == 0.5).all():

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from scene_graph_ros.geometry.optimization.sets.answers import Support
 from scene_graph_ros.geometry.optimization.solve.quick_bounds import is_bounded_quickly
 from scene_graph_ros.geometry.optimization.solve.quick_points import (
     center_quickly,
@@ -23,15 +24,21 @@ from scene_graph_ros.geometry.optimization.solve.quick_rows import (
     INSIDE,
     OUTSIDE,
 )
+from scene_graph_ros.geometry.optimization.solve.quick_supports import (
+    extents_quickly,
+    support_quickly,
+)
 
 __all__ = [
     "center_of_rows",
+    "extents_of_rows",
     "is_contained",
     "is_row_bounded",
     "meet",
     "point_of_rows",
     "redundant",
     "rows_that_follow",
+    "support_of_rows",
 ]
 
 
@@ -49,6 +56,21 @@ def center_of_rows(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
     """Return the centre ``(n,)`` of the largest ball in ``A x <= b``, None where left open."""
     x = np.empty(A.shape[1])
     return x if center_quickly(A, b, x) else None
+
+
+def extents_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return corners ``(n,)`` of a box that ``A x <= b`` is in, None where that is left open."""
+    low, high = np.empty(A.shape[1]), np.empty(A.shape[1])
+    return (low, high) if extents_quickly(A, b, low, high) else None
+
+
+def support_of_rows(
+    A: np.ndarray, b: np.ndarray, start: np.ndarray, d: np.ndarray
+) -> Support | None:
+    """Return how far ``A x <= b`` reaches from a point of it, None where that is left open."""
+    x = np.empty(len(d))
+    gap = support_quickly(A, b, start, d, x)
+    return None if gap < 0.0 else Support(float(d @ x), x, gap)
 
 
 def is_row_bounded(A: np.ndarray) -> bool | None:

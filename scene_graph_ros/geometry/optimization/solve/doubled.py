@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["exact_residual", "exact_residuals", "residual_error"]
+__all__ = ["bounded_residuals", "exact_residual", "exact_residuals", "residual_error"]
 
 _SPLITTER = 134217729.0  # 2^27 + 1
 
@@ -52,6 +54,34 @@ def exact_residuals(columns, b, count, x, rests, errors):
             rests[i] = new
     for i in range(count):
         rests[i] += errors[i]
+
+
+@kernel
+def bounded_residuals(columns, b, x, rests, bounds):
+    """Fill `exact_residual` of all rows of ``columns (n, m)``, and what each may be off by.
+
+    That is `residual_error`, or nothing where no product and no sum was rounded.
+    """
+    n, m = columns.shape
+    errors, sizes = np.zeros(m), np.abs(b)
+    rests[:] = b
+    bounds[:] = 0.0
+    for k in range(n):
+        column, at = columns[k], x[k]
+        for i in range(m):
+            product = -column[i] * at
+            rest = _product_error(-column[i], at, product)
+            new = rests[i] + product
+            z = new - rests[i]
+            lost = (rests[i] - (new - z)) + (product - z)
+            errors[i] += lost + rest
+            bounds[i] += abs(lost) + abs(rest)
+            sizes[i] += abs(product)
+            rests[i] = new
+    for i in range(m):
+        rests[i] += errors[i]
+        error = 2.0 * EPSILON * abs(rests[i]) + 2.0 * (n + 1) ** 2 * EPSILON**2 * sizes[i]
+        bounds[i] = error if bounds[i] > 0.0 else 0.0
 
 
 @kernel
