@@ -20,10 +20,6 @@ from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_nonnegative,
     as_vector,
 )
-from scene_graph_ros.geometry.optimization.sets.conic_program import (
-    ConicProgram,
-    rows_of_program,
-)
 from scene_graph_ros.geometry.optimization.sets.conversions import (
     shape_of_hull,
     vertices_of_polyhedron,
@@ -31,11 +27,7 @@ from scene_graph_ros.geometry.optimization.sets.conversions import (
 )
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.ellipsoids import inscribed
-from scene_graph_ros.geometry.optimization.sets.from_shapes import (
-    half_spaces_of,
-    is_query,
-    placed_shape,
-)
+from scene_graph_ros.geometry.optimization.sets.given_rows import rows_of
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
     center_of_rows,
@@ -51,13 +43,18 @@ from scene_graph_ros.geometry.optimization.sets.redundancy import (
     reduce_rows,
     Reduction,
 )
+from scene_graph_ros.geometry.optimization.sets.row_geometry import (
+    are_boxed,
+    box_of_rows,
+    distances_outside,
+    nearest_of_rows,
+)
 from scene_graph_ros.geometry.optimization.sets.sampling import draw, draw_many, UniformSamples
 from scene_graph_ros.geometry.optimization.sets.simplification import (
     Simplification,
     simplified,
 )
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
-from scene_graph_ros.geometry.optimization.solve.projection import project_points
 from scene_graph_ros.geometry.shapes.shape import Shape
 
 __all__ = ["HPolyhedron"]
@@ -67,16 +64,6 @@ _EXACT_VOLUME_DIMENSIONS = 4
 
 
 _NOTHING = np.zeros((0, 0))
-
-
-def _rows_of(A: Any, b: Any, reference_frame: FrameId | None) -> tuple[Any, Any]:
-    """Return the rows of what isn't given by rows: a geometry, a program, or another set."""
-    if is_query(A):
-        return half_spaces_of(*placed_shape(A, b, reference_frame), "HPolyhedron")
-    if isinstance(A, ConicProgram):
-        return rows_of_program(A, "HPolyhedron")
-    rows = A._half_spaces() if isinstance(A, ConvexSet) else None
-    return (A, b) if rows is None else rows
 
 
 class HPolyhedron(ConvexSet):
@@ -96,7 +83,7 @@ class HPolyhedron(ConvexSet):
     ) -> None:
         """Take rows, vertices or a geometry. Raises ConvexSetError unless A and b fit."""
         if type(A) is not np.ndarray:
-            A, b = _rows_of(A, b, reference_frame)
+            A, b = rows_of(A, b, reference_frame)
         self._A = as_matrix(A, "HPolyhedron: A")
         self._b = as_vector(b, "HPolyhedron: b", len(self._A))
         super().__init__(self._A.shape[1])
@@ -369,22 +356,7 @@ class HPolyhedron(ConvexSet):
 
         Each is of one coordinate, times a power of two.
         """
-        if np.count_nonzero(self._A) != len(self._b):
-            return None
-        columns = (self._A != 0.0).argmax(axis=1) if self._A.size else np.zeros(0, dtype=np.int64)
-        factors = self._A[np.arange(len(columns)), columns]
-        if len(columns) != len(self._b) or not (np.abs(np.frexp(factors)[0]) == 0.5).all():
-            return None
-        if ((self._A != 0.0).sum(axis=1) != 1).any():
-            return None
-        low, high = (
-            np.full(self.ambient_dimension, -np.inf),
-            np.full(self.ambient_dimension, np.inf),
-        )
-        sides, is_upper = self._b / factors, factors > 0.0
-        np.minimum.at(high, columns[is_upper], sides[is_upper])
-        np.maximum.at(low, columns[~is_upper], sides[~is_upper])
-        return (low, high) if np.isfinite([low, high]).all() else None
+        return box_of_rows(self._A, self._b)
 
     def _linear_rows(self) -> tuple[np.ndarray, np.ndarray]:
         return self._A, self._b
@@ -414,39 +386,21 @@ class HPolyhedron(ConvexSet):
     def _quickly_bounded(self) -> bool | None:
         if is_row_bounded(self._A):
             return True
-        # Some rows may be of one coordinate each, and bound all on both sides.
-        alone = self._A[(self._A != 0.0).sum(axis=1) == 1]
-        is_boxed = (alone > 0.0).any(axis=0).all() and (alone < 0.0).any(axis=0).all()
-        return True if is_boxed else None
+        return True if are_boxed(self._A) else None
 
     def _outside(self, points: np.ndarray) -> np.ndarray:
-        # About the first point, so that points far from the origin lose nothing.
-        if not len(points) or not len(self._b):
-            return np.zeros(len(points))
-        lengths = np.linalg.norm(self._A, axis=1)
-        empty_row = lengths == 0.0
-        over = points @ self._A.T - self._b
-        over[:, empty_row] = np.where(self._b[empty_row] < 0.0, np.inf, -np.inf)
-        return np.maximum((over / np.where(empty_row, 1.0, lengths)).max(axis=1), 0.0)
+        return distances_outside(self._A, self._b, points)
 
     def _project(self, points: np.ndarray) -> Projection:
         if not self.ambient_dimension:
             return Projection(np.zeros(len(points)), points.copy(), np.zeros(len(points)))
-        rows = self._lift.rows
-        A = np.ldexp(self._A, rows.exponents[0][:, None])
-        b = np.ldexp(self._b, rows.exponents[0])
-        nearest, y, failed = project_points(A, b, 0, points)
-        if failed >= 0:
-            raise SolverError(
-                f"HPolyhedron.projection: no nearest point to {points[failed]} was found; the set"
-                " is nearly empty, or reduce_inequalities() has fewer rows"
-            )
-        ways = points - nearest
-        distances = np.linalg.norm(ways, axis=1)
-        slack = np.abs(y * (b - nearest @ A.T)).sum(axis=1)
-        off = np.linalg.norm(ways - y @ A, axis=1)
-        gaps = slack / np.where(distances > 0.0, distances, 1.0) + off
-        return Projection(distances, nearest, np.minimum(gaps, distances))
+        found = nearest_of_rows(self._lift.rows, points)
+        if isinstance(found, Projection):
+            return found
+        raise SolverError(
+            f"HPolyhedron.projection: no nearest point to {points[found]} was found; the set is"
+            " nearly empty, or reduce_inequalities() has fewer rows"
+        )
 
     @property
     def has_exact_volume(self) -> bool:

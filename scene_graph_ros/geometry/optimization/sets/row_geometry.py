@@ -1,0 +1,66 @@
+"""What rows of a polyhedron say in floats: its box, how far points are outside, the nearest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.sets.answers import Projection
+from scene_graph_ros.geometry.optimization.solve.projection import project_points
+from scene_graph_ros.geometry.optimization.solve.rows import Rows
+
+__all__ = ["are_boxed", "box_of_rows", "distances_outside", "nearest_of_rows"]
+
+
+def box_of_rows(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the corners ``(n,)`` of a bounded box, exactly; None where rows are not those of one.
+
+    Each is of one coordinate, times a power of two.
+    """
+    if np.count_nonzero(A) != len(b):
+        return None
+    columns = (A != 0.0).argmax(axis=1) if A.size else np.zeros(0, dtype=np.int64)
+    factors = A[np.arange(len(columns)), columns]
+    if len(columns) != len(b) or not (np.abs(np.frexp(factors)[0]) == 0.5).all():
+        return None
+    if ((A != 0.0).sum(axis=1) != 1).any():
+        return None
+    low, high = np.full(A.shape[1], -np.inf), np.full(A.shape[1], np.inf)
+    sides, is_upper = b / factors, factors > 0.0
+    np.minimum.at(high, columns[is_upper], sides[is_upper])
+    np.maximum.at(low, columns[~is_upper], sides[~is_upper])
+    return (low, high) if np.isfinite([low, high]).all() else None
+
+
+def are_boxed(A: np.ndarray) -> bool:
+    """Tell whether rows of one coordinate each bound all coordinates on both sides."""
+    alone = A[(A != 0.0).sum(axis=1) == 1]
+    return bool((alone > 0.0).any(axis=0).all() and (alone < 0.0).any(axis=0).all())
+
+
+def distances_outside(A: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return how far points ``(p, n)`` are beyond the row that is furthest away, 0 inside.
+
+    Infinite where a row without variables has no point.
+    """
+    if not len(points) or not len(b):
+        return np.zeros(len(points))
+    lengths = np.linalg.norm(A, axis=1)
+    empty_row = lengths == 0.0
+    over = points @ A.T - b
+    over[:, empty_row] = np.where(b[empty_row] < 0.0, np.inf, -np.inf)
+    return np.maximum((over / np.where(empty_row, 1.0, lengths)).max(axis=1), 0.0)
+
+
+def nearest_of_rows(rows: Rows, points: np.ndarray) -> Projection | int:
+    """Return the nearest points of inequalities that have a point, or at which point it fails."""
+    A = np.ldexp(rows.A, rows.exponents[0][:, None])
+    b = np.ldexp(rows.b, rows.exponents[0])
+    nearest, y, failed = project_points(A, b, 0, points)
+    if failed >= 0:
+        return failed
+    ways = points - nearest
+    distances = np.linalg.norm(ways, axis=1)
+    slack = np.abs(y * (b - nearest @ A.T)).sum(axis=1)
+    off = np.linalg.norm(ways - y @ A, axis=1)
+    gaps = slack / np.where(distances > 0.0, distances, 1.0) + off
+    return Projection(distances, nearest, np.minimum(gaps, distances))
