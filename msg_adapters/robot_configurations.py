@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,9 @@ from scene_graph_ros.geometry.errors import NameConflictError, UnknownIdError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.located import suggestion
+
+if TYPE_CHECKING:
+    from scene_graph_ros.planning import ClearanceColumns
 
 __all__ = [
     "RobotNames",
@@ -148,26 +151,21 @@ def collision_table_to_msg(
 
 
 def clearance_table_to_msg(
-    rows: ArrayLike,
-    pairs: Sequence[tuple[Any, Any]],
-    kinds: ArrayLike,
-    distances: ArrayLike,
-    jacobians: NDArray[np.float64] | None,
-    position_names: Sequence[str],
-    names: SceneNames | None,
+    columns: ClearanceColumns, position_names: Sequence[str] | None, names: SceneNames | None
 ) -> ClearanceTable:
-    """Return padded distances of pairs of geometry ids, and their derivatives ``(k, nq)``.
+    """Return padded distances of pairs of geometries, and their derivatives.
 
-    Without ``jacobians`` nothing is told of positions; without ``names`` the legend stays empty.
+    Without ``position_names`` nothing is told of positions; without ``names`` the legend stays
+    empty.
     """
-    ids = np.array([sorted((int(a), int(b))) for a, b in pairs], dtype=np.int64).reshape(-1, 2)
+    jacobian = columns.jacobian.reshape(-1)
     return ClearanceTable(
-        row=uint64s_to_msg(rows),
-        id_a=int64s_to_msg(ids[:, 0]),
-        id_b=int64s_to_msg(ids[:, 1]),
-        kind=uint8s_to_msg(np.asarray(kinds, dtype=np.uint8)),
-        distance=float64s_to_msg(distances),
-        position_names=[] if jacobians is None else list(position_names),
-        jacobian=float64s_to_msg([] if jacobians is None else jacobians.reshape(-1)),
-        geometries=legend(names, ids),
+        row=uint64s_to_msg(columns.configuration),
+        id_a=int64s_to_msg(columns.id_A),
+        id_b=int64s_to_msg(columns.id_B),
+        kind=uint8s_to_msg(columns.collision_type),
+        distance=float64s_to_msg(columns.distance),
+        position_names=list(position_names or []),
+        jacobian=float64s_to_msg([] if position_names is None else jacobian),
+        geometries=legend(names, np.stack([columns.id_A, columns.id_B], axis=1)),
     )

@@ -111,7 +111,11 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
     from scene_graph_ros.planning.roadmap import Roadmap
     from scene_graph_ros.planning.roadmap_building import build_roadmap
-    from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
+    from scene_graph_ros.planning.robot_clearance import (
+        ClearanceColumns,
+        RobotClearance,
+        RobotCollisionType,
+    )
     from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
     from scene_graph_ros.planning.robot_diagram_builder import (
         DiagramBuiltError,
@@ -128,6 +132,7 @@ __all__ = [
     "BsplineBasis",
     "CertificateError",
     "CheckerBody",
+    "ClearanceColumns",
     "CliqueError",
     "CollisionChecker",
     "CollisionCheckerContext",
@@ -297,7 +302,7 @@ _MODULES = {
     "regions.region_record": ("ConfigurationRegion",),
     "roadmap": ("Roadmap",),
     "roadmap_building": ("build_roadmap",),
-    "robot_clearance": ("RobotClearance", "RobotCollisionType"),
+    "robot_clearance": ("ClearanceColumns", "RobotClearance", "RobotCollisionType"),
     "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
     "robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
     "timing_problem": ("TimedPath", "TimingFailure"),

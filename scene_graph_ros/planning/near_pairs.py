@@ -16,7 +16,7 @@ from scene_graph_ros.planning.clearance_kernels import (
     NearTable,
 )
 
-__all__ = ["NearPairs", "near_pairs"]
+__all__ = ["NearPairs", "NearRows", "near_pairs", "near_rows"]
 
 
 class NearPairs(NamedTuple):
@@ -34,6 +34,19 @@ class NearPairs(NamedTuple):
     def pairs(self) -> tuple[tuple[Any, Any], ...]:
         """Geometry ids."""
         return tuple(self.plan.ids(pair) for pair in self.rows.tolist())
+
+
+class NearRows(NamedTuple):
+    """Pairs of geometries that are near at many configurations, one after the other."""
+
+    counts: NDArray[np.int64]
+    """``(n,)``: how many rows each configuration has."""
+    rows: NDArray[np.int64]
+    """``(k,)``: of the plan's pairs."""
+    distances: NDArray[np.float64]
+    """``(k,)`` metres, less the padding."""
+    jacobians: NDArray[np.float64]
+    """``(k, nq)``: derivatives of the distances."""
 
 
 _ROOM = 2048
@@ -65,7 +78,7 @@ _desks = threading.local()
 """Of each thread the one of the plan that it asked about last: they change seldom."""
 
 
-def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> list[NearPairs]:
+def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearRows:
     """Return what a plan tells of the pairs that are near at each of q ``(n, nq)``, up to so far.
 
     ``influence`` is in metres.
@@ -75,19 +88,40 @@ def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> l
         desk = _desks.newest = _Desk(plan)
     table, tree = desk.table, plan.tree
     is_mapped = tree.num_velocities != tree.num_positions
-    counts, found, done = np.empty(len(q), np.int64), list[NearPairs](), 0
+    counts, done = np.empty(len(q), np.int64), 0
+    parts: list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]] = []
     while done < len(q):
         taken = near_distances(plan.held.places, desk.written, q[done:], influence, counts[done:])
-        last = 0
-        for each in range(done, done + taken):
-            part = slice(last, last := last + int(counts[each]))
-            gradients = table.gradients[part]
-            gradients = gradients @ tree.velocity_map(q[each]) if is_mapped else gradients.copy()
-            found.append(
-                NearPairs(table.rows[part].copy(), table.distances[part].copy(), gradients, plan)
-            )
+        count = int(counts[done] if taken == 1 else counts[done : done + taken].sum())
+        gradients = table.gradients[:count]
+        if is_mapped:
+            ends = np.cumsum(counts[done : done + taken])[:-1]
+            shares = zip(np.split(gradients, ends), q[done : done + taken], strict=True)
+            gradients = np.concatenate([part @ tree.velocity_map(at) for part, at in shares])
+        else:
+            gradients = gradients.copy()
+        parts.append((table.rows[:count].copy(), table.distances[:count].copy(), gradients))
         done += taken
-    return found
+    if len(parts) == 1:
+        return NearRows(counts, *parts[0])
+    if not parts:
+        return NearRows(counts, np.empty(0, np.int64), np.empty(0), np.empty((0, q.shape[1])))
+    rows, distances, jacobians = (np.concatenate(part) for part in zip(*parts, strict=True))
+    return NearRows(counts, rows, distances, jacobians)
+
+
+def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> list[NearPairs]:
+    """Return the same as ``near_rows``, for each configuration by itself."""
+    near = near_rows(plan, q, influence)
+    if len(q) == 1:
+        return [NearPairs(near.rows, near.distances, near.jacobians, plan)]
+    ends = np.cumsum(near.counts).tolist()
+    return [
+        NearPairs(
+            near.rows[first:last], near.distances[first:last], near.jacobians[first:last], plan
+        )
+        for first, last in zip([0, *ends], ends, strict=False)
+    ]
 
 
 def _place_still_bodies(bodies: BodyTable, places: Places) -> None:

@@ -17,11 +17,13 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
-from scene_graph_ros.planning.near_pairs import near_pairs, NearPairs
+from scene_graph_ros.planning.near_pairs import near_pairs, near_rows, NearPairs
 
 __all__ = [
+    "ClearanceColumns",
     "RobotClearance",
     "RobotCollisionType",
+    "clearance_columns",
     "collision_types",
     "poses_of_rows",
     "robot_clearances",
@@ -175,6 +177,23 @@ class RobotClearance:
         self._told, self._size = told, len(near.distances)
 
 
+class ClearanceColumns(NamedTuple):
+    """Padded distances of pairs of geometries at many configurations, as arrays."""
+
+    configuration: NDArray[np.int64]
+    """``(k,)``: which row of those asked about it is; not decreasing."""
+    id_A: NDArray[np.int64]
+    """``(k,)``: values of geometry ids, A the smaller one of the pair."""
+    id_B: NDArray[np.int64]
+    """``(k,)``."""
+    collision_type: NDArray[np.uint8]
+    """``(k,)``: values of `RobotCollisionType`, as in `RobotClearance.collision_types`."""
+    distance: NDArray[np.float64]
+    """``(k,)`` metres; negative where a pair is nearer than its padding."""
+    jacobian: NDArray[np.float64]
+    """``(k, nq)``: derivative of the distance, m per unit of each position."""
+
+
 class _Names(NamedTuple):
     """Whom the rows of a table are about."""
 
@@ -200,6 +219,26 @@ def robot_clearances(
         result._take(near, partial(_names_of, state, near))
         tables.append(result)
     return tables
+
+
+def clearance_columns(
+    state: CheckerState, q: NDArray[np.float64], influence: float
+) -> ClearanceColumns:
+    """Return the same as arrays."""
+    plan, robots = state.plan, state.bodies.num_robot_bodies
+    near = near_rows(plan, q, influence)
+    values = np.array([int(each) for each in plan.geometry_ids], dtype=np.int64)
+    ids = np.sort(values[plan.pairs.bodies[near.rows]], axis=1)
+    own, around = RobotCollisionType.SELF_COLLISION, RobotCollisionType.ENVIRONMENT_COLLISION
+    is_own = state.body_of[near.rows, 1] < robots
+    return ClearanceColumns(
+        np.repeat(np.arange(len(q)), near.counts),
+        ids[:, 0],
+        ids[:, 1],
+        np.where(is_own, own.value, around.value).astype(np.uint8),
+        near.distances,
+        near.jacobians,
+    )
 
 
 def _names_of(state: CheckerState, near: NearPairs) -> _Names:

@@ -110,3 +110,15 @@ def test_many_configurations_have_the_tables_of_each(tmp_path):
         np.testing.assert_array_equal(table.distances, alone.distances)
         np.testing.assert_array_equal(table.jacobians, alone.jacobians)
     assert checker.calc_robot_clearances(q[:0], 3.0) == []
+    columns = checker.calc_clearance_columns(q, 3.0)
+    sizes = [table.size for table in tables]
+    np.testing.assert_array_equal(columns.configuration, np.repeat(np.arange(len(q)), sizes))
+    for name, of_tables in (("distance", "distances"), ("jacobian", "jacobians")):
+        told = np.concatenate([getattr(table, of_tables) for table in tables])
+        np.testing.assert_array_equal(getattr(columns, name), told)
+    pairs = [sorted(map(int, pair)) for table in tables for pair in table.pairs]
+    np.testing.assert_array_equal(np.stack([columns.id_A, columns.id_B], axis=1), pairs)
+    types = [each.value for table in tables for each in table.collision_types]
+    np.testing.assert_array_equal(columns.collision_type, types)
+    assert len(set(types)) == 2
+    assert [len(each) for each in checker.calc_clearance_columns(q[:0], 3.0)] == [0] * 6

@@ -23,7 +23,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.services.queries import Asked
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
-from scene_graph_ros.planning import EdgeMeasure, RobotClearance, SceneGraphCollisionChecker
+from scene_graph_ros.planning import ClearanceColumns, EdgeMeasure, SceneGraphCollisionChecker
 from scene_graph_ros.planning.position_limits import beyond_limits
 
 __all__ = ["check_clearance", "check_configurations", "check_edges"]
@@ -89,26 +89,23 @@ def check_clearance(request: Any, response: Any, asked: Asked) -> None:
         )
     width = question.q.shape[1] if request.with_jacobians else 0
 
-    def answer(world: QueryObject) -> list[RobotClearance]:
-        checker, tables = question.checker(world), []
-        for first in range(0, len(question.q), _CLEARANCES):
-            part = question.q[first : first + _CLEARANCES]
-            tables += checker.calc_robot_clearances(part, influence)
-            for each in tables[first:]:
-                asked.tally.add(each.size * (1 + width // _COLUMNS))
-        return tables
+    def answer(world: QueryObject) -> list[ClearanceColumns]:
+        checker, parts = question.checker(world), []
+        for first in range(0, max(len(question.q), 1), _CLEARANCES):
+            rows = question.q[first : first + _CLEARANCES]
+            part = checker.calc_clearance_columns(rows, influence)
+            asked.tally.add(len(part.distance) * (1 + width // _COLUMNS))
+            parts.append(part._replace(configuration=part.configuration + first))
+        return parts
 
-    tables = [each for answers in asked.each(answer) for each in answers]
-    jacobians = np.concatenate(
-        [np.empty((0, question.q.shape[1])), *(t.jacobians for t in tables)]
-    )
+    parts = [
+        part._replace(configuration=part.configuration + world * len(question.q))
+        for world, answers in enumerate(asked.each(answer))
+        for part in answers
+    ]
     response.clearances = clearance_table_to_msg(
-        np.repeat(np.arange(len(tables)), [table.size for table in tables]),
-        [pair for table in tables for pair in table.pairs],
-        [kind.value for table in tables for kind in table.collision_types],
-        np.concatenate([np.empty(0), *(table.distances for table in tables)]),
-        jacobians if request.with_jacobians else None,
-        question.robots.tree.position_names,
+        ClearanceColumns(*(np.concatenate(column) for column in zip(*parts, strict=True))),
+        question.robots.tree.position_names if request.with_jacobians else None,
         asked.legend,
     )
 
