@@ -198,6 +198,18 @@ def test_the_largest_ball_is_the_one_that_was_put_in(n, size):
         assert HPolyhedron(rows, sides).chebyshev_center() == pytest.approx(found, abs=0.0)
 
 
+@pytest.mark.parametrize("thin", [1.0, 0.5, 1e-3])
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e7])
+def test_largest_balls_in_turned_boxes(size, thin):
+    """Each ball that touches both near faces is one: found, with their half distance as radius."""
+    turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    half = size * np.array([1.0, 1.0, thin])
+    A, b = np.concatenate([turn, -turn]), np.tile(half, 2)
+    found = center_of_rows(A, b)
+    assert found is not None
+    assert (b - A @ found).min() == pytest.approx(size * thin, abs=1e-15 * size, rel=1e-12)
+
+
 def test_balls_that_floats_leave_open():
     """Of empty sets, flat ones and those in which balls have no largest size."""
     box = np.concatenate([np.eye(2), -np.eye(2)])

@@ -122,7 +122,7 @@ def center_quickly(A, b, x):
     center, basis, inverse = np.zeros(n + 1), np.empty(n + 1, np.int64), np.empty((n + 1, n + 1))
     status = deepest(columns, sides, lengths, center, basis, inverse)
     x[:] = center[:n]
-    if status != OPTIMAL or not center[n] > 0.0 or basis.min() < 0 or basis.max() >= m:
+    if status != OPTIMAL or not center[n] > 0.0 or basis.max() >= m:
         return False
     rests, room = np.empty(m), np.empty(m)
     exact_residuals(columns, sides, m, x, rests, room)
@@ -133,7 +133,10 @@ def center_quickly(A, b, x):
     # Weighted, the rows add up to nothing and their lengths to 1: no ball has a larger radius.
     bound = 0.0
     for j in range(n + 1):
-        bound += y[j] * rests[basis[j]]
+        # Where balls are as large all along some way, there are places without rows.
+        if basis[j] < 0 and abs(y[j]) > _GAP:
+            return False
+        bound += y[j] * rests[basis[j]] if basis[j] >= 0 else 0.0
     return bound - radius <= _GAP * radius and y.min() >= -_GAP
 
 
