@@ -99,7 +99,7 @@ def motion_limits_from_msg(
         twice = next(n for n, r in zip(message.names, rows, strict=True) if rows.count(r) > 1)
         raise MessageError(f"{field}.names has {quoted(twice)} more than once")
     given: dict[str, dict[str, float]] = {}
-    for what in _RATES:
+    for what in (*_RATES, "jerks"):
         values = getattr(message, f"max_{what}")
         if len(values) not in (0, len(rows)):
             raise MessageError(
@@ -107,14 +107,17 @@ def motion_limits_from_msg(
             )
         chosen = zip(rows, values, strict=False)
         given[what] = {names.names[row]: float(value) for row, value in chosen}
-    accelerations = given["accelerations"]
-    if message.max_acceleration != 0.0:
-        others = dict.fromkeys(names.names, float(message.max_acceleration))
-        accelerations = {**others, **accelerations}
+    for what, of_others in (
+        ("accelerations", message.max_acceleration),
+        ("jerks", message.max_jerk),
+    ):
+        if of_others != 0.0:
+            given[what] = {**dict.fromkeys(names.names, float(of_others)), **given[what]}
     return MotionLimits.of_tree(
         tree,
-        accelerations=accelerations,
+        accelerations=given["accelerations"],
         velocities=given["velocities"],
+        jerks=given["jerks"] or None,
         velocity_scaling=message.velocity_scaling,
         acceleration_scaling=message.acceleration_scaling,
         positions=positions,

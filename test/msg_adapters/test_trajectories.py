@@ -135,6 +135,16 @@ def test_limits_are_those_of_the_urdf_unless_they_are_named():
     np.testing.assert_array_equal(own.accelerations, [4.0])
     mixed = read(names=["lift"], max_velocities=[3.0], max_acceleration=4.0)
     np.testing.assert_array_equal(mixed.accelerations, [4.0, 4.0])
+    assert mixed.jerks is None
+
+
+def test_jerks_are_limited_where_something_says_so():
+    """By name, or one for all others; scalings have nothing to do with them."""
+    fields = {"names": ["lift"], "max_velocities": [3.0], "max_acceleration": 4.0}
+    every = read(**fields, max_jerk=20.0, acceleration_scaling=0.5)
+    np.testing.assert_array_equal(every.jerks, [20.0, 20.0])
+    mixed = read(**fields, max_jerks=[30.0], max_jerk=20.0)
+    np.testing.assert_array_equal(mixed.jerks, [20.0, 30.0])
 
 
 @pytest.mark.parametrize(
@@ -164,6 +174,26 @@ def test_limits_are_those_of_the_urdf_unless_they_are_named():
             {"names": ["lift"], "max_velocities": [1.0], "max_acceleration": -1.0},
             TrajectoryError,
             "accelerations of 'one/rail' must be from 1e-12 to",
+        ),
+        (
+            {
+                "names": ["lift"],
+                "max_velocities": [1.0],
+                "max_acceleration": 1.0,
+                "max_jerks": [1.0],
+            },
+            TrajectoryError,
+            "'one/rail' has no limit of jerk",
+        ),
+        (
+            {
+                "names": ["lift"],
+                "max_velocities": [1.0],
+                "max_acceleration": 1.0,
+                "max_jerk": -1.0,
+            },
+            TrajectoryError,
+            "jerks of 'one/rail' must be from 1e-12 to",
         ),
         (
             {"names": ["lift"], "max_velocities": [1.0], "velocity_scaling": 0.0},

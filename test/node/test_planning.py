@@ -5,6 +5,7 @@ The post is a ball of 0.2 m at 1 m, so the two overlap where the rail is beyond 
 
 from __future__ import annotations
 
+import itertools
 import re
 
 from action_msgs.msg import GoalStatus
@@ -198,6 +199,22 @@ def test_a_trajectory_without_jumps_of_acceleration(action, joints):
     accelerations = [p.accelerations[0] for p in points]
     assert accelerations[0] == accelerations[-1] == 0.0
     assert max(map(abs, accelerations)) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_trajectory_within_a_limit_of_jerk(action, joints):
+    """It takes 2 m/s^2 over 20 m/s^3 longer, and the answer's points show the jerk."""
+    limits = MotionLimits(
+        names=["rail"], max_velocities=[1.0], max_accelerations=[2.0], max_jerks=[20.0]
+    )
+    result, _ = Sent(action, goals=at(0.5), **{**TIMED, "limits": limits}).end()
+    points = result.trajectory.points
+    assert seconds_of(points[-1]) == pytest.approx(2.1, rel=1e-6)
+    rates = [
+        abs(after.accelerations[0] - before.accelerations[0])
+        / (seconds_of(after) - seconds_of(before))
+        for before, after in itertools.pairwise(points)
+    ]
+    assert max(rates) == pytest.approx(20.0, rel=1e-3)
 
 
 def test_a_path_alone_has_no_trajectory(action, joints):
