@@ -9,7 +9,7 @@ where they differ, the row says so. Without pydrake only ours is measured, and t
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import itertools
 import os
@@ -24,6 +24,7 @@ import numpy as np  # noqa: E402
 from benchmarks.machine import machine  # noqa: E402
 from benchmarks.mazes import doors_of, drakes_graph, our_graph  # noqa: E402
 from scene_graph_ros.geometry.optimization import (  # noqa: E402
+    compute_pairwise_intersections,
     GraphOfConvexSetsOptions,
     HPolyhedron,
     Hyperellipsoid,
@@ -42,6 +43,15 @@ OBSTACLES = (10, 100, 1000)
 
 MAZES = (10, 20)
 """Cells along a side of mazes that paths are sought in, in two dimensions."""
+
+MANY = {2: 1000, 7: 300}
+"""By dimension how many sets are asked which of them meet."""
+
+_SAMPLES, _STEPS = 1000, 50
+"""Points that are drawn, and steps between two of them."""
+
+_COVERED, _COVERING = 5000, 30
+"""Points of which sets tell whether they are inside, and the sets."""
 
 _POINTS = 100
 _SAME = 1e-6
@@ -178,6 +188,57 @@ def _questions(
         )
 
 
+def _many(
+    rng: np.random.Generator, n: int, m: int, count: int, drake: Any
+) -> Iterator[tuple[str, Callable[[], Any], Callable[[], Any]]]:
+    """Name each question about many sets or points, whose answers are compared by numbers."""
+    # As many neighbours in two dimensions as in seven.
+    sides = np.full(n, 8.0 if n == 2 else 1.5)
+    asked = []
+    for center in rng.uniform(-sides, sides, (count, n)):
+        A, b = _polytope(rng, n, m)
+        asked.append((A, 0.5 * b + A @ center))
+    points = rng.uniform(-1.5, 1.5, (_COVERED, n))
+    about = [(A, b + A @ rng.uniform(-0.5, 0.5, n)) for A, b in
+             (_polytope(rng, n, m) for _ in range(_COVERING))]  # fmt: skip
+    A, b = _polytope(rng, n, m)
+
+    def numbered(pairs: Any) -> np.ndarray:
+        """Return how many pairs there are, and a sum that tells them apart."""
+        return np.array([len(pairs), sum(count * i + j for i, j in pairs)])
+
+    yield (
+        f"pairwise intersections of {count}",
+        lambda: numbered(compute_pairwise_intersections([HPolyhedron(*of) for of in asked])[0]),
+        lambda: numbered(
+            drake.ComputePairwiseIntersections([drake.HPolyhedron(*of) for of in asked], [])[0]
+        ),
+    )
+
+    def theirs_drawn() -> float:
+        from pydrake.common import RandomGenerator
+
+        body, generator, at, inside = drake.HPolyhedron(A, b), RandomGenerator(1), np.zeros(n), 0
+        for _ in range(_SAMPLES):
+            at = body.UniformSample(generator, previous_sample=at, mixing_steps=_STEPS)
+            inside += body.PointInSet(at)
+        return inside / _SAMPLES
+
+    def ours_drawn() -> float:
+        body, generator = HPolyhedron(A, b), np.random.default_rng(1)
+        drawn = body.uniform_samples(generator, _SAMPLES, mixing_steps=_STEPS)
+        return float(body.point_in_set(drawn.points).mean())
+
+    yield f"{_SAMPLES} samples, inside", ours_drawn, theirs_drawn
+    ours_about = [HPolyhedron(*of) for of in about]
+    theirs_about = [drake.HPolyhedron(*of) for of in about] if drake is not None else []
+    yield (
+        f"{_COVERED} points in {_COVERING} sets",
+        lambda: sum(int(each.point_in_set(points).sum()) for each in ours_about),
+        lambda: sum(each.PointInSet(point) for each in theirs_about for point in points),
+    )
+
+
 def _scattered(
     rng: np.random.Generator, n: int, count: int, drake: Any
 ) -> dict[str, tuple[list[Any], list[Any]]]:
@@ -256,10 +317,11 @@ def measure(
     seed: int = 1,
     obstacles: Sequence[int] = OBSTACLES,
     mazes: Sequence[int] = MAZES,
+    many: Mapping[int, int] = MANY,
 ) -> Iterator[Row]:
     """Ask everything of a polytope of each size, of regions among so many obstacles, of mazes.
 
-    Ours and Drake's in turn.
+    Of ``many`` sets by dimension which of them meet. Ours and Drake's in turn.
     """
     drake = _drake()
     for n, m in sizes:
@@ -267,6 +329,8 @@ def measure(
         asked = _questions(rng, n, m, drake)
         if n <= 3:
             asked = itertools.chain(asked, *(_regions(rng, n, k, drake) for k in obstacles))
+        if n in many:
+            asked = itertools.chain(asked, _many(rng, n, m, many[n], drake))
         if n == 2:
             asked = itertools.chain(asked, *(_paths(rng, k, drake) for k in mazes))
         for what, ours, theirs in asked:

@@ -6,6 +6,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization import (
     AffineBall,
+    compute_pairwise_intersections,
     HPolyhedron,
     Hyperrectangle,
     VPolytope,
@@ -26,6 +27,7 @@ def ask_convex_sets() -> None:
     ):
         answer()
     square.contained_in(square)
+    compute_pairwise_intersections([HPolyhedron(square.A + 0.1, square.b)] * 2)
     for each in (square, corners):
         each.projection(np.full((1, 2), 2.0))
     VPolytope(square)

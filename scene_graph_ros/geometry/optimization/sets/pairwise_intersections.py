@@ -14,6 +14,8 @@ from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
 from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.geometry.optimization.solve.quick_pairs import meet_quickly, near_boxes
+from scene_graph_ros.geometry.optimization.solve.quick_points import OPEN, POINT
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -29,6 +31,9 @@ _TURN = 2.0 * np.pi
 
 _ROUNDING = 1e-12
 """Relative to the coordinates: boxes that are so near may touch; the sets themselves decide."""
+
+_ROOM = 16
+"""For so many neighbours a set there is room at first."""
 
 Boxes = tuple[np.ndarray, np.ndarray]
 
@@ -84,22 +89,14 @@ def compute_pairwise_intersections(
     boxes_B = boxes_A if is_one_list else _boxes(B, bboxes_B, f"{label}: bboxes_B")
     _check_widths(boxes_A, joints, f"{label}: convex_sets_A")
     _check_widths(boxes_B, joints, f"{label}: convex_sets_B")
-    middles_A, middles_B = (0.5 * low + 0.5 * high for low, high in (boxes_A, boxes_B))
-    edges: list[tuple[int, int]] = []
-    offsets: list[np.ndarray] = []
-    for i, first in enumerate(A):
-        near, turns = _near(boxes_A[0][i], boxes_A[1][i], boxes_B, joints)
-        for j in near[near > i] if is_one_list else near:
-            offset = _TURN * turns[j]
-            line = middles_A[i] + offset, middles_B[j]
-            if not _meet(translated(first, offset), B[j], line):
-                continue
-            edges.append((i, int(j)))
-            offsets.append(offset)
-            if is_one_list:
-                edges.append((int(j), i))
-                offsets.append(-offset + 0.0)
-    return edges, offsets
+    pairs, turns = _near_pairs(boxes_A, boxes_B, joints, is_one_list)
+    offsets = _TURN * turns
+    is_there = _meet_all(A, B, (boxes_A, boxes_B), pairs, offsets)
+    pairs, offsets = pairs[is_there], offsets[is_there]
+    if is_one_list:
+        pairs = np.stack([pairs, pairs[:, ::-1]], axis=1).reshape(-1, 2)
+        offsets = np.stack([offsets, 0.0 - offsets], axis=1).reshape(-1, n)
+    return [(i, j) for i, j in pairs.tolist()], list(offsets)
 
 
 def as_joints(joints: Any, dimension: int, label: str) -> list[int]:
@@ -181,20 +178,76 @@ def _check_widths(boxes: Boxes, joints: list[int], label: str) -> None:
         )
 
 
-def _near(
-    low: np.ndarray, high: np.ndarray, others: Boxes, joints: list[int]
+def _near_pairs(
+    boxes_A: Boxes, boxes_B: Boxes, joints: list[int], is_one_list: bool
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return which boxes may touch one, and after how many turns of it ``(m, n)``.
+    """Return the pairs ``(k, 2)`` of boxes that may touch, after how many turns ``(k, n)``.
 
-    Two intervals narrower than pi meet after one number of turns at most.
+    Of one list each pair is there once. Two intervals narrower than pi meet after one number of
+    turns at most.
     """
-    slack = _ROUNDING * np.maximum(np.abs(low), np.abs(high))
-    slack = slack + _ROUNDING * np.maximum(np.abs(others[0]), np.abs(others[1]))
-    least, most = others[0] - high - slack, others[1] - low + slack
-    turns = np.zeros_like(least)
-    turns[:, joints] = np.ceil(least[:, joints] / _TURN)
-    moved = _TURN * turns
-    return np.flatnonzero(((least <= moved) & (moved <= most)).all(axis=1)), turns
+    n = boxes_A[0].shape[1]
+    is_turning = np.zeros(n, dtype=np.bool_)
+    is_turning[joints] = True
+    A, B = np.stack(boxes_A), np.stack(boxes_B)
+    room = _ROOM * len(A[0])
+    while True:
+        pairs, turns = np.empty((room, 2), np.int64), np.empty((room, n))
+        count = near_boxes(A, B, is_turning, is_one_list, _ROUNDING, pairs, turns)
+        if count <= room:
+            return pairs[:count], turns[:count]
+        room = count
+
+
+def _meet_all(
+    A: list[ConvexSet],
+    B: list[ConvexSet],
+    boxes: tuple[Boxes, Boxes],
+    pairs: np.ndarray,
+    offsets: np.ndarray,
+) -> np.ndarray:
+    """Tell of each pair whether the first set, moved by an offset, meets the second one."""
+    found = _meet_quickly(A, B, boxes, pairs, offsets)
+    middles_A, middles_B = (0.5 * low + 0.5 * high for low, high in boxes)
+    result = found == POINT
+    for k in np.flatnonzero(found == OPEN).tolist():
+        i, j = pairs[k].tolist()
+        line = middles_A[i] + offsets[k], middles_B[j]
+        result[k] = _meet(translated(A[i], offsets[k]), B[j], line)
+    return result
+
+
+def _meet_quickly(
+    A: list[ConvexSet],
+    B: list[ConvexSet],
+    boxes: tuple[Boxes, Boxes],
+    pairs: np.ndarray,
+    offsets: np.ndarray,
+) -> np.ndarray:
+    """Return POINT, EMPTY or OPEN of each pair: polyhedra where they are in one call."""
+    found = np.full(len(pairs), OPEN)
+    sets = A if A is B else [*A, *B]
+    is_asked = np.array([type(each) is HPolyhedron for each in sets])
+    second = pairs + np.array([0, 0 if A is B else len(A)])
+    asked = np.flatnonzero(is_asked[second].all(axis=1) & ~offsets.any(axis=1))
+    if not len(asked):
+        return found
+    rows = [each._linear_rows() if of else None for each, of in zip(sets, is_asked, strict=True)]
+    some = [of for of in rows if of is not None]
+    firsts = np.cumsum([0, *(0 if of is None else len(of[1]) for of in rows)])
+    low = np.maximum(boxes[0][0][pairs[asked, 0]], boxes[1][0][pairs[asked, 1]])
+    high = np.minimum(boxes[0][1][pairs[asked, 0]], boxes[1][1][pairs[asked, 1]])
+    status = np.empty(len(asked), np.int64)
+    meet_quickly(
+        np.concatenate([of[0] for of in some]),
+        np.concatenate([of[1] for of in some]),
+        firsts,
+        second[asked],
+        0.5 * low + 0.5 * high,
+        status,
+    )
+    found[asked] = status
+    return found
 
 
 def _meet(first: ConvexSet, second: ConvexSet, line: tuple[np.ndarray, np.ndarray]) -> bool:

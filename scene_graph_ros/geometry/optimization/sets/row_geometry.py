@@ -46,9 +46,13 @@ def distances_outside(A: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.nd
         return np.zeros(len(points))
     lengths = np.linalg.norm(A, axis=1)
     empty_row = lengths == 0.0
-    over = points @ A.T - b
-    over[:, empty_row] = np.where(b[empty_row] < 0.0, np.inf, -np.inf)
-    return np.maximum((over / np.where(empty_row, 1.0, lengths)).max(axis=1), 0.0)
+    # In place, points beside each other: arrays of this size cost more than what is in them.
+    over = A @ points.T
+    over -= b[:, np.newaxis]
+    over /= np.where(empty_row, 1.0, lengths)[:, np.newaxis]
+    over[empty_row] = np.where(b[empty_row] < 0.0, np.inf, -np.inf)[:, np.newaxis]
+    result: np.ndarray = over.max(axis=0)
+    return np.maximum(result, 0.0, out=result)
 
 
 def nearest_of_rows(rows: Rows, points: np.ndarray) -> Projection | int:

@@ -21,7 +21,15 @@ from scene_graph_ros.geometry.optimization.solve.doubled import exact_residuals
 from scene_graph_ros.geometry.optimization.solve.unit_rows import holds, unit_rows
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["EMPTY", "OPEN", "POINT", "center_quickly", "deepest", "point_quickly"]
+__all__ = [
+    "EMPTY",
+    "OPEN",
+    "POINT",
+    "center_quickly",
+    "deepest",
+    "point_of_unit_rows",
+    "point_quickly",
+]
 
 POINT, EMPTY, OPEN = 1, -1, 0
 """A point was shown, that there is none, or neither."""
@@ -64,14 +72,13 @@ def deepest(columns, b, lengths, x, basis, inverse):
 
 @kernel
 def _relax(columns, b, lengths, x):
-    """Move x from row to row, the most broken one each time; tell whether none is broken.
+    """Move x from row to row, the most broken one each time; tell whether none is broken then.
 
     As far behind each as it was before it (Motzkin and Schoenberg, "The relaxation method for
     linear inequalities", 1954). Most sets of some width are entered in few steps.
     """
     n, m = columns.shape
     rests = np.empty(m)
-    x[:] = 0.0
     for _ in range(_MOST_RELAXATIONS):
         rests[:] = b
         for k in range(n):
@@ -90,13 +97,9 @@ def _relax(columns, b, lengths, x):
 
 
 @kernel
-def point_quickly(A, b, x):
-    """Fill a point ``(n,)`` of ``A x <= b``: POINT where it is shown, EMPTY where none is."""
-    m, n = A.shape
-    rows, sides, lengths = np.empty((m, n)), np.empty(m), np.empty(m)
-    if n == 0 or m == 0 or not unit_rows(A, b, rows, sides, lengths):
-        return OPEN
-    columns = np.ascontiguousarray(rows.T)
+def point_of_unit_rows(rows, columns, sides, lengths, x):
+    """Do what ``point_quickly`` does for unit rows, which are given as columns, too, from x on."""
+    m, n = rows.shape
     if _relax(columns, sides, lengths, x) and holds(columns, sides, m, -1, x):
         return POINT
     center, basis, inverse = np.zeros(n + 1), np.empty(n + 1, np.int64), np.empty((n + 1, n + 1))
@@ -105,6 +108,17 @@ def point_quickly(A, b, x):
     if center[n] >= 0.0:
         return POINT if holds(columns, sides, m, -1, x) else OPEN
     return EMPTY if _contradict(rows, sides, lengths, basis, inverse) else OPEN
+
+
+@kernel
+def point_quickly(A, b, x):
+    """Fill a point ``(n,)`` of ``A x <= b``: POINT where it is shown, EMPTY where none is."""
+    m, n = A.shape
+    rows, sides, lengths = np.empty((m, n)), np.empty(m), np.empty(m)
+    if n == 0 or m == 0 or not unit_rows(A, b, rows, sides, lengths):
+        return OPEN
+    x[:] = 0.0
+    return point_of_unit_rows(rows, np.ascontiguousarray(rows.T), sides, lengths, x)
 
 
 @kernel
