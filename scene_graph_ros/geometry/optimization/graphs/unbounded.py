@@ -16,6 +16,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
 from scene_graph_ros.geometry.optimization.graphs.path_extents import (
     Box,
     extents_of_paths,
@@ -64,6 +65,8 @@ def solve_in_boxes(
     limit = math.inf
     boxes = extents_of_paths(vertices, edges, ends, used, limit)
     if _endless(vertices, boxes) is not None:
+        if _has_functions(vertices, edges, used):
+            return _without_bound(vertices, edges, boxes, solve)
         found = _some_path(vertices, edges, boxes, solve)
         if found is None:
             raise _refusal(vertices, boxes, "no path was found whose cost bounds its points")
@@ -74,6 +77,17 @@ def solve_in_boxes(
         boxes = narrower
     answer = solve(*_in_boxes(vertices, edges, ends, boxes), False)
     return replace(answer, lower_bound=min(answer.lower_bound, limit))
+
+
+def _has_functions(
+    vertices: Sequence[Vertex], edges: Sequence[Edge], used: frozenset[Transcription]
+) -> bool:
+    """Tell whether costs are functions, which may be below 0: then the rest may cost more."""
+    return any(
+        isinstance(cost, FunctionCost)
+        for part in (*vertices, *edges)
+        for cost in part.get_costs(used)
+    )
 
 
 def _endless(vertices: Sequence[Vertex], boxes: Mapping[int, Box]) -> tuple[Vertex, int] | None:

@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.optimization import (
     quad_over_lin,
     Spectrahedron,
     sum_squares,
+    Transcription,
 )
 from scene_graph_ros.geometry.optimization.graphs.path_extents import extents_of_paths
 from scene_graph_ros.geometry.optimization.graphs.transcription import ALL_TRANSCRIPTIONS
@@ -195,6 +196,22 @@ def test_staying_in_an_unbounded_set():
     result = graph.solve_shortest_path(vertex, vertex)
     check(result, 2.5)
     np.testing.assert_allclose(result.points[0], [2.0, 3.0], atol=1e-3)
+
+
+def test_functions_may_make_up_for_the_length_of_a_way():
+    """To 1 and back costs 2, less 10 there: no box follows from a cost of -8."""
+    graph = GraphOfConvexSets()
+    start, goal = graph.add_vertex(Point([0.0])), graph.add_vertex(Point([0.0]))
+    line = graph.add_vertex(HPolyhedron(np.zeros((0, 1)), np.zeros(0)))
+    edges = [joined(graph, start, line), joined(graph, line, goal)]
+    line.add_cost(lambda x: -10.0 * math.exp(-10.0 * (x[0] - 1.0) ** 2), Transcription.RESTRICTION)
+    found = graph.solve_convex_restriction(edges, {start: [0.0], line: [0.8], goal: [0.0]})
+    # 2 = 200 (1 - x) exp(...) where the slopes meet, next to 1.
+    x = found.points[1][0]
+    assert pytest.approx(200.0 * (1.0 - x) * math.exp(-10.0 * (x - 1.0) ** 2), rel=1e-2) == 2.0
+    assert found.cost == pytest.approx(2.0 * x - 10.0 * math.exp(-10.0 * (x - 1.0) ** 2), rel=1e-9)
+    assert found.cost < -8.0
+    assert found.lower_bound == -np.inf
 
 
 def test_what_nothing_bounds_has_a_path_and_no_bound():
