@@ -3,7 +3,7 @@
 from fractions import Fraction
 from itertools import combinations
 
-__all__ = ["assert_shows", "exact_rows", "largest_at_vertices"]
+__all__ = ["assert_shows", "exact_rows", "exact_vertices", "largest_at_vertices", "largest_of"]
 
 
 def exact_rows(A, b):
@@ -77,18 +77,27 @@ def _determinant(m):
     )
 
 
+def exact_vertices(A, b):
+    """Return the vertices of a bounded polyhedron, as lists of fractions."""
+    A, b = exact_rows(A, b)
+    found = []
+    for chosen in combinations(range(len(b)), len(A[0]) if A else 0):
+        x = _solve([A[i] for i in chosen], [b[i] for i in chosen])
+        if x is not None and all(_dot(row, x) <= s for row, s in zip(A, b, strict=True)):
+            found.append(x)
+    return found
+
+
 def largest_at_vertices(A, b, c):
     """Return the largest ``c . x`` over all vertices of a bounded polyhedron, None if empty."""
-    A, b = exact_rows(A, b)
+    return largest_of(exact_vertices(A, b), c)
+
+
+def largest_of(vertices, c):
+    """Return the largest ``c . x`` of vertices in fractions, None if there are none."""
     c = [Fraction(float(v)) for v in c]
-    best = None
-    for chosen in combinations(range(len(b)), len(c)):
-        x = _solve([A[i] for i in chosen], [b[i] for i in chosen])
-        if x is None or any(
-            sum(a * v for a, v in zip(row, x, strict=True)) > s
-            for row, s in zip(A, b, strict=True)
-        ):
-            continue
-        value = sum(a * v for a, v in zip(c, x, strict=True))
-        best = value if best is None else max(best, value)
-    return best
+    return max((_dot(c, x) for x in vertices), default=None)
+
+
+def _dot(a, x):
+    return sum(u * v for u, v in zip(a, x, strict=True))
