@@ -186,6 +186,7 @@ def test_second_order_cone():
     solution = program.solve()
     assert solution.cost == pytest.approx(5.0, abs=1e-8)
     assert solution.violation < 1e-8
+    assert solution.gap < 1e-8
     assert cone.violation(np.array([0.0, 4.0])) == pytest.approx(1.0)
 
 

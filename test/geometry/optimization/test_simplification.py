@@ -5,7 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.optimization import ConicProgram, ConvexSetError, HPolyhedron
+from scene_graph_ros.geometry.optimization import (
+    ConicProgram,
+    ConvexSetError,
+    HPolyhedron,
+    SolverError,
+)
+from scene_graph_ros.geometry.optimization.sets import affine_transformation
+from scene_graph_ros.geometry.optimization.solve import equilibration
 
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 24, endpoint=False) + 0.01
 ROUND = HPolyhedron(np.stack([np.cos(ANGLES), np.sin(ANGLES)], axis=1), np.ones(24))
@@ -88,6 +95,44 @@ def test_largest_images(size):
     assert filled.calc_volume() == pytest.approx(8.0 * size**3, rel=1e-6)
     assert filled.contained_in(wide, 0.0)
     assert wide.contained_in(filled, 1e-6 * size)
+
+
+@pytest.fixture(params=[1.0, -1.0])
+def noisy(request, monkeypatch):
+    """Return a function that leaves noise where rows about the middle of a set have a 0."""
+    exact = affine_transformation._about_own_middle
+
+    def add(noise):
+        def about(of):
+            (A, b), middle, size = exact(of)
+            b = np.where(np.abs(b) < 1e-9, 0.0, b)
+            b += request.param * noise * np.resize([1.0, -1.0, 0.3], len(b))
+            return (A, b), middle, size
+
+        monkeypatch.setattr(affine_transformation, "_about_own_middle", about)
+
+    return add
+
+
+@pytest.mark.parametrize("noise", [10.0**-k for k in range(8, 19)])
+def test_rounding_in_place_of_nothing_makes_no_image_smaller(noise, noisy):
+    """Of the hypotenuse the middle of the triangle's box is a point."""
+    noisy(noise)
+    triangle = HPolyhedron([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]], [0.0, 0.0, 1.0])
+    square = HPolyhedron.make_box([9.0, 4.0], [11.0, 6.0])
+    found = triangle.maximum_volume_inscribed_affine_transformation(square)
+    assert found.calc_volume() == pytest.approx(2.0, rel=max(1e-8, 10.0 * noise))
+    assert found.contained_in(square, 0.0)
+
+
+def test_an_image_that_is_not_the_largest_is_an_error(noisy, monkeypatch):
+    """A program of such sizes that the solver's answer breaks it."""
+    noisy(1e-14)
+    monkeypatch.setattr(equilibration, "_RANGE", 1000.0)
+    triangle = HPolyhedron([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]], [0.0, 0.0, 1.0])
+    square = HPolyhedron.make_box([9.0, 4.0], [11.0, 6.0])
+    with pytest.raises(SolverError, match=r"not (found: constraints are broken by|solved)"):
+        triangle.maximum_volume_inscribed_affine_transformation(square)
 
 
 def test_feasible_sets_of_programs():

@@ -14,6 +14,10 @@ from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["largest_image"]
 
+_OFF = 1e-6
+"""Of sets of a size of 1: by how much more a solution's constraints may be broken, and its log det
+be below the bound of its multipliers, it is none."""
+
 _FLAT = 1e-9
 """Relative to the largest: an eigenvalue of the map below it makes the image flat."""
 
@@ -40,6 +44,12 @@ def largest_image(inner: Any, outer: Any) -> tuple[np.ndarray, np.ndarray]:
     solution, T_index, t_index = _solve(X, Y)
     if not solution.is_feasible:
         raise SolverError(f"{label}: no image was found; the sets may be flat")
+    if not max(solution.violation, solution.gap) <= _OFF:
+        raise SolverError(
+            f"{label}: the largest image was not found: constraints are broken by"
+            f" {solution.violation:.1e}, and log det may be {solution.gap:.1e} below the most;"
+            f" {_OFF:g} are accepted"
+        )
     T, t = solution.value(T_index), solution.value(t_index)
     values = np.linalg.eigvalsh(T)
     if not values[0] > _FLAT * values[-1]:

@@ -83,15 +83,18 @@ class ConicConstraint:
 class ConicSolution:
     """The values of all variables at the least cost, or that no values fulfil the constraints.
 
-    ``values (n,)`` and ``cost`` are NaN for the latter. ``violation`` is the largest of all
-    constraints at the values; ``residual`` what the solver's equations are off by, relative to
-    the size of the program: of the proof where there are no values. `dual` has multipliers.
+    ``values (n,)``, ``cost`` and ``gap`` are NaN for the latter. ``violation`` is the largest of
+    all constraints at the values; ``gap`` by how much the cost may be above the least, as the
+    multipliers have it: what is left of them times rows, and of the cost's slope along the values.
+    ``residual`` is what the solver's equations are off by, relative to the size of the program: of
+    the proof where there are no values. `dual` has multipliers.
     """
 
     is_feasible: bool
     values: np.ndarray
     cost: float
     violation: float
+    gap: float
     residual: float
     duals: dict[int, np.ndarray]
 
@@ -281,14 +284,26 @@ class ConicProgram:
             found = replace(least, is_feasible=False)
         if not found.is_feasible:
             nowhere = np.full(self._size, np.nan)
-            return ConicSolution(False, nowhere, math.nan, math.nan, found.residual, {})
+            return ConicSolution(False, nowhere, math.nan, math.nan, math.nan, found.residual, {})
         values = sizes * found.x
         violation = max((c.violation(values) for c in self._constraints), default=0.0)
         duals = {
             id(constraint): length * _for_the_rows(constraint.cone, found.dual(each) * factor)
             for constraint, each, factor in zip(self._constraints, rows, factors, strict=True)
         }
-        return ConicSolution(True, values, self.cost(values), violation, found.residual, duals)
+        cost, gap = self.cost(values), self._gap(values, duals)
+        return ConicSolution(True, values, cost, violation, gap, found.residual, duals)
+
+    def _gap(self, values: np.ndarray, duals: Mapping[int, np.ndarray]) -> float:
+        """Return by how much the cost at values may be above the least, by multipliers."""
+        slope, left = np.zeros(self._size), 0.0
+        for columns, c in self._costs:
+            np.add.at(slope, columns, c)
+        for each in self._constraints:
+            dual = duals[id(each)]
+            left += float(dual @ each.rows_at(values))
+            np.subtract.at(slope, each.variables, each.matrix.T @ dual)
+        return abs(left) + float(np.abs(slope) @ np.abs(values))
 
 
 def _solve_scaled(

@@ -11,8 +11,14 @@ from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 
 __all__ = ["equilibrated", "widened_blocks"]
 
-_PASSES = 3
-"""Of geometric means; two are enough for most (Fulkerson and Wolfe 1962)."""
+_MOST_PASSES = 32
+"""Of geometric means, which end where they change nothing: after two or three for most (Fulkerson
+and Wolfe 1962)."""
+
+_RANGE = 4.0
+"""Bits: an entry that is smaller than the largest one of its row, or cone, by more counts as if it
+were not. Noise in place of 0 would have rows and columns be of a size that they are not; where
+variables are of sizes that differ by more, each pass finds some of it."""
 
 
 def equilibrated(
@@ -26,16 +32,19 @@ def equilibrated(
     """
     logs = [_logarithms(matrix) for _, _, matrix, _ in blocks]
     columns = np.zeros(size)
-    for _ in range(_PASSES):
+    for _ in range(_MOST_PASSES):
         high, low = np.full(size, -np.inf), np.full(size, np.inf)
         for (cone, numbers, _, _), log in zip(blocks, logs, strict=True):
-            scaled = log + columns[numbers]
+            scaled = _without_noise(cone, log + columns[numbers])
             scaled = scaled - _row_sizes(cone, scaled, is_middle=True)[:, None]
             finite = np.isfinite(scaled)
             np.maximum.at(high, numbers, np.where(finite, scaled, -np.inf).max(0, initial=-np.inf))
             np.minimum.at(low, numbers, np.where(finite, scaled, np.inf).min(0, initial=np.inf))
         with np.errstate(invalid="ignore"):
-            columns -= np.rint(np.where(np.isfinite(high), 0.5 * (high + low), 0.0))
+            change = np.rint(np.where(np.isfinite(high), 0.5 * (high + low), 0.0))
+        columns -= change
+        if not change.any():
+            break
     result: list[Block] = []
     factors, largest = [], 0.0
     for (cone, numbers, matrix, constant), log in zip(blocks, logs, strict=True):
@@ -88,6 +97,14 @@ def widened_blocks(
 def _logarithms(matrix: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore"):
         return np.log2(np.abs(matrix))
+
+
+def _without_noise(cone: Cone, logs: np.ndarray) -> np.ndarray:
+    """Return logarithms, of which none is below the largest of its row, or cone, by too much."""
+    largest = logs.max(axis=1, initial=-np.inf)
+    if cone > Cone.NONNEGATIVE:
+        largest = np.full(len(largest), largest.max(initial=-np.inf))
+    return np.where(np.isfinite(logs), np.maximum(logs, largest[:, None] - _RANGE), logs)
 
 
 def _row_sizes(cone: Cone, logs: np.ndarray, *, is_middle: bool = False) -> np.ndarray:
