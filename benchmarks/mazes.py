@@ -32,7 +32,7 @@ from scene_graph_ros.geometry.optimization import (
 )
 from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of
 
-__all__ = ["Row", "doors_of", "drakes_graph", "main", "measure", "our_graph"]
+__all__ = ["Cell", "Row", "box_of", "doors_of", "drakes_graph", "main", "measure", "our_graph"]
 
 Cell = tuple[int, int]
 
@@ -69,7 +69,8 @@ def doors_of(rng: np.random.Generator, size: int, more: float = _MORE) -> list[t
     return [*doors, *walls[: round(more * len(walls))]]
 
 
-def _box(cell: Cell) -> tuple[np.ndarray, np.ndarray]:
+def box_of(cell: Cell) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners ``(2,)`` of what is free of a cell."""
     return np.array(cell) - _HALF, np.array(cell) + _HALF
 
 
@@ -79,7 +80,7 @@ def our_graph(
     """Return the graph of the cells, and its points in two corners; edges cost their lengths."""
     graph = GraphOfConvexSets()
     cells = {
-        cell: graph.add_vertex(HPolyhedron.make_box(*_box(cell)))
+        cell: graph.add_vertex(HPolyhedron.make_box(*box_of(cell)))
         for cell in itertools.product(range(size), repeat=2)
     }
     start, goal = (graph.add_vertex(Point([at, at])) for at in (0.0, size - 1.0))
@@ -96,7 +97,7 @@ def drakes_graph(doors: list[tuple[Cell, Cell]], size: int, drake: Any) -> tuple
 
     graph = drake.GraphOfConvexSets()
     cells = {
-        cell: graph.AddVertex(drake.HPolyhedron.MakeBox(*_box(cell)))
+        cell: graph.AddVertex(drake.HPolyhedron.MakeBox(*box_of(cell)))
         for cell in itertools.product(range(size), repeat=2)
     }
     start, goal = (graph.AddVertex(drake.Point([at, at])) for at in (0.0, size - 1.0))

@@ -1,7 +1,10 @@
 """The benchmark of large mazes asks both ways and tells what it took."""
 
+import sys
+
 import pytest
 
+from benchmarks import mazes_gcsopt
 from benchmarks.mazes import main, measure
 
 
@@ -29,3 +32,15 @@ def test_the_command_prints_a_line_for_each_maze(capsys):
     assert lines[-1].startswith("Measured on ")
     with pytest.raises(SystemExit):
         main([])
+
+
+def test_beside_gcsopt_only_ours_is_measured_without_it(capsys, monkeypatch):
+    """The bound is below the best path's cost; the remedy is named."""
+    monkeypatch.setitem(sys.modules, "gcsopt", None)
+    mazes_gcsopt.main(["3"])
+    first, _, row, _ = capsys.readouterr().out.splitlines()
+    assert "pip install gcsopt" in first
+    size, ours, theirs, _, bound, _, exact, cost = row.split()
+    assert (size, theirs) == ("3", "nan")
+    assert float(ours) > 0.0 < float(exact)
+    assert 4.0 * 0.6 < float(bound) <= float(cost)
