@@ -277,13 +277,15 @@ class EdgeTerms:
         alpha, beta = np.zeros(len(self.u.half)), np.zeros(len(self.v.half))
         size, size_alpha, size_beta = abs(a), np.zeros(len(alpha)), np.zeros(len(beta))
         for part, y in weighted:
+            if not len(y):
+                continue
             a += float(y @ part.m)
-            alpha += part.Mu.T @ y
-            beta += part.Mv.T @ y
+            alpha += y @ part.Mu
+            beta += y @ part.Mv
             magnitudes = np.abs(y)
             size += float(magnitudes @ part.size)
-            size_alpha += np.abs(part.Mu).T @ magnitudes
-            size_beta += np.abs(part.Mv).T @ magnitudes
+            size_alpha += magnitudes @ np.abs(part.Mu)
+            size_beta += magnitudes @ np.abs(part.Mv)
         unit = 2.0 * terms * EPSILON
         return Minorant(a, alpha, beta, unit * size, unit * size_alpha, unit * size_beta)
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Sequence
+from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,7 +19,7 @@ def main_path(network: Network, flows: np.ndarray, tolerance: float) -> tuple[in
 
     Edges with no more flow than ``tolerance`` don't count.
     """
-    return _walk(network, flows, tolerance, None)
+    return _walk(_Flows.of(network, flows, tolerance), None)
 
 
 def draw_paths(
@@ -35,60 +38,61 @@ def draw_paths(
     4.2).
     """
     found: list[tuple[int, ...]] = []
+    taken = _Flows.of(network, flows, tolerance)
     for _ in range(trials):
-        path = _walk(network, flows, tolerance, generator) if len(found) < most else None
+        path = _walk(taken, generator) if len(found) < most else None
         if path is None:
             break
         if path not in found:
             found.append(path)
-        if len(found) == 1 and _is_only_one(network, flows, tolerance, path):
-            break
+        if len(found) == 1 and all(len(taken.leaving[taken.tails[e]]) == 1 for e in path):
+            break  # there is never another edge to go along, so that each walk is this one
     return found
 
 
-def _is_only_one(
-    network: Network, flows: np.ndarray, tolerance: float, path: Sequence[int]
-) -> bool:
-    """Tell whether a path never has another edge to go along, so that each walk is this one."""
-    return all(
-        sum(flows[e] > tolerance for e in network.leaving[int(network.tails[taken])]) == 1
-        for taken in path
-    )
+class _Flows(NamedTuple):
+    """The edges with flow, as walks read them."""
+
+    source: int
+    target: int
+    heads: list[int]
+    tails: list[int]
+    flows: list[float]
+    leaving: list[list[int]]
+    """Those from each vertex, with flow."""
+
+    @classmethod
+    def of(cls, network: Network, flows: np.ndarray, tolerance: float) -> _Flows:
+        """Return those with more flow than a tolerance."""
+        values = flows.tolist()
+        leaving = [[e for e in edges if values[e] > tolerance] for edges in network.leaving]
+        heads, tails = network.heads.tolist(), network.tails.tolist()
+        return cls(network.source, network.target, heads, tails, values, leaving)
 
 
-def _walk(
-    network: Network,
-    flows: np.ndarray,
-    tolerance: float,
-    generator: np.random.Generator | None,
-) -> tuple[int, ...] | None:
+def _walk(taken: _Flows, generator: np.random.Generator | None) -> tuple[int, ...] | None:
     """Return one path, None where there is none along the flows.
 
     Without a generator always along the most flow.
     """
-    heads = network.heads.tolist()
     path: list[int] = []
-    seen = {network.source}
-    at = network.source
-    while at != network.target:
-        edges = [e for e in network.leaving[at] if flows[e] > tolerance and heads[e] not in seen]
+    seen, at = {taken.source}, taken.source
+    while at != taken.target:
+        edges = [e for e in taken.leaving[at] if taken.heads[e] not in seen]
         if edges:
-            shares = flows[edges]
-            e = edges[int(np.argmax(shares)) if generator is None else _draw(shares, generator)]
-            path.append(e)
-            at = heads[e]
+            shares = [taken.flows[e] for e in edges]
+            k = shares.index(max(shares)) if generator is None else _draw(shares, generator)
+            path.append(edges[k])
+            at = taken.heads[edges[k]]
             seen.add(at)
         elif path:
             # What was tried stays seen: it leads nowhere from here.
-            at = int(network.tails[path.pop()])
+            at = taken.tails[path.pop()]
         else:
             return None
     return tuple(path)
 
 
-def _draw(flows: Sequence[float] | np.ndarray, generator: np.random.Generator) -> int:
-    shares = np.cumsum(flows)
-    return min(
-        int(np.searchsorted(shares, generator.random() * shares[-1], side="right")),
-        len(shares) - 1,
-    )
+def _draw(flows: Sequence[float], generator: np.random.Generator) -> int:
+    shares = list(accumulate(flows))
+    return min(bisect_right(shares, generator.random() * shares[-1]), len(shares) - 1)
