@@ -27,18 +27,19 @@ from scene_graph_ros.geometry.compiled.kernel import (
     lean_kernel,
     merged_kernel,
 )
-from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores.kinds import HULL
 from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
 from scene_graph_ros.geometry.narrowphase.pair import Placed
 from scene_graph_ros.geometry.query.distance.contact_normal import (
-    corners_of,
     normal_to_core,
     TOUCHING,
     triangle_core,
 )
-from scene_graph_ros.geometry.query.distance.triangle_triangle import reach_of
+from scene_graph_ros.geometry.query.distance.triangle_search import (
+    plane_of_core,
+    search_triangles,
+)
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -53,13 +54,11 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
-__all__ = ["box_gap", "core_bounds", "distance_convex_mesh", "is_in_box"]
+__all__ = ["core_bounds", "distance_convex_mesh", "is_in_box"]
 
 KNOWN_ERROR = 1e-11
 """Relative to the larger size: as much of a distance's known error may make an overlap touching.
 Errors of contacts next to each other are small; where depths nearly tie, the bound says little."""
-
-_FIRST_CAPACITY = 64
 
 _LOOSE = 1e-3
 """Relative to the larger size: what is known of the hull's distance, to begin with."""
@@ -79,136 +78,12 @@ def core_bounds(core, hulls, R, p):
 
 
 @lean_kernel
-def box_gap(lower, upper, node_lower, node_upper, node):
-    """Return the distance between a box and a node's box."""
-    total = 0.0
-    for axis in range(3):
-        gap = max(node_lower[node, axis] - upper[axis], lower[axis] - node_upper[node, axis], 0.0)
-        total += gap * gap
-    return math.sqrt(total)
-
-
-@lean_kernel
 def is_in_box(lower, upper, row, p):
     """Return whether p is in the box of a row."""
     is_in = True
     for axis in range(3):
         is_in = is_in and lower[row, axis] <= p[axis] <= upper[row, axis]
     return is_in
-
-
-@lean_kernel
-def _triangle_gap(lower, upper, params):
-    """Return the distance between a box and a triangle's bounding box."""
-    total = 0.0
-    for axis in range(3):
-        low = min(params[axis], params[axis + 3], params[axis + 6])
-        high = max(params[axis], params[axis + 3], params[axis + 6])
-        gap = max(low - upper[axis], lower[axis] - high, 0.0)
-        total += gap * gap
-    return math.sqrt(total)
-
-
-@lean_kernel
-def _node_front(lower, upper, node, n):
-    """Return how far a node's box reaches along n."""
-    total = 0.0
-    for axis in range(3):
-        total += max(n[axis] * lower[node, axis], n[axis] * upper[node, axis])
-    return total
-
-
-@lean_kernel
-def _triangle_front(params, n):
-    """Return how far a triangle reaches along n."""
-    first = n[0] * params[0] + n[1] * params[1] + n[2] * params[2]
-    second = n[0] * params[3] + n[1] * params[4] + n[2] * params[5]
-    third = n[0] * params[6] + n[1] * params[7] + n[2] * params[8]
-    return max(first, second, third)
-
-
-@lean_kernel
-def _plane(core, hulls, R_MK, p_MK, n):
-    """Return (n, h): all of a core is where n . x >= h, and some of it at h."""
-    x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, scale(-1.0, n))
-    return n, dot(n, x)
-
-
-@lean_kernel
-def _is_closer(surfaces, new, old, tolerance):
-    """Return whether the contact (distance, triangle, point, normal) is better than another.
-
-    Of contacts as near as each other it is the one whose plane the other's triangle is behind:
-    beside the border of a face, distances tell to half the digits only which side it is.
-    """
-    if abs(new[0] - old[0]) > tolerance:
-        return new[0] < old[0]
-    vertices, triangles = surfaces.vertices, surfaces.triangles
-    beyond_new = reach_of(corners_of(vertices, triangles, old[1]), new[3], new[2])
-    beyond_old = reach_of(corners_of(vertices, triangles, new[1]), old[3], old[2])
-    if abs(beyond_new - beyond_old) > tolerance:
-        return beyond_new < beyond_old
-    return new[0] < old[0]
-
-
-@merged_kernel
-def _search(surfaces, k, core, around, hulls, R_MK, p_MK, bound, tolerance, rounding, allowed):
-    """Return (distance, error, p_MN, n, unique, cuts, count) of surface k and a bare core.
-
-    The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
-    of it into the core; or the ``count`` triangles within ``tolerance`` of the core, in ``cuts``,
-    and what it is to the one it is nearest to or reaches deepest into. ``error`` bounds that of
-    the distance; ``box`` holds the bounds of the core; ``rounding`` is that of distances.
-    """
-    cuts = np.empty(_FIRST_CAPACITY, np.int64)
-    stack = np.empty(MAX_DEPTH + 1, np.int64)
-    (lower, upper), (across, behind) = around
-    # ``best`` is the least distance that is worth a look, ``nearest`` that of the contact.
-    best, p_MN, n, is_unique = max(bound, tolerance), p_MK, (0.0, 0.0, 1.0), True
-    nearest, nearest_triangle, error = math.inf, -1, 0.0
-    count, depth = 0, 1
-    stack[0] = surfaces.node_start[k]
-    while depth > 0:
-        depth -= 1
-        node = stack[depth]
-        front = _node_front(surfaces.node_lower, surfaces.node_upper, node, across)
-        gap = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, node)
-        if max(gap, behind - front - rounding) > best:
-            continue
-        left, right = surfaces.node_left[node], surfaces.node_right[node]
-        if left >= 0:
-            near = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, left)
-            far = box_gap(lower, upper, surfaces.node_lower, surfaces.node_upper, right)
-            stack[depth] = right if near <= far else left
-            stack[depth + 1] = left if near <= far else right
-            depth += 2
-            continue
-        for slot in range(-1 - left, -1 - left + right):
-            t = surfaces.order[slot]
-            triangle = triangle_core(surfaces.vertices, surfaces.triangles, t)
-            front = _triangle_front(triangle[3], across)
-            if max(_triangle_gap(lower, upper, triangle[3]), behind - front - rounding) > best:
-                continue
-            distance, a, _, m, unique, gap, _ = convex_distance(
-                triangle, core, R_MK, p_MK, hulls, best, allowed
-            )
-            if distance > best:
-                continue
-            if distance <= tolerance:
-                if count == cuts.shape[0]:
-                    longer = np.empty(2 * count, np.int64)
-                    longer[:count] = cuts
-                    cuts = longer
-                cuts[count] = t
-                count += 1
-            m = scale(-1.0, m)
-            new, old = (distance, t, a, m), (nearest, nearest_triangle, p_MN, n)
-            if nearest_triangle < 0 or _is_closer(surfaces, new, old, rounding):
-                nearest, nearest_triangle, p_MN, n, is_unique = distance, t, a, m, unique
-                error = gap
-                across, behind = _plane(core, hulls, R_MK, p_MK, m)
-                best = min(best, max(distance + rounding, tolerance))
-    return nearest, error, p_MN, n, is_unique, cuts, count
 
 
 @inlined_kernel
@@ -328,16 +203,16 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
         is_inside = point_mesh(surfaces, k, size, some_point, math.inf)[0] < 0.0
     reach = math.inf if is_inside else max(bound, 0.0) + core[2]
     # The mesh is in its hull: what that is away from the core is no more than the distance.
-    apart, _, _, n, _, gap, _ = convex_distance(
+    apart, near, _, n, _, gap, _ = convex_distance(
         mesh_core, bare, R_MK, p_MK, hulls, reach, _LOOSE * larger
     )
     if apart > reach if gap == math.inf else apart - gap > reach + tolerance:
         return math.inf, p_MK, p_MK, n, False
-    around = box, _plane(bare, hulls, R_MK, p_MK, scale(-1.0, n))
+    around = box, plane_of_core(bare, hulls, R_MK, p_MK, scale(-1.0, n))
     within = tolerance
     for _ in range(2):
-        distance, error, p_MN, n, unique, cuts, count = _search(
-            surfaces, k, bare, around, hulls, R_MK, p_MK, reach, within, tolerance, allowed
+        distance, error, p_MN, n, unique, cuts, count = search_triangles(
+            surfaces, k, bare, around, near, hulls, R_MK, p_MK, reach, within, larger, allowed
         )
         if count > 0 or is_inside or not distance <= NEAR_CONTACT * larger:
             break

@@ -2,7 +2,7 @@
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from measuring import measure, measure_both_ways, polytope_distance, pose
+from measuring import box_vertices, measure, measure_both_ways, polytope_distance, pose
 import numpy as np
 import pytest
 from searching import times
@@ -144,6 +144,36 @@ def test_two_bumpy_meshes_apart(seed):
     )
     moved = second @ X_WB[:3, :3].T + X_WB[:3, 3]
     assert pair.distance == pytest.approx(_nearest(first[faces], moved[faces]), abs=1e-13)
+
+
+@pytest.mark.search
+@settings(max_examples=times(20), deadline=None)
+@given(st.integers(0, 2**32 - 1), st.booleans(), st.sampled_from([0.02, 0.3, 3.0]))
+def test_a_hull_beside_a_bumpy_mesh(seed, is_flat, gap):
+    """A hull is as far from a mesh as from the nearest of all triangles, from any side.
+
+    Also where many of them are as near: facets of a box that are cut into triangles, turned alike.
+    """
+    rng = np.random.default_rng(seed)
+    surface = trimesh.creation.box((2.0, 2.0, 2.0)) if is_flat else trimesh.creation.icosphere(1)
+    surface = surface.subdivide() if is_flat else surface
+    bumps = 1.0 if is_flat else rng.uniform(0.6, 1.0, (len(surface.vertices), 1))
+    mesh = Mesh(vertices=np.array(surface.vertices) * bumps, faces=np.array(surface.faces))
+    corners = rng.uniform(-0.5, 0.5, (40, 3))
+    if is_flat:
+        corners = box_vertices(rng.uniform(0.2, 1.0, 3), np.eye(4))
+    way = rng.normal(size=3)
+    way /= np.linalg.norm(way)
+    X_WC = pose((1.0 + gap) * way + 0.5 * np.sign(way), np.zeros(3) if is_flat else way)
+    pair = measure_both_ways(Convex(vertices=corners), mesh, X_WC, pose(), triangles=BY_TRIANGLES)
+    moved = corners @ X_WC[:3, :3].T + X_WC[:3, 3]
+    triangles = np.array(mesh.vertices)[np.array(mesh.faces)]
+    truth = _nearest(moved[np.newaxis], triangles)
+    if truth > 1e-6:
+        assert pair.distance == pytest.approx(truth, abs=1e-13)
+        np.testing.assert_allclose(pair.p_WCa - pair.p_WCb, truth * pair.nhat_BA_W, atol=1e-13)
+    else:
+        assert pair.distance <= 1e-6
 
 
 def _nearest(first, second):
