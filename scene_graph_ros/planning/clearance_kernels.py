@@ -6,11 +6,14 @@ own points there move along the normal.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import load_number, store_lanes
+from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.tables.holding import Holding
 from scene_graph_ros.planning.bodies import (
     BodyTable,
@@ -20,6 +23,7 @@ from scene_graph_ros.planning.bodies import (
     Places,
 )
 from scene_graph_ros.planning.separation_kernels import separation
+from scene_graph_ros.planning.separation_lanes import place_cover, separations
 from scene_graph_ros.planning.still_kernels import find_near
 from scene_graph_ros.planning.still_tree import StillNodes
 from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, TreeTable
@@ -43,6 +47,17 @@ class NearTable(NamedTuple):
     """``(4, 4)``."""
     places: Places
     """Where the bodies that do not move are is there already."""
+    covers: np.ndarray
+    """What is known of bodies (``separation_lanes``); where those are that do not move, is there
+    already."""
+    starts: np.ndarray
+    """``(2 p,)``: where what is known of A begins, and of B, of each pair."""
+    reaches: np.ndarray
+    """``(p,)`` metres: both balls' radii and the padding."""
+    close: np.ndarray
+    """``(p + LANES,)``: pairs that are close in a configuration, by their balls and boxes."""
+    bounds: np.ndarray
+    """``(LANES,)`` metres."""
     rows: np.ndarray
     """``(p,)``: pairs that were found."""
     distances: np.ndarray
@@ -63,7 +78,21 @@ def _example() -> NearTable:
     lanes = np.zeros((1, 12, LANES))
     marks = rows.view(np.int8)
     places = Places(lanes, points, lanes, lanes, numbers, numbers, numbers, rows, marks, rows)
-    return NearTable(tree, bodies, pairs, points, places, rows, numbers, points)
+    return NearTable(
+        tree,
+        bodies,
+        pairs,
+        points,
+        places,
+        numbers,
+        rows,
+        numbers,
+        rows,
+        numbers,
+        rows,
+        numbers,
+        points,
+    )
 
 
 _holding = Holding("a table of pairs", _example)
@@ -122,15 +151,59 @@ def _add_rates(tree, joint, X_WJ, p, nhat, sign, gradient, k):
 
 
 @inlined_kernel
-def _may_be_near(bodies, a, b, places, limit, k):
-    """Tell whether two bodies may be as near as ``limit`` (m): balls first, then boxes."""
-    A, B = places.centers[a], places.centers[b]
-    x, y, z = A[0, k] - B[0, k], A[1, k] - B[1, k], A[2, k] - B[2, k]
-    reach = bodies.radii[a] + bodies.radii[b] + limit
-    if reach < 0.0 or x * x + y * y + z * z > reach * reach * _MARGIN:
-        return False
-    distance, _ = separation(bodies, a, b, places, k)
-    return distance <= limit
+def _find_by_balls(table, influence, near_ones):
+    """Write which pairs' balls are near enough; return how many.
+
+    Of fewer than all pairs ``places.near`` says which may be near.
+    """
+    covers, starts, close, count = table.covers, table.starts, table.close, 0
+    is_some = near_ones < len(table.reaches)
+    for i in range(near_ones):
+        p = table.places.near[i] if is_some else i
+        a, b = starts[2 * p & LAST_PLACE] + 12, starts[2 * p + 1 & LAST_PLACE] + 12
+        x = load_number(covers, a) - load_number(covers, b)
+        y = load_number(covers, a + 1) - load_number(covers, b + 1)
+        z = load_number(covers, a + 2) - load_number(covers, b + 2)
+        reach = load_number(table.reaches, p) + influence
+        close[count & LAST_PLACE] = p
+        count += reach >= 0.0 and x * x + y * y + z * z <= reach * reach * _MARGIN
+    return count
+
+
+@inlined_kernel
+def _starts_of_eight(starts, close, first, side):
+    """Return where the covers of A, or B, of eight pairs begin."""
+    return (
+        starts[2 * close[first & LAST_PLACE] + side & LAST_PLACE],
+        starts[2 * close[first + 1 & LAST_PLACE] + side & LAST_PLACE],
+        starts[2 * close[first + 2 & LAST_PLACE] + side & LAST_PLACE],
+        starts[2 * close[first + 3 & LAST_PLACE] + side & LAST_PLACE],
+        starts[2 * close[first + 4 & LAST_PLACE] + side & LAST_PLACE],
+        starts[2 * close[first + 5 & LAST_PLACE] + side & LAST_PLACE],
+        starts[2 * close[first + 6 & LAST_PLACE] + side & LAST_PLACE],
+        starts[2 * close[first + 7 & LAST_PLACE] + side & LAST_PLACE],
+    )
+
+
+@inlined_kernel
+def _find_by_boxes(bodies, pairs, table, influence, count, k):
+    """Keep those of ``count`` pairs whose boxes are near enough, too; return how many."""
+    close, covers, bounds, kept = table.close, table.covers, table.bounds, 0
+    for i in range(count, count + LANES):
+        close[i] = 0
+    for first in range(0, count, LANES):
+        at_A = _starts_of_eight(table.starts, close, first, 0)
+        at_B = _starts_of_eight(table.starts, close, first, 1)
+        store_lanes(bounds, 0, separations(covers, at_A, at_B))
+        for i in range(min(LANES, count - first)):
+            p = close[first + i & LAST_PLACE]
+            least = load_number(bounds, i)
+            if load_number(table.reaches, p) == math.inf:
+                a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
+                least, _ = separation(bodies, a, b, table.places, k)
+            close[kept & LAST_PLACE] = p
+            kept += least <= influence + load_number(pairs.paddings, p)
+    return kept
 
 
 @inlined_kernel
@@ -179,12 +252,11 @@ def near_distances(held, near, q, influence, counts):
             if len(table.rows) - row < len(pairs.bodies):
                 return first + k
             begin = row
-            for i in range(near_ones):
-                p = places.near[i] if near_ones < len(pairs.bodies) else i
-                a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
-                if _may_be_near(bodies, a, b, places, limit, k) and _write_row(
-                    held, table, p, k, influence, row
-                ):
-                    row += 1
+            for a in range(len(bodies.joints)):
+                place_cover(places, a, k, table.covers)
+            close = _find_by_balls(table, influence, near_ones)
+            close = _find_by_boxes(bodies, pairs, table, influence, close, k)
+            for i in range(close):
+                row += _write_row(held, table, table.close[i], k, influence, row)
             counts[first + k] = row - begin
     return len(q)

@@ -15,8 +15,10 @@ from scene_graph_ros.planning.clearance_kernels import (
     near_places,
     NearTable,
 )
+from scene_graph_ros.planning.separation_lanes import COVER, new_covers
+from scene_graph_ros.robots.tree_kernels import LANES
 
-__all__ = ["NearPairs", "NearRows", "near_pairs", "near_rows"]
+__all__ = ["NearPairs", "NearRows", "near_pairs", "near_pairs_at", "near_rows"]
 
 
 class NearPairs(NamedTuple):
@@ -59,7 +61,7 @@ class _Desk:
     def __init__(self, plan: CheckerPlan) -> None:
         tree, most = plan.tree, max(len(plan.pairs.bodies), _ROOM)
         places = plan.new_places()
-        _place_still_bodies(plan.bodies, places)
+        covers = _placed_covers(plan.bodies, places)
         self.plan = plan
         self.table = NearTable(
             tree.table,
@@ -67,15 +69,40 @@ class _Desk:
             plan.pairs,
             tree.X_WB,
             places,
+            covers,
+            (COVER * plan.pairs.bodies).reshape(-1),
+            plan.bodies.radii[plan.pairs.bodies].sum(axis=1) + plan.pairs.paddings,
+            np.empty(len(plan.pairs.bodies) + LANES, np.int64),
+            np.empty(LANES),
             np.empty(most, np.int64),
             np.empty(most),
             np.empty((most, tree.num_velocities)),
         )
-        self.written = near_places(self.table)
+        self.written, self.shapes = near_places(self.table), plan.held.places
+        self.count = np.empty(1, np.int64)
+        self.is_mapped = tree.num_velocities != tree.num_positions
 
 
 _desks = threading.local()
 """Of each thread the one of the plan that it asked about last: they change seldom."""
+
+
+def _desk(plan: CheckerPlan) -> _Desk:
+    """Return this thread's desk for a plan."""
+    desk: _Desk | None = getattr(_desks, "newest", None)
+    if desk is None or desk.plan is not plan:
+        desk = _desks.newest = _Desk(plan)
+    return desk
+
+
+def near_pairs_at(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearPairs:
+    """Return the pairs that are near at one configuration ``(1, nq)``, up to so many metres."""
+    desk = _desk(plan)
+    near_distances(desk.shapes, desk.written, q, influence, desk.count)
+    table, count = desk.table, desk.count.item()
+    gradients = table.gradients[:count]
+    jacobians = gradients @ plan.tree.velocity_map(q[0]) if desk.is_mapped else gradients.copy()
+    return NearPairs(table.rows[:count].copy(), table.distances[:count].copy(), jacobians, plan)
 
 
 def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> NearRows:
@@ -83,18 +110,15 @@ def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> Ne
 
     ``influence`` is in metres.
     """
-    desk: _Desk | None = getattr(_desks, "newest", None)
-    if desk is None or desk.plan is not plan:
-        desk = _desks.newest = _Desk(plan)
+    desk = _desk(plan)
     table, tree = desk.table, plan.tree
-    is_mapped = tree.num_velocities != tree.num_positions
     counts, done = np.empty(len(q), np.int64), 0
     parts: list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]] = []
     while done < len(q):
-        taken = near_distances(plan.held.places, desk.written, q[done:], influence, counts[done:])
+        taken = near_distances(desk.shapes, desk.written, q[done:], influence, counts[done:])
         count = int(counts[done] if taken == 1 else counts[done : done + taken].sum())
         gradients = table.gradients[:count]
-        if is_mapped:
+        if desk.is_mapped:
             ends = np.cumsum(counts[done : done + taken])[:-1]
             shares = zip(np.split(gradients, ends), q[done : done + taken], strict=True)
             gradients = np.concatenate([part @ tree.velocity_map(at) for part, at in shares])
@@ -113,8 +137,6 @@ def near_rows(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> Ne
 def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> list[NearPairs]:
     """Return the same as ``near_rows``, for each configuration by itself."""
     near = near_rows(plan, q, influence)
-    if len(q) == 1:
-        return [NearPairs(near.rows, near.distances, near.jacobians, plan)]
     ends = np.cumsum(near.counts).tolist()
     return [
         NearPairs(
@@ -124,10 +146,14 @@ def near_pairs(plan: CheckerPlan, q: NDArray[np.float64], influence: float) -> l
     ]
 
 
-def _place_still_bodies(bodies: BodyTable, places: Places) -> None:
-    """Write where the bodies are that do not move."""
-    X, centers = bodies.X_WG, bodies.centers[len(bodies.joints) :]
-    x, y, z = centers.T[:, :, np.newaxis]
-    places.X_WG[len(bodies.joints) :] = X.reshape(-1, 12, 1)
-    at = X[:, :, 0] * x + X[:, :, 1] * y + X[:, :, 2] * z + X[:, :, 3]
-    places.centers[len(bodies.joints) :] = at[:, :, np.newaxis]
+def _placed_covers(bodies: BodyTable, places: Places) -> NDArray[np.float64]:
+    """Write where the bodies are that do not move; return what is known of all for now."""
+    X, still = bodies.X_WG, slice(len(bodies.joints), None)
+    places.X_WG[still] = X.reshape(-1, 12, 1)
+    centers = np.einsum("nij,nj->ni", X[:, :, :3], bodies.centers[still]) + X[:, :, 3]
+    places.centers[still] = centers[:, :, np.newaxis]
+    covers = new_covers(bodies.lower, bodies.upper, bodies.radii)
+    rows = covers.reshape(-1, COVER)[still]
+    rows[:, :9] = X[:, :, :3].transpose(0, 2, 1).reshape(-1, 9)
+    rows[:, 12:15] = centers
+    return covers
