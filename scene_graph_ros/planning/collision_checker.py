@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.geometry.reals import squares_of_few
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.planning.check_kernels import NO_PAIR
 from scene_graph_ros.planning.checker_interface import CollisionChecker, one_configuration
@@ -35,6 +34,7 @@ from scene_graph_ros.planning.robot_clearance import (
     ClearanceColumns,
     collision_types,
     poses_of_rows,
+    robot_clearance,
     robot_clearances,
     RobotClearance,
     RobotCollisionType,
@@ -208,9 +208,10 @@ class SceneGraphCollisionChecker(CollisionChecker):
         Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
         for a position beyond all scenes.
         """
+        if self._tree.is_certainly_within(configurations, MAX_COORDINATE):
+            return configurations  # type: ignore[return-value]
         q = self._tree.checked_configurations(configurations)
-        is_near = squares_of_few(q) <= MAX_COORDINATE**2
-        if not is_near and (np.abs(q) > MAX_COORDINATE).any():
+        if (np.abs(q) > MAX_COORDINATE).any():
             row, column = np.argwhere(np.abs(q) > MAX_COORDINATE)[0]
             raise CollisionCheckerError(
                 f"position {self._tree.position_names[column]!r} of configuration {row} is beyond"
@@ -224,9 +225,9 @@ class SceneGraphCollisionChecker(CollisionChecker):
         A pair of a robot's bodies is there once. Raises KinematicTreeError for a bad q, and
         CollisionCheckerError for a distance that is negative or not finite.
         """
-        rows = one_configuration("q", q)
-        (found,) = self.calc_robot_clearances(rows, influence_distance)
-        return found
+        influence = _influence(influence_distance)
+        configuration = self.checked_configurations(one_configuration("q", q))
+        return robot_clearance(self._state, configuration, influence)
 
     def calc_robot_clearances(
         self, configurations: ArrayLike, influence_distance: float
@@ -331,6 +332,8 @@ class SceneGraphCollisionChecker(CollisionChecker):
 
 def _influence(distance: float) -> float:
     """Return it; raises CollisionCheckerError where it is negative or not finite."""
+    if type(distance) is float and 0.0 <= distance < math.inf:
+        return distance
     influence = finite_number("influence_distance", distance)
     if influence < 0.0:
         raise CollisionCheckerError(f"influence_distance must not be negative: {quoted(distance)}")

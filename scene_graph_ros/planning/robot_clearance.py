@@ -17,7 +17,12 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
-from scene_graph_ros.planning.near_pairs import near_pairs, near_rows, NearPairs
+from scene_graph_ros.planning.near_pairs import (
+    near_pairs,
+    near_pairs_at,
+    near_rows,
+    NearPairs,
+)
 
 __all__ = [
     "ClearanceColumns",
@@ -26,6 +31,7 @@ __all__ = [
     "clearance_columns",
     "collision_types",
     "poses_of_rows",
+    "robot_clearance",
     "robot_clearances",
 ]
 
@@ -171,10 +177,13 @@ class RobotClearance:
             self._told = None
         return self._names
 
-    def _take(self, near: NearPairs, told: Callable[[], _Names]) -> None:
-        """Have these rows in place of none; ``told`` says whom they are about."""
-        self._distances, self._jacobians = near.distances, near.jacobians
-        self._told, self._size = told, len(near.distances)
+    @classmethod
+    def _of(cls, near: NearPairs, told: Callable[[], _Names]) -> RobotClearance:
+        """Return a table of rows that are right; ``told`` says whom they are about."""
+        result = cls.__new__(cls)
+        result._distances, result._jacobians = near.distances, near.jacobians
+        result._told, result._size = told, len(near.distances)
+        return result
 
 
 class ClearanceColumns(NamedTuple):
@@ -213,12 +222,14 @@ def robot_clearances(
     state: CheckerState, q: NDArray[np.float64], influence: float
 ) -> list[RobotClearance]:
     """Return the padded distances at each of q ``(n, nq)`` up to a distance, with derivatives."""
-    tables = []
-    for near in near_pairs(state.plan, q, influence):
-        result = RobotClearance(state.plan.tree.num_positions)
-        result._take(near, partial(_names_of, state, near))
-        tables.append(result)
-    return tables
+    return [_table(state, near) for near in near_pairs(state.plan, q, influence)]
+
+
+def robot_clearance(
+    state: CheckerState, q: NDArray[np.float64], influence: float
+) -> RobotClearance:
+    """Return the same at one configuration ``(1, nq)``."""
+    return _table(state, near_pairs_at(state.plan, q, influence))
 
 
 def clearance_columns(
@@ -239,6 +250,10 @@ def clearance_columns(
         near.distances,
         near.jacobians,
     )
+
+
+def _table(state: CheckerState, near: NearPairs) -> RobotClearance:
+    return RobotClearance._of(near, partial(_names_of, state, near))
 
 
 def _names_of(state: CheckerState, near: NearPairs) -> _Names:
