@@ -11,6 +11,7 @@ import pytest
 from robot_scenes import ARM, BALL, diagram, DRONE, PLATE, POSTS, ROD, SLIDE
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
+from scene_graph_ros.geometry.optimization.solve.weighted_squares import minimize_over_squares
 from scene_graph_ros.planning import (
     BilinearAlternationOptions,
     BinarySearchOptions,
@@ -21,7 +22,8 @@ from scene_graph_ros.planning import (
     RationalForwardKinematics,
     SceneGraphCollisionChecker,
 )
-from scene_graph_ros.planning.certified.identities import is_positive_semidefinite
+from scene_graph_ros.planning.certified import plane_search
+from scene_graph_ros.planning.certified.exact_matrices import is_positive_semidefinite
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.pair_shapes import rounded_hull
 from scene_graph_ros.planning.certified.tangent_region import make_region
@@ -305,15 +307,32 @@ def changed(certificate, place):
         (first, *rest), *rows = certificate.plane
         return replace(certificate, plane=((first + tiny, *rest), *rows))
     if place == "normal":
-        grams = [[list(row) for row in gram] for gram in certificate.normal_grams]
+        grams = lines(certificate.normal_grams)
         grams[0][0][0] += tiny
         return replace(certificate, normal_grams=tuple(grams))
-    grams = [[[list(row) for row in gram] for gram in point] for point in certificate.grams]
-    grams[-1][0][0][0] += tiny
+    grams = [lines(point) for point in certificate.grams]
+    if place == "bound":
+        grams[0][1][0][0] += tiny
+    elif place == "beside the diagonal":
+        grams[0][0][0][1] += tiny
+        grams[0][0][1][0] += tiny
+    elif place == "not symmetric":
+        grams[0][0][0][1] += tiny
+        grams[0][0][1][0] -= tiny
+    else:
+        grams[-1][0][0][0] += tiny
     return replace(certificate, grams=tuple(map(tuple, grams)))
 
 
-@pytest.mark.parametrize("place", ["clearance", "plane", "normal", "gram"])
+def lines(stack):
+    """Return matrices as lists of lists of fractions."""
+    return [[list(row) for row in gram] for gram in stack]
+
+
+@pytest.mark.parametrize(
+    "place",
+    ["clearance", "plane", "normal", "gram", "bound", "beside the diagonal", "not symmetric"],
+)
 def test_a_changed_number_is_found(proven, place):
     """No certificate survives a change of one of its numbers."""
     pair, certificate = next(iter(proven.certificates.items()))
@@ -321,6 +340,68 @@ def test_a_changed_number_is_found(proven, place):
     other = changed(certificate, place)
     assert not other.verify()
     assert not replace(proven, certificates={**proven.certificates, pair: other}).verify()
+
+
+def test_a_matrix_that_is_not_semidefinite_is_found(proven):
+    """Also where the identity holds: what one matrix has less, those of two bounds have more."""
+    certificate = next(iter(proven.certificates.values()))
+    for much, is_right in ((Fraction(0), True), (Fraction(10), False)):
+        grams = [lines(point) for point in certificate.grams]
+        for k in range(len(grams[0][0])):
+            grams[0][0][k][k] -= much
+            grams[0][1][k][k] += much / 2
+            grams[0][2][k][k] += much / 2
+        other = replace(certificate, grams=tuple(map(tuple, grams)))
+        assert other.verify() == is_right
+        assert is_right or "not semidefinite" in other.failure()
+
+
+def test_missing_matrices_are_found(proven):
+    """Of a row, of a point, and of another order."""
+    certificate = next(iter(proven.certificates.values()))
+    grams = [lines(point) for point in certificate.grams]
+    for other, reason in (
+        (grams[1:], "points are missing"),
+        ([grams[0][1:], *grams[1:]], "has other matrices"),
+        ([[[[Fraction(1)]] for _ in grams[0]], *grams[1:]], "has other matrices"),
+    ):
+        assert reason in replace(certificate, grams=tuple(map(tuple, other))).failure()
+    normal = lines(certificate.normal_grams)
+    assert "normal has other" in replace(certificate, normal_grams=normal[1:]).failure()
+
+
+def test_numbers_of_any_size_are_proven(proven):
+    """A certificate of fractions with odd denominators, too large for machine words, holds."""
+    certificate = next(iter(proven.certificates.values()))
+    third, huge = Fraction(1, 3 * 2**70), Fraction(2**40)
+    grams = [lines(point) for point in certificate.grams]
+    for point in grams:  # what both bounds have more in one place the constant has less, doubled
+        point[1][0][0] += third
+        point[2][0][0] += third
+        point[0][0][0] -= 2 * third
+    other = replace(certificate, grams=tuple(map(tuple, grams)))
+    assert other.verify()
+    grams[0][1][0][0] += huge
+    assert not replace(certificate, grams=tuple(map(tuple, grams))).verify()
+
+
+def test_the_solver_for_all_cones_proves_the_same(arm, proven, monkeypatch):
+    """Where the method for planes gives up, the other one's planes are proven like its own."""
+
+    def gives_up(*arguments, **options):
+        return replace(minimize_over_squares(*arguments, **options), is_solved=False, bound=-9.0)
+
+    monkeypatch.setattr(plane_search, "minimize_over_squares", gives_up)
+    found = CspaceFreePolytope(arm).find_separation_certificate_given_polytope(
+        BOX, np.full(4, 0.15)
+    )
+    assert found.is_success and found.verify()
+    for pair, certificate in found.certificates.items():
+        assert (
+            certificate.grams[0].whole.tolist()
+            != proven.certificates[pair].grams[0].whole.tolist()
+        )
+        assert certificate.distance == pytest.approx(proven.certificates[pair].distance, rel=1e-3)
 
 
 def test_a_certificate_is_of_its_own_region(proven):

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.optimization import AffineBall, HPolyhedron, SolverError
 from scene_graph_ros.planning.certified.growth_program import grown_rows
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
+from scene_graph_ros.planning.certified.plane_search import plane_for_growth
 from scene_graph_ros.planning.certified.polytope_certificate import PolytopeCertificate
 from scene_graph_ros.planning.certified.search_options import BilinearAlternationOptions
-from scene_graph_ros.planning.certified.separation_program import SeparationProgram
 from scene_graph_ros.planning.certified.tangent_region import TangentRegion
 
 __all__ = ["alternate"]
@@ -121,7 +121,7 @@ def _round(
     try:
         solutions = []
         for part in parts:
-            solutions.append(SeparationProgram(part).maximize_clearance())
+            solutions.append(plane_for_growth(part))
             if solutions[-1].clearance <= 0.0:
                 return None
         C, d = grown_rows(parts, solutions, wide, scaling * inner.B, inner.center)

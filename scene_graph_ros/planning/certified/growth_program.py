@@ -85,7 +85,7 @@ def _moving_rows(
         ]
         rows.append((((int(d[number]), 1.0 / weight), *parts), *slopes))
     first = 2 * len(problem.variables) + 1
-    return MovingRows(tuple(rows), tuple(grams[first:] for grams in solution.grams))
+    return MovingRows(tuple(rows), tuple(own[first:] for side in solution.grams for own in side))
 
 
 def _keep_ellipsoid(

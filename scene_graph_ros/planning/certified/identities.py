@@ -1,135 +1,130 @@
-"""Both sides of a certificate's identities, exactly, and whether matrices are semidefinite."""
+"""Both sides of a certificate's identities, in floats or exactly.
+
+Polynomials are their coefficients, a column for each of a side's monomials. Arrays are of floats,
+of int64 where that is exact, or of whole numbers as objects.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 import math
-import operator
-from typing import TypeAlias
+from typing import Any
 
-from scene_graph_ros.planning.certified.polynomials import (
-    Exponents,
-    Polynomial,
-    sum_of_products,
-)
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.certified.exact_matrices import ExactArray, summable
+from scene_graph_ros.planning.certified.monomials import Monomials
+from scene_graph_ros.planning.certified.pair_side import Side
 
 __all__ = [
-    "ExactMatrix",
-    "Matrix",
-    "exact",
-    "gram_sum",
-    "is_positive_semidefinite",
+    "beside",
+    "exact_residuals",
+    "float_residuals",
+    "gram_sums",
+    "least_values",
     "normal_residuals",
 ]
 
 
-@dataclass(frozen=True)
-class ExactMatrix:
-    """Whole numbers, line by line, over one common denominator; its lines are of fractions."""
-
-    whole: list[list[int]]
-    common: int
-
-    def __len__(self) -> int:
-        return len(self.whole)
-
-    def __iter__(self) -> Iterator[list[Fraction]]:
-        return ([Fraction(v, self.common) for v in line] for line in self.whole)
-
-
-Matrix: TypeAlias = ExactMatrix | list[list[Fraction]]
-
-
-def exact(matrix: Matrix) -> ExactMatrix:
-    """Return a matrix as whole numbers."""
-    if isinstance(matrix, ExactMatrix):
-        return matrix
-    common = math.lcm(*(v.denominator for row in matrix for v in row))
-    return ExactMatrix(
-        [[v.numerator * (common // v.denominator) for v in row] for row in matrix], common
-    )
-
-
-def gram_sum(
-    matrices: Sequence[Matrix], rows: Sequence[Polynomial], basis: Sequence[Exponents]
-) -> Polynomial:
-    """Return ``sum over rows of row(u) m(u)' G m(u)``."""
-    products = [[tuple(map(operator.add, e, f)) for f in basis] for e in basis]
-    return sum_of_products(
-        (1, _gram_polynomial(exact(matrix), products), row)
-        for matrix, row in zip(matrices, rows, strict=True)
-    )
-
-
-def _gram_polynomial(matrix: ExactMatrix, products: list[list[Exponents]]) -> Polynomial:
-    """Return ``m(u)' G m(u)``."""
-    result: dict[Exponents, int] = {}
-    for line, own in zip(matrix.whole, products, strict=True):
-        for value, e in zip(line, own, strict=True):
-            result[e] = result.get(e, 0) + value
-    return Polynomial(result, matrix.common)
-
-
-def normal_residuals(
-    matrices: Sequence[Matrix], plane: Sequence[Sequence[Fraction]]
-) -> list[ExactMatrix]:
-    """Return what ``[[1, a'], [a, 1]]`` is more than the sum of a normal's Gram matrices.
-
-    The constant part first, then the factors of each variable.
-    """
-    given = [exact(matrix) for matrix in matrices]
-    normal = plane[:3]
-    common = math.lcm(
-        *(matrix.common for matrix in given), *(v.denominator for row in normal for v in row)
-    )
-    result = []
-    for k in range(len(plane[0])):
-        rows = [[common * int(i == j and k == 0) for j in range(4)] for i in range(4)]
-        for i, row in enumerate(normal, 1):
-            value = row[k].numerator * (common // row[k].denominator)
-            rows[0][i] += value
-            rows[i][0] += value
-        signs = [(m, 1) for m in given] if k == 0 else [(given[2 * k - 1], 1), (given[2 * k], -1)]
-        for matrix, sign in signs:
-            factor = sign * (common // matrix.common)
-            rows = [
-                [v - factor * w for v, w in zip(line, own, strict=True)]
-                for line, own in zip(rows, matrix.whole, strict=True)
-            ]
-        result.append(ExactMatrix(rows, common))
+def beside(side: Side, numerators: NDArray[Any], plane: NDArray[Any]) -> NDArray[Any]:
+    """Return what points ``(p, 4, q)`` are beside a plane ``(4, n + 1)``, ``(p, k)``."""
+    monomials = side.monomials
+    terms = np.matmul(side.sign * plane.T, numerators)
+    result = np.zeros((len(numerators), monomials.num_monomials), dtype=terms.dtype)
+    for k, places in enumerate(monomials.shift):
+        result[:, places] += terms[:, k]
     return result
 
 
-def is_positive_semidefinite(matrix: Matrix) -> bool:
-    """Tell whether a matrix is symmetric and has no negative eigenvalue.
+def gram_sums(grams: NDArray[Any], monomials: Monomials) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return what Gram matrices ``(p, r, m, m)`` of a region's bounds are, ``(p, k)``.
 
-    By elimination without fractions (Bareiss, "Sylvester's identity and multistep
-    integer-preserving Gaussian elimination", 1968), whose pivots are the leading minors.
+    Rows are 1, then ``1 + u`` and ``1 - u`` of each variable. Of all others there is
+    ``m(u)' G m(u)`` alone, ``(p, rest, q)``.
     """
-    size = len(matrix)
-    rows = [list(row) for row in exact(matrix).whole]
-    if any(len(row) != size for row in rows):
-        return False
-    if any(rows[i][j] != rows[j][i] for i in range(size) for j in range(i)):
-        return False
-    before = 1
-    for k in range(size):
-        pivot = rows[k][k]
-        if pivot < 0:
-            return False
-        if pivot == 0:
-            if any(rows[k][k + 1 :]):
-                return False
-            # The row is zero, and so is what it would take from the others.
-            rest = [row[k + 1 :] for row in rows[k + 1 :]]
-            return is_positive_semidefinite(ExactMatrix(rest, 1))
-        line = rows[k]
-        for i in range(k + 1, size):
-            own, first = rows[i], rows[i][k]
-            # What is above the diagonal is enough: what is left is symmetric.
-            for j in range(i, size):
-                own[j] = rows[j][i] = (own[j] * pivot - first * line[j]) // before
-        before = pivot
-    return True
+    count, m = monomials.shift.shape[1], len(monomials.base)
+    place = np.eye(count, dtype=np.int64)[monomials.base.reshape(-1)]
+    products = grams.reshape(*grams.shape[:2], m * m) @ place
+    bounds = 2 * len(monomials.shift) - 1
+    result = np.zeros((len(grams), monomials.num_monomials), dtype=products.dtype)
+    result[:, monomials.shift[0]] = products[:, :bounds].sum(axis=1)
+    for k, places in enumerate(monomials.shift[1:]):
+        result[:, places] += products[:, 2 * k + 1] - products[:, 2 * k + 2]
+    return result, products[:, bounds:]
+
+
+def exact_residuals(
+    side: Side, plane: ExactArray, clearance: Fraction, grams: ExactArray, rows: ExactArray
+) -> NDArray[Any]:
+    """Return numerators less what Gram matrices ``(p, r, m, m)`` show of them, times a number.
+
+    A numerator is what is not negative where a point keeps its radius and the clearance: the
+    latter comes times all ``1 + u^2``, which are at least 1, and the other terms times the
+    denominator, which is at most 1. ``rows (own, n + 1)`` are the region's own.
+    """
+    monomials, radius = side.monomials, Fraction(side.radius)
+    sums, rest = gram_sums(
+        summable(grams.whole, grams.whole[0].size if len(grams.whole) else 1), monomials
+    )
+    points, own = side.numerators, grams.common * rows.common
+    common = math.lcm(
+        points.common * plane.common,
+        points.common * radius.denominator,
+        clearance.denominator,
+        own,
+    )
+    result = beside(side, points.whole, plane.whole) * (common // (points.common * plane.common))
+    weight = radius.numerator * (common // (points.common * radius.denominator))
+    result[:, monomials.shift[0]] -= points.whole[:, 3] * weight
+    result[:, monomials.squares] -= clearance.numerator * (common // clearance.denominator)
+    result -= sums.astype(object) * (common // grams.common)
+    for k, places in enumerate(monomials.shift if len(rows.whole) else ()):
+        factors = rows.whole[:, k] * (common // own)
+        result[:, places] -= np.matmul(factors, rest.astype(object))
+    return result
+
+
+def float_residuals(
+    side: Side,
+    plane: NDArray[np.float64],
+    clearance: float,
+    grams: NDArray[np.float64],
+    rows: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return the same in floats."""
+    monomials, points = side.monomials, side.float_numerators
+    sums, rest = gram_sums(grams, monomials)
+    result = beside(side, points, plane) - sums
+    result[:, monomials.shift[0]] -= side.radius * points[:, 3]
+    result[:, monomials.squares] -= clearance
+    for k, places in enumerate(monomials.shift):
+        result[:, places] -= np.matmul(rows[:, k], rest)
+    return np.asarray(result)
+
+
+def least_values(residuals: NDArray[Any], monomials: Monomials) -> NDArray[Any]:
+    """Return lower bounds ``(p,)`` of polynomials ``(p, k)`` where all variables are in [-1, 1].
+
+    The constant, less all other coefficients; of squares those that are negative.
+    """
+    rest = residuals[:, 1:]
+    lost = np.where(monomials.is_square[1:], np.minimum(rest, 0), -np.abs(rest))
+    return np.asarray(residuals[:, 0] + lost.sum(axis=1))
+
+
+def normal_residuals(grams: ExactArray, plane: ExactArray) -> ExactArray:
+    """Return what ``[[1, a'], [a, 1]]`` is more than Gram matrices ``(r, 4, 4)`` show.
+
+    ``(n + 1, 4, 4)``: the constant part first, then the factors of each variable.
+    """
+    common = math.lcm(grams.common, plane.common)
+    own = summable(grams.whole, len(grams.whole)).astype(object) * (common // grams.common)
+    result = np.zeros((plane.whole.shape[1], 4, 4), dtype=object)
+    result[0] = np.eye(4, dtype=np.int64).astype(object) * common
+    sides = plane.whole[:3].T * (common // plane.common)
+    result[:, 0, 1:] += sides
+    result[:, 1:, 0] += sides
+    result[0] -= own.sum(axis=0)
+    result[1:] -= own[1::2] - own[2::2]
+    return ExactArray(result, common)

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from scene_graph_ros.planning.certified.identities import (
-    gram_sum,
-    is_positive_semidefinite,
+import numpy as np
+
+from scene_graph_ros.planning.certified.exact_matrices import (
+    are_positive_semidefinite,
+    exact_array,
+    ExactArray,
     Matrix,
+    stacked,
+)
+from scene_graph_ros.planning.certified.identities import (
+    exact_residuals,
+    least_values,
     normal_residuals,
 )
-from scene_graph_ros.planning.certified.pair_problem import PairProblem, plane_of
+from scene_graph_ros.planning.certified.pair_problem import PairProblem
 
 __all__ = ["LEAST_CLEARANCE", "PairCertificate"]
 
@@ -26,14 +35,15 @@ class PairCertificate:
     ``plane`` has the three coordinates of the normal, then the offset, each the constant and the
     factors of u. ``clearance`` (m) is kept on both sides of it. ``normal_grams`` show that the
     normal is no longer than 1, ``grams`` that each point is beside the plane: a matrix for each
-    row of the problem.
+    row of the problem. What a point's numerator is more than its matrices show must not be
+    negative, either: its constant is no less than all its other coefficients together.
     """
 
     problem: PairProblem
     plane: tuple[tuple[Fraction, ...], ...]
     clearance: Fraction
-    normal_grams: tuple[Matrix, ...]
-    grams: tuple[tuple[Matrix, ...], ...]
+    normal_grams: Sequence[Matrix]
+    grams: tuple[Sequence[Matrix], ...]
 
     @property
     def distance(self) -> float:
@@ -41,7 +51,7 @@ class PairCertificate:
         return 2.0 * float(self.clearance)
 
     def verify(self) -> bool:
-        """Tell whether all identities hold, and all matrices are semidefinite, exactly."""
+        """Tell whether all that is claimed is shown, in rational arithmetic."""
         return self.failure() is None
 
     def failure(self) -> str | None:
@@ -54,25 +64,41 @@ class PairCertificate:
         half_space = self.problem.half_space
         if half_space is not None and self.plane != half_space.plane(self.clearance, n):
             return "the plane is not beside the half space"
-        if len(self.normal_grams) != 2 * n + 1 or any(len(m) != 4 for m in self.normal_grams):
+        plane = exact_array(self.plane)
+        return self._failure_of_normal(plane) or self._failure_of_points(plane)
+
+    def _failure_of_normal(self, plane: ExactArray) -> str | None:
+        found = stacked([self.normal_grams], 2 * len(self.problem.variables) + 1, 4)
+        if found is None:
             return "the normal has other matrices"
-        if not all(map(is_positive_semidefinite, self.normal_grams)):
+        grams = ExactArray(found.whole[0], found.common)
+        if not are_positive_semidefinite(grams.whole):
             return "a matrix of the normal is not semidefinite"
-        residuals = normal_residuals(self.normal_grams, self.plane)
-        if any(v for matrix in residuals for line in matrix.whole for v in line):
+        if (normal_residuals(grams, plane).whole != 0).any():
             return "the normal is not bounded"
-        polynomials = plane_of([list(row) for row in self.plane])
-        points, rows = list(self.problem.points()), self.problem.row_polynomials
-        if len(points) != len(self.grams):
+        return None
+
+    def _failure_of_points(self, plane: ExactArray) -> str | None:
+        rows, first = self.problem.exact_rows, 0
+        count = 2 * len(self.problem.variables) + 1 + len(rows.whole)
+        if len(self.grams) != sum(len(side.hull.points) for side in self.problem.sides):
             return "points are missing"
-        for number, ((side, point), matrices) in enumerate(zip(points, self.grams, strict=True)):
-            basis = side.basis(n)
-            if len(matrices) != len(rows) or any(len(m) != len(basis) for m in matrices):
-                return f"point {number} has other matrices"
-            if not all(map(is_positive_semidefinite, matrices)):
-                return f"a matrix of point {number} is not semidefinite"
-            if side.numerator(point, polynomials, self.clearance) != gram_sum(
-                matrices, rows, basis
-            ):
-                return f"the identity of point {number} does not hold"
+        for side in self.problem.sides:
+            own = self.grams[first : first + len(side.hull.points)]
+            if not own:
+                continue
+            grams, order = (
+                stacked(own, count, len(side.monomials.basis)),
+                len(side.monomials.basis),
+            )
+            if grams is None:
+                return f"a point from {first} on has other matrices"
+            if not are_positive_semidefinite(grams.whole.reshape(-1, order, order)):
+                return f"a matrix of a point from {first} on is not semidefinite"
+            residuals = exact_residuals(side, plane, self.clearance, grams, rows)
+            least = least_values(residuals, side.monomials)
+            if (least < 0).any():
+                point = first + int(np.argmax(least < 0))
+                return f"the matrices of point {point} do not show its clearance"
+            first += len(own)
         return None

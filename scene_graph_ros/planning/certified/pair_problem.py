@@ -8,7 +8,6 @@ a half space the plane is parallel to it, and E is its own frame.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -21,15 +20,10 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
 from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.planning.certified.errors import CertificateError
-from scene_graph_ros.planning.certified.pair_shapes import rounded_hull, RoundedHull
-from scene_graph_ros.planning.certified.polynomials import (
-    Exponents,
-    linear,
-    Polynomial,
-    scaled,
-    sum_of_products,
-    weighted_sum,
-)
+from scene_graph_ros.planning.certified.exact_matrices import exact_array, ExactArray
+from scene_graph_ros.planning.certified.pair_shapes import rounded_hull
+from scene_graph_ros.planning.certified.pair_side import Side
+from scene_graph_ros.planning.certified.polynomials import scaled
 from scene_graph_ros.planning.certified.rational_kinematics import (
     RationalForwardKinematics,
     RationalPose,
@@ -37,61 +31,11 @@ from scene_graph_ros.planning.certified.rational_kinematics import (
 from scene_graph_ros.planning.certified.tangent_region import power_of_two, Row, TangentRegion
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 
-__all__ = ["HalfSpaceInE", "PairProblem", "PairProblems", "Side", "plane_of"]
+__all__ = ["HalfSpaceInE", "PairProblem", "PairProblems"]
 
 
 _SHORTER = 1 - Fraction(1, 2**15)
 """What a half space's normal is multiplied by, so that its length is below 1 with some room."""
-
-
-@dataclass(frozen=True)
-class Side:
-    """One of the two geometries.
-
-    ``pose`` is X_EG in u, scaled so that its denominator is at most 1 in the region. ``moving``
-    are the variables of u in it; ``radius`` has a padding in it.
-    """
-
-    sign: int
-    pose: RationalPose
-    moving: tuple[int, ...]
-    hull: RoundedHull
-    radius: float
-
-    def basis(self, variables: int) -> list[Exponents]:
-        """Return the monomials of Gram matrices: products of different variables that move it."""
-        powers = [(0, 1) if k in self.moving else (0,) for k in range(variables)]
-        return list(itertools.product(*powers))
-
-    def point(self, p_G: NDArray[np.float64]) -> list[Polynomial]:
-        """Return the three numerators of where a point of G is in E."""
-        factors = [*(Fraction(float(v)) for v in p_G), Fraction(1)]
-        return [weighted_sum(zip(factors, row, strict=True)) for row in self.pose.matrix]
-
-    @cached_property
-    def points(self) -> list[list[Polynomial]]:
-        """The three numerators of where each point of the hull is in E."""
-        return [self.point(p_G) for p_G in self.hull.points]
-
-    def numerator(
-        self, point: list[Polynomial], plane: list[Polynomial], clearance: Fraction
-    ) -> Polynomial:
-        """Return what is not negative where a point keeps its radius and the clearance.
-
-        The clearance comes times all ``1 + u^2``, which are at least 1, and the other terms times
-        the denominator, which is at most 1: so the point keeps it.
-        """
-        factors = [*point, self.pose.denominator]
-        beside = sum_of_products((self.sign, p, q) for p, q in zip(plane, factors, strict=True))
-        n = len(next(iter(self.pose.denominator)))
-        squares = Polynomial({tuple(2 * k for k in e): 1 for e in self.basis(n)})
-        return weighted_sum(
-            [
-                (Fraction(1), beside),
-                (-Fraction(self.radius), self.pose.denominator),
-                (-clearance, squares),
-            ]
-        )
 
 
 class HalfSpaceInE(NamedTuple):
@@ -131,16 +75,17 @@ class PairProblem:
             result.append((Fraction(1), tuple(Fraction(sign * (i == k)) for i in range(n))))
         return [*result, *self.rows]
 
-    @property
-    def row_polynomials(self) -> list[Polynomial]:
-        """All rows, as polynomials of u."""
-        return [linear(offset, slopes) for offset, slopes in self.all_rows]
+    @cached_property
+    def exact_rows(self) -> ExactArray:
+        """The region's own rows ``(own, n + 1)``, the constant first."""
+        if not self.rows:
+            return ExactArray(np.zeros((0, len(self.variables) + 1), dtype=object), 1)
+        return exact_array([(offset, *slopes) for offset, slopes in self.rows])
 
-    def points(self) -> Iterator[tuple[Side, list[Polynomial]]]:
-        """Yield the numerators of all points that the plane is beside, each with its side."""
-        for side in self.sides:
-            for point in side.points:
-                yield side, point
+    @cached_property
+    def float_rows(self) -> NDArray[np.float64]:
+        """The same in floats."""
+        return self.exact_rows.floats()
 
 
 def _scaled_pose(pose: RationalPose) -> RationalPose:
@@ -235,8 +180,3 @@ class PairProblems:
 
     def _name_of(self, body: int) -> str:
         return str(self._inspector.get_name(self._plan.geometry_ids[body]))
-
-
-def plane_of(coefficients: list[list[Fraction]]) -> list[Polynomial]:
-    """Return a (three) and b as polynomials; each row has the constant first."""
-    return [linear(row[0], row[1:]) for row in coefficients]

@@ -5,9 +5,10 @@ from __future__ import annotations
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.planning.certified.pair_certificate import LEAST_CLEARANCE, PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
+from scene_graph_ros.planning.certified.plane_search import most_clearance
 from scene_graph_ros.planning.certified.polytope_certificate import PairFailure
 from scene_graph_ros.planning.certified.rounding import KEPT_CLEARANCES, rounded
-from scene_graph_ros.planning.certified.separation_program import SeparationProgram, Solution
+from scene_graph_ros.planning.certified.separation_program import Solution
 
 __all__ = ["certified_pair", "proven"]
 
@@ -15,7 +16,7 @@ __all__ = ["certified_pair", "proven"]
 def certified_pair(problem: PairProblem) -> PairCertificate | PairFailure:
     """Solve a pair's program and prove what it says."""
     try:
-        solution = SeparationProgram(problem).maximize_clearance()
+        solution = most_clearance(problem)
     except SolverError as error:
         return PairFailure(problem.names, "solver", str(error))
     return proven(problem, solution)

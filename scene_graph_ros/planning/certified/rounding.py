@@ -1,30 +1,29 @@
-"""From a solver's floats to identities that hold exactly.
+"""From a solver's floats to rational numbers that prove what they say.
 
-Plane and Gram matrices are rounded to a grid; what the identity is then off by goes into the Gram
-matrices of the bounds and of the constant row, which can take every monomial: ``s u m`` is
-``(1 + u) s/2 m - (1 - u) s/2 m``. That needs room, which giving up some clearance makes: it adds
-to the constant row's Gram matrix a multiple of the unit matrix (compare Peyrl and Parrilo,
-"Computing sum of squares decompositions with rational coefficients", 2008).
+Plane and Gram matrices are rounded to a grid. What a numerator is then more than its Gram
+matrices show need not be zero, only surely not negative where no variable is larger than 1, and
+giving up some clearance makes it so (compare Peyrl and Parrilo, "Computing sum of squares
+decompositions with rational coefficients", 2008, who project it away). What is left of that is
+put into the Gram matrix of the constant row, so that a certificate claims nothing more than it
+shows. The bound of the normal holds to the last digit.
 """
 
 from __future__ import annotations
 
 from fractions import Fraction
-import itertools
-import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.planning.certified.exact_matrices import exact_array, ExactArray, ExactStack
 from scene_graph_ros.planning.certified.identities import (
-    ExactMatrix,
-    gram_sum,
-    Matrix,
+    float_residuals,
+    least_values,
     normal_residuals,
 )
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
-from scene_graph_ros.planning.certified.pair_problem import PairProblem, plane_of
-from scene_graph_ros.planning.certified.polynomials import Exponents, Polynomial, scaled, total
+from scene_graph_ros.planning.certified.pair_problem import PairProblem
 from scene_graph_ros.planning.certified.separation_program import NORMAL_ROOM, Solution
 
 __all__ = ["KEPT_CLEARANCES", "rounded"]
@@ -35,6 +34,13 @@ KEPT_CLEARANCES = (0.99, 0.9, 0.5)
 _GRID = 2**44
 """Plane and matrices are multiples of its inverse."""
 
+_ROOM = 2.0**-40
+"""What Gram matrices get on their diagonals at least, of which rounding takes a part."""
+
+_LEFT = 2.0**-40
+"""What numerators keep beyond what matrices show, relative to the size of the latter: more than
+floats are off by."""
+
 
 def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCertificate:
     """Return a certificate that claims a share of the clearance; it may not hold."""
@@ -43,100 +49,64 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
     clearance = _on_grid(share * solution.clearance)
     if problem.half_space is not None:
         plane = problem.half_space.plane(clearance, n)
-    room = (1.0 - share) * solution.clearance
-    own = len(problem.rows)
-    # What is added to the bounds' Gram matrices, and to those of other rows, on their diagonals.
-    extra = room / (8.0 * (n + 1))
-    extras = [0.0, *[extra] * (2 * n), *[extra / (4.0 * (own + 1))] * own]
-    polynomials = plane_of([list(row) for row in plane])
-    rows, grams = problem.row_polynomials, []
-    for (side, point), floats in zip(problem.points(), solution.grams, strict=True):
-        matrices = [
-            _grid_matrix(gram + added * np.eye(len(gram)))
-            for gram, added in zip(floats, extras, strict=True)
-        ]
-        wanted = side.numerator(point, polynomials, clearance)
-        basis = side.basis(n)
-        residual = total([wanted, scaled(gram_sum(matrices, rows, basis), Fraction(-1))])
-        grams.append(_corrected(matrices, residual, basis))
+    floats, extras = np.array(plane, dtype=np.float64), _extras(problem, solution, share)
+    stacks: list[ExactStack] = []
+    for side, grams in zip(problem.sides, solution.grams, strict=True):
+        if not len(grams):
+            continue
+        whole = _grid_matrices(grams + extras[:, np.newaxis, np.newaxis] * np.eye(grams.shape[-1]))
+        shown = np.asarray(whole / _GRID, dtype=np.float64)
+        residuals = float_residuals(side, floats, float(clearance), shown, problem.float_rows)
+        left = _LEFT * (1.0 + np.abs(shown).max(axis=(1, 2, 3)))
+        spare = least_values(residuals, side.monomials) - left
+        whole[:, 0, 0, 0] += np.floor(np.maximum(spare, 0.0) * _GRID).astype(whole.dtype)
+        stacks += [ExactStack(own, _GRID) for own in whole]
     spread = NORMAL_ROOM / (4.0 * (n + 1))
-    normal = [
-        _grid_matrix(gram + (spread if number else 0.0) * np.eye(4))
-        for number, gram in enumerate(solution.normal_grams)
-    ]
+    normal = solution.normal_grams.copy()
+    normal[1:] += spread * np.eye(4)
     return PairCertificate(
-        problem, plane, clearance, _corrected_normal(normal, plane), tuple(grams)
+        problem,
+        plane,
+        clearance,
+        _corrected_normal(ExactArray(_grid_matrices(normal), _GRID), exact_array(plane)),
+        tuple(stacks),
     )
 
 
-def _corrected(
-    matrices: list[ExactMatrix], residual: Polynomial, basis: list[Exponents]
-) -> tuple[Matrix, ...]:
-    """Add a residual to the Gram matrices of the constant and of the bounds."""
-    index = {e: i for i, e in enumerate(basis)}
-    n = len(basis[0])
-    moving = [k for k in range(n) if any(e[k] for e in basis)]
-    # A monomial stands in up to 2^n places, and those of a bound take half.
-    common = math.lcm(_GRID, residual.common << (n + 1))
-    finer, factor = common // _GRID, common // residual.common
-    bounds = 1 + 2 * n
-    result = [[[v * finer for v in line] for line in m.whole] for m in matrices[:bounds]]
-    for e, value in residual.whole.items():
-        k = _spare_variable(e, moving)
-        if k is None:
-            _add_monomial(result[0], e, value * factor, index)
-            continue
-        rest, half = (*e[:k], e[k] - 1, *e[k + 1 :]), value * factor // 2
-        _add_monomial(result[1 + 2 * k], rest, half, index)
-        _add_monomial(result[2 + 2 * k], rest, -half, index)
-    return (*(ExactMatrix(whole, common) for whole in result), *matrices[bounds:])
+def _extras(problem: PairProblem, solution: Solution, share: float) -> NDArray[np.float64]:
+    """Return what each row's Gram matrices get on their diagonals, ``(r,)``.
+
+    All of it together is less than what is given up of the clearance. A solver's matrices may be
+    a little indefinite, and rounding moves them.
+    """
+    n, own = len(problem.variables), len(problem.rows)
+    room = (1.0 - share) * solution.clearance
+    bounds = room / (8.0 * (n + 1))
+    parts = [0.25 * room], [bounds] * (2 * n), [bounds / (4.0 * (own + 1))] * own
+    return _ROOM + np.concatenate(parts)
 
 
-def _spare_variable(e: Exponents, moving: list[int]) -> int | None:
-    """Return the variable whose power a product of two monomials of the basis has not, if any."""
-    over = [k for k, power in enumerate(e) if power > (2 if k in moving else 0)]
-    return over[0] if over else None
+def _corrected_normal(grams: ExactArray, plane: ExactArray) -> ExactStack:
+    """Add to Gram matrices what the bound of the normal is more than they show.
 
-
-def _add_monomial(
-    matrix: list[list[int]], e: Exponents, value: int, index: dict[Exponents, int]
-) -> None:
-    """Add a monomial to a Gram matrix, in equal parts wherever it stands."""
-    choices = [((0, 1), (1, 0)) if v == 1 else ((v // 2, v // 2),) for v in e]
-    places = list(itertools.product(*choices))
-    part = value // len(places)
-    for place in places:
-        first, second = zip(*place, strict=True)
-        matrix[index[first]][index[second]] += part
-
-
-def _corrected_normal(
-    matrices: list[ExactMatrix], plane: tuple[tuple[Fraction, ...], ...]
-) -> tuple[Matrix, ...]:
-    residuals = normal_residuals(matrices, plane)
-    common = 2 * residuals[0].common
-
-    def moved(matrix: ExactMatrix, residual: ExactMatrix, halves: int) -> ExactMatrix:
-        finer = common // matrix.common
-        return ExactMatrix(
-            [
-                [finer * v + halves * w for v, w in zip(line, own, strict=True)]
-                for line, own in zip(matrix.whole, residual.whole, strict=True)
-            ],
-            common,
-        )
-
-    result = [moved(matrices[0], residuals[0], 2)]
-    for k, residual in enumerate(residuals[1:], 1):
-        result.append(moved(matrices[2 * k - 1], residual, 1))
-        result.append(moved(matrices[2 * k], residual, -1))
-    return tuple(result)
+    A factor of u is ``1 + u`` by a half, less ``1 - u`` by a half.
+    """
+    residuals = normal_residuals(grams, plane)
+    common = 2 * residuals.common
+    whole = grams.whole.astype(object) * (common // grams.common)
+    whole[0] += 2 * residuals.whole[0]
+    whole[1::2] += residuals.whole[1:]
+    whole[2::2] -= residuals.whole[1:]
+    return ExactStack(whole, common)
 
 
 def _on_grid(value: float) -> Fraction:
     return Fraction(round(value * _GRID), _GRID)
 
 
-def _grid_matrix(values: NDArray[np.float64]) -> ExactMatrix:
-    rows = (0.5 * (values + values.T) * float(_GRID)).tolist()
-    return ExactMatrix([[round(v) for v in row] for row in rows], _GRID)
+def _grid_matrices(values: NDArray[np.float64]) -> NDArray[Any]:
+    """Return the nearest whole numbers of symmetric matrices times the grid's."""
+    scaled = np.rint(0.5 * (values + np.swapaxes(values, -1, -2)) * _GRID)
+    if np.abs(scaled).max() < 2.0**62:
+        return scaled.astype(np.int64)
+    return np.array([int(v) for v in scaled.reshape(-1)], dtype=object).reshape(values.shape)

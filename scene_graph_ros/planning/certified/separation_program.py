@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-import functools
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
-from scene_graph_ros.planning.certified.pair_problem import HalfSpaceInE, PairProblem, Side
-from scene_graph_ros.planning.certified.polynomials import Exponents
+from scene_graph_ros.planning.certified.monomials import triangle
+from scene_graph_ros.planning.certified.pair_problem import HalfSpaceInE, PairProblem
+from scene_graph_ros.planning.certified.pair_side import Side
 
 __all__ = ["NORMAL_ROOM", "MovingRows", "SeparationProgram", "Solution"]
 
@@ -41,7 +41,7 @@ class Solution(NamedTuple):
     normal_grams: NDArray[np.float64]
     """``(2 n + 1, 4, 4)``."""
     grams: tuple[NDArray[np.float64], ...]
-    """``(r, m, m)`` of each point: a Gram matrix for each row."""
+    """Of each side ``(p, r, m, m)``: of each point a Gram matrix for each row."""
 
 
 class MovingRows(NamedTuple):
@@ -85,14 +85,15 @@ class SeparationProgram:
         self._bound_normal()
         if problem.half_space is not None:
             self._stand_beside(problem.half_space)
-        self.grams: list[NDArray[np.intp]] = []
+        self.grams: list[list[NDArray[np.intp]]] = []
+        self._number = 0
         for side in problem.sides:
-            shared = _SideTerms(side, self._n, self._rows)
-            for p_G in side.hull.points:
-                self._add_point(shared, p_G)
+            shared = _SideTerms(side, self._rows)
+            points = side.float_numerators if len(side.hull.points) else ()
+            self.grams.append([self._add_point(shared, point) for point in points])
 
     def maximize_clearance(self) -> Solution:
-        """Solve the program by itself. Raises SolverError."""
+        """Solve the program by itself, by the wall's solver. Raises SolverError."""
         self.program.add_cost(np.array([self.clearance]), np.array([-1.0]))
         return self.solution(self.program.solve(f"the plane between {self.problem.names}").x)
 
@@ -102,7 +103,7 @@ class SeparationProgram:
             x[self.plane],
             float(x[self.clearance]),
             _matrices(x[self.normal_grams]),
-            tuple(_matrices(x[columns]) for columns in self.grams),
+            tuple(np.array([_matrices(x[own]) for own in each]) for each in self.grams),
         )
 
     def _grams(self, order: int, count: int) -> NDArray[np.intp]:
@@ -113,7 +114,7 @@ class SeparationProgram:
             entries = np.arange(count), columns[:, 0], np.ones(count)
             self.program.add_entries(Cone.NONNEGATIVE, [entries], np.zeros(count))
             return columns
-        i, j = _triangle(order)
+        i, j = triangle(order)
         weights = np.where(i == j, 1.0, np.sqrt(2.0))
         for own in columns:
             entries = np.arange(size), own, weights
@@ -122,7 +123,7 @@ class SeparationProgram:
 
     def _bound_normal(self) -> None:
         """Ask that ``[[1, a'], [a, 1]]`` is semidefinite in the region, with some room."""
-        i, j = _triangle(_NORMAL)
+        i, j = triangle(_NORMAL)
         size, entries = len(i), []
         for number, columns in enumerate(self.normal_grams):
             for k, factor in enumerate(self._rows[number]):
@@ -146,30 +147,31 @@ class SeparationProgram:
         entries.append((np.array([3 * (self._n + 1)]), np.array([self.clearance]), np.ones(1)))
         self.program.add_entries(Cone.ZERO, entries, -wanted)
 
-    def _add_point(self, terms: _SideTerms, p_G: NDArray[np.float64]) -> None:
-        columns = self._grams(len(terms.basis), len(self._rows))
-        self.grams.append(columns)
+    def _add_point(self, terms: _SideTerms, point: NDArray[np.float64]) -> NDArray[np.intp]:
+        """Add a point's identity, of numerators ``(4, q)``; return its matrices' columns."""
+        monomials = terms.monomials
+        columns = self._grams(len(monomials.basis), len(self._rows))
         i, own, values = terms.gram_entries
         entries = [(i, columns.reshape(-1)[own], -values)]
-        # The coordinates in E, and the denominator; times 1 and each u.
-        factors = np.concatenate([terms.matrix @ [*p_G, 1.0], terms.denominator[np.newaxis]])
-        for k, equations in enumerate(terms.moved):
-            for column, factor in zip(self.plane[:, k], factors, strict=True):
+        for k, equations in enumerate(monomials.shift):
+            for column, factors in zip(self.plane[:, k], point, strict=True):
                 own = np.full(len(equations), column)
-                entries.append((equations, own, terms.side.sign * factor))
+                entries.append((equations, own, terms.side.sign * factors))
+        squares = monomials.squares
+        entries.append((squares, np.full(len(squares), self.clearance), -np.ones(len(squares))))
+        constant = np.zeros(monomials.num_monomials)
+        constant[monomials.shift[0]] = -terms.side.radius * point[3]
         if self._moving is not None:
             entries += self._entries_of_moving_rows(terms)
-        squares = terms.squares
-        entries.append((squares, np.full(len(squares), self.clearance), -np.ones(len(squares))))
-        constant = np.zeros(terms.count)
-        np.add.at(constant, terms.moved[0], -terms.side.radius * terms.denominator)
         self.program.add_entries(Cone.ZERO, entries, constant)
+        return columns
 
     def _entries_of_moving_rows(self, terms: _SideTerms) -> list[Entries]:
         """Return what the last point's equations have of rows whose Gram matrices are given."""
         assert self._moving is not None
-        grams = self._moving.grams[len(self.grams) - 1]
-        i, j = _triangle(len(terms.basis))
+        grams = self._moving.grams[self._number]
+        self._number += 1
+        i, j = triangle(len(terms.monomials.basis))
         weights = np.where(i == j, 1.0, 2.0)
         return [
             (equations, np.full(len(i), column), -factor * weights * gram[i, j])
@@ -180,37 +182,17 @@ class SeparationProgram:
 
 
 class _SideTerms:
-    """What all points of one side share: monomials, and what Gram matrices add to each."""
+    """What all points of one side share: what Gram matrices add to each monomial."""
 
-    def __init__(self, side: Side, n: int, rows: Sequence[NDArray[np.float64]]) -> None:
-        self.side = side
-        self._n, self._rows_of_region = n, rows
-        self.basis = side.basis(n)
-        self._index: dict[Exponents, int] = {}
-        own = sorted(
-            {e for row in side.pose.matrix for p in row for e in p} | set(side.pose.denominator)
-        )
-        denominator = side.pose.denominator
-        self.matrix = np.array(
-            [[[float(p.get(e, 0)) for p in row] for e in own] for row in side.pose.matrix]
-        ).reshape(3, len(own), 4)
-        self.denominator = np.array([float(denominator.get(e, 0)) for e in own])
-        self.moved = [np.array([self._number(_raised(e, k)) for e in own]) for k in range(n + 1)]
-        self.squares = np.array([self._number(tuple(2 * v for v in e)) for e in self.basis])
-        i, j = _triangle(len(self.basis))
-        both = [_product(self.basis[a], self.basis[b]) for a, b in zip(i, j, strict=True)]
-        self.products = [
-            np.array([self._number(_raised(e, k)) for e in both]) for k in range(n + 1)
-        ]
-        self.count = len(self._index)
-
-    def _number(self, e: Exponents) -> int:
-        return self._index.setdefault(e, len(self._index))
+    def __init__(self, side: Side, rows: Sequence[NDArray[np.float64]]) -> None:
+        self.side, self.monomials, self._rows_of_region = side, side.monomials, rows
+        i, j = triangle(len(self.monomials.basis))
+        self.products = self.monomials.shift[:, self.monomials.base[i, j]]
 
     @cached_property
     def gram_entries(self) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
         """Equations, entries of the Gram matrices of all rows, and factors."""
-        i, j = _triangle(len(self.basis))
+        i, j = triangle(len(self.monomials.basis))
         size, weights = len(i), np.where(i == j, 1.0, 2.0)
         found = [
             (equations, number * size + np.arange(size), weights * row[k])
@@ -222,26 +204,10 @@ class _SideTerms:
         return equations, entries, values
 
 
-def _product(e: Exponents, f: Exponents) -> Exponents:
-    return tuple(map(sum, zip(e, f, strict=True)))
-
-
-def _raised(e: Exponents, k: int) -> Exponents:
-    """Return a monomial times the k-th variable, counted from 1; times 1 for 0."""
-    return e if k == 0 else (*e[: k - 1], e[k - 1] + 1, *e[k:])
-
-
-@functools.cache
-def _triangle(order: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return rows and columns of an upper triangle, column after column."""
-    j, i = np.tril_indices(order)
-    return i, j
-
-
 def _matrices(triangles: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return symmetric matrices ``(k, m, m)`` of upper triangles ``(k, m (m + 1) / 2)``."""
     order = int((np.sqrt(8 * triangles.shape[1] + 1) - 1) / 2)
-    i, j = _triangle(order)
+    i, j = triangle(order)
     result = np.empty((len(triangles), order, order))
     result[:, i, j] = result[:, j, i] = triangles
     return result
