@@ -1,9 +1,8 @@
 """Pose topics: one subscription per source; messages stay bytes until the next update.
 
 Of messages with the same names, and the same of all else but stamps and numbers, only the newest
-is kept; messages with other names are kept beside it, so that partial ones are never lost. At the
-update what was kept is read: by the layout of its bytes where that is known, else by the ordinary
-deserializer.
+is read; messages with other names are read beside it, so that partial ones are never lost. They
+are read by the layout of their bytes where that is known, else by the ordinary deserializer.
 """
 
 from __future__ import annotations
@@ -52,6 +51,9 @@ _QUEUED = 64
 _QUEUED_BYTES = 1 << 18
 """Their bytes together, unless one has more: to read them takes a tenth of a second."""
 
+_UNSORTED_BYTES = 1 << 22
+"""Bytes that may arrive of a source before those that need not be read are dropped."""
+
 JOINT_STATE = "sensor_msgs/msg/JointState"
 POSE_STAMPED = "geometry_msgs/msg/PoseStamped"
 TF = "tf2_msgs/msg/TFMessage"
@@ -74,20 +76,32 @@ def message_type(name: str) -> Any:
 
 
 @dataclass(eq=False, slots=True)
-class _Kept(Kept):
+class _Reading(Kept):
+    """A message whose layout was looked for; None where it is not known."""
+
     layout: Layout | None
+    is_good: bool | None = None
+    """Whether there is nothing against any of its numbers; None before it was looked at."""
+
+    def is_clean(self) -> bool:
+        """Tell whether its layout is known, and nothing is against any of its numbers."""
+        if self.is_good is None:
+            self.is_good = self.layout is not None and self.layout.is_clean(self.data)
+        return self.is_good
 
 
-class Channel(SourceChannel[_Kept, SourceFrames]):
+class Channel(SourceChannel[_Reading, SourceFrames]):
     """The pose topic of one source."""
 
     def __init__(self, record: SourceRecord, intake: Intake, kind: Any) -> None:
         super().__init__(record, intake, kind)
         self._wire = PoseWire(record.pose_type, serialize_message, self._deserialize)
         self._lock = threading.Lock()
-        self._kept: dict[_Kept, None] = {}
-        self._newest: dict[Layout, _Kept] = {}
-        self._loose: deque[_Kept] = deque()
+        self._arrived: list[Kept] = []
+        self._arrived_bytes = 0
+        self._kept: dict[_Reading, None] = {}
+        self._newest: dict[Layout, _Reading] = {}
+        self._loose: deque[_Reading] = deque()
         self._loose_bytes = 0
         self._frames: SourceFrames | None = None
         self._only_names: tuple[str, ...] = ()
@@ -101,26 +115,38 @@ class Channel(SourceChannel[_Kept, SourceFrames]):
         return pose_topic(self.record)
 
     def store(self, data: bytes, arrival: int) -> None:
-        """Keep a message that arrived at a steady time (ns), in place of what it supersedes."""
-        statistics = self.intake.statistics
-        statistics.arrived(arrival)
-        layout = self._wire.find(data)
-        kept = _Kept(data, arrival, layout)
+        """Keep a message that arrived at a steady time (ns); it is looked at in the update."""
+        self.intake.statistics.arrived(arrival)
         with self._lock:
-            if layout is not None:
-                older = self._newest.get(layout)
-                if older is None or self._supersedes(kept, older):
-                    self._newest[layout] = kept
-                    if older is not None:
-                        del self._kept[older]
-                        statistics.superseded += 1
-                    self._kept[kept] = None
-                    return
-            # Not known, faulty or out of order: to be looked at for itself.
-            self._make_room(len(data))
-            self._loose.append(kept)
-            self._loose_bytes += len(data)
-            self._kept[kept] = None
+            self._arrived.append(Kept(data, arrival))
+            self._arrived_bytes += len(data)
+            if len(self._arrived) >= _QUEUED or self._arrived_bytes > _UNSORTED_BYTES:
+                self._sort()
+
+    def _sort(self) -> None:
+        """Keep of what has arrived what is to be read."""
+        arrived, self._arrived, self._arrived_bytes = self._arrived, [], 0
+        for message in arrived:
+            layout = self._wire.find(message.data)
+            self._keep(_Reading(message.data, message.arrival, layout))
+
+    def _keep(self, kept: _Reading) -> None:
+        """Keep a message in place of the one that it supersedes, if any."""
+        layout = kept.layout
+        if layout is not None:
+            older = self._newest.get(layout)
+            if older is None or self._supersedes(kept, older):
+                self._newest[layout] = kept
+                if older is not None:
+                    del self._kept[older]
+                    self.intake.statistics.superseded += 1
+                self._kept[kept] = None
+                return
+        # Not known, faulty or out of order: to be looked at for itself.
+        self._make_room(len(kept.data))
+        self._loose.append(kept)
+        self._loose_bytes += len(kept.data)
+        self._kept[kept] = None
 
     def _make_room(self, size: int) -> None:
         """Drop the oldest messages of unknown layout that are too many, or too long together."""
@@ -132,7 +158,7 @@ class Channel(SourceChannel[_Kept, SourceFrames]):
             del self._kept[oldest]
             self.intake.statistics.superseded += 1
 
-    def _supersedes(self, newer: _Kept, older: _Kept) -> bool:
+    def _supersedes(self, newer: _Reading, older: _Reading) -> bool:
         """Tell whether nothing is lost without ``older``, which has the same layout.
 
         A faulty message is not dropped, so that it is counted, and drops nothing, so that the
@@ -142,11 +168,7 @@ class Channel(SourceChannel[_Kept, SourceFrames]):
         assert layout is not None
         if frames is None or 0 < layout.stamp(newer.data) < layout.stamp(older.data):
             return False
-        return (
-            self._takes_all(layout, frames)
-            and layout.is_clean(newer.data)
-            and layout.is_clean(older.data)
-        )
+        return self._takes_all(layout, frames) and newer.is_clean() and older.is_clean()
 
     def _takes_all(self, layout: Layout, frames: SourceFrames) -> bool:
         if self.record.pose_type == JOINT_STATE:
@@ -155,16 +177,18 @@ class Channel(SourceChannel[_Kept, SourceFrames]):
             return False
         return self.intake.takes_all(self._names(layout, frames), layout.parents, frames)
 
-    def take(self) -> list[_Kept]:
-        """Take all messages that were kept, oldest first."""
+    def take(self) -> list[_Reading]:
+        """Take the messages that are to be read, oldest first."""
         with self._lock:
+            if self._arrived:
+                self._sort()
             taken, self._kept = list(self._kept), {}
             self._newest.clear()
             self._loose.clear()
             self._loose_bytes = 0
         return taken
 
-    def _apply_one(self, kept: _Kept, frames: SourceFrames, limits: TimeLimits) -> int:
+    def _apply_one(self, kept: _Reading, frames: SourceFrames, limits: TimeLimits) -> int:
         self._frames = frames
         layout, data = kept.layout, kept.data
         if layout is None or not layout.has_times(data):
