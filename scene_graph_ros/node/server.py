@@ -333,6 +333,7 @@ class Server:
             return
         try:
             limits = self._limits()
+            due = self._effects.due(self._world.snapshot)
             with self._world.lock:
                 self._forget_impossible_stamps(limits)
                 moved, arrival = self._inputs.collect(limits)
@@ -343,8 +344,7 @@ class Server:
                     snapshot = self._world.commit(moved, min(arrivals, default=None), deformed)
                 if self.recorder is not None:
                     self.recorder.updated(limits, snapshot)
-            self._services.world_changed()
-            self._effects.update(snapshot)
+            self._effects.update(snapshot, due)
             self._monitor.updated(time.monotonic_ns())
         except Exception:  # noqa: BLE001 - the node survives its own fault, and says so
             self._monitor.errors += 1

@@ -11,7 +11,6 @@ import traceback
 from typing import Any
 
 from scene_graph_ros.geometry.steps import between_steps
-from scene_graph_ros.node.effects.answers import Answer, SlowAnswer
 from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import (
     AnswerDeclaration,
@@ -21,7 +20,8 @@ from scene_graph_ros.node.effects.declarations import (
 )
 from scene_graph_ros.node.effects.demand import Demand
 from scene_graph_ros.node.effects.effect import Effect, Host
-from scene_graph_ros.node.effects.state import EffectReport, EffectState, load
+from scene_graph_ros.node.effects.slow_answer import SlowAnswer
+from scene_graph_ros.node.effects.state import Answer, EffectReport, EffectState, load
 from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["Effects"]
@@ -128,29 +128,55 @@ class Effects:
                 f"effect {state.declaration.name} can't be prepared:\n{traceback.format_exc()}"
             )
 
-    def update(self, snapshot: WorldSnapshot) -> None:
-        """Follow the scene, then let each effect publish that has somebody to publish to."""
+    def due(self, snapshot: WorldSnapshot) -> list[EffectState]:
+        """Follow the scene, and return the effects that have somebody to publish to by now.
+
+        An update begins with that, before it reads poses.
+        """
         with self._lock:
             if not self._is_open:
-                return
+                return []
             for state in self._states.values():
                 state.begin_update()
             if snapshot.scene_version != self._scene_version:
                 self._follow(snapshot)
+            due = []
             for state in self._states.values():
+                if state.effect is not None:
+                    with self._isolated(state):
+                        if self._has_work(state, state.effect):
+                            due.append(state)
+            return due
+
+    @staticmethod
+    def _has_work(state: EffectState, effect: Effect) -> bool:
+        if state.closes_at is None:
+            return effect.has_work()
+        if time.monotonic() >= state.closes_at:
+            state.close()
+        return False
+
+    def update(self, snapshot: WorldSnapshot, due: Iterable[EffectState] | None = None) -> None:
+        """Let effects publish what there is to say of a snapshot.
+
+        They are those that were ``due``, unless the scene is another by now, or none were given:
+        then those that are due for ``snapshot``.
+        """
+        with self._lock:
+            if due is None or snapshot.scene_version != self._scene_version:
+                due = self.due(snapshot)
+            if not self._is_open:
+                return
+            for state in due:
                 if state.effect is not None:
                     with self._isolated(state):
                         self._run(state, state.effect, snapshot)
             self._end_update()
 
     def _run(self, state: EffectState, effect: Effect, snapshot: WorldSnapshot) -> None:
-        if state.closes_at is not None:
-            if time.monotonic() >= state.closes_at:
-                state.close()
-        elif effect.has_work():
-            begin, others = time.perf_counter(), self._answering_seconds
-            effect.update(snapshot)
-            state.spend(time.perf_counter() - begin - (self._answering_seconds - others))
+        begin, others = time.perf_counter(), self._answering_seconds
+        effect.update(snapshot)
+        state.spend(time.perf_counter() - begin - (self._answering_seconds - others))
 
     def _end_update(self) -> None:
         """Warn where an effect alone takes longer than may be between contacts of anybody."""

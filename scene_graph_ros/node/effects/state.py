@@ -1,22 +1,23 @@
-"""What is known of one effect: whether it is on and why, what it takes, and what it tells."""
+"""What is known of one effect: whether it is on and why, what it answers, takes and tells."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 import importlib
 import time
-from typing import Any
+from typing import Any, Protocol
 
-from scene_graph_ros.node.effects.answers import Answer
+from scene_graph_ros.node.effects.beside import Found
 from scene_graph_ros.node.effects.declarations import EffectDeclaration
 from scene_graph_ros.node.effects.effect import Effect, WorksAlone
+from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["EffectReport", "EffectState", "load"]
+__all__ = ["Answer", "EffectReport", "EffectState", "Question", "load"]
 
 _RECENT = 100
-"""Updates that the mean and worst time of an effect are taken over."""
+"""Updates, or answers, that the mean and worst time of an effect are taken over."""
 
 _TELL_PERIOD = 1.0
 """Seconds between two log entries about an effect that keeps failing or is slow."""
@@ -26,6 +27,78 @@ def load(factory: str) -> Any:
     """Import the class that ``module:class`` names."""
     module, kind = factory.split(":")
     return getattr(importlib.import_module(module), kind)
+
+
+class Question(Protocol):
+    """Finds something out about a snapshot; made without arguments when something asks for it."""
+
+    def __call__(self, snapshot: WorldSnapshot) -> Any:
+        """Compute the answer, or return what others were answered about the same snapshot."""
+
+    def counters(self, answer: Any) -> Mapping[str, Any]:
+        """Return how much there is in an answer, None before the first."""
+
+
+class Answer:
+    """The answer about the snapshot that was last asked about.
+
+    A question about another snapshot computes it, and waits; what fails is not tried again.
+    """
+
+    def __init__(self, question: Question) -> None:
+        """Compute nothing yet."""
+        self._question = question
+        self._sequence = -1
+        self._answer: Any = None
+        self._computed = 0
+        self._accuracy = ""
+        self._seconds: deque[float] = deque(maxlen=_RECENT)
+
+    def is_new(self, snapshot: WorldSnapshot) -> bool:
+        """Tell whether nobody has asked about a snapshot yet."""
+        return snapshot.sequence != self._sequence
+
+    def about(self, snapshot: WorldSnapshot) -> Any | None:
+        """Return the answer; None where it is not there. Raises what the question does, once."""
+        if self.is_new(snapshot):
+            self._sequence, self._answer = snapshot.sequence, None
+            self._answer = self._compute(snapshot)
+        return self._answer
+
+    def newest(self) -> Found | None:
+        """Return an answer that may be about an earlier snapshot; only slow ones are kept."""
+        return None
+
+    def seconds_beside(self) -> float:
+        """Return how long it takes where nobody waits for all of that, else 0."""
+        return 0.0
+
+    def counters(self) -> Mapping[str, Any]:
+        """Return how often it was computed, how exactly and at what cost, and how much it is."""
+        seconds = list(self._seconds)
+        return {
+            "computed": self._computed,
+            "accuracy": self._accuracy,
+            "time at this accuracy, mean (s)": sum(seconds) / len(seconds) if seconds else 0.0,
+            **self._question.counters(self._last()),
+        }
+
+    def close(self) -> None:
+        """Compute no more."""
+
+    def _last(self) -> Any:
+        """Return the last answer, None before the first."""
+        return self._answer
+
+    def _compute(self, snapshot: WorldSnapshot) -> Any:
+        begin = time.perf_counter()
+        answer = self._question(snapshot)
+        if snapshot.query.accuracy != self._accuracy:
+            self._accuracy = snapshot.query.accuracy
+            self._seconds.clear()
+        self._seconds.append(time.perf_counter() - begin)
+        self._computed += 1
+        return answer
 
 
 @dataclass(frozen=True)

@@ -93,7 +93,7 @@ class Services:
             most_waiting=lambda: host.parameter("max_waiting_requests"),
         )
         self._waiting = Waiting(
-            lambda: world.snapshot,
+            world,
             host.is_running,
             post=self._loop.post,
             set_alarm=self._loop.set_alarm,
@@ -112,10 +112,6 @@ class Services:
             text=self._tools.scene_text,
         )
         self._loop.start()
-
-    def world_changed(self) -> None:
-        """Answer the requests that waited for what the world is now."""
-        self._waiting.check()
 
     def end_waiting(self) -> None:
         """Answer all requests that wait, here and now: the threads may be about to end."""

@@ -12,7 +12,7 @@ import threading
 import time
 from typing import Any
 
-from scene_graph_ros.node.world.world import WorldSnapshot
+from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 __all__ = ["Awaited", "Later", "Waiting"]
 
@@ -53,22 +53,22 @@ class Later:
 
 
 class Waiting:
-    """All requests that wait."""
+    """All requests that wait; while there are some, the world tells of each snapshot."""
 
     def __init__(
         self,
-        snapshot: Callable[[], WorldSnapshot],
+        world: World,
         is_running: Callable[[], bool],
         *,
         post: Callable[[Callable[[], None]], None],
         set_alarm: Callable[[float, Callable[[], None]], None],
     ) -> None:
-        """Answer from ``snapshot``; where ``is_running`` is false nobody has to wait any more.
+        """Answer about ``world``; where ``is_running`` is false nobody has to wait any more.
 
         Answers are made by whoever ``post`` gives them to. ``set_alarm`` is told a steady time in
         seconds, and what to do then.
         """
-        self._snapshot, self._is_running = snapshot, is_running
+        self._world, self._is_running = world, is_running
         self._post, self._set_alarm = post, set_alarm
         self._lock = threading.Lock()
         self._waiting: list[Later] = []
@@ -78,16 +78,19 @@ class Waiting:
         with self._lock:
             if len(self._waiting) >= limit:
                 return False
-            self._waiting.append(later)
+            self._keep([*self._waiting, later])
             self._arm()
         # What came between the look at the world and this is answered now.
-        self.check()
+        self._release()
         return True
 
-    def check(self) -> None:
-        """Answer whom the newest snapshot is new enough for; call it after each update."""
-        if self._waiting:
-            self._release()
+    def _keep(self, waiting: list[Later]) -> None:
+        """Let these wait, and have the world tell of what they wait for."""
+        if waiting and not self._waiting:
+            self._world.watch(self._release)
+        elif self._waiting and not waiting:
+            self._world.unwatch(self._release)
+        self._waiting = waiting
 
     def _on_alarm(self) -> None:
         """Answer those whose time is over."""
@@ -98,19 +101,21 @@ class Waiting:
     def close(self) -> None:
         """Answer all that wait, now."""
         with self._lock:
-            waiting, self._waiting = self._waiting, []
+            waiting = self._waiting
+            self._keep([])
         for later in waiting:
             later.finish()
 
     def _release(self) -> None:
-        snapshot, now, runs = self._snapshot(), time.monotonic(), self._is_running()
+        """Answer whom the newest snapshot is new enough for, and whose time is over."""
+        snapshot, now, runs = self._world.snapshot, time.monotonic(), self._is_running()
         with self._lock:
             ready: list[Later] = []
             others: list[Later] = []
             for later in self._waiting:
                 is_ready = not runs or now >= later.deadline or later.awaited.is_met(snapshot)
                 (ready if is_ready else others).append(later)
-            self._waiting = others
+            self._keep(others)
         for later in ready:
             self._post(later.finish)
 

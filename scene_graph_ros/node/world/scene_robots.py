@@ -1,4 +1,4 @@
-"""The robots of a version of the scene: where their joints are, and what planning asks."""
+"""The robots of a version of the scene, and what planning asks about them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ import threading
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
     from scene_graph_ros.geometry import SceneGraph
     from scene_graph_ros.geometry.model.context import Context
     from scene_graph_ros.geometry.model.ids import FrameId
@@ -34,10 +31,6 @@ class SceneRobots:
         self._paddings = paddings
         self._lock = threading.Lock()
         self._planning: PlanningRobots | None = None
-
-    def positions(self) -> Mapping[str, NDArray[np.float64]]:
-        """Return the positions of each robot's joints now; hold the world's lock."""
-        return {name: robot.kinematics.configuration for name, robot in self.robots.items()}
 
     def planning(self, snapshot: Snapshot) -> PlanningRobots:
         """Return what planning asks about the robots, made once for the model of ``snapshot``.

@@ -110,6 +110,8 @@ class World:
         self.lock = threading.RLock()
         self._editing = threading.RLock()
         self._sequence = 0
+        self._watchers: tuple[Callable[[], None], ...] = ()
+        self._watchers_lock = threading.Lock()
         graph = SceneGraph() if scene_graph is None else scene_graph
         check_half_spaces(graph.model_inspector())
         self._scene = Scene(Edit(graph, _records_of(graph)), None, world_frame=world_frame)
@@ -131,6 +133,19 @@ class World:
     def effects_off(self) -> frozenset[str]:
         """The effects that scene files switched off."""
         return self._scene.effects_off
+
+    def watch(self, told: Callable[[], None]) -> None:
+        """Call ``told`` when there is a new snapshot, in the thread that made it.
+
+        It is called with ``lock`` held, so it must not wait.
+        """
+        with self._watchers_lock:
+            self._watchers = (*self._watchers, told)
+
+    def unwatch(self, told: Callable[[], None]) -> None:
+        """Call it no more."""
+        with self._watchers_lock:
+            self._watchers = tuple(each for each in self._watchers if each != told)
 
     def frames(self, source: str) -> SourceFrames:
         """Return the frames and newest poses of a source; hold ``lock`` to change them."""
@@ -223,6 +238,8 @@ class World:
     def _publish(self, arrival: int | None) -> None:
         self._sequence += 1
         self._snapshot = self._snapshot_of(self._scene, arrival)
+        for told in self._watchers:
+            told()
 
     def _snapshot_of(self, scene: Scene, arrival: int | None) -> WorldSnapshot:
         stamps = {name: int(latest(frames.stamps)) for name, frames in scene.frames.items()}
@@ -238,7 +255,7 @@ class World:
             stamp=max([0, *stamps.values()]),
             source_stamps=stamps,
             robots=scene.robots,
-            positions=scene.robots.positions(),
+            positions={n: r.kinematics.configuration for n, r in scene.robots.robots.items()},
             arrival=arrival,
             cameras=scene.cameras,
         )

@@ -12,7 +12,6 @@ import pytest
 
 from scene_graph_ros.geometry import GeometryInstance, ProximityProperties, SceneGraph, Sphere
 from scene_graph_ros.node.effects import manager
-from scene_graph_ros.node.effects.answers import Answer, Question
 from scene_graph_ros.node.effects.declarations import (
     AnswerDeclaration,
     camera_effect,
@@ -22,7 +21,7 @@ from scene_graph_ros.node.effects.declarations import (
 from scene_graph_ros.node.effects.demand import Demand
 from scene_graph_ros.node.effects.effect import Effect
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.effects.state import load
+from scene_graph_ros.node.effects.state import Answer, load, Question
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
@@ -166,6 +165,30 @@ def test_an_answer_is_found_once_for_all_who_publish_it(world):
     expected = [f"of {snapshot.sequence}" for snapshot in (first, first, second)]
     assert host.effects.running("before").told == expected
     assert host.effects.running("after").told == expected
+
+
+def test_who_was_due_before_poses_were_read_publishes_what_they_are(world):
+    """An update begins with who listens, and ends with what there is to say by then."""
+    host = Host()
+    due = host.effects.due(world.snapshot)
+    moved = world.commit([], None)
+    host.is_heard = False
+    host.effects.update(moved, due)
+    assert Finder.asked == [moved]
+    assert [state.declaration.name for state in due] == ["before", "after"]
+    assert host.effects.due(moved) == []
+    host.effects.update(moved, ())
+    assert len(host.effects.running("after").told) == 1
+
+
+def test_who_is_due_is_asked_again_about_another_scene(world):
+    """An edit between the look and the update may have switched effects."""
+    host = Host()
+    due = host.effects.due(world.snapshot)
+    host.is_heard = False
+    _, changed = world.edit(lambda edit: edit.add_source("t", token=1))
+    host.effects.update(changed, due)
+    assert Finder.asked == []
 
 
 def test_its_time_is_booked_under_the_name_of_who_finds_it(world):

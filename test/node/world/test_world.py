@@ -52,6 +52,23 @@ def positions(snapshot):
     return snapshot.query.snapshot.X_WF[1:, 0, 3].tolist()
 
 
+def test_who_watches_is_told_of_each_snapshot(world):
+    """Of moves, edits and other changes, once each and with the new one there; then no more."""
+    seen = []
+
+    def told():
+        seen.append(world.snapshot.sequence)
+
+    world.watch(told)
+    moved = move(world, 1.0, 1).sequence
+    _, edited = world.edit(lambda edit: add_frames(edit, world.records["a"].id, "h"))
+    world.forget_stamps()
+    assert seen == [moved, edited.sequence, edited.sequence + 1]
+    world.unwatch(told)
+    move(world, 2.0, 2)
+    assert len(seen) == 3
+
+
 class Halted:
     """A step of an edit that waits until it is let go."""
 
