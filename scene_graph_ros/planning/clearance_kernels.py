@@ -26,7 +26,8 @@ from scene_graph_ros.planning.separation_kernels import separation
 from scene_graph_ros.planning.separation_lanes import place_cover, separations
 from scene_graph_ros.planning.still_kernels import find_near
 from scene_graph_ros.planning.still_tree import StillNodes
-from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, TreeTable
+from scene_graph_ros.robots.joint_chains import add_rates, JointChains, place_axes
+from scene_graph_ros.robots.tree_kernels import LANES, TreeTable
 
 __all__ = ["NearTable", "near_distances", "near_places"]
 
@@ -41,6 +42,9 @@ class NearTable(NamedTuple):
     """All that the kernel reads, and what one thread writes to."""
 
     tree: TreeTable
+    chains: JointChains
+    axes: np.ndarray
+    """Of the tree's freedoms in a configuration (``joint_chains``)."""
     bodies: BodyTable
     pairs: PairTable
     X_WB: np.ndarray
@@ -57,7 +61,7 @@ class NearTable(NamedTuple):
     close: np.ndarray
     """``(p + LANES,)``: pairs that are close in a configuration, by their balls and boxes."""
     bounds: np.ndarray
-    """``(LANES,)`` metres."""
+    """``(LANES,)``: scratch."""
     rows: np.ndarray
     """``(p,)``: pairs that were found."""
     distances: np.ndarray
@@ -80,6 +84,8 @@ def _example() -> NearTable:
     places = Places(lanes, points, lanes, lanes, numbers, numbers, numbers, rows, marks, rows)
     return NearTable(
         tree,
+        JointChains(rows, rows, flags, rows, rows, rows, numbers, numbers, rows),
+        numbers,
         bodies,
         pairs,
         points,
@@ -107,47 +113,6 @@ def _to_world(X, v, place, k):
         X[4, k] * v[0] + X[5, k] * v[1] + X[6, k] * v[2] + place * X[7, k],
         X[8, k] * v[0] + X[9, k] * v[1] + X[10, k] * v[2] + place * X[11, k],
     )
-
-
-@inlined_kernel
-def _rates(p, X, ax, ay, az, nhat, sign, k):
-    """Return how fast p goes along the normal where it turns about an axis, and slides along it.
-
-    A point that turns about the axis a at r goes along the normal by a . (r x normal).
-    """
-    rx, ry, rz = p[0] - X[3, k], p[1] - X[7, k], p[2] - X[11, k]
-    turn = (
-        ax * (ry * nhat[2] - rz * nhat[1])
-        + ay * (rz * nhat[0] - rx * nhat[2])
-        + az * (rx * nhat[1] - ry * nhat[0])
-    )
-    return sign * turn, sign * (ax * nhat[0] + ay * nhat[1] + az * nhat[2])
-
-
-@inlined_kernel
-def _add_rates(tree, joint, X_WJ, p, nhat, sign, gradient, k):
-    """Add how fast a point that a joint and those below move goes along the normal, in W."""
-    while joint > 0:
-        kind, column = tree.kinds[joint], tree.velocity_starts[joint]
-        X = X_WJ[joint]
-        if kind in (FLOATING, PLANAR):
-            # The axes along which it slides are those that it has before it turns.
-            before, X_PJ = X_WJ[tree.parents[joint]], tree.X_PJ[joint]
-            for axis in range(3):
-                u, v, w = X_PJ[0, axis], X_PJ[1, axis], X_PJ[2, axis]
-                ax = before[0, k] * u + before[1, k] * v + before[2, k] * w
-                ay = before[4, k] * u + before[5, k] * v + before[6, k] * w
-                az = before[8, k] * u + before[9, k] * v + before[10, k] * w
-                turn, slide = _rates(p, X, ax, ay, az, nhat, sign, k)
-                if kind == PLANAR:
-                    gradient[column + axis] += slide if axis < 2 else turn
-                else:
-                    gradient[column + axis] += turn
-                    gradient[column + 3 + axis] += slide
-        else:
-            turn, slide = _rates(p, X, X[2, k], X[6, k], X[10, k], nhat, sign, k)
-            gradient[column] += tree.multipliers[joint] * (slide if kind == PRISMATIC else turn)
-        joint = tree.parents[joint]
 
 
 @inlined_kernel
@@ -209,7 +174,13 @@ def _find_by_boxes(bodies, pairs, table, influence, count, k):
 @inlined_kernel
 def _write_row(held, table, p, k, influence, row):
     """Write a pair that may be near in configuration k to the table; tell whether it is."""
-    tree, bodies, pairs, places = table.tree, table.bodies, table.pairs, table.places
+    bodies, pairs, places, chains, axes = (
+        table.bodies,
+        table.pairs,
+        table.places,
+        table.chains,
+        table.axes,
+    )
     a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
     phi, p_ACa, p_ACb, nhat_A, _, _, _ = distance_at(
         held, bodies, pairs, p, k, places, max(limit, 0.0), 0.0
@@ -224,10 +195,10 @@ def _write_row(held, table, p, k, influence, row):
     gradient[:] = 0.0
     if a < robots:
         p_WCa = _to_world(X_WA, p_ACa, 1.0, k)
-        _add_rates(tree, bodies.joints[a], places.X_WJ, p_WCa, nhat, 1.0, gradient, k)
+        add_rates(chains, axes, bodies.joints[a], p_WCa, nhat, 1.0, table.bounds, gradient)
     if b < robots:
         p_WCb = _to_world(X_WA, p_ACb, 1.0, k)
-        _add_rates(tree, bodies.joints[b], places.X_WJ, p_WCb, nhat, -1.0, gradient, k)
+        add_rates(chains, axes, bodies.joints[b], p_WCb, nhat, -1.0, table.bounds, gradient)
     table.rows[row], table.distances[row] = p, phi - pairs.paddings[p]
     return True
 
@@ -256,6 +227,8 @@ def near_distances(held, near, q, influence, counts):
                 place_cover(places, a, k, table.covers)
             close = _find_by_balls(table, influence, near_ones)
             close = _find_by_boxes(bodies, pairs, table, influence, close, k)
+            if close > 0:
+                place_axes(table.tree, table.chains, places.X_WJ, k, table.axes)
             for i in range(close):
                 row += _write_row(held, table, table.close[i], k, influence, row)
             counts[first + k] = row - begin

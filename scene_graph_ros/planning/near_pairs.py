@@ -16,6 +16,7 @@ from scene_graph_ros.planning.clearance_kernels import (
     NearTable,
 )
 from scene_graph_ros.planning.separation_lanes import COVER, new_covers
+from scene_graph_ros.robots.joint_chains import AXIS
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = ["NearPairs", "NearRows", "near_pairs", "near_pairs_at", "near_rows"]
@@ -65,6 +66,8 @@ class _Desk:
         self.plan = plan
         self.table = NearTable(
             tree.table,
+            tree.chains,
+            np.empty(AXIS * len(tree.chains.joints)),
             plan.bodies,
             plan.pairs,
             tree.X_WB,

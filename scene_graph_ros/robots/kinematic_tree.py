@@ -19,6 +19,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import squares_of_few
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.located import suggestion
+from scene_graph_ros.robots.joint_chains import joint_chains, JointChains
 from scene_graph_ros.robots.tree_kernels import (
     FLOATING,
     joint_columns,
@@ -334,6 +335,11 @@ class KinematicTree:
                     f" {int(np.argmax(is_zero))} is zero"
                 )
         return configurations
+
+    @cached_property
+    def chains(self) -> JointChains:
+        """What kernels read of the freedoms between each joint and the base."""
+        return joint_chains(self.table)
 
     @cached_property
     def _floating(self) -> list[tuple[TreeJoint, int]]:
