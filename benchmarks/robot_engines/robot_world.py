@@ -61,7 +61,7 @@ class RobotWorld:
     @classmethod
     def of(cls, checker: SceneGraphCollisionChecker) -> RobotWorld:
         """Return what a checker checks. Its joints must turn or slide."""
-        plan, inspector = checker.plan, checker.model.context.snapshot.inspector
+        plan, inspector = checker.plan, checker.snapshot.inspector
         robots, things = len(plan.bodies.joints), []
         for k, geometry in enumerate(plan.geometry_ids):
             X = np.eye(4)
