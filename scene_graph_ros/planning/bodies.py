@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.lanes import load_lanes, store_lanes
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
@@ -117,17 +118,13 @@ def new_places(joints: int, robots: int, bodies: int, pairs: int) -> Places:
 @inlined_kernel
 def _place_center(bodies, b, places):
     """Write where the centre of a body's ball is."""
-    X, center = places.X_WG[b], bodies.centers[b]
+    X, center, out = places.X_WG[b], bodies.centers[b], places.centers[b]
     x, y, z = center[0], center[1], center[2]
     for row in range(3):
-        out = places.centers[b, row]
-        for k in range(LANES):
-            out[k] = (
-                X[4 * row, k] * x
-                + X[4 * row + 1, k] * y
-                + X[4 * row + 2, k] * z
-                + X[4 * row + 3, k]
-            )
+        at = 4 * row * LANES
+        ax, by = load_lanes(X, at) * x, load_lanes(X, at + LANES) * y
+        cz, d = load_lanes(X, at + 2 * LANES) * z, load_lanes(X, at + 3 * LANES)
+        store_lanes(out, row * LANES, ax + by + cz + d)
 
 
 @inlined_kernel

@@ -13,6 +13,14 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    all_of,
+    LANES,
+    load_lanes,
+    magnitude,
+    select,
+    store_lanes,
+)
 
 __all__ = [
     "FLOATING",
@@ -27,9 +35,6 @@ __all__ = [
     "place_joints",
     "sines_cosines",
 ]
-
-LANES = 8
-"""Configurations that are worked out side by side."""
 
 REVOLUTE = 0
 PRISMATIC = 1
@@ -102,28 +107,24 @@ def sines_cosines(angles, sines, cosines):
     Functions*, 1980); what is left is at most an eighth of a turn, for which Taylor's series need
     eight terms.
     """
-    is_far = False
-    for k in range(LANES):
-        angle = angles[k]
-        is_far |= not abs(angle) <= _FAR
-        turns = (angle * _TURNS + _TO_WHOLE) - _TO_WHOLE
-        x = ((angle - turns * _TURN_1) - turns * _TURN_2) - turns * _TURN_3
-        y = x * x
-        s = _S11 + y * (_S13 + y * (_S15 + y * _S17))
-        s = _S3 + y * (_S5 + y * (_S7 + y * (_S9 + y * s)))
-        c = _C12 + y * (_C14 + y * (_C16 + y * _C18))
-        c = _C4 + y * (_C6 + y * (_C8 + y * (_C10 + y * c)))
-        s = x + x * (y * s)
-        half = 0.5 * y
-        base = 1.0 - half
-        c = base + (((1.0 - base) - half) + y * (y * c))
-        quarter = turns - 4.0 * ((0.25 * turns + _TO_WHOLE) - _TO_WHOLE)
-        is_odd = abs(quarter) == 1.0
-        sine = c if is_odd else s
-        cosine = s if is_odd else c
-        sines[k] = -sine if quarter == -1.0 or abs(quarter) == 2.0 else sine
-        cosines[k] = -cosine if quarter == 1.0 or abs(quarter) == 2.0 else cosine
-    if is_far:
+    angle = load_lanes(angles, 0)
+    turns = (angle * _TURNS + _TO_WHOLE) - _TO_WHOLE
+    x = ((angle - turns * _TURN_1) - turns * _TURN_2) - turns * _TURN_3
+    y = x * x
+    s = _S11 + y * (_S13 + y * (_S15 + y * _S17))
+    s = _S3 + y * (_S5 + y * (_S7 + y * (_S9 + y * s)))
+    c = _C12 + y * (_C14 + y * (_C16 + y * _C18))
+    c = _C4 + y * (_C6 + y * (_C8 + y * (_C10 + y * c)))
+    s = x + x * (y * s)
+    half = 0.5 * y
+    base = 1.0 - half
+    c = base + (((1.0 - base) - half) + y * (y * c))
+    quarter = turns - 4.0 * ((0.25 * turns + _TO_WHOLE) - _TO_WHOLE)
+    is_odd, is_half = magnitude(quarter) == 1.0, magnitude(quarter) == 2.0
+    sine, cosine = select(is_odd, c, s), select(is_odd, s, c)
+    store_lanes(sines, 0, select((quarter == -1.0) | is_half, -sine, sine))
+    store_lanes(cosines, 0, select((quarter == 1.0) | is_half, -cosine, cosine))
+    if not all_of(magnitude(angle) <= _FAR):
         for k in range(LANES):
             if not abs(angles[k]) <= _FAR:
                 sines[k], cosines[k] = math.sin(angles[k]), math.cos(angles[k])
@@ -133,34 +134,33 @@ def sines_cosines(angles, sines, cosines):
 def compose_lanes(A, X, B):
     """Write ``A X`` to B for LANES poses A ``(12, LANES)``, rows of ``(3, 4)``, and one pose X."""
     for row in range(3):
-        a, b, c, d = 4 * row, 4 * row + 1, 4 * row + 2, 4 * row + 3
-        for column in range(4):
-            x, y, z = X[0, column], X[1, column], X[2, column]
-            if column == 3:
-                for k in range(LANES):
-                    B[d, k] = A[a, k] * x + A[b, k] * y + A[c, k] * z + A[d, k]
-            else:
-                for k in range(LANES):
-                    B[4 * row + column, k] = A[a, k] * x + A[b, k] * y + A[c, k] * z
+        at = 4 * row * LANES
+        a, b, c = load_lanes(A, at), load_lanes(A, at + LANES), load_lanes(A, at + 2 * LANES)
+        d = load_lanes(A, at + 3 * LANES)
+        for column in range(3):
+            out = a * X[0, column] + b * X[1, column] + c * X[2, column]
+            store_lanes(B, at + column * LANES, out)
+        store_lanes(B, at + 3 * LANES, a * X[0, 3] + b * X[1, 3] + c * X[2, 3] + d)
 
 
 @inlined_kernel
 def _turn(B, sines, cosines):
     """Turn LANES poses about their z axes."""
+    s, c = load_lanes(sines, 0), load_lanes(cosines, 0)
     for row in range(3):
-        a, b = 4 * row, 4 * row + 1
-        for k in range(LANES):
-            x, y = B[a, k], B[b, k]
-            B[a, k] = x * cosines[k] + y * sines[k]
-            B[b, k] = y * cosines[k] - x * sines[k]
+        at = 4 * row * LANES
+        x, y = load_lanes(B, at), load_lanes(B, at + LANES)
+        store_lanes(B, at, x * c + y * s)
+        store_lanes(B, at + LANES, y * c - x * s)
 
 
 @inlined_kernel
 def _slide(B, column, distances):
     """Move LANES poses along one of their axes."""
+    d = load_lanes(distances, 0)
     for row in range(3):
-        for k in range(LANES):
-            B[4 * row + 3, k] += B[4 * row + column, k] * distances[k]
+        at, along = (4 * row + 3) * LANES, (4 * row + column) * LANES
+        store_lanes(B, at, load_lanes(B, at) + load_lanes(B, along) * d)
 
 
 @inlined_kernel
