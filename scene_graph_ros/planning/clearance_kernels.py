@@ -14,16 +14,17 @@ import numpy as np
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import load_number, store_lanes
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
+from scene_graph_ros.geometry.spatial.vectors import add, relative_pose, rotate
 from scene_graph_ros.geometry.tables.holding import Holding
 from scene_graph_ros.planning.bodies import (
     BodyTable,
-    distance_at,
     PairTable,
     place_bodies,
     Places,
 )
 from scene_graph_ros.planning.separation_kernels import separation
-from scene_graph_ros.planning.separation_lanes import place_cover, separations
+from scene_graph_ros.planning.separation_lanes import place_cover, pose_in_cover, separations
 from scene_graph_ros.planning.still_kernels import find_near
 from scene_graph_ros.planning.still_tree import StillNodes
 from scene_graph_ros.robots.joint_chains import add_rates, JointChains, place_axes
@@ -55,7 +56,11 @@ class NearTable(NamedTuple):
     """What is known of bodies (``separation_lanes``); where those are that do not move, is there
     already."""
     starts: np.ndarray
-    """``(2 p,)``: where what is known of A begins, and of B, of each pair."""
+    """``(2 p,)``: where what is known of each pair's bodies begins, in the scene's order."""
+    shapes: np.ndarray
+    """``(2 p,)``: rows of the shape table, in that order."""
+    joints: np.ndarray
+    """``(2 p,)``: which joints move them, 0 for none."""
     reaches: np.ndarray
     """``(p,)`` metres: both balls' radii and the padding."""
     close: np.ndarray
@@ -85,34 +90,27 @@ def _example() -> NearTable:
     return NearTable(
         tree,
         JointChains(rows, rows, flags, rows, rows, rows, numbers, numbers, rows),
-        numbers,
-        bodies,
-        pairs,
-        points,
-        places,
-        numbers,
-        rows,
-        numbers,
-        rows,
-        numbers,
-        rows,
-        numbers,
-        points,
+        axes=numbers,
+        bodies=bodies,
+        pairs=pairs,
+        X_WB=points,
+        places=places,
+        covers=numbers,
+        starts=rows,
+        shapes=rows,
+        joints=rows,
+        reaches=numbers,
+        close=rows,
+        bounds=numbers,
+        rows=rows,
+        distances=numbers,
+        gradients=points,
     )
 
 
 _holding = Holding("a table of pairs", _example)
 _borrowed, near_places = _holding.borrowed, _holding.places
-
-
-@inlined_kernel
-def _to_world(X, v, place, k):
-    """Return what a vector, or a point where ``place`` is 1, of a body's frame is in W."""
-    return (
-        X[0, k] * v[0] + X[1, k] * v[1] + X[2, k] * v[2] + place * X[3, k],
-        X[4, k] * v[0] + X[5, k] * v[1] + X[6, k] * v[2] + place * X[7, k],
-        X[8, k] * v[0] + X[9, k] * v[1] + X[10, k] * v[2] + place * X[11, k],
-    )
+_pair_distance = PAIR_DISTANCE.call
 
 
 @inlined_kernel
@@ -172,34 +170,36 @@ def _find_by_boxes(bodies, pairs, table, influence, count, k):
 
 
 @inlined_kernel
-def _write_row(held, table, p, k, influence, row):
-    """Write a pair that may be near in configuration k to the table; tell whether it is."""
-    bodies, pairs, places, chains, axes = (
-        table.bodies,
-        table.pairs,
-        table.places,
-        table.chains,
-        table.axes,
+def _write_row(held, table, p, influence, row):
+    """Write a pair that may be near to the table; tell whether it is.
+
+    In the order in which the scene's own queries ask, so that they cannot disagree.
+    """
+    covers, chains, axes = table.covers, table.chains, table.axes
+    first, second = 2 * p & LAST_PLACE, 2 * p + 1 & LAST_PLACE
+    R_WA, p_WA = pose_in_cover(covers, table.starts[first])
+    R_WB, p_WB = pose_in_cover(covers, table.starts[second])
+    R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
+    limit = influence + load_number(table.pairs.paddings, p)
+    arguments = (
+        held,
+        table.shapes[first],
+        table.shapes[second],
+        R_AB,
+        p_AB,
+        max(limit, 0.0),
+        0.0,
     )
-    a, b, limit = pairs.bodies[p, 0], pairs.bodies[p, 1], influence + pairs.paddings[p]
-    phi, p_ACa, p_ACb, nhat_A, _, _, _ = distance_at(
-        held, bodies, pairs, p, k, places, max(limit, 0.0), 0.0
-    )
+    phi, p_ACa, p_ACb, nhat_A, _, _, _ = _pair_distance(table.bodies.measure, arguments)
     if not phi <= limit:
         return False
-    if pairs.swaps[p]:
-        a, b = b, a
-    robots, X_WA = len(bodies.joints), places.X_WG[a]
-    nhat = _to_world(X_WA, nhat_A, 0.0, k)
     gradient = table.gradients[row]
     gradient[:] = 0.0
-    if a < robots:
-        p_WCa = _to_world(X_WA, p_ACa, 1.0, k)
-        add_rates(chains, axes, bodies.joints[a], p_WCa, nhat, 1.0, table.bounds, gradient)
-    if b < robots:
-        p_WCb = _to_world(X_WA, p_ACb, 1.0, k)
-        add_rates(chains, axes, bodies.joints[b], p_WCb, nhat, -1.0, table.bounds, gradient)
-    table.rows[row], table.distances[row] = p, phi - pairs.paddings[p]
+    nhat = rotate(R_WA, nhat_A)
+    p_WCa, p_WCb = add(rotate(R_WA, p_ACa), p_WA), add(rotate(R_WA, p_ACb), p_WA)
+    add_rates(chains, axes, table.joints[first], p_WCa, nhat, 1.0, table.bounds, gradient)
+    add_rates(chains, axes, table.joints[second], p_WCb, nhat, -1.0, table.bounds, gradient)
+    table.rows[row], table.distances[row] = p, phi - load_number(table.pairs.paddings, p)
     return True
 
 
@@ -230,6 +230,6 @@ def near_distances(held, near, q, influence, counts):
             if close > 0:
                 place_axes(table.tree, table.chains, places.X_WJ, k, table.axes)
             for i in range(close):
-                row += _write_row(held, table, table.close[i], k, influence, row)
+                row += _write_row(held, table, table.close[i], influence, row)
             counts[first + k] = row - begin
     return len(q)

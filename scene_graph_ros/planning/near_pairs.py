@@ -63,6 +63,10 @@ class _Desk:
         tree, most = plan.tree, max(len(plan.pairs.bodies), _ROOM)
         places = plan.new_places()
         covers = _placed_covers(plan.bodies, places)
+        swaps, bodies = plan.pairs.swaps[:, np.newaxis], plan.pairs.bodies
+        ordered = np.where(swaps, bodies[:, ::-1], bodies).reshape(-1)
+        joints = np.zeros(len(plan.bodies.rows), np.int64)
+        joints[: len(plan.bodies.joints)] = plan.bodies.joints
         self.plan = plan
         self.table = NearTable(
             tree.table,
@@ -73,7 +77,9 @@ class _Desk:
             tree.X_WB,
             places,
             covers,
-            (COVER * plan.pairs.bodies).reshape(-1),
+            COVER * ordered,
+            plan.bodies.rows[ordered],
+            joints[ordered],
             plan.bodies.radii[plan.pairs.bodies].sum(axis=1) + plan.pairs.paddings,
             np.empty(len(plan.pairs.bodies) + LANES, np.int64),
             np.empty(LANES),
@@ -158,5 +164,5 @@ def _placed_covers(bodies: BodyTable, places: Places) -> NDArray[np.float64]:
     covers = new_covers(bodies.lower, bodies.upper, bodies.radii)
     rows = covers.reshape(-1, COVER)[still]
     rows[:, :9] = X[:, :, :3].transpose(0, 2, 1).reshape(-1, 9)
-    rows[:, 12:15] = centers
+    rows[:, 12:15], rows[:, 16:19] = centers, X[:, :, 3]
     return covers

@@ -17,11 +17,12 @@ from scene_graph_ros.geometry.compiled.lanes import (
 )
 from scene_graph_ros.geometry.spatial.vectors import dot
 
-__all__ = ["COVER", "new_covers", "place_cover", "separations"]
+__all__ = ["COVER", "new_covers", "place_cover", "pose_in_cover", "separations"]
 
-COVER = 16
-"""Numbers that are known of a body: its box's axes in W, one after the other, half its edges, its
-centre in W, and its ball's radius. The centre is that of both."""
+COVER = 20
+"""Numbers that are known of a body: its box's axes in W, which are its own, one after the other,
+half its edges, its centre in W, its ball's radius, the body's origin in W, and one to spare. The
+centre is that of both."""
 
 _ROUNDING = 1e-14
 """Of the lengths that are subtracted: what rounding may add to a distance."""
@@ -32,7 +33,7 @@ _TINY = 1e-300
 def new_covers(
     lower: NDArray[np.float64], upper: NDArray[np.float64], radii: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return covers ``(16 b,)`` of bodies that are nowhere yet, from corners of boxes and radii.
+    """Return covers ``(COVER b,)`` of bodies that are nowhere yet, from boxes' corners and radii.
 
     Nothing is known of half spaces, whose radii are infinite.
     """
@@ -51,6 +52,29 @@ def place_cover(places, b, k, covers):
         for row in range(3):
             covers[at + 3 * i + row] = X[4 * row + i, k]
         covers[at + 12 + i] = center[i, k]
+        covers[at + 16 + i] = X[4 * i + 3, k]
+
+
+@inlined_kernel
+def pose_in_cover(covers, at):
+    """Return the rotation and the place of the body whose cover begins there."""
+    rotation = (
+        load_number(covers, at),
+        load_number(covers, at + 3),
+        load_number(covers, at + 6),
+        load_number(covers, at + 1),
+        load_number(covers, at + 4),
+        load_number(covers, at + 7),
+        load_number(covers, at + 2),
+        load_number(covers, at + 5),
+        load_number(covers, at + 8),
+    )
+    place = (
+        load_number(covers, at + 16),
+        load_number(covers, at + 17),
+        load_number(covers, at + 18),
+    )
+    return rotation, place
 
 
 @inlined_kernel

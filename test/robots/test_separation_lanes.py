@@ -108,7 +108,7 @@ def test_of_half_spaces_nothing_is_known_and_bodies_are_placed_by_configuration(
     lower, upper = np.array([[-1.0, -2.0, -3.0], [-np.inf] * 3]), np.array([[3.0, 4.0, 5.0]] * 2)
     upper[1] = (np.inf, np.inf, 0.0)
     covers = new_covers(lower, upper, np.array([7.0, np.inf]))
-    np.testing.assert_array_equal(covers[:COVER], [0.0] * 9 + [2.0, 3.0, 4.0] + [0.0] * 3 + [7.0])
+    np.testing.assert_array_equal(covers[9:16], [2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 7.0])
     np.testing.assert_array_equal(covers[COVER:], np.zeros(COVER))
     rng = np.random.default_rng(3)
     X_WG, centers = rng.normal(size=(2, 12, EIGHT)), rng.normal(size=(2, 3, EIGHT))
@@ -116,3 +116,4 @@ def test_of_half_spaces_nothing_is_known_and_bodies_are_placed_by_configuration(
     X = X_WG[0, :, 5].reshape(3, 4)
     np.testing.assert_array_equal(covers[:9].reshape(3, 3), X[:, :3].T)
     np.testing.assert_array_equal(covers[12:15], centers[0, :, 5])
+    np.testing.assert_array_equal(covers[16:19], X[:, 3])
