@@ -37,6 +37,7 @@ from scene_graph_ros.geometry.errors import InvalidPoseError
 from scene_graph_ros.geometry.model.ids import FrameId
 
 __all__ = [
+    "NO_OPTIONS",
     "Configuration",
     "Options",
     "candidates_to_msg",
@@ -68,6 +69,10 @@ class Options(NamedTuple):
     timeout_ns: int
     """0: don't wait."""
     with_names: bool
+
+
+NO_OPTIONS = Options(({},), 0, (), 0, True)
+"""Those of a request that has none."""
 
 
 def options_from_msg(

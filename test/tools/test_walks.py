@@ -17,7 +17,7 @@ import json
 from tools.walks import walk_all, written
 print(json.dumps({n: [[layer for layer, _ in w.legs], written(w)] for n, w in walk_all().items()}))
 """
-UP_AND_DOWN = ["node", "adapters", "core", "adapters", "node"]
+DOWN_AND_UP = ["node", "adapters", "core", "adapters", "node"]
 
 
 @pytest.fixture(scope="module")
@@ -35,9 +35,10 @@ def walks():
     return json.loads(ran.stdout.splitlines()[-1])
 
 
-def test_a_pose_does_not_turn_back(walks):
+@pytest.mark.parametrize("name", ["pose", "point"])
+def test_a_message_does_not_turn_back(walks, name):
     """From the node to the adapters, to the core, to the adapters, and out of the node."""
-    assert walks["pose"][0] == UP_AND_DOWN
+    assert walks[name][0] == DOWN_AND_UP
 
 
 @pytest.mark.parametrize("name", WALKS)

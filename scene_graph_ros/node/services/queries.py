@@ -7,7 +7,7 @@ it into a status.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 import importlib
 from typing import Any, TYPE_CHECKING, TypeVar
 
@@ -21,6 +21,7 @@ from msg_adapters.queries import (
     flags_to_msg,
     limit_from_msg,
     Options,
+    options_from_msg,
     point_contacts_to_msg,
     point_distances_to_msg,
     points_from_msg,
@@ -38,7 +39,6 @@ from scene_graph_ros.geometry.errors import (
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.results import SignedDistancePairs
 from scene_graph_ros.geometry.query.what_if import ask_what_if
-from scene_graph_ros.node.runtime.made_once import made_once
 from scene_graph_ros.node.services.tally import (
     points_within,
     require,
@@ -72,7 +72,8 @@ def _no_text(resource: str) -> tuple[str, str]:
 class Asked:
     """What a handler answers from: a snapshot, the options of the request, and the limits.
 
-    ``regions`` returns what keeps regions, ``text`` the path and the text of a file.
+    ``regions`` returns what keeps regions, ``text`` the path and the text of a file; ``tally``
+    counts the rows of the answer while it is computed.
     """
 
     snapshot: WorldSnapshot
@@ -82,6 +83,17 @@ class Asked:
     configuration_topics: Callable[[WorldSnapshot], Mapping[str, str]] = _no_topics
     regions: Callable[[], KeptRegions] = _no_regions
     text: Callable[[str], tuple[str, str]] = _no_text
+    tally: Tally = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.tally = Tally(self.limit)
+
+    def read_options(self, request: Any) -> None:
+        """Take the options that a request has. Raises what ``options_from_msg`` does."""
+        if hasattr(request, "options"):
+            most = self.limit("max_configurations_per_request")
+            names = self.snapshot.names
+            self.options = options_from_msg(request.options, names, max_configurations=most)
 
     def each(self, question: Callable[[QueryObject], T]) -> list[T]:
         """Return what ``question`` returns for each configuration asked about, in order.
@@ -112,11 +124,6 @@ class Asked:
     def require(self, parameter: str, count: int, what: str) -> None:
         """Raise TooLargeError where ``count`` is over the node's limit."""
         require(self.limit, parameter, count, what)
-
-    @made_once
-    def tally(self) -> Tally:
-        """Counts the rows of the answer while it is computed."""
-        return Tally(self.limit)
 
 
 Handler = Callable[[Any, Any, Asked], None]

@@ -18,8 +18,8 @@ from rclpy.node import Node
 
 from msg_adapters.diagnostics import effect_to_msg
 from msg_adapters.errors import StaleError, TooLargeError, UnavailableError
-from msg_adapters.queries import Options, options_from_msg
-from msg_adapters.stamps import checked_stamp_from_msg, duration_from_msg, stamp_to_msg
+from msg_adapters.queries import NO_OPTIONS
+from msg_adapters.stamps import stamp_to_msg
 from msg_adapters.status import ok_status, status_from_exception
 from scene_graph_msgs.msg import Status
 import scene_graph_msgs.srv
@@ -143,20 +143,38 @@ class Services:
         kind = getattr(scene_graph_msgs.srv, name)
 
         def answer(request: Any, respond: Respond) -> None:
-            response = kind.Response()
             try:
-                awaited = self._awaited(request)
+                asked = self._asked(request)
+                awaited = self._awaited(asked)
+                if awaited is not None and not self._can_wait(awaited):
+                    raise _stale(awaited, asked.snapshot)
             except Exception as error:  # noqa: BLE001 - every request is answered
-                respond(self._refuse(name, response, error))
+                respond(self._refuse(name, kind.Response(), error))
                 return
-            finish = partial(self._answer, name, request, response, awaited)
-            has_to_wait = not awaited.is_met(self._world.snapshot)
-            if has_to_wait and awaited.seconds > 0.0 and self._host.is_running():
-                self._wait(name, Later(awaited, finish, respond))
+            if awaited is None:
+                respond(self._answer(name, request, asked))
             else:
-                respond(finish())
+                later = partial(self._answer_later, name, request)
+                self._wait(name, Later(awaited, later, respond))
 
         return answer
+
+    def _asked(self, request: Any) -> Asked:
+        """Return what a request is answered from now. Raises what ``options_from_msg`` does."""
+        asked = Asked(
+            self._world.snapshot,
+            NO_OPTIONS,
+            self._host.parameter,
+            self._host.pose_topics,
+            self._host.configuration_topics,
+            self._host.regions,
+            self._tools.scene_text,
+        )
+        asked.read_options(request)
+        return asked
+
+    def _can_wait(self, awaited: Awaited) -> bool:
+        return awaited.seconds > 0.0 and self._host.is_running()
 
     def _wait(self, name: str, later: Later) -> None:
         """Answer later, or refuse where too many wait for poses already."""
@@ -167,37 +185,31 @@ class Services:
             )
             later.send(self._refuse(name, getattr(scene_graph_msgs.srv, name).Response(), error))
 
-    def _answer(self, name: str, request: Any, response: Any, awaited: Awaited) -> Any:
-        query, snapshot = QUERIES[name], self._world.snapshot
+    def _answer_later(self, name: str, request: Any) -> Any:
+        """Return the response to a request that has waited: its names are those of by now."""
         try:
-            if not awaited.is_met(snapshot):
-                raise _stale(awaited, snapshot)
-            lack = self._host.lack_of_kernels(query.kernels)
+            asked = self._asked(request)
+            awaited = self._awaited(asked)
+            if awaited is not None:
+                raise _stale(awaited, asked.snapshot)
+        except Exception as error:  # noqa: BLE001 - every request is answered
+            return self._refuse(name, getattr(scene_graph_msgs.srv, name).Response(), error)
+        return self._answer(name, request, asked)
+
+    def _answer(self, name: str, request: Any, asked: Asked) -> Any:
+        query, kind = QUERIES[name], getattr(scene_graph_msgs.srv, name)
+        response = kind.Response()
+        try:
+            lack = self._host.lack_of_kernels(query.kernels) if query.kernels else ""
             if lack:
                 raise UnavailableError(f"not yet: {lack}")
-            options = Options(({},), 0, (), 0, True)
-            if hasattr(request, "options"):
-                options = options_from_msg(
-                    request.options,
-                    snapshot.names,
-                    max_configurations=self._host.parameter("max_configurations_per_request"),
-                )
             begin = time.perf_counter()
-            asked = Asked(
-                snapshot,
-                options,
-                self._host.parameter,
-                self._host.pose_topics,
-                self._host.configuration_topics,
-                self._host.regions,
-                self._tools.scene_text,
-            )
             query.handler(request, response, asked)
-            self._finish(response, snapshot)
+            self._finish(response, asked.snapshot)
             if query.effect:
                 self._effects.record(query.effect, time.perf_counter() - begin)
         except Exception as error:  # noqa: BLE001 - every request is answered
-            return self._refuse(name, type(response)(), error)
+            return self._refuse(name, kind.Response(), error)
         return response
 
     def _edit_callback(self, name: str) -> Callable[..., Any]:
@@ -272,11 +284,11 @@ class Services:
         return response
 
     def _finish(self, response: Any, snapshot: WorldSnapshot) -> None:
-        self.counts.answered()
         response.status = ok_status()
         response.scene_version = snapshot.scene_version
         if hasattr(response, "stamp"):
             response.stamp = stamp_to_msg(snapshot.stamp)
+        self.counts.answered()
 
     def _refuse(self, name: str, response: Any, error: Exception) -> Any:
         self.counts.was_refused()
@@ -288,20 +300,14 @@ class Services:
             self._host.node.get_logger().error(f"{name} failed:\n{details}")
         return response
 
-    def _awaited(self, request: Any) -> Awaited:
-        """Return what poses a request waits for; raises UnknownIdError for an unknown source."""
-        if not hasattr(request, "options"):
-            return Awaited(0, (), 0.0)
-        options = request.options
-        names = self._world.snapshot.names
-        for source in options.minimal_stamp_sources:
-            names.source_id(source)
-        timeout = duration_from_msg(options.timeout) * 1e-9
-        return Awaited(
-            checked_stamp_from_msg(options.minimal_stamp),
-            tuple(options.minimal_stamp_sources),
-            min(timeout, float(self._host.parameter("max_wait"))),
-        )
+    def _awaited(self, asked: Asked) -> Awaited | None:
+        """Return what poses a request waits for, None where those there are will do."""
+        options = asked.options
+        if options.minimal_stamp_ns <= 0:
+            return None
+        seconds = min(options.timeout_ns * 1e-9, float(self._host.parameter("max_wait")))
+        awaited = Awaited(options.minimal_stamp_ns, options.minimal_stamp_sources, seconds)
+        return None if awaited.is_met(asked.snapshot) else awaited
 
 
 def _details(error: Exception) -> str:

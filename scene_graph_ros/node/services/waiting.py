@@ -27,8 +27,6 @@ class Awaited:
 
     def is_met(self, snapshot: WorldSnapshot) -> bool:
         """Tell whether a snapshot is new enough."""
-        if self.stamp <= 0:
-            return True
         if not self.sources:
             return snapshot.stamp >= self.stamp
         stamps = snapshot.source_stamps

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scene_requests import camera
 
-from msg_adapters.queries import Options
+from msg_adapters.queries import NO_OPTIONS
 from msg_adapters.status import status_from_exception
 from scene_graph_msgs.msg import RendererDescription, SourceHandle, Status
 import scene_graph_msgs.srv
@@ -77,7 +77,7 @@ class Clients:
         """Return what DescribeScene tells of cameras."""
         service = scene_graph_msgs.srv.DescribeScene
         response = service.Response()
-        asked = Asked(self.world.snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
+        asked = Asked(self.world.snapshot, NO_OPTIONS, lambda name: 10**9)
         QUERIES["DescribeScene"].handler(service.Request(**fields), response, asked)
         return response.cameras
 
@@ -85,7 +85,7 @@ class Clients:
         """Return what DescribeScene tells of renderers, by name."""
         service = scene_graph_msgs.srv.DescribeScene
         response = service.Response()
-        asked = Asked(self.world.snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
+        asked = Asked(self.world.snapshot, NO_OPTIONS, lambda name: 10**9)
         QUERIES["DescribeScene"].handler(service.Request(), response, asked)
         return {each.name: each for each in response.renderers}
 
@@ -241,7 +241,7 @@ def test_a_camera_chooses_a_renderer_of_its_scene(clients):
     snapshot = clients.world.snapshot
     response = scene_graph_msgs.srv.RenderImages.Response()
     request = scene_graph_msgs.srv.RenderImages.Request(camera="lens", images=["color"])
-    asked = Asked(snapshot, Options(({},), 0, (), 0, True), lambda name: 10**9)
+    asked = Asked(snapshot, NO_OPTIONS, lambda name: 10**9)
     QUERIES["RenderImages"].handler(request, response, asked)
     assert bytes(response.color[0].data[:3]) == b"\xff\xff\xff"
 
