@@ -1,9 +1,17 @@
 """Which two rows may form a pair, and whether their boxes come near: shared by all searches."""
 
+from scene_graph_ros.geometry.broadphase.box_vectors import CORNER
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import larger, load_four
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
-__all__ = ["box_reaches_half_space", "boxes_are_near", "is_pair_wanted", "square_within"]
+__all__ = [
+    "box_reaches_half_space",
+    "boxes_are_near",
+    "is_pair_wanted",
+    "square_of_gap",
+    "square_within",
+]
 
 
 @inlined_kernel
@@ -23,6 +31,19 @@ def is_pair_wanted(frame, filter_bits, i, j):
 def square_within(margin):
     """Return the square of a distance that, rounded, is still one of at most ``margin``."""
     return margin * margin * (1.0 + BOX_ROUNDING)
+
+
+@inlined_kernel
+def square_of_gap(lower, upper, i, j):
+    """Return the square of the distance of two boxes, rows of (n, 4) corners (m^2).
+
+    All axes of the world are taken at a time.
+    """
+    low_i, high_i = load_four(lower, i * CORNER), load_four(upper, i * CORNER)
+    low_j, high_j = load_four(lower, j * CORNER), load_four(upper, j * CORNER)
+    gap = larger(larger(low_i - high_j, low_j - high_i), 0.0)
+    squares = gap * gap
+    return squares[0] + squares[1] + squares[2]
 
 
 @inlined_kernel

@@ -23,8 +23,11 @@ from scene_graph_ros.geometry.broadphase.fences import (
     renew_pairs,
 )
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
-from scene_graph_ros.geometry.broadphase.pair_tests import box_reaches_half_space, square_within
-from scene_graph_ros.geometry.broadphase.pair_vectors import square_of_gap
+from scene_graph_ros.geometry.broadphase.pair_tests import (
+    box_reaches_half_space,
+    square_of_gap,
+    square_within,
+)
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE

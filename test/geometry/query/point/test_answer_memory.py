@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scene_graph_ros.geometry.query.point.answer_memory import AnswerMemory
+from scene_graph_ros.geometry.query.point.ask import AnswerMemory
 
 COUNT = 1 << 15
 

@@ -14,9 +14,8 @@ from scene_graph_ros.geometry import (
     Mesh,
     Sphere,
 )
-from scene_graph_ros.geometry.query.point.all_shapes import answer_all
 from scene_graph_ros.geometry.query.point.answers import LARGE, new_answers
-from scene_graph_ros.geometry.query.point.batch import distance_points
+from scene_graph_ros.geometry.query.point.batch import answer_all, distance_points
 from scene_graph_ros.geometry.query.point.kind_table import group_by_kind, hold_kinds
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
