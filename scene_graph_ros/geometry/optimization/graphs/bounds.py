@@ -17,16 +17,19 @@ on by another edge where it came by this one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.graphs.edge_terms import Minorant, Multipliers
+from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable, Multipliers
 from scene_graph_ros.geometry.optimization.graphs.network import Network
+from scene_graph_ros.geometry.optimization.graphs.one_way import ways_on
+from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet, reach_of
 from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, Problem
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["Potentials", "ProvenBound", "bound_of_paths", "bound_of_points"]
+__all__ = ["Potentials", "ProvenBound", "balanced", "bound_of_paths", "bound_of_points"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,8 +37,8 @@ class Potentials:
     """What a bound is computed from; any numbers give a bound, good ones a good one.
 
     ``levels (n,)`` and ``slopes``, ``(k,)`` each, of the vertices; ``visits (n,)`` prices, at
-    least 0, of having left a vertex; ``prizes`` of the forced edges; multipliers of each edge;
-    prices of some cycles of two edges.
+    least 0, of having left a vertex; ``prizes`` of the forced edges; multipliers of each family of
+    edges; prices of some cycles of two edges.
     """
 
     levels: np.ndarray
@@ -97,45 +100,63 @@ def bound_of_paths(problem: Problem, given: Potentials, with_cost: bool = True) 
     return ProvenBound(value, weights, left, visits, given)
 
 
+def balanced(problem: Problem, given: Potentials, with_cost: bool = True) -> Potentials:
+    """Return potentials whose levels leave nothing to edges that all paths come to by one other.
+
+    Levels where these meet are free; so weights that add up to something are not below 0 in turn.
+    """
+    before = ways_on(problem.network)
+    if not before:
+        return given
+    weights, levels = _weights(problem, given, with_cost), given.levels.copy()
+    for e in reversed(before):
+        levels[problem.network.tails[e]] += weights[e]
+        weights[before[e]] += weights[e]
+    return replace(given, levels=levels)
+
+
 def _weights(problem: Problem, given: Potentials, with_cost: bool) -> np.ndarray:
     """Return for each edge a bound ``(m,)`` of its cost less the drop of potential."""
     network, slopes = problem.network, given.slopes
-    minorants = [
-        terms.minorant(m, with_cost)
-        for terms, m in zip(problem.terms, given.multipliers, strict=True)
-    ]
-    weights = np.array([m.a - m.rounding for m in minorants]) + _off(network, given)
+    tails, heads = network.tails.tolist(), network.heads.tolist()
     priced = _Priced(problem, given.cycles)
-    weights += priced.levels
-    for v, placed in enumerate(problem.sets):
-        out, into = network.leaving[v], network.entering[v]
-        if not out and not into:
-            continue
-        r = slopes[v]
-        D = [r - minorants[e].alpha - priced.at_tails.get(e, 0.0) for e in out]
-        D += [-r - minorants[e].beta - priced.at_heads.get(e, 0.0) for e in into]
-        off = [minorants[e].rounding_alpha + priced.off_at_tails.get(e, 0.0) for e in out]
-        off += [minorants[e].rounding_beta + priced.off_at_heads.get(e, 0.0) for e in into]
-        reach, rounding = placed.reach(np.array(D))
-        lost = (np.array(off) + 2.0 * EPSILON * np.abs(r)) @ placed.half
-        np.subtract.at(weights, np.array(out + into), reach + rounding + lost)
-    return weights - 8.0 * EPSILON * np.abs(weights)
+    weights = _off(network, given) + priced.levels
+    below = problem.terms.minorants(given.multipliers, with_cost)
+    for family, each in zip(problem.terms.families, below, strict=True):
+        edges = family.edges.tolist()
+        weights[family.edges] += each.a - each.rounding
+        for ends, sets, half, sign, slope, off, prices in (
+            (tails, family.tails, family.half_u, 1.0, each.alpha, each.rounding_alpha, priced.u),
+            (heads, family.heads, family.half_v, -1.0, each.beta, each.rounding_beta, priced.v),
+        ):
+            r = sign * np.array([slopes[ends[e]] for e in edges])
+            D, off = r - slope, off + 2.0 * EPSILON * np.abs(r)
+            for k, e in enumerate(edges if prices.slopes else ()):
+                if e in prices.slopes:
+                    D[k] -= prices.slopes[e]
+                    off[k] += prices.off[e]
+            reach, rounding = reach_of(sets, D, half)
+            weights[family.edges] -= reach + rounding + np.sum(off * half, axis=1)
+    return weights - 16.0 * EPSILON * np.abs(weights)
+
+
+class _Slopes(NamedTuple):
+    """Slopes ``(n,)`` by edges, and what they are rounded by."""
+
+    slopes: dict[int, np.ndarray]
+    off: dict[int, np.ndarray]
 
 
 class _Priced:
     """What prices of cycles of two edges add to edges: levels ``(m,)``, slopes at both ends.
 
-    ``levels`` are less what they are rounded by, ``off_at_tails`` and ``off_at_heads`` ``(n,)`` is
-    what slopes may be.
+    ``levels`` are less what they are rounded by.
     """
 
     def __init__(self, problem: Problem, prices: Sequence[CyclePrice]) -> None:
         self.levels = np.zeros(len(problem.network.tails))
         self._sizes = np.zeros(len(problem.network.tails))
-        self.at_tails: dict[int, np.ndarray] = {}
-        self.at_heads: dict[int, np.ndarray] = {}
-        self.off_at_tails: dict[int, np.ndarray] = {}
-        self.off_at_heads: dict[int, np.ndarray] = {}
+        self.u, self.v = _Slopes({}, {}), _Slopes({}, {})
         for price in prices:
             v, slope = price.of.vertex, price.slope
             reach, rounding = problem.sets[v].reach(-slope[None])
@@ -144,27 +165,20 @@ class _Priced:
             level = max(price.level, least)
             for e in problem.network.leaving[v]:
                 if e not in price.of.back:
-                    self._add(e, -level, -slope, self.at_tails, self.off_at_tails)
+                    self._add(e, -level, -slope, self.u)
             for e in price.of.into:
-                self._add(e, level, slope, self.at_heads, self.off_at_heads)
+                self._add(e, level, slope, self.v)
         self.levels -= 4.0 * (len(prices) + 2) * EPSILON * self._sizes
         rounding_of_sum = 4.0 * (len(prices) + 2) * EPSILON
-        for off in (self.off_at_tails, self.off_at_heads):
-            for e in off:
-                off[e] = rounding_of_sum * off[e]
+        for each in (self.u, self.v):
+            for e in each.off:
+                each.off[e] = rounding_of_sum * each.off[e]
 
-    def _add(
-        self,
-        e: int,
-        level: float,
-        slope: np.ndarray,
-        slopes: dict[int, np.ndarray],
-        sizes: dict[int, np.ndarray],
-    ) -> None:
+    def _add(self, e: int, level: float, slope: np.ndarray, at: _Slopes) -> None:
         self.levels[e] += level
         self._sizes[e] += abs(level)
-        slopes[e] = slopes.get(e, 0.0) + slope
-        sizes[e] = sizes.get(e, 0.0) + np.abs(slope)
+        at.slopes[e] = at.slopes.get(e, 0.0) + slope
+        at.off[e] = at.off.get(e, 0.0) + np.abs(slope)
 
 
 def _off(network: Network, given: Potentials) -> np.ndarray:
@@ -175,44 +189,46 @@ def _off(network: Network, given: Potentials) -> np.ndarray:
 
 
 def bound_of_points(
-    problem: Problem,
-    path: Sequence[int],
+    taken: EdgeTable,
+    sets: Sequence[PlacedSet],
     multipliers: Sequence[Multipliers],
     end: tuple[float, np.ndarray] | None = None,
     with_cost: bool = True,
 ) -> float:
-    """Return a lower bound of the cost of a path over all points of its sets.
+    """Return a lower bound of the cost of a path's edges over all points of its sets.
 
     ``end`` is a potential at the last vertex, level and slope ``(n,)``, which is added. Without
     cost, a bound above 0 shows that the path's constraints can't be kept.
     """
-    network = problem.network
-    minorants = [
-        problem.terms[e].minorant(m, with_cost) for e, m in zip(path, multipliers, strict=True)
-    ]
-    vertices = [network.source, *(int(network.heads[e]) for e in path)]
-    total = sum(m.a for m in minorants)
-    lost = sum(m.rounding for m in minorants)
-    size = sum(abs(m.a) for m in minorants)
+    count = len(taken)
+    D = [np.zeros(len(placed.half)) for placed in sets]
+    off = [np.zeros(len(placed.half)) for placed in sets]
+    total, lost, size = 0.0, 0.0, 0.0
+    for family, each in zip(taken.families, taken.minorants(multipliers, with_cost), strict=True):
+        total, lost = total + float(each.a.sum()), lost + float(each.rounding.sum())
+        size += float(np.abs(each.a).sum())
+        for k, alpha, beta, off_alpha, off_beta in zip(
+            family.edges.tolist(),
+            each.alpha,
+            each.beta,
+            each.rounding_alpha,
+            each.rounding_beta,
+            strict=True,
+        ):
+            D[k], off[k] = D[k] + alpha, off[k] + off_alpha
+            D[k + 1], off[k + 1] = D[k + 1] + beta, off[k + 1] + off_beta
     if end is not None:
         total, size = total + end[0], size + abs(end[0])
-    for k, v in enumerate(vertices):
-        placed = problem.sets[v]
-        D, off = _slope_at(k, minorants, len(placed.half))
-        if end is not None and k == len(path):
-            D, off = D + end[1], off + 2.0 * EPSILON * (np.abs(D) + np.abs(end[1]))
-        reach, rounding = placed.reach(-D[None])
-        total -= float(reach[0])
-        lost += float(rounding[0]) + float(off @ placed.half)
-        size += abs(float(reach[0]))
-    return float(total) - lost - 2.0 * (2 * len(path) + 8) * EPSILON * size
-
-
-def _slope_at(k: int, minorants: Sequence[Minorant], n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the slope ``(n,)`` of the path's cost at its k-th vertex, and its rounding."""
-    slope, off = np.zeros(n), np.zeros(n)
-    if k > 0:
-        slope, off = slope + minorants[k - 1].beta, off + minorants[k - 1].rounding_beta
-    if k < len(minorants):
-        slope, off = slope + minorants[k].alpha, off + minorants[k].rounding_alpha
-    return slope, off + 2.0 * EPSILON * np.abs(slope)
+        D[count], off[count] = D[count] + end[1], off[count] + 2.0 * EPSILON * np.abs(end[1])
+    alike: dict[int, list[int]] = {}
+    for k, slope in enumerate(D):
+        alike.setdefault(len(slope), []).append(k)
+    for some in alike.values():
+        slopes, half = np.array([D[k] for k in some]), np.array([sets[k].half for k in some])
+        # Each slope is a sum of three at most.
+        rounded = np.array([off[k] for k in some]) + 4.0 * EPSILON * np.abs(slopes)
+        reach, rounding = reach_of([sets[k] for k in some], -slopes, half)
+        total -= float(reach.sum())
+        lost += float(rounding.sum()) + float(np.sum(rounded * half))
+        size += float(np.abs(reach).sum())
+    return float(total) - lost - 2.0 * (2 * count + 8) * EPSILON * size

@@ -9,6 +9,7 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.expressions import (
     Affine,
     as_cost,
@@ -43,6 +44,7 @@ class _Costly:
         self._id, self._name, self._label = number, name, label
         self._costs: list[tuple[Any, frozenset[Transcription]]] = []
         self._constraints: list[tuple[Any, frozenset[Transcription]]] = []
+        self._changes = 0
 
     def __repr__(self) -> str:
         return f"<{self._label} {self._name!r}>"
@@ -86,11 +88,13 @@ class _Costly:
         if callable(cost) or isinstance(cost, FunctionCost):
             self._check_function(used, label)
             function = cost if isinstance(cost, FunctionCost) else FunctionCost(cost)
+            self._changes += 1
             self._costs.append((function, used))
             return function
         checked = as_cost(cost, label)
         for part in (checked.rest, *(atom.of for atom in checked.atoms)):
             self._check(part, "add_cost")
+        self._changes += 1
         self._costs.append((checked, used))
         return checked
 
@@ -116,6 +120,7 @@ class _Costly:
                 f"{label} must be made by ==, <= or >= of an expression, or be a"
                 f" FunctionConstraint, not {quoted(constraint)}"
             )
+        self._changes += 1
         self._constraints.append((constraint, used))
         return constraint
 
@@ -139,6 +144,11 @@ class _Costly:
     ) -> list[Any]:
         """Return the constraints that were added and count in one of some transcriptions."""
         return _used(self._constraints, used_in_transcription, f"{self._label}.get_constraints")
+
+    @property
+    def num_changes(self) -> int:
+        """How often a cost or constraint was added."""
+        return self._changes
 
     @property
     def transcriptions(self) -> set[frozenset[Transcription]]:
@@ -287,6 +297,7 @@ class Edge(_Costly):
         super().__init__(number, name, "Edge")
         self._u, self._v = u, v
         self._phi: set[bool] = set()
+        self._terms: dict[tuple[int, ...], EdgeTerms] = {}
 
     @property
     def u(self) -> Vertex:
@@ -310,6 +321,23 @@ class Edge(_Costly):
 
     def _own(self) -> dict[int, str]:
         return {self._u.id: "edge.xu", self._v.id: "edge.xv"}
+
+    def kept_terms(self, used: Transcription, is_first: bool) -> EdgeTerms | None:
+        """Return what `keep_terms` kept; None where costs or constraints were added since."""
+        return self._terms.get(self._moment(used, is_first))
+
+    def keep_terms(self, used: Transcription, is_first: bool, terms: EdgeTerms) -> None:
+        """Keep what the edge costs and asks in a transcription, with the vertex it leads to.
+
+        And with the one it leads from, where it is the first of paths.
+        """
+        moment = self._moment(used, is_first)
+        self._terms = {k: each for k, each in self._terms.items() if k[2:] == moment[2:]}
+        self._terms[moment] = terms
+
+    def _moment(self, used: Transcription, is_first: bool) -> tuple[int, ...]:
+        changes = self._changes, self._v.num_changes, self._u.num_changes
+        return (int(used), int(is_first), *changes)
 
     def add_phi_constraint(self, phi_value: bool) -> None:
         """Ask that the edge is on the path, or that it is not."""

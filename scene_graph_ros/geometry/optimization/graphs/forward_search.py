@@ -18,6 +18,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.expressions import as_cost, Cost
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
@@ -175,9 +176,10 @@ class ForwardSearch:
             terms[-1] = terms_of_edge(path[-1], self._source, (ahead,))
         vertices = [self._source, *(e.v for e in path)]
         network = network_of(vertices, path, vertices[0], vertices[-1])
-        unit = sum(each.most() for each in terms) or 1.0
+        table = EdgeTable.of(terms)
+        unit = float(table.costs_at_most().sum()) or 1.0
         sets, solver = [v.placed for v in vertices], self._options.of_restriction
-        return Problem(network, sets, terms, (), unit, solver=solver)
+        return Problem(network, sets, table, (), unit, solver=solver)
 
     def _result(self, reason: str) -> GraphOfConvexSetsResult:
         floor = min([self._floor, *(key for key, *_ in self._queue)])

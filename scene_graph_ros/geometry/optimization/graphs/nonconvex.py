@@ -182,7 +182,7 @@ class _Program:
                 found.append(
                     self._part(k, factor * part.Mu, factor * part.Mv, factor[:, 0] * part.m)
                 )
-        for cone, part in zip(terms.cone_kinds, terms.cones, strict=True):
+        for cone, part in zip(terms.layout.cone_kinds, terms.cones, strict=True):
             rows = self._part(k, part.Mu, part.Mv, part.m)
             least.append(_cone_of(cone, rows))
 

@@ -42,7 +42,8 @@ class GraphOfConvexSetsOptions:
     rounding_seed: int = 0
     """Of what is drawn."""
     gap_tolerance: float = 1e-6
-    """Relative to the cost: how near the bound has to be where paths are searched."""
+    """Relative to the cost: how near the bound has to be where paths are searched; no further ones
+    of the relaxation are compared when it is."""
     max_search_programs: int = 10_000
     """How many convex programs the search solves at most; what is then left is the gap."""
     termination_func: Callable[[], bool] | None = None

@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
-from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms, terms_of
+from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable
+from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.expressions import Cost
 from scene_graph_ros.geometry.optimization.graphs.functions import (
     FunctionConstraint,
     FunctionCost,
 )
+from scene_graph_ros.geometry.optimization.graphs.make_table import EdgeSource, table_of
 from scene_graph_ros.geometry.optimization.graphs.network import Network
+from scene_graph_ros.geometry.optimization.graphs.one_way import split_by_direction
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.relaxation import PlacedFunction, Problem
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
@@ -46,25 +49,27 @@ def _is_function(term: Any) -> bool:
     return isinstance(term, FunctionCost | FunctionConstraint)
 
 
-def terms_of_edge(
-    edge: Edge,
-    source: Vertex,
-    more: Sequence[Cost] = (),
-    used: Transcription = Transcription.MIP,
-    places: Mapping[int, PlacedSet] | None = None,
-) -> EdgeTerms:
+def terms_of_edge(edge: Edge, source: Vertex, more: Sequence[Cost] = ()) -> EdgeTerms:
     """Return what an edge and the vertex it leads to cost, and the source where it leads there.
 
-    And ``more`` costs beside them. Of functions nothing is in them. ``places`` are bounded sets
-    by the numbers of vertices, in place of their own.
+    And ``more`` costs beside them. Of functions nothing is in them.
     """
+    made = _source(edge, source, Transcription.MIP, None)
+    terms: EdgeTerms = table_of([made._replace(costs=[*made.costs, *more])])[0]
+    return terms
+
+
+def _source(
+    edge: Edge,
+    source: Vertex,
+    used: Transcription,
+    places: Mapping[int, PlacedSet] | None,
+) -> EdgeSource:
     parts = _parts(edge, source)
     costs = [c for part in parts for c in part.get_costs(used) if not _is_function(c)]
     constraints = [c for part in parts for c in part.get_constraints(used) if not _is_function(c)]
-    at_u, at_v = (_place(vertex, places) for vertex in (edge.u, edge.v))
-    ends = ((edge.u.id, at_u), (edge.v.id, at_v))
-    label = f"GraphOfConvexSets: edge {edge.name!r}"
-    return terms_of([*costs, *more], constraints, ends, label)
+    u, v = ((vertex.id, _place(vertex, places)) for vertex in (edge.u, edge.v))
+    return EdgeSource(costs, constraints, u, v, f"GraphOfConvexSets: edge {edge.name!r}")
 
 
 def _functions(edge: Edge, source: Vertex) -> tuple[PlacedFunction, ...]:
@@ -77,13 +82,36 @@ def _functions(edge: Edge, source: Vertex) -> tuple[PlacedFunction, ...]:
     return tuple(found)
 
 
-def _is_same(edge: Edge, source: Vertex, first: Transcription, second: Transcription) -> bool:
-    """Tell whether an edge has the same costs and constraints in two transcriptions."""
-    for part in _parts(edge, source):
-        terms = [[*part.get_costs(used), *part.get_constraints(used)] for used in (first, second)]
-        if [id(each) for each in terms[0]] != [id(each) for each in terms[1]]:
-            return False
-    return True
+def _is_same(
+    edges: Sequence[Edge], source: Vertex, first: Transcription, second: Transcription
+) -> bool:
+    """Tell whether edges have the same costs and constraints in two transcriptions."""
+    parts = {id(part): part for edge in edges for part in _parts(edge, source)}
+    return not any(
+        (first in used) != (second in used)
+        for part in parts.values()
+        for used in part.transcriptions
+    )
+
+
+def _table(
+    edges: Sequence[Edge],
+    source: Vertex,
+    used: Transcription,
+    places: Mapping[int, PlacedSet] | None,
+) -> EdgeTable:
+    """Return the table of edges; what was made of them before is kept by them."""
+    if places is not None:
+        return table_of([_source(edge, source, used, places) for edge in edges])
+    kept = {edge.id: edge.kept_terms(used, edge.u is source) for edge in edges}
+    new = [edge for edge in edges if kept[edge.id] is None]
+    made = table_of([_source(edge, source, used, None) for edge in new])
+    for edge, terms in zip(new, made, strict=True):
+        edge.keep_terms(used, edge.u is source, terms)
+        kept[edge.id] = terms
+    if len(new) == len(edges):
+        return made
+    return EdgeTable.of([terms for terms in kept.values() if terms is not None])
 
 
 def problem_of(
@@ -102,24 +130,24 @@ def problem_of(
     """
     if like is not None and like[1] is used:
         return like[0]
-    network = network_of(vertices, edges, source, target)
-    terms = [
-        like[0].terms[k]
-        if like is not None and _is_same(edge, source, like[1], used)
-        else terms_of_edge(edge, source, (), used, places)
-        for k, edge in enumerate(edges)
-    ]
-    most = np.array([each.most() for each in terms])
+    network = split_by_direction(network_of(vertices, edges, source, target))
+    placed = [_place(v, places) for v in vertices]
+    sets = [placed[v] for v in network.origin]
+    table: EdgeTable
+    if like is not None and _is_same(edges, source, like[1], used):
+        table = like[0].terms
+    else:
+        table = _table(edges, source, used, places)
+    most = table.costs_at_most()
     unit = network.distances(most)[network.target]
     if not 0.0 < unit < np.inf:
         unit = float(most.max(initial=0.0)) or 1.0
     forced = tuple(k for k, edge in enumerate(edges) if True in edge.phi_constraints)
     functions = {}
     if used is Transcription.RESTRICTION:
-        placed = {k: _functions(edge, source) for k, edge in enumerate(edges)}
-        functions = {k: some for k, some in placed.items() if some}
-    sets = [_place(v, places) for v in vertices]
-    return Problem(network, sets, terms, forced, float(unit), functions)
+        found = {k: _functions(edge, source) for k, edge in enumerate(edges)}
+        functions = {k: some for k, some in found.items() if some}
+    return Problem(network, sets, table, forced, float(unit), functions)
 
 
 def _place(vertex: Vertex, places: Mapping[int, PlacedSet] | None) -> PlacedSet:
@@ -133,16 +161,20 @@ def standing_problem(
     ends = ((vertex.id, _place(vertex, places)), (-1, PlacedSet.place(Point())))
     label = f"GraphOfConvexSets: vertex {vertex.name!r}"
     costs, constraints = vertex.get_costs(used), vertex.get_constraints(used)
-    terms = terms_of(
-        [c for c in costs if not _is_function(c)],
-        [c for c in constraints if not _is_function(c)],
-        ends,
-        label,
+    table = table_of(
+        [
+            EdgeSource(
+                [c for c in costs if not _is_function(c)],
+                [c for c in constraints if not _is_function(c)],
+                *ends,
+                label,
+            )
+        ]
     )
     functions = tuple(
         PlacedFunction(each, True, False) for each in (*costs, *constraints) if _is_function(each)
     )
-    most = terms.most()
+    most = float(table.costs_at_most()[0])
     network = Network(2, np.array([0]), np.array([1]), 0, 1)
     sets = [end[1] for end in ends]
-    return Problem(network, sets, [terms], (), most or 1.0, {0: functions} if functions else {})
+    return Problem(network, sets, table, (), most or 1.0, {0: functions} if functions else {})

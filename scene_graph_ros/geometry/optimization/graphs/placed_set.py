@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 import functools
 
 import numpy as np
 
+from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.geometry.optimization.graphs.memberships import (
+    add_memberships,
+    Membership,
+    membership_of_box,
+)
 from scene_graph_ros.geometry.optimization.lift import Ball
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
@@ -20,9 +27,7 @@ from scene_graph_ros.geometry.optimization.solve.blocks import for_the_solver, u
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["PlacedMatrix", "PlacedSet"]
-
-_FIRST, _ONE = np.zeros(1, dtype=np.int64), np.ones(1)
+__all__ = ["PlacedMatrix", "PlacedSet", "nearest_of", "reach_of"]
 
 _NO_EXTENT = 64.0 * EPSILON
 """Relative to the coordinates: a box this narrow is a point to rounding."""
@@ -102,6 +107,13 @@ class PlacedSet:
         vertices = self.of.vertices if isinstance(self.of, VPolytope) else None
         return None if vertices is None else vertices - self.center
 
+    @functools.cached_property
+    def is_box(self) -> bool:
+        """Whether it is all of the box around it, or a point to rounding."""
+        if self.parts:
+            return False
+        return not self.S.shape[1] or isinstance(self.of, Hyperrectangle)
+
     def reach(self, D: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return upper bounds ``(m,)`` of ``d . (x - center)`` for directions ``D (m, n)``.
 
@@ -111,7 +123,7 @@ class PlacedSet:
             return self._reach_of_parts(D)
         sizes = np.abs(D) @ self.half
         rounding = 2.0 * (self.S.shape[0] + 4) * EPSILON
-        if not self.S.shape[1] or isinstance(self.of, Hyperrectangle):
+        if self.is_box:
             return sizes, rounding * sizes
         if self.corners is not None:
             return (D @ self.corners.T).max(axis=1), rounding * (
@@ -139,48 +151,87 @@ class PlacedSet:
         self, program: ConeProgram, y: np.ndarray, scale: np.ndarray | None
     ) -> None:
         """Ask that y is of the set, ``scale`` times as large if that is a variable's index."""
-        for cone, i, j, values, side, ball in self._membership:
-            entries = [(i, y[j], values)]
-            constant = np.zeros(len(side))
-            if ball >= 0:
-                entries.append((_FIRST, y[[ball]], _ONE))
-            elif scale is None:
-                constant = side
-            else:
-                at = np.flatnonzero(side)
-                entries.append((at, np.broadcast_to(scale, at.shape), side[at]))
-            program.add_entries(cone, entries, constant)
+        add_memberships(program, [self.membership], y[:1], scale)
 
     @functools.cached_property
-    def _membership(
-        self,
-    ) -> list[tuple[Cone, np.ndarray, np.ndarray, np.ndarray, np.ndarray, int]]:
-        """Entries of rows, what is added to them, and the variable of a ball's scale or -1."""
+    def membership(self) -> tuple[Membership, ...]:
+        """What is asked of y; one object for all sets of which the same is asked."""
+        if isinstance(self.of, Hyperrectangle):
+            return membership_of_box(self.S.shape[1])
         found = []
         for cone, matrix, side in (
             (Cone.ZERO, self.E, -self.f),
             (Cone.NONNEGATIVE, -self.A, self.b),
         ):
-            i, j = np.nonzero(matrix)
-            found.append((cone, i, j, matrix[i, j], side, -1))
+            if len(side):
+                i, j = np.nonzero(matrix)
+                found.append(Membership(cone, i, j, matrix[i, j], side))
         for ball in self.balls:
             k = len(ball.columns)
+            rows = np.arange(1, k + 1)
             side = np.eye(k + 1)[0]
             found.append(
-                (
-                    Cone.SECOND_ORDER,
-                    np.arange(1, k + 1),
-                    ball.columns,
-                    np.ones(k),
-                    side,
-                    ball.scale,
-                )
+                Membership(Cone.SECOND_ORDER, rows, ball.columns, np.ones(k), side, ball.scale)
             )
         for each in self.matrices:
             block = (Cone.SEMIDEFINITE, each.columns, each.factors[:, None], each.constant)
             cone, columns, factors, side = for_the_solver(block)
-            found.append((cone, np.arange(len(side)), columns, factors[:, 0], side, -1))
-        return found
+            found.append(Membership(cone, np.arange(len(side)), columns, factors[:, 0], side))
+        return tuple(found)
+
+    def nearest(self, x: np.ndarray) -> tuple[np.ndarray | None, float]:
+        """Return the nearest point of the set ``(n,)``, and how far x is outside.
+
+        None where it is not found.
+        """
+        if isinstance(self.of, Point):
+            return self.of.x, float(np.linalg.norm(self.of.x - x))
+        try:
+            nearest = self.of.projection(x[None])
+        except SolverError:
+            # Of sets that are put together: by how much each of them is missed.
+            return None, float(self.of._outside(x[None])[0])
+        assert nearest is not None, "sets of a graph are not empty"
+        return nearest.points[0], float(nearest.distances[0])
+
+
+def nearest_of(
+    sets: Sequence[PlacedSet], points: Sequence[np.ndarray]
+) -> list[tuple[np.ndarray | None, float]]:
+    """Return for each set and point ``(n,)`` what `PlacedSet.nearest` returns."""
+    boxes: dict[int, list[int]] = {}
+    found: list[tuple[np.ndarray | None, float]] = [(None, 0.0)] * len(sets)
+    for k, (placed, x) in enumerate(zip(sets, points, strict=True)):
+        if isinstance(placed.of, Hyperrectangle):
+            boxes.setdefault(len(x), []).append(k)
+        else:
+            found[k] = placed.nearest(x)
+    for some in boxes.values():
+        given = np.array([points[k] for k in some])
+        low, high = (np.array([getattr(sets[k].of, b) for k in some]) for b in ("lb", "ub"))
+        nearest = np.minimum(np.maximum(given, low), high)
+        off = np.sqrt(np.sum((nearest - given) ** 2, axis=1)).tolist()
+        for k, x, outside in zip(some, nearest, off, strict=True):
+            found[k] = x, outside
+    return found
+
+
+def reach_of(
+    sets: Sequence[PlacedSet], D: np.ndarray, half: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the reach of each set along its own direction, as `PlacedSet.reach`.
+
+    ``D`` and ``half`` are ``(m, n)``.
+    """
+    sizes = np.sum(np.abs(D) * half, axis=1)
+    values, rounding = sizes, 2.0 * (D.shape[1] + 4) * EPSILON * sizes
+    others: dict[int, list[int]] = {}
+    for k, placed in enumerate(sets):
+        if not placed.is_box:
+            others.setdefault(id(placed), []).append(k)
+    for some in others.values():
+        values[some], rounding[some] = sets[some[0]].reach(D[some])
+    return values, rounding
 
 
 def _box(of: ConvexSet) -> tuple[np.ndarray, np.ndarray]:

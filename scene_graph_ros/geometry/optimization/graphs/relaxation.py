@@ -2,7 +2,8 @@
 
 Marcucci, Umenberger, Parrilo and Tedrake, "Shortest Paths in Graphs of Convex Sets", SIAM Journal
 on Optimization 34(1), 2024, section 5: each edge has a flow and, for both of its sets, a point of
-the set times the flow; flows and points are conserved at each vertex.
+the set times the flow; flows and points are conserved at each vertex. Where one edge leads to a
+vertex and one from it, they share their flow and their points there.
 """
 
 from __future__ import annotations
@@ -13,9 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms, Multipliers
+from scene_graph_ros.geometry.optimization.graphs.edge_table import (
+    Columns,
+    EdgeTable,
+    Multipliers,
+)
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionTerm
+from scene_graph_ros.geometry.optimization.graphs.memberships import add_memberships
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
+from scene_graph_ros.geometry.optimization.graphs.one_way import ways_on
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Cone,
@@ -39,7 +46,7 @@ class Problem:
 
     network: Network
     sets: list[PlacedSet]
-    terms: list[EdgeTerms]
+    terms: EdgeTable
     forced: tuple[int, ...]
     unit: float
     functions: Mapping[int, tuple[PlacedFunction, ...]] = field(default_factory=dict)
@@ -77,8 +84,9 @@ class Relaxed:
 
     ``flows (m,)``; ``points_u``, ``points_v`` are the flow times the point, of each edge, less the
     centre; ``levels (n,)`` and ``slopes`` ``(k,)`` of each vertex are its potential, an affine
-    function about its centre; ``visits (n,)`` the price of visiting a vertex at most once, and
-    ``prizes`` of the forced edges; ``cost`` is infinite where no path is possible.
+    function about its centre, with levels of 0 where edges share all they have; ``visits (n,)``
+    the price of visiting a vertex at most once, and ``prizes`` of the forced edges; ``cost`` is
+    infinite where no path is possible.
     """
 
     cost: float
@@ -90,16 +98,17 @@ class Relaxed:
     visits: np.ndarray
     prizes: np.ndarray
     multipliers: list[Multipliers]
+    """Of each family of edges."""
     residual: float
     cycles: list[CyclePrice]
 
 
-def relax(problem: Problem, cycles: Sequence[TwoCycle] = ()) -> Relaxed:
+def relax(problem: Problem, cycles: Sequence[TwoCycle] = (), tolerance: float = 1e-10) -> Relaxed:
     """Solve the relaxation, in which no path takes two edges of one of the cycles.
 
-    Raises SolverError where the solver fails.
+    To a tolerance, relative to the cost. Raises SolverError where the solver fails.
     """
-    return _Relaxation(problem, cycles).solve()
+    return _Relaxation(problem, cycles).solve(tolerance)
 
 
 def program_of(problem: Problem) -> tuple[ConeProgram, np.ndarray]:
@@ -113,61 +122,103 @@ class _Relaxation:
 
     def __init__(self, problem: Problem, cycles: Sequence[TwoCycle]) -> None:
         self._problem, self._cycles = problem, cycles
-        network = problem.network
+        network, sets = problem.network, problem.sets
         self._program = program = ConeProgram()
-        m = len(network.tails)
-        self._flows = program.variables(m)
-        self._ends: list[tuple[np.ndarray, np.ndarray]] = []
-        self._lowered = []
-        for e, (u, v) in enumerate(
-            zip(network.tails.tolist(), network.heads.tolist(), strict=True)
-        ):
-            su, sv, scale = problem.sets[u], problem.sets[v], self._flows[e : e + 1]
-            program.add_rows(Cone.NONNEGATIVE, [(scale, np.ones((1, 1)))], np.zeros(1))
-            yu = program.variables(su.S.shape[1])
-            yv = program.variables(sv.S.shape[1])
-            su.add_membership(program, yu, scale)
-            sv.add_membership(program, yv, scale)
-            self._ends.append((yu, yv))
-            self._lowered.append(problem.terms[e].lower(program, yu, yv, scale, problem.unit))
+        self._before = before = ways_on(network)
+        self._extents = np.array([_extent(placed) for placed in sets])
+        counts = np.array([placed.S.shape[1] for placed in sets], dtype=np.int64)
+        self._counts = counts
+        is_own = np.ones(len(network.tails), dtype=bool)
+        is_own[list(before)] = False
+        own = np.flatnonzero(is_own)
+        flows = program.variables(len(own))
+        program.add_entries(
+            Cone.NONNEGATIVE,
+            [(np.arange(len(own)), flows, np.ones(len(own)))],
+            np.zeros(len(own)),
+        )
+        self._flows = np.zeros(len(network.tails), dtype=np.int64)
+        self._flows[own] = flows
+        for e, came_by in before.items():
+            self._flows[e] = self._flows[came_by]
+        self._passed = network.tails[list(before)]
+        """Vertices whose edges share what they have."""
+        needed = np.concatenate([counts[network.tails[own]], counts[network.heads]])
+        columns = program.variables(int(needed.sum()))
+        firsts = int(columns[0] if len(columns) else 0) + np.cumsum(needed) - needed
+        heads = firsts[len(own) :]
+        tails = np.zeros(len(network.tails), dtype=np.int64)
+        tails[own] = firsts[: len(own)]
+        tails[list(before)] = heads[list(before.values())]
+        self._tails, self._heads = tails, heads
+        vertices = [*network.tails[own].tolist(), *network.heads.tolist()]
+        scales = np.concatenate([self._flows[own], self._flows])
+        asked = [sets[v].membership for v in vertices]
+        add_memberships(program, asked, firsts, scales)
+        self._lowered = problem.terms.lower(
+            program, Columns(tails, heads, self._flows), problem.unit
+        )
         self._conserve()
         self._limit_visits()
         self._part_cycles()
         self._force()
 
     def _conserve(self) -> None:
-        network, sets = self._problem.network, self._problem.sets
-        self._balance: list[Rows] = []
-        self._moments: list[Rows | None] = []
-        for v in range(network.size):
-            into, out = network.entering[v], network.leaving[v]
-            blocks = [(self._flows[into], np.ones((1, len(into))))]
-            blocks.append((self._flows[out], -np.ones((1, len(out)))))
-            excess = float(v == network.source) - float(v == network.target)
-            self._balance.append(self._program.add_rows(Cone.ZERO, blocks, np.array([excess])))
-            S = sets[v].S
-            if v in (network.source, network.target) or not S.shape[1]:
-                self._moments.append(None)
-                continue
-            scaled = S / _extent(sets[v])
-            blocks = [(self._ends[e][1], scaled) for e in into]
-            blocks += [(self._ends[e][0], -scaled) for e in out]
-            rows = self._program.add_rows(Cone.ZERO, blocks, np.zeros(len(S)))
-            self._moments.append(rows)
+        network, sets, m = self._problem.network, self._problem.sets, len(self._flows)
+        is_passed = np.zeros(network.size, dtype=bool)
+        is_passed[self._passed] = True
+        rows = np.full(network.size, -1)
+        kept = np.flatnonzero(~is_passed)
+        rows[kept] = np.arange(len(kept))
+        self._kept = kept
+        excess = np.zeros(network.size)
+        excess[network.source] += 1.0
+        excess[network.target] -= 1.0
+        into, out = (np.flatnonzero(rows[ends] >= 0) for ends in (network.heads, network.tails))
+        entries = [
+            (rows[network.heads[into]], self._flows[into], np.ones(len(into))),
+            (rows[network.tails[out]], self._flows[out], -np.ones(len(out))),
+        ]
+        self._balance = self._program.add_entries(Cone.ZERO, entries, excess[kept])
+        # Points: as many rows as the set has coordinates.
+        is_passed[[network.source, network.target]] = True
+        is_passed |= self._counts == 0
+        lengths = np.where(is_passed, 0, [len(placed.S) for placed in sets])
+        first = np.cumsum(lengths) - lengths
+        alike: dict[tuple[int, int], list[tuple[int, int, float]]] = {}
+        for ends, columns, sign in (
+            (network.heads.tolist(), self._heads.tolist(), 1.0),
+            (network.tails.tolist(), self._tails.tolist(), -1.0),
+        ):
+            for e in range(m):
+                v = ends[e]
+                if not is_passed[v]:
+                    alike.setdefault(sets[v].S.shape, []).append((v, columns[e], sign))
+        entries = []
+        for some in alike.values():
+            vertices = np.array([v for v, _, _ in some])
+            signs = np.array([sign for _, _, sign in some]) / self._extents[vertices]
+            blocks = signs[:, None, None] * np.array([sets[v].S for v in vertices])
+            starts = np.array([column for _, column, _ in some])
+            g, i, j = np.nonzero(blocks)
+            entries.append((first[vertices[g]] + i, starts[g] + j, blocks[g, i, j]))
+        total = int(lengths.sum())
+        self._moments = self._program.add_entries(Cone.ZERO, entries, np.zeros(total))
+        self._moment_rows = first, lengths
 
     def _limit_visits(self) -> None:
         """Ask that no vertex on a circle is visited more than once."""
         network = self._problem.network
         of = network.strong_components()
-        is_on_circle = np.bincount(of)[of] > 1
-        self._visits: list[Rows | None] = []
-        for v in range(network.size):
-            out = network.leaving[v]
-            if not out or not is_on_circle[v]:
-                self._visits.append(None)
-                continue
-            blocks = [(self._flows[out], -np.ones((1, len(out))))]
-            self._visits.append(self._program.add_rows(Cone.NONNEGATIVE, blocks, np.ones(1)))
+        is_limited = np.bincount(of)[of] > 1
+        is_limited[self._passed] = False
+        is_limited &= np.array([bool(out) for out in network.leaving])
+        self._limited = np.flatnonzero(is_limited)
+        rows = np.cumsum(is_limited) - 1
+        out = np.flatnonzero(is_limited[network.tails])
+        entries = [(rows[network.tails[out]], self._flows[out], -np.ones(len(out)))]
+        ones = np.ones(len(self._limited))
+        self._visits = self._program.add_entries(Cone.NONNEGATIVE, entries, ones)
 
     def _part_cycles(self) -> None:
         """Ask that what came by an edge leaves by another than the one back.
@@ -190,65 +241,77 @@ class _Relaxation:
             balance = program.add_rows(Cone.ZERO, blocks, np.zeros(1))
             scaled = placed.S / _extent(placed)
             blocks = [(y, scaled)]
-            blocks += [(self._ends[e][0], -scaled) for e in others]
-            blocks += [(self._ends[e][1], scaled) for e in into]
+            here = np.arange(len(y))
+            blocks += [(self._tails[e] + here, -scaled) for e in others]
+            blocks += [(self._heads[e] + here, scaled) for e in into]
             moment = program.add_rows(Cone.ZERO, blocks, np.zeros(len(scaled)))
             self._parted.append((balance, moment))
 
     def _force(self) -> None:
-        self._forced = [
-            self._program.add_rows(
-                Cone.ZERO, [(self._flows[[e]], np.ones((1, 1)))], np.array([-1.0])
-            )
-            for e in self._problem.forced
-        ]
+        forced = list(self._problem.forced)
+        entries = [(np.arange(len(forced)), self._flows[forced], np.ones(len(forced)))]
+        self._forced = self._program.add_entries(Cone.ZERO, entries, -np.ones(len(forced)))
 
-    def solve(self) -> Relaxed:
+    def solve(self, tolerance: float) -> Relaxed:
         """Solve, and read flows, points and multipliers."""
-        problem, unit = self._problem, self._problem.unit
+        problem, unit, network = self._problem, self._problem.unit, self._problem.network
         solution = self._program.solve(
             "GraphOfConvexSets.solve_shortest_path: the relaxation",
             is_rough=True,
             by=problem.solver,
+            tolerance=tolerance,
         )
-
-        def price(rows: Rows | None) -> float:
-            return 0.0 if rows is None else unit * float(solution.dual(rows)[0])
-
+        multipliers = problem.terms.multipliers(solution, self._lowered, unit)
+        levels, visits = np.zeros(network.size), np.zeros(network.size)
+        levels[self._kept] = -unit * solution.dual(self._balance)
+        visits[self._limited] = unit * solution.dual(self._visits)
+        moments, (first, lengths) = solution.dual(self._moments), self._moment_rows
         slopes = [
-            np.zeros(len(s.S)) if rows is None else -unit * solution.dual(rows) / _extent(s)
-            for s, rows in zip(problem.sets, self._moments, strict=True)
+            -unit * moments[a : a + k] / extent if k else np.zeros(len(placed.S))
+            for a, k, extent, placed in zip(
+                first.tolist(), lengths.tolist(), self._extents, problem.sets, strict=True
+            )
         ]
-        flows = solution.x[self._flows] if solution.is_feasible else np.zeros(len(self._flows))
-        multipliers = [
-            terms.multipliers(solution, lowered, unit)
-            for terms, lowered in zip(problem.terms, self._lowered, strict=True)
-        ]
-        tails, heads = problem.network.tails, problem.network.heads
-        u = [
-            problem.sets[v].S @ self._at(solution, y)
-            for v, (y, _) in zip(tails, self._ends, strict=True)
-        ]
-        v = [
-            problem.sets[v].S @ self._at(solution, y)
-            for v, (_, y) in zip(heads, self._ends, strict=True)
-        ]
-        cost = np.inf
-        if solution.is_feasible:
-            cost = self._program.cost_of(solution.x) * unit
+        is_feasible = solution.is_feasible
+        self._pass_on(slopes, multipliers, is_feasible)
+        x = solution.x if is_feasible else np.zeros(self._program.num_variables)
         return Relaxed(
-            cost,
-            flows,
-            u,
-            v,
-            np.array([-price(rows) for rows in self._balance]),
+            self._program.cost_of(x) * unit if is_feasible else np.inf,
+            x[self._flows],
+            self._points(x, network.tails, self._tails),
+            self._points(x, network.heads, self._heads),
+            levels,
             slopes,
-            np.array([price(rows) for rows in self._visits]),
-            np.array([-price(rows) for rows in self._forced]),
+            visits,
+            -unit * solution.dual(self._forced),
             multipliers,
             solution.residual,
             self._prices(solution),
         )
+
+    def _pass_on(
+        self, slopes: list[np.ndarray], multipliers: Sequence[Multipliers], with_cost: bool
+    ) -> None:
+        """Give potentials of vertices whose edges share all the slopes of what is paid from there.
+
+        Their rows are not in the program, so that it says nothing of them. What their sets reach
+        is then counted once, at the edge that leads there; their levels are free.
+        """
+        table, tails = self._problem.terms, self._problem.network.tails
+        paid = table.minorants(multipliers, with_cost)
+        for family, each in zip(table.families, paid, strict=True):
+            for e, slope in zip(family.edges.tolist(), each.alpha, strict=True):
+                if e in self._before:
+                    slopes[tails[e]] = slope
+
+    def _points(self, x: np.ndarray, vertices: np.ndarray, firsts: np.ndarray) -> list[np.ndarray]:
+        sets = self._problem.sets
+        return [
+            sets[v].S @ x[a : a + k]
+            for v, a, k in zip(
+                vertices.tolist(), firsts.tolist(), self._counts[vertices].tolist(), strict=True
+            )
+        ]
 
     def _prices(self, solution: ConeSolution) -> list[CyclePrice]:
         unit, sets = self._problem.unit, self._problem.sets
@@ -260,9 +323,6 @@ class _Relaxation:
             )
             for cycle, (balance, moment) in zip(self._cycles, self._parted, strict=True)
         ]
-
-    def _at(self, solution: ConeSolution, columns: np.ndarray) -> np.ndarray:
-        return solution.x[columns] if solution.is_feasible else np.zeros(len(columns))
 
 
 def _extent(placed: PlacedSet) -> float:

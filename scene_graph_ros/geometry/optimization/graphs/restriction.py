@@ -9,9 +9,11 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_points
+from scene_graph_ros.geometry.optimization.graphs.edge_table import Columns
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
+from scene_graph_ros.geometry.optimization.graphs.memberships import add_memberships
 from scene_graph_ros.geometry.optimization.graphs.nonconvex import functions_at, with_functions
-from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
+from scene_graph_ros.geometry.optimization.graphs.placed_set import nearest_of
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.solve.cone_program import ConeProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -36,30 +38,40 @@ class Restricted:
     violation: float
 
 
+class _Path:
+    """A path's edges and the sets that it visits."""
+
+    def __init__(self, problem: Problem, path: Sequence[int]) -> None:
+        network = problem.network
+        self.problem, self.path = problem, path
+        vertices = [network.source, *network.heads[list(path)].tolist()]
+        self.sets = [problem.sets[v] for v in vertices]
+        self.edges = problem.terms.take(path)
+
+    @property
+    def is_constrained(self) -> bool:
+        """Whether edges have constraints."""
+        return any(family.layout.is_constrained for family in self.edges.families)
+
+
 def _solve(
-    problem: Problem, path: Sequence[int], end: tuple[float, np.ndarray] | None, what: str
+    of: _Path, end: tuple[float, np.ndarray] | None, what: str
 ) -> tuple[list[np.ndarray], float, bool]:
     """Return points less their centres, the proven bound, and whether there are any."""
-    network = problem.network
-    program, unit = ConeProgram(), problem.unit
-    vertices = [network.source, *(int(network.heads[e]) for e in path)]
-    sets = [problem.sets[v] for v in vertices]
-    ys = [program.variables(placed.S.shape[1]) for placed in sets]
-    for placed, y in zip(sets, ys, strict=True):
-        placed.add_membership(program, y, None)
-    lowered = [
-        problem.terms[e].lower(program, ys[k], ys[k + 1], None, unit) for k, e in enumerate(path)
-    ]
+    program, unit, sets, taken = ConeProgram(), of.problem.unit, of.sets, of.edges
+    counts = np.array([placed.S.shape[1] for placed in sets])
+    columns = program.variables(int(counts.sum()))
+    firsts = np.cumsum(counts) - counts
+    add_memberships(program, [placed.membership for placed in sets], firsts, None)
+    lowered = taken.lower(program, Columns(firsts[:-1], firsts[1:], None), unit)
+    ys = np.split(columns, firsts[1:])
     if end is not None:
         program.add_cost(ys[-1], sets[-1].S.T @ end[1] / unit)
-    solution = program.solve(what, by=problem.solver)
-    multipliers = [
-        problem.terms[e].multipliers(solution, rows, unit)
-        for e, rows in zip(path, lowered, strict=True)
-    ]
+    solution = program.solve(what, by=of.problem.solver)
+    multipliers = taken.multipliers(solution, lowered, unit)
     if not solution.is_feasible:
-        return [], bound_of_points(problem, path, multipliers, None, with_cost=False), False
-    bound = bound_of_points(problem, path, multipliers, end)
+        return [], bound_of_points(taken, sets, multipliers, None, with_cost=False), False
+    bound = bound_of_points(taken, sets, multipliers, end)
     points = [placed.S @ solution.x[y] for placed, y in zip(sets, ys, strict=True)]
     return points, bound, True
 
@@ -70,7 +82,9 @@ def bound_of_prefix(problem: Problem, path: Sequence[int], end: tuple[float, np.
     Infinite where the constraints can't be kept, -infinite where nothing was found.
     """
     try:
-        _, bound, is_feasible = _solve(problem, path, end, "GraphOfConvexSets: a path's start")
+        _, bound, is_feasible = _solve(
+            _Path(problem, path), end, "GraphOfConvexSets: a path's start"
+        )
     except SolverError:
         return -np.inf
     if is_feasible:
@@ -79,34 +93,21 @@ def bound_of_prefix(problem: Problem, path: Sequence[int], end: tuple[float, np.
 
 
 def _kept_functions(
-    problem: Problem,
-    path: Sequence[int],
+    of: _Path,
     found: list[np.ndarray],
     bound: float,
     guess: Sequence[np.ndarray] | None,
 ) -> tuple[list[np.ndarray], float]:
     """Return points less their centres that keep functions, too, and the bound that holds."""
-    functions = [problem.functions.get(e, ()) for e in path]
+    functions = [of.problem.functions.get(e, ()) for e in of.path]
     if not any(functions):
         return found, bound
     start: Sequence[np.ndarray] = found
     if guess is not None:
-        vertices = [problem.network.source, *(int(problem.network.heads[e]) for e in path)]
-        start = [x - problem.sets[v].center for x, v in zip(guess, vertices, strict=True)]
-    moved = with_functions(problem, path, start)
+        start = [x - placed.center for x, placed in zip(guess, of.sets, strict=True)]
+    moved = with_functions(of.problem, of.path, start)
     has_costs = any(isinstance(each.term, FunctionCost) for some in functions for each in some)
     return moved, -np.inf if has_costs else bound
-
-
-def _nearest(placed: PlacedSet, x: np.ndarray) -> tuple[np.ndarray | None, float]:
-    """Return the nearest point of a set, None where it is not found, and how far x is outside."""
-    try:
-        nearest = placed.of.projection(x[None])
-    except SolverError:
-        # Of sets that are put together: by how much each of them is missed.
-        return None, float(placed.of._outside(x[None])[0])
-    assert nearest is not None, "sets of a graph are not empty"
-    return nearest.points[0], float(nearest.distances[0])
 
 
 def restrict(
@@ -118,9 +119,8 @@ def restrict(
     points break a set or a constraint, or where it was not proven that there are none.
     """
     what = "GraphOfConvexSets.solve_convex_restriction"
-    network = problem.network
-    vertices = [network.source, *(int(network.heads[e]) for e in path)]
-    found, bound, is_feasible = _solve(problem, path, None, what)
+    of = _Path(problem, path)
+    found, bound, is_feasible = _solve(of, None, what)
     if not is_feasible:
         if bound > 0.0:
             return Restricted(np.inf, np.inf, (), 0.0)
@@ -128,25 +128,19 @@ def restrict(
             f"{what}: the solver found no points of a path of {len(path)} edges, but its proof"
             f" does not hold ({bound:.3g} must be above 0)"
         )
-    terms = [problem.terms[e] for e in path]
-    is_tied = any(each.is_constrained for each in terms)
-    found, bound = _kept_functions(problem, path, found, bound, guess)
-    is_tied = is_tied or any(e in problem.functions for e in path)
-    points, worst = [], 0.0
-    for v, way in zip(vertices, found, strict=True):
-        placed = problem.sets[v]
-        x = placed.center + way
-        nearest, outside = _nearest(placed, x)
-        rounding = 8.0 * EPSILON * float(np.abs(placed.center).max(initial=0.0))
+    found, bound = _kept_functions(of, found, bound, guess)
+    is_tied = of.is_constrained or any(e in problem.functions for e in path)
+    sets = of.sets
+    points, worst = [placed.center + way for placed, way in zip(sets, found, strict=True)], 0.0
+    for k, (nearest, outside) in enumerate(nearest_of(sets, points)):
+        rounding = 8.0 * EPSILON * float(np.abs(sets[k].center).max(initial=0.0))
         if not is_tied and nearest is not None:
-            x = nearest
+            points[k] = nearest
         elif outside > rounding:
-            worst = max(worst, outside / float(placed.half.max()))
-        points.append(x)
-    ways = [x - problem.sets[v].center for x, v in zip(points, vertices, strict=True)]
-    cost = 0.0
-    for k, each in enumerate(terms):
-        cost += each.cost(ways[k], ways[k + 1])
+            worst = max(worst, outside / float(sets[k].half.max()))
+    ways = [x - placed.center for x, placed in zip(points, sets, strict=True)]
+    cost = float(of.edges.costs(ways[:-1], ways[1:]).sum())
+    for k, each in enumerate(of.edges if is_tied else ()):
         worst = max(worst, each.violation(ways[k], ways[k + 1]))
         value, broken = functions_at(problem.functions.get(path[k], ()), points[k], points[k + 1])
         cost, worst = cost + value, max(worst, broken)

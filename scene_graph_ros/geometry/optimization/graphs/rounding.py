@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from typing import NamedTuple
 
@@ -29,8 +29,8 @@ def draw_paths(
     trials: int,
     tolerance: float,
     generator: np.random.Generator,
-) -> list[tuple[int, ...]]:
-    """Return different simple paths, at most ``most``, of at most ``trials`` walks.
+) -> Iterator[tuple[int, ...]]:
+    """Draw different simple paths, at most ``most``, of at most ``trials`` walks.
 
     The next edge is drawn with the probability of its flow among those to vertices that were not
     visited; edges with no more flow than ``tolerance`` don't count (Marcucci, Petersen, von
@@ -45,9 +45,9 @@ def draw_paths(
             break
         if path not in found:
             found.append(path)
+            yield path
         if len(found) == 1 and all(len(taken.leaving[taken.tails[e]]) == 1 for e in path):
             break  # there is never another edge to go along, so that each walk is this one
-    return found
 
 
 class _Flows(NamedTuple):
@@ -60,6 +60,9 @@ class _Flows(NamedTuple):
     flows: list[float]
     leaving: list[list[int]]
     """Those from each vertex, with flow."""
+    runs: dict[int, tuple[list[int], list[int]]]
+    """From vertices where walks came, those that follow each other without a choice; and the
+    vertices that they lead to."""
 
     @classmethod
     def of(cls, network: Network, flows: np.ndarray, tolerance: float) -> _Flows:
@@ -67,7 +70,23 @@ class _Flows(NamedTuple):
         values = flows.tolist()
         leaving = [[e for e in edges if values[e] > tolerance] for edges in network.leaving]
         heads, tails = network.heads.tolist(), network.tails.tolist()
-        return cls(network.source, network.target, heads, tails, values, leaving)
+        return cls(network.source, network.target, heads, tails, values, leaving, {})
+
+    def run(self, start: int) -> tuple[list[int], list[int]]:
+        """Return the edges from a vertex on while there is one each, and where they lead to."""
+        if start not in self.runs:
+            edges: list[int] = []
+            vertices: dict[int, None] = {}
+            at = start
+            while len(self.leaving[at]) == 1 and at != self.target:
+                e = self.leaving[at][0]
+                if self.heads[e] == start or self.heads[e] in vertices:
+                    break
+                edges.append(e)
+                at = self.heads[e]
+                vertices[at] = None
+            self.runs[start] = edges, list(vertices)
+        return self.runs[start]
 
 
 def _walk(taken: _Flows, generator: np.random.Generator | None) -> tuple[int, ...] | None:
@@ -78,6 +97,12 @@ def _walk(taken: _Flows, generator: np.random.Generator | None) -> tuple[int, ..
     path: list[int] = []
     seen, at = {taken.source}, taken.source
     while at != taken.target:
+        along, vertices = taken.run(at)
+        if along and seen.isdisjoint(vertices):
+            path += along
+            seen.update(vertices)
+            at = vertices[-1]
+            continue
         edges = [e for e in taken.leaving[at] if taken.heads[e] not in seen]
         if edges:
             shares = [taken.flows[e] for e in edges]

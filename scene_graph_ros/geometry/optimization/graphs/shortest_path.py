@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 import itertools
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import (
+    balanced,
     bound_of_paths,
     Potentials,
     ProvenBound,
@@ -58,6 +59,9 @@ _Tried = dict[tuple[int, ...], Restricted | SolverError]
 
 _ROUNDED_PATHS = 5
 """Paths that are drawn where nothing is said."""
+
+_EXACT, _ROUGH = 1e-10, 1e-4
+"""What the relaxation's solver is asked for, at best and where a path's gap may be large."""
 
 _MANY = 0.5
 """Of all cycles of two edges: where flow goes around more of them, all are constrained at once."""
@@ -154,50 +158,61 @@ def _solve(
     of_paths = replace(of_paths, solver=options.of_restriction)
     network = problem.network
     tried: _Tried = {}
-    relaxed = relax(problem)
+    has_surrogates = bool(options.convex_relaxation) and _has_surrogates(used)
+    tolerance = _EXACT
+    if not options.convex_relaxation:
+        # What is lost of the bound, which is proven whatever the solver says, is of this size.
+        tolerance = min(max(options.gap_tolerance**2, _EXACT), _ROUGH)
+    least = max(options.flow_tolerance, 10.0 * tolerance)
+    relaxed = relax(problem, (), tolerance)
     if relaxed.cost == np.inf:
-        return _infeasible(problem, _potentials(relaxed), relaxed)
-    proven = bound_of_paths(problem, _potentials(relaxed))
+        return _infeasible(problem, _potentials(problem, relaxed), relaxed)
+    proven = bound_of_paths(problem, _potentials(problem, relaxed))
     first: Incumbent | None = None
     cycles: set[TwoCycle] = set()
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
-        more = _two_cycles_of(network, relaxed.flows, options) - cycles
+        more = _two_cycles_of(network, relaxed.flows, least) - cycles
         if not more:
             break
         # Of flows that go there and back one path says enough: others will be drawn.
-        main, _, _ = _round(of_paths, relaxed, options, tried, 1)
+        bound = None if has_surrogates else proven
+        main, _, _ = _round(of_paths, relaxed, bound, options, tried, 1)
         first = _better(first, main)
-        if first is not None and _is_closed(proven, first, options):
+        if first is not None and _is_closed(bound, first, options):
             break
         cycles |= more
         everywhere = network.two_cycles()
         if len(cycles) > _MANY * len(everywhere):
             # Flows would turn to the others next.
             cycles = set(everywhere)
-        tighter = relax(problem, sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into)))
+        ordered = sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into))
+        tighter = relax(problem, ordered, tolerance)
         if tighter.cost == np.inf:
-            return _infeasible(problem, _potentials(tighter), tighter)
+            return _infeasible(problem, _potentials(problem, tighter), tighter)
         relaxed, before = tighter, proven
         proven = max(
-            bound_of_paths(problem, _potentials(relaxed)), before, key=lambda each: each.value
+            bound_of_paths(problem, _potentials(problem, relaxed)),
+            before,
+            key=lambda each: each.value,
         )
-    rounded, count, failure = _round(of_paths, relaxed, options, tried)
+    bound = None if has_surrogates else proven
+    rounded, count, failure = _round(of_paths, relaxed, bound, options, tried)
     rounded = _better(first, rounded)
     answer = PathAnswer(vertices, used, problem, relaxed, proven)
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure)
-        return replace(found, lower_bound=-np.inf) if _has_surrogates(used) else found
+        return replace(found, lower_bound=-np.inf) if has_surrogates else found
     if options.mixed_integer is not None:
-        path, bound = solve_mixed_integer(problem, options.mixed_integer)
+        path, said = solve_mixed_integer(problem, options.mixed_integer)
         exact = None if path is None else Incumbent(path, restrict(of_paths, path))
         exact = exact if exact is not None and exact.best.points else None
-        return answer.of_mixed_integer(options.mixed_integer.name, exact, bound)
+        return answer.of_mixed_integer(options.mixed_integer.name, exact, said)
     searched = search_paths(problem, proven, rounded, options)
     return answer.of_search(searched, count)
 
 
-def _potentials(relaxed: Relaxed) -> Potentials:
-    return Potentials(
+def _potentials(problem: Problem, relaxed: Relaxed) -> Potentials:
+    given = Potentials(
         relaxed.levels,
         relaxed.slopes,
         relaxed.visits,
@@ -205,6 +220,7 @@ def _potentials(relaxed: Relaxed) -> Potentials:
         relaxed.multipliers,
         relaxed.cycles,
     )
+    return balanced(problem, given, relaxed.cost < np.inf)
 
 
 def _better(first: Incumbent | None, second: Incumbent | None) -> Incumbent | None:
@@ -214,17 +230,16 @@ def _better(first: Incumbent | None, second: Incumbent | None) -> Incumbent | No
     return first
 
 
-def _is_closed(proven: ProvenBound, found: Incumbent, options: GraphOfConvexSetsOptions) -> bool:
+def _is_closed(
+    proven: ProvenBound | None, found: Incumbent, options: GraphOfConvexSetsOptions
+) -> bool:
     """Tell whether the bound is as near to a path as is asked for."""
     cost = found.best.cost
-    return cost - proven.value <= options.gap_tolerance * abs(cost)
+    return proven is not None and cost - proven.value <= options.gap_tolerance * abs(cost)
 
 
-def _two_cycles_of(
-    network: Network, flows: np.ndarray, options: GraphOfConvexSetsOptions
-) -> set[TwoCycle]:
+def _two_cycles_of(network: Network, flows: np.ndarray, least: float) -> set[TwoCycle]:
     """Return the cycles of two edges around which there is flow: no others are violated."""
-    least = options.flow_tolerance
     return {
         cycle
         for cycle in network.two_cycles()
@@ -248,14 +263,16 @@ def _infeasible(
 def _round(
     problem: Problem,
     relaxed: Relaxed,
+    proven: ProvenBound | None,
     options: GraphOfConvexSetsOptions,
     tried: _Tried,
     at_most: int | None = None,
 ) -> tuple[Incumbent | None, int, str]:
     """Return the best of the path with the most flow and of some that are drawn from the flows.
 
-    And how many were tried, and a failure. What was ``tried`` before is not solved again.
-    ``at_most`` so many are, if that is less than what the options say.
+    And how many were tried, and a failure. What was ``tried`` before is not solved again. No more
+    are once one costs what is proven that all do, and at most ``at_most``, if that is less than
+    what the options say.
 
     A failure is what the solver said of one of them that it did not solve, else empty.
     """
@@ -263,34 +280,45 @@ def _round(
     most = _ROUNDED_PATHS if given is None else given
     if at_most is not None:
         most = min(most, at_most)
-    main = main_path(problem.network, relaxed.flows, options.flow_tolerance)
-    drawn = draw_paths(
-        problem.network,
-        relaxed.flows,
-        most,
-        options.max_rounding_trials,
-        options.flow_tolerance,
-        np.random.default_rng(options.rounding_seed),
-    )
-    paths = [] if main is None else [main, *(path for path in drawn if path != main)][:most]
     found: Incumbent | None = None
-    failure = ""
-    for path in paths:
+    failure, count = "", 0
+    for path in itertools.islice(_suggested(problem.network, relaxed.flows, most, options), most):
+        count += 1
         if not set(problem.forced) <= set(path):
             continue
-        key = tuple(path)
-        if key not in tried:
+        if path not in tried:
             try:
-                tried[key] = restrict(problem, path)
+                tried[path] = restrict(problem, path)
             except SolverError as error:
-                tried[key] = error
-        best = tried[key]
+                tried[path] = error
+        best = tried[path]
         if isinstance(best, SolverError):
             failure = str(best)  # of the others one may do; without any the result says so
             continue
         if best.points and (found is None or best.cost < found.best.cost):
             found = Incumbent(path, best)
-    return found, len(paths), failure
+            if _is_closed(proven, found, options):
+                break
+    return found, count, failure
+
+
+def _suggested(
+    network: Network, flows: np.ndarray, most: int, options: GraphOfConvexSetsOptions
+) -> Iterator[tuple[int, ...]]:
+    """Return the path with the most flow, and others that are drawn from the flows."""
+    main = main_path(network, flows, options.flow_tolerance)
+    if main is None:
+        return
+    yield main
+    drawn = draw_paths(
+        network,
+        flows,
+        most,
+        options.max_rounding_trials,
+        options.flow_tolerance,
+        np.random.default_rng(options.rounding_seed),
+    )
+    yield from (path for path in drawn if path != main)
 
 
 def _stay(

@@ -1,9 +1,11 @@
-"""Convex functions of an edge's cost: in programs as cones, and their affine minorants."""
+"""Convex functions of edges' costs: in programs as cones, and their affine minorants.
+
+Everything is for G atoms of one kind at once, of as many edges.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-import math
 from typing import Any
 
 import numpy as np
@@ -12,30 +14,45 @@ from scene_graph_ros.geometry.optimization.graphs.expressions import value_of
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram, Rows
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["lower_atom", "minorant_of", "size_of", "slope_of", "weights_of"]
+__all__ = ["lower_atoms", "minorants_of", "sizes_of_atoms", "slope_of", "values_of", "weights_of"]
 
 Blocks = Callable[[Any], tuple[list[tuple[np.ndarray, np.ndarray]], np.ndarray]]
-"""Columns and matrices of the vector times a factor, a number or ``(k, 1)``, and its constant."""
+"""Columns ``(G, c)`` and matrices ``(G, k, c)`` of the vectors times a factor, a number or such
+that broadcasts to ``(G, k)``, and their constants ``(G, k)``."""
+
+_LEAST = 1e-300
+"""In place of 0, where it is divided by."""
 
 
-def size_of(kind: str, most: np.ndarray, constant: np.ndarray) -> float:
-    """Return about what an atom costs, from bounds of the vector ``(k,)`` and its central value.
+def sizes_of_atoms(kind: str, most: np.ndarray, constant: np.ndarray) -> np.ndarray:
+    """Return about what atoms cost ``(G,)``, from bounds of their vectors and central values.
 
-    Of norms and squares no vector costs more; quotients are those of the largest divisor.
+    Both are ``(G, k)``. Of norms and squares no vector costs more; quotients are those of the
+    largest divisor.
     """
     if kind == "exponential":
-        return value_of(kind, constant)
+        return values_of(kind, constant)
     if kind == "quotient":
-        return value_of(kind, np.append(max(float(most[0]), 1e-300), most[1:]))
-    return value_of(kind, most)
+        most = np.concatenate([np.maximum(most[:, :1], _LEAST), most[:, 1:]], axis=1)
+    return values_of(kind, most)
 
 
-def _sizes(kind: str, most: np.ndarray) -> float:
-    """Return what a quotient's divisor is measured in."""
-    return float(most[0]) or 1.0 if kind == "quotient" else 1.0
+def values_of(kind: str, w: np.ndarray) -> np.ndarray:
+    """Return atoms ``(G,)`` of vectors ``(G, k)``."""
+    if kind == "norm_inf":
+        return np.max(np.abs(w), axis=1, initial=0.0)
+    if kind in ("exponential", "quotient"):
+        return np.array([value_of(kind, each) for each in w])
+    squares = np.sum(w * w, axis=1)
+    return np.sqrt(squares) if kind == "norm" else squares
 
 
-def lower_atom(
+def _divisors(most: np.ndarray) -> np.ndarray:
+    """Return what divisors of quotients are measured in ``(G,)``."""
+    return np.where(most[:, 0] > 0.0, most[:, 0], 1.0)
+
+
+def lower_atoms(
     program: ConeProgram,
     kind: str,
     blocks_of: Blocks,
@@ -43,74 +60,85 @@ def lower_atom(
     unit: float,
     most: np.ndarray,
 ) -> Rows:
-    """Add an atom in units as a variable's cost; with ``scale``, a column, its perspective."""
-    t = program.variables(1)
-    program.add_cost(t, np.ones(1))
+    """Add atoms in units as variables' costs; with ``scale``, columns ``(G,)``, perspectives."""
+    count, k = most.shape
+    t = program.variables(count)
+    program.add_cost(t, np.ones(count))
+
+    def each(rows: np.ndarray) -> np.ndarray:
+        return np.broadcast_to(rows[None, :, None], (count, len(rows), 1))
+
     if kind == "norm_inf":
         blocks, constant = blocks_of(1.0 / unit)
-        both = [(columns, np.concatenate([-m, m])) for columns, m in blocks]
-        both.append((t, np.ones((2 * len(constant), 1))))
-        return program.add_rows(Cone.NONNEGATIVE, both, np.append(-constant, constant))
+        both = [(columns, np.concatenate([-m, m], axis=1)) for columns, m in blocks]
+        both.append((t[:, None], each(np.ones(2 * k))))
+        constants = np.concatenate([-constant, constant], axis=1)
+        return program.add_blocks(Cone.NONNEGATIVE, both, constants)
     if kind == "exponential":
         # exp(w) <= unit t as exp(w - log(unit)) <= t.
         blocks, constant = blocks_of(1.0)
         first = np.array([[1.0], [0.0], [0.0]])
         rows = [(columns, first * m) for columns, m in blocks]
-        sides = np.array([float(constant[0]), 0.0, 0.0])
-        ones = np.array([-math.log(unit), 1.0, 0.0])
+        sides = np.concatenate([constant, np.zeros((count, 2))], axis=1)
+        ones = np.array([-np.log(unit), 1.0, 0.0])
         if scale is None:
             sides = sides + ones
         else:
-            rows.append((scale, ones[:, None]))
-        rows.append((t, first[::-1]))
-        return program.add_rows(Cone.EXPONENTIAL, rows, sides)
+            rows.append((scale[:, None], each(ones)))
+        rows.append((t[:, None], each(first[::-1, 0])))
+        return program.add_blocks(Cone.EXPONENTIAL, rows, sides)
     if kind == "quotient":
         # |w|^2 <= s t as |(t - s, 2 w)| <= t + s.
-        size = _sizes(kind, most)
-        factors = np.full((len(most), 1), 1.0 / math.sqrt(unit * size))
-        factors[0] = 1.0 / size
+        size = _divisors(most)
+        factors = np.repeat(1.0 / np.sqrt(unit * size)[:, None], k, axis=1)
+        factors[:, 0] = 1.0 / size
         blocks, constant = blocks_of(factors)
-        rows = [(columns, np.concatenate([m[:1], -m[:1], 2.0 * m[1:]])) for columns, m in blocks]
-        sides = np.concatenate([constant[:1], -constant[:1], 2.0 * constant[1:]])
-        rows.append((t, np.eye(len(sides))[:, :2].sum(axis=1, keepdims=True)))
-        return program.add_rows(Cone.SECOND_ORDER, rows, sides)
+        rows = [
+            (columns, np.concatenate([m[:, :1], -m[:, :1], 2.0 * m[:, 1:]], axis=1))
+            for columns, m in blocks
+        ]
+        sides = np.concatenate([constant[:, :1], -constant[:, :1], 2.0 * constant[:, 1:]], axis=1)
+        rows.append((t[:, None], each(np.arange(k + 1) < 2)))
+        return program.add_blocks(Cone.SECOND_ORDER, rows, sides)
     head = 1 if kind == "norm" else 2
     factor = 1.0 / unit if kind == "norm" else 2.0 / np.sqrt(unit)
     blocks, constant = blocks_of(factor)
-    k = len(constant)
-    rows = [(columns, np.concatenate([np.zeros((head, m.shape[1])), m])) for columns, m in blocks]
-    constant = np.append(np.zeros(head), constant)
-    rows.append((t, np.eye(k + head)[:, :head].sum(axis=1, keepdims=True)))
+    rows = [
+        (columns, np.concatenate([np.zeros((count, head, m.shape[2])), m], axis=1))
+        for columns, m in blocks
+    ]
+    sides = np.concatenate([np.zeros((count, head)), constant], axis=1)
+    rows.append((t[:, None], each(np.arange(k + head) < head)))
     if kind == "squares":
         # t scale >= |w|^2 as |(t - scale, 2 w)| <= t + scale.
-        signs = np.zeros((k + 2, 1))
+        signs = np.zeros(k + 2)
         signs[0], signs[1] = 1.0, -1.0
         if scale is None:
-            constant = constant + signs[:, 0]
+            sides = sides + signs
         else:
-            rows.append((scale, signs))
-    return program.add_rows(Cone.SECOND_ORDER, rows, constant)
+            rows.append((scale[:, None], each(signs)))
+    return program.add_blocks(Cone.SECOND_ORDER, rows, sides)
 
 
 def weights_of(kind: str, z: np.ndarray, unit: float, most: np.ndarray) -> np.ndarray:
-    """Return the slope ``(k,)`` that multipliers of `lower_atom`'s rows stand for."""
+    """Return the slopes ``(G, k)`` that multipliers of `lower_atoms`'s rows stand for."""
+    z = z.reshape(len(most), -1)
     if kind == "norm_inf":
-        k = len(z) // 2
-        return np.asarray(z[:k] - z[k:])
+        k = z.shape[1] // 2
+        return np.asarray(z[:, :k] - z[:, k:])
     if kind == "norm":
-        return -z[1:]
+        return -z[:, 1:]
     if kind == "exponential":
-        return -unit * z[:1]
+        return -unit * z[:, :1]
     if kind == "quotient":
-        size = _sizes(kind, most)
-        return np.append(
-            -unit * (z[0] - z[1]) / size, -2.0 * math.sqrt(unit / size) * np.asarray(z[2:])
-        )
-    return np.asarray(-2.0 * np.sqrt(unit) * z[2:])
+        size = _divisors(most)[:, None]
+        along = -unit * (z[:, :1] - z[:, 1:2]) / size
+        return np.concatenate([along, -2.0 * np.sqrt(unit / size) * z[:, 2:]], axis=1)
+    return np.asarray(-2.0 * np.sqrt(unit) * z[:, 2:])
 
 
 def slope_of(kind: str, w: np.ndarray) -> np.ndarray:
-    """Return a subgradient of an atom at a vector."""
+    """Return a subgradient ``(k,)`` of one atom at a vector."""
     if kind == "squares":
         return 2.0 * w
     if kind == "exponential":
@@ -127,23 +155,27 @@ def slope_of(kind: str, w: np.ndarray) -> np.ndarray:
     return np.asarray(np.sign(w[largest]) * (np.arange(len(w)) == largest))
 
 
-def minorant_of(kind: str, y: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return (y, c) with ``y . w - c`` at most the atom of w for every w, y near the given one."""
+def minorants_of(kind: str, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return (y, c), ``(G, k)`` and ``(G,)``, with ``y . w - c`` at most the atom of any w.
+
+    The slopes are near the given ones.
+    """
+    k, none = y.shape[1], np.zeros(len(y))
     if kind == "squares":
         # |w|^2 - y . w is least at y / 2; rounded up.
-        return y, 0.25 * float(y @ y) * (1.0 + (len(y) + 4) * EPSILON)
+        return y, 0.25 * np.sum(y * y, axis=1) * (1.0 + (k + 4) * EPSILON)
     if kind == "exponential":
         # exp(w) - y w is least at log(y).
-        slope = max(float(y[0]), 0.0)
-        if slope == 0.0:
-            return np.zeros(1), 0.0
-        power = math.log(slope)
-        rounding = 8.0 * EPSILON * slope * (1.0 + abs(power))
-        return np.array([slope]), slope * power - slope + rounding
+        slope = np.maximum(y[:, 0], 0.0)
+        power = np.log(np.where(slope > 0.0, slope, 1.0))
+        rounding = 8.0 * EPSILON * slope * (1.0 + np.abs(power))
+        return slope[:, None], slope * power - slope + rounding
     if kind == "quotient":
         # |w|^2 / s - q . w is least at q s / 2, where it is -|q|^2 s / 4.
-        below = -0.25 * float(y[1:] @ y[1:]) * (1.0 + (len(y) + 4) * EPSILON)
-        return np.append(min(float(y[0]), below), y[1:]), 0.0
-    length = float(np.abs(y).sum() if kind == "norm_inf" else np.linalg.norm(y))
-    most = 1.0 - 4.0 * (len(y) + 2) * EPSILON
-    return (y * (most / length) if length > most else y), 0.0
+        below = -0.25 * np.sum(y[:, 1:] ** 2, axis=1) * (1.0 + (k + 4) * EPSILON)
+        return np.column_stack([np.minimum(y[:, 0], below), y[:, 1:]]), none
+    sizes = np.abs(y)
+    length = np.sum(sizes, axis=1) if kind == "norm_inf" else np.sqrt(np.sum(y * y, axis=1))
+    most = 1.0 - 4.0 * (k + 2) * EPSILON
+    factors = np.where(length > most, most / np.where(length > most, length, 1.0), 1.0)
+    return y * factors[:, None], none

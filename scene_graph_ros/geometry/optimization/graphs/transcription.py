@@ -32,6 +32,8 @@ def as_transcriptions(value: Any, label: str) -> frozenset[Transcription]:
     """Return a set of them. Raises ConvexSetError for an empty one, and for what is none."""
     if type(value) is Transcription:
         return _ALONE[value]
+    if value is ALL_TRANSCRIPTIONS:
+        return ALL_TRANSCRIPTIONS
     some = value if isinstance(value, Iterable) and not isinstance(value, str) else [value]
     found = list(some)
     if not found or not all(isinstance(each, Transcription) for each in found):

@@ -133,8 +133,12 @@ class ConeProgram:
         cone: Cone,
         entries: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
         constant: np.ndarray,
+        cones: int = 1,
     ) -> Rows:
-        """Ask for the same of rows given by entries: their rows, columns and values, ``(k,)``."""
+        """Ask for the same of rows given by entries: their rows, columns and values, ``(k,)``.
+
+        They are in so many ``cones`` behind one another, of one size.
+        """
         first, count = self._counts[cone], len(constant)
         if not count:
             return Rows(cone, first, 0)
@@ -143,8 +147,30 @@ class ConeProgram:
         self._constants[cone].append(constant)
         self._counts[cone] += count
         if cone in self._sizes:
-            self._sizes[cone].append(count)
+            self._sizes[cone] += [count // cones] * cones
         return Rows(cone, first, count)
+
+    def add_blocks(
+        self,
+        cone: Cone,
+        blocks: Sequence[tuple[np.ndarray, np.ndarray]],
+        constants: np.ndarray,
+    ) -> Rows:
+        """Ask the same of each of G blocks of rows, in a cone of its own.
+
+        ``blocks`` are columns ``(G, k)`` and matrices ``(G, m, k)``; ``constants (G, m)``.
+        """
+        count, m = constants.shape
+        entries = []
+        for columns, matrices in blocks:
+            g, i, j = np.nonzero(matrices)
+            entries.append((g * m + i, columns[g, j], matrices[g, i, j]))
+        return self.add_entries(cone, entries, constants.ravel(), count)
+
+    @property
+    def num_variables(self) -> int:
+        """How many variables there are."""
+        return self._size
 
     @property
     def num_equations(self) -> int:
@@ -179,28 +205,34 @@ class ConeProgram:
         return A, b, q
 
     def solve(
-        self, what: str, *, is_rough: bool = False, by: SolverChoice | None = None
+        self,
+        what: str,
+        *,
+        is_rough: bool = False,
+        by: SolverChoice | None = None,
+        tolerance: float = _TOLERANCES[0],
     ) -> ConeSolution:
         """Return the optimum, or that there is none, by the solver that is chosen.
 
         Raises SolverError, which names ``what`` was asked for, where neither was found;
-        ``is_rough`` accepts larger residuals. Raises ConvexSetError for what the chosen solver
-        does not solve, and for options that it has not.
+        ``is_rough`` accepts larger residuals, and is asked for ``tolerance`` first, relative and
+        absolute. Raises ConvexSetError for what the chosen solver does not solve, and for options
+        that it has not.
         """
         A, b, q = self.matrices()
         offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
         best: tuple[float, Any] = (np.inf, None)
         ways = [(tolerance, by) for tolerance in _tolerances(by)]
         if is_rough and by is None:
-            ways.insert(0, (_TOLERANCES[0], _UNREFINED))
-        for tolerance, way in ways:
-            found = _ask(A, b, q, (self._counts, self._sizes), tolerance, what, way)
+            ways.insert(0, (tolerance, _UNREFINED))
+        for asked, way in ways:
+            found = _ask(A, b, q, (self._counts, self._sizes), asked, what, way)
             x, z, s = (np.asarray(each) for each in (found.x, found.z, found.s))
             is_ray = "PrimalInfeasible" in str(found.status)
             residual = _residual(A, b, q, (x, z, s), is_ray)
             if residual < best[0] and (is_ray or "DualInfeasible" not in str(found.status)):
                 best = residual, (is_ray, x, z)
-            enough = _TRUSTED_ROUGH if way is _UNREFINED else _ACCEPTED
+            enough = max(_TRUSTED_ROUGH, 10.0 * asked) if way is _UNREFINED else _ACCEPTED
             is_sure = is_ray or is_rough or str(found.status) == "Solved"
             if residual <= enough and is_sure:
                 break
@@ -319,7 +351,8 @@ def _ask_clarabel(
     for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
         setattr(settings, name, tolerance)
     given = {} if options is None else options
-    check_names(given, [n for n in dir(settings) if n[0] != "_"], "solver 'clarabel'")
+    if given and options is not _UNREFINED.options:
+        check_names(given, [n for n in dir(settings) if n[0] != "_"], "solver 'clarabel'")
     try:
         for name, value in given.items():
             setattr(settings, name, value)

@@ -21,7 +21,7 @@ from scene_graph_ros.geometry.optimization import (
     VPolytope,
 )
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_paths, Potentials
-from scene_graph_ros.geometry.optimization.graphs.edge_terms import Multipliers
+from scene_graph_ros.geometry.optimization.graphs.edge_table import Multipliers
 from scene_graph_ros.geometry.optimization.solve import cone_program
 
 RELAXED = GraphOfConvexSetsOptions(convex_relaxation=True)

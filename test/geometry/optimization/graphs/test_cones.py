@@ -30,7 +30,7 @@ from scene_graph_ros.geometry.optimization import (
     sum_squares,
     Transcription,
 )
-from scene_graph_ros.geometry.optimization.graphs.term_atoms import minorant_of
+from scene_graph_ros.geometry.optimization.graphs.term_atoms import minorants_of
 from scene_graph_ros.geometry.optimization.graphs.term_cones import into_dual
 
 ROOT_2, ROOT_3 = math.sqrt(2.0), math.sqrt(3.0)
@@ -285,7 +285,9 @@ def test_minorants_are_below_for_every_point(kind):
     with mpmath.workdps(50):
         for _ in range(300):
             size = 1 if kind == "exponential" else 3
-            y, c = minorant_of(kind, 10.0 ** rng.uniform(-3.0, 2.0) * rng.normal(size=size))
+            given = 10.0 ** rng.uniform(-3.0, 2.0) * rng.normal(size=(2, size))
+            # One of two at once.
+            (_, y), (_, c) = minorants_of(kind, given)
             at = [mpmath.mpf(v) for v in rng.uniform(-5.0, 5.0, size).tolist()]
             if kind == "exponential":
                 at = [mpmath.log(mpmath.mpf(float(y[0])))] if y[0] > 0.0 else at
@@ -298,7 +300,10 @@ def test_minorants_are_below_for_every_point(kind):
             else:
                 at = [mpmath.mpf(v) / 2 for v in y.tolist()]
                 value = sum(v * v for v in at)
-            assert sum(mpmath.mpf(v) * w for v, w in zip(y.tolist(), at, strict=True)) - c <= value
+            assert (
+                sum(mpmath.mpf(v) * w for v, w in zip(y.tolist(), at, strict=True)) - float(c)
+                <= value
+            )
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,131 @@
+"""The table of what edges cost and ask, from the expressions that were given."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable, Family
+from scene_graph_ros.geometry.optimization.graphs.edge_terms import Layout
+from scene_graph_ros.geometry.optimization.graphs.expressions import Affine, Constraint, Cost
+from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet, reach_of
+
+__all__ = ["EdgeSource", "table_of"]
+
+_NEGATIVE = 1e-12
+"""Relative to the terms of a cost: how far below 0 rounding may take its least value."""
+
+
+class EdgeSource(NamedTuple):
+    """What an edge is made of: its costs, its constraints, its two sets with their numbers."""
+
+    costs: Sequence[Cost]
+    constraints: Sequence[Constraint]
+    u: tuple[int, PlacedSet]
+    v: tuple[int, PlacedSet]
+    label: str
+
+    def in_order(self) -> _Ordered:
+        """Return its expressions in the order of a layout's rows, and what they are."""
+        atoms = [atom for cost in self.costs for atom in cost.atoms]
+        flat = [c for c in self.constraints if c.cone is None]
+        equations = [c.rows for c in flat if c.is_equation]
+        inequalities = [c.rows for c in flat if not c.is_equation]
+        in_cones = [c for c in self.constraints if c.cone is not None]
+        layout = Layout(
+            tuple(atom.kind for atom in atoms),
+            tuple(len(atom.of) for atom in atoms),
+            sum(len(each) for each in equations),
+            sum(len(each) for each in inequalities),
+            tuple(c.cone for c in in_cones if c.cone is not None),
+            tuple(len(c.rows) for c in in_cones),
+        )
+        before = tuple(atom.of for atom in atoms)
+        after = (*equations, *inequalities, *(c.rows for c in in_cones))
+        return _Ordered(layout, before, tuple(cost.rest for cost in self.costs), after)
+
+
+class _Ordered(NamedTuple):
+    """Expressions of atoms, of linear costs, which are added up, and of constraints."""
+
+    layout: Layout
+    atoms: tuple[Affine, ...]
+    rests: tuple[Affine, ...]
+    constraints: tuple[Affine, ...]
+
+
+def table_of(sources: Sequence[EdgeSource]) -> EdgeTable:
+    """Return the table of edges, in their order.
+
+    Raises ConvexSetError, which names the edge, where a linear cost may be negative.
+    """
+    alike: dict[Any, list[tuple[int, _Ordered]]] = {}
+    for k, source in enumerate(sources):
+        parts = source.in_order()
+        lengths = tuple(len(each) for each in parts.constraints)
+        shapes = source.u[1].S.shape, source.v[1].S.shape
+        key = (parts.layout, len(parts.rests), lengths, shapes)
+        alike.setdefault(key, []).append((k, parts))
+    return EdgeTable(
+        [
+            _family(np.array([k for k, _ in some]), [sources[k] for k, _ in some], some)
+            for some in alike.values()
+        ]
+    )
+
+
+def _family(
+    edges: np.ndarray, sources: Sequence[EdgeSource], some: Sequence[tuple[int, _Ordered]]
+) -> Family:
+    layout = some[0][1].layout
+    ends = [
+        ([number for number, _ in some_ends], [placed for _, placed in some_ends])
+        for some_ends in ([s.u for s in sources], [s.v for s in sources])
+    ]
+    centers = [np.array([placed.center for placed in sets])[:, :, None] for _, sets in ends]
+
+    def rows(of: Sequence[Affine]) -> list[np.ndarray]:
+        """Return Mu, Mv, m and its size, of as many rows as each of some expressions has."""
+        constant = np.array([each.constant for each in of])
+        found, size = [], np.abs(constant)
+        for (numbers, _), center in zip(ends, centers, strict=True):
+            none = np.zeros((constant.shape[1], center.shape[1]))
+            M = np.array([e.terms.get(k, none) for e, k in zip(of, numbers, strict=True)])
+            constant = constant + (M @ center)[:, :, 0]
+            size = size + (np.abs(M) @ np.abs(center))[:, :, 0]
+            found.append(M)
+        return [*found, constant, size]
+
+    def column(which: str) -> list[list[np.ndarray]]:
+        parts = [getattr(each, which) for _, each in some]
+        return [rows(of) for of in zip(*parts, strict=True)]
+
+    shapes = ((len(edges), 1, center.shape[1]) for center in centers)
+    none = [np.zeros(shape) for shape in (*shapes, (len(edges), 1), (len(edges), 1))]
+    rest = [np.sum(each, axis=0) for each in zip(none, *column("rests"), strict=True)]
+    blocks = [*column("atoms"), rest, *column("constraints")]
+    arrays = [np.concatenate(each, axis=1) for each in zip(*blocks, strict=True)]
+    family = Family(edges, layout, ends[0][1], ends[1][1], *arrays)
+    _check_linear(family, rest, [source.label for source in sources])
+    return family
+
+
+def _check_linear(family: Family, rest: Sequence[np.ndarray], labels: Sequence[str]) -> None:
+    """Raise ConvexSetError where a linear cost is negative at some points of the sets."""
+    Mu, Mv, m, size = (each[:, 0] for each in rest)
+    low, terms = m.copy(), size.copy()
+    for sets, M, half in ((family.tails, Mu, family.half_u), (family.heads, Mv, family.half_v)):
+        terms += np.sum(np.abs(M) * half, axis=1)
+        some = np.flatnonzero(M.any(axis=1)).tolist()
+        if len(some):
+            low[some] -= reach_of([sets[k] for k in some], -M[some], half[some])[0]
+    bad = np.flatnonzero(low < -_NEGATIVE * terms)
+    if len(bad):
+        k = int(bad[0])
+        raise ConvexSetError(
+            f"{labels[k]}: the linear part of the cost is {low[k]:.6g} at some points of the sets;"
+            " costs must be at least 0 on all of both sets"
+        )
