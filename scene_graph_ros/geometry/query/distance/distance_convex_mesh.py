@@ -37,6 +37,7 @@ from scene_graph_ros.geometry.query.distance.contact_normal import (
     triangle_core,
 )
 from scene_graph_ros.geometry.query.distance.triangle_search import (
+    nearest_on_hull,
     plane_of_core,
     search_triangles,
 )
@@ -188,8 +189,14 @@ def _furthest(box):
 
 
 @kernel
-def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound, allowed):
-    """Return (phi, p_MCk, p_MCm, nhat_MK_M, unique): nhat points out of the mesh into K."""
+def _distance_by_search(
+    surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, reach, allowed, plane, near
+):
+    """Do the same as ``_distance_in_mesh_frame``, by all triangles that may be near.
+
+    ``reach`` bounds the distance of the core without its radius, ``plane`` is that between the
+    core and the mesh's hull, if they are apart, and ``near`` the hull's nearest point.
+    """
     bare = (core[0], core[1], 0.0, core[3])
     box = core_bounds(bare, hulls, R_MK, p_MK)
     # Coordinates, and so distances, are as exact as the larger of the two permits.
@@ -201,14 +208,9 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
         surfaces.node_lower, surfaces.node_upper, surfaces.node_start[k], some_point
     ):
         is_inside = point_mesh(surfaces, k, size, some_point, math.inf)[0] < 0.0
-    reach = math.inf if is_inside else max(bound, 0.0) + core[2]
-    # The mesh is in its hull: what that is away from the core is no more than the distance.
-    apart, near, _, n, _, gap, _ = convex_distance(
-        mesh_core, bare, R_MK, p_MK, hulls, reach, _LOOSE * larger
-    )
-    if apart > reach if gap == math.inf else apart - gap > reach + tolerance:
-        return math.inf, p_MK, p_MK, n, False
-    around = box, plane_of_core(bare, hulls, R_MK, p_MK, scale(-1.0, n))
+    if is_inside:
+        reach = math.inf
+    around = box, plane
     within = tolerance
     for _ in range(2):
         distance, error, p_MN, n, unique, cuts, count = search_triangles(
@@ -265,6 +267,32 @@ def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_M
     if phi > -depth:
         return phi, p_MCk, p_MCm, scale(-1.0, n_hull), is_unique
     return -depth, x, axpy(depth, n, x), n, unique
+
+
+@kernel
+def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound, allowed):
+    """Return (phi, p_MCk, p_MCm, nhat_MK_M, unique): nhat points out of the mesh into K."""
+    bare = (core[0], core[1], 0.0, core[3])
+    reach = max(bound, 0.0) + core[2]
+    far = max(size, abs(p_MK[0]), abs(p_MK[1]), abs(p_MK[2]))
+    # The mesh is in its hull: what that is away from the core is no more than the distance.
+    apart, near, _, n, _, gap, _ = convex_distance(
+        mesh_core, bare, R_MK, p_MK, hulls, reach, _LOOSE * far
+    )
+    if gap == math.inf and apart > reach:
+        return math.inf, p_MK, p_MK, n, False
+    plane = plane_of_core(bare, hulls, R_MK, p_MK, scale(-1.0, n))
+    if apart - gap > _LOOSE * far:
+        sizes = reach, COINCIDENCE * far
+        is_proven, distance, p_MN, n, unique = nearest_on_hull(
+            surfaces, k, bare, mesh_core, plane, near, hulls, R_MK, p_MK, sizes, allowed
+        )
+        if is_proven:
+            phi = distance - core[2]
+            return phi, axpy(phi, n, p_MN), p_MN, n, unique
+    return _distance_by_search(
+        surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, reach, allowed, plane, near
+    )
 
 
 @merged_kernel

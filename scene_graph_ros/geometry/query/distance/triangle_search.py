@@ -19,7 +19,7 @@ from scene_graph_ros.geometry.compiled.kernel import (
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
-from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
+from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support, support
 from scene_graph_ros.geometry.narrowphase.pair import Pair, Placed, Workspace
 from scene_graph_ros.geometry.narrowphase.propose.gjk import FAR, gjk, OVERLAP
 from scene_graph_ros.geometry.query.distance.contact_normal import corners_of, triangle_core
@@ -27,7 +27,7 @@ from scene_graph_ros.geometry.query.distance.triangle_triangle import reach_of
 from scene_graph_ros.geometry.spatial.vectors import dot, scale
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
-__all__ = ["plane_of_core", "search_triangles"]
+__all__ = ["nearest_on_hull", "plane_of_core", "search_triangles"]
 
 _FIRST_CAPACITY = 64
 
@@ -145,6 +145,58 @@ def _noted(cuts, count, t):
         cuts = longer
     cuts[count] = t
     return cuts
+
+
+@inlined_kernel
+def _foremost_of_leaf(surfaces, node, n):
+    """Return the place in the order of the triangle of a leaf that reaches furthest along n."""
+    left, right = surfaces.node_left[node], surfaces.node_right[node]
+    best, highest = -1 - left, -math.inf
+    for slot in range(-1 - left, -1 - left + right):
+        triangle = triangle_core(surfaces.vertices, surfaces.triangles, surfaces.order[slot])
+        front = _triangle_front(triangle[3], n)
+        if front > highest:
+            best, highest = slot, front
+    return best
+
+
+@merged_kernel
+def nearest_on_hull(surfaces, k, core, mesh_core, plane, near, hulls, R_MK, p_MK, sizes, allowed):
+    """Return (is proven, distance, p_MN, n, unique) of a bare core and a triangle of surface k.
+
+    It is one beside a point ``near``, and proven to be the nearest if all of the mesh's convex
+    hull is behind it, seen from the core. ``plane`` is one that is in front of the hull, as
+    ``plane_of_core`` has it; ``sizes`` are how far it may be, and the rounding of distances.
+    """
+    bound, rounding = sizes
+    across, behind = plane
+    passed, nearest, nearest_triangle = bound + rounding, math.inf, -1
+    p_MN, n, is_unique = p_MK, across, True
+    node = _leaf_near(surfaces, surfaces.node_start[k], near)
+    first = _foremost_of_leaf(surfaces, node, across)
+    left, right = surfaces.node_left[node], surfaces.node_right[node]
+    for trial in range(-1, right):
+        slot = first if trial < 0 else -1 - left + trial
+        triangle = triangle_core(surfaces.vertices, surfaces.triangles, surfaces.order[slot])
+        is_again = slot == first and trial >= 0
+        if is_again or behind - _triangle_front(triangle[3], across) > passed:
+            continue
+        best = min(bound, nearest + rounding)
+        distance, a, _, m, unique, _, _ = convex_distance(
+            triangle, core, R_MK, p_MK, hulls, best, allowed
+        )
+        if distance > best:
+            continue
+        t, m = surfaces.order[slot], scale(-1.0, m)
+        new, old = (distance, t, a, m), (nearest, nearest_triangle, p_MN, n)
+        if nearest_triangle < 0 or _is_closer(surfaces, new, old, rounding):
+            nearest, nearest_triangle, p_MN, n, is_unique = distance, t, a, m, unique
+            across, behind = plane_of_core(core, hulls, R_MK, p_MK, m)
+            passed = nearest - rounding
+    if nearest_triangle < 0:
+        return False, nearest, p_MN, n, is_unique
+    x, _ = support(mesh_core, hulls, n)
+    return dot(n, x) <= behind - nearest + rounding, nearest, p_MN, n, is_unique
 
 
 @merged_kernel
