@@ -124,7 +124,7 @@ def _print_clearances(scene: str, checker: SceneGraphCollisionChecker, count: in
     print(f"{'clearance within':26} {'microseconds':>13} {'rows':>7} {'Drake takes':>12}")
     for influence in _INFLUENCES:
         found = _clearances(engines, q, influence)
-        theirs = found[-1][0] if names[-1] == DrakeEngine.name else np.nan
+        theirs = found[2][0] if len(found) > 2 else np.nan
         for name, (each, rows) in zip(names, found, strict=True):
             print(f"{influence:4} m, {name:18} {each:13.1f} {rows:7.2f} {theirs / each:11.1f}x")
 
