@@ -12,11 +12,18 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
-from scene_graph_ros.geometry.compiled.lanes import load_lanes, store_lanes
+from scene_graph_ros.geometry.compiled.lanes import (
+    all_of,
+    every,
+    larger,
+    load_lanes,
+    root,
+    store_lanes,
+)
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
-from scene_graph_ros.planning.still_kernels import WORD
+from scene_graph_ros.planning.still_kernels import least_of, WORD
 from scene_graph_ros.planning.still_tree import StillNodes
 from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints
 
@@ -148,43 +155,30 @@ def place_bodies(tree, bodies, q, first, X_WB, places):
 
 
 @inlined_kernel
-def _ball_to_box(bodies, a, b, places, sure):
-    """Raise ``sure`` to the distance of A's ball from B's box, for LANES configurations.
-
-    Returns the least.
-    """
-    least = math.inf
-    X, center, radius = places.X_WG[b], places.centers[a], bodies.radii[a]
+def _from_box(bodies, a, b, places):
+    """Return how far A's ball is from B's box, for LANES configurations; negative in it."""
+    X, center = places.X_WG[b], places.centers[a]
     lower, upper = bodies.lower[b], bodies.upper[b]
-    lx, ly, lz = lower[0], lower[1], lower[2]
-    ux, uy, uz = upper[0], upper[1], upper[2]
-    for k in range(LANES):
-        x, y, z = center[0, k] - X[3, k], center[1, k] - X[7, k], center[2, k] - X[11, k]
-        bx = X[0, k] * x + X[4, k] * y + X[8, k] * z
-        by = X[1, k] * x + X[5, k] * y + X[9, k] * z
-        bz = X[2, k] * x + X[6, k] * y + X[10, k] * z
-        dx = max(max(lx - bx, bx - ux), 0.0)
-        dy = max(max(ly - by, by - uy), 0.0)
-        dz = max(max(lz - bz, bz - uz), 0.0)
-        sure[k] = max(sure[k], math.sqrt(dx * dx + dy * dy + dz * dz) - radius)
-        least = min(least, sure[k])
-    return least
+    x = load_lanes(center, 0) - load_lanes(X, 3 * LANES)
+    y = load_lanes(center, LANES) - load_lanes(X, 7 * LANES)
+    z = load_lanes(center, 2 * LANES) - load_lanes(X, 11 * LANES)
+    square = every(0.0)
+    for i in range(3):
+        along = load_lanes(X, i * LANES) * x + load_lanes(X, (4 + i) * LANES) * y
+        along = along + load_lanes(X, (8 + i) * LANES) * z
+        beyond = larger(larger(lower[i] - along, along - upper[i]), 0.0)
+        square = square + beyond * beyond
+    return root(square) - bodies.radii[a]
 
 
 @inlined_kernel
-def _between_centers(bodies, a, b, places, squares):
-    """Write how far two balls' centres are apart, squared, for LANES; return the least."""
+def _between_centers(bodies, a, b, places):
+    """Return how far two balls' centres are apart, squared, for LANES configurations."""
     center, other = places.centers[a], places.centers[b]
-    least = math.inf
-    for k in range(LANES):
-        x, y, z = (
-            center[0, k] - other[0, k],
-            center[1, k] - other[1, k],
-            center[2, k] - other[2, k],
-        )
-        squares[k] = x * x + y * y + z * z
-        least = min(least, squares[k])
-    return least
+    x = load_lanes(center, 0) - load_lanes(other, 0)
+    y = load_lanes(center, LANES) - load_lanes(other, LANES)
+    z = load_lanes(center, 2 * LANES) - load_lanes(other, 2 * LANES)
+    return x * x + y * y + z * z
 
 
 @inlined_kernel
@@ -194,15 +188,15 @@ def sure_distances(bodies, a, b, places, enough):
     Else -inf, and ``places.sure`` has what each is apart at least, -inf where nothing is sure. No
     more is found out than that it is ``enough``.
     """
-    sure, radii = places.sure, bodies.radii[a] + bodies.radii[b]
-    least = math.sqrt(_between_centers(bodies, a, b, places, sure)) - radii
+    radii = bodies.radii[a] + bodies.radii[b]
+    squares = _between_centers(bodies, a, b, places)
+    least = math.sqrt(least_of(squares)) - radii
     if least >= enough:
         return least
-    for k in range(LANES):
-        sure[k] = math.sqrt(sure[k]) - radii
-    least = _ball_to_box(bodies, a, b, places, sure)
-    if least < enough and bodies.radii[b] < math.inf:
-        _ball_to_box(bodies, b, a, places, sure)
+    sure = larger(_from_box(bodies, a, b, places), root(squares) - radii)
+    if bodies.radii[b] < math.inf and not all_of(sure >= enough):
+        sure = larger(_from_box(bodies, b, a, places), sure)
+    store_lanes(places.sure, 0, sure)
     return -math.inf
 
 

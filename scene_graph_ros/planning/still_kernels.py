@@ -3,9 +3,10 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
-from scene_graph_ros.robots.tree_kernels import LANES
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, smaller
+from scene_graph_ros.geometry.tables.vertex_scan import half_ahead, quarter_ahead
 
-__all__ = ["WORD", "find_near"]
+__all__ = ["WORD", "find_near", "least_of"]
 
 WORD = 8
 """Marks, each a byte, that are looked at as one number."""
@@ -15,13 +16,22 @@ _MARGIN = 1.0 + 1e-12
 
 
 @inlined_kernel
+def least_of(lanes):
+    """Return the least number of lanes."""
+    lanes = smaller(lanes, half_ahead(lanes))
+    lanes = smaller(lanes, quarter_ahead(lanes))
+    return min(lanes[0], lanes[1])
+
+
+@inlined_kernel
 def _square_from(center, x, y, z):
     """Return how far a point is at least from a body's centre in LANES configurations, squared."""
-    least = math.inf
-    for k in range(LANES):
-        dx, dy, dz = center[0, k] - x, center[1, k] - y, center[2, k] - z
-        least = min(least, dx * dx + dy * dy + dz * dz)
-    return least
+    dx, dy, dz = (
+        load_lanes(center, 0) - x,
+        load_lanes(center, LANES) - y,
+        load_lanes(center, 2 * LANES) - z,
+    )
+    return least_of(dx * dx + dy * dy + dz * dz)
 
 
 @inlined_kernel
