@@ -288,6 +288,36 @@ def test_scaling_to_touch():
     assert inside == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+@pytest.mark.parametrize("n", [1, 2, 3, 6])
+def test_scaling_to_touch_what_is_built_to_touch(n, size):
+    """A half space, a wedge and a hull beyond a plane that touches the ellipsoid at one point."""
+    rng = np.random.default_rng(n)
+    turn, _ = np.linalg.qr(rng.normal(size=(n, n)))
+    radii = size * 10.0 ** rng.uniform(-2.0, 1.0, n)
+    center = 10.0 * size * rng.normal(size=n)
+    ellipsoid = Hyperellipsoid((turn / radii).T, center)
+    factor = 3.7
+    u = rng.normal(size=n)
+    u /= np.linalg.norm(u)
+    x = center + factor * turn @ (radii * u)  # on the surface of the scaled one
+    outward = turn @ (u / radii)
+    outward /= np.linalg.norm(outward)
+    side = outward @ x
+    others = rng.normal(size=(2 * n, n)) + 2.0 * outward
+    beyond = x + size * rng.uniform(0.1, 1.0, (12, 1)) * (others[rng.integers(0, 2 * n, 12)])
+    beyond += np.maximum(side - beyond @ outward, 0.0)[:, None] * 1.5 * outward
+    wedge = HPolyhedron(np.vstack([-outward, -others]), np.append(-side, -others @ x))
+    sets = [HPolyhedron(-outward[None], [-side]), wedge, VPolytope(np.vstack([x, beyond]))]
+    for other in sets:
+        found, touching = ellipsoid.minimum_uniform_scaling_to_touch(other)
+        assert found == pytest.approx(factor, rel=1e-9)
+        np.testing.assert_allclose(touching, x, atol=1e-4 * radii.max())
+        assert other.point_in_set(touching, tol=1e-9 * size)
+    curved = Intersection(wedge, Hyperellipsoid.make_hypersphere(1e3 * size, x))
+    assert ellipsoid.minimum_uniform_scaling_to_touch(curved)[0] == pytest.approx(factor, rel=1e-6)
+
+
 def exactly_inside(found, A, b):
     """Tell in fractions whether ``a.c + |B' a| <= b`` for all rows."""
     for row, side in zip(A, b, strict=True):

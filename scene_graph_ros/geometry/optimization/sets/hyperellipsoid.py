@@ -159,7 +159,12 @@ class Hyperellipsoid(ConvexSet):
                 " in at least one dimension"
             )
         from scene_graph_ros.geometry.optimization.sets.generic import nearest_in_form
+        from scene_graph_ros.geometry.optimization.sets.nearest_by_image import nearest_by_image
 
+        axes, radii = self._axes
+        quick = nearest_by_image(other, self._A, self._center, axes * radii)
+        if quick is not None:
+            return quick
         distance, point, _ = nearest_in_form(other, self._A, self._center)
         return distance, point
 

@@ -55,10 +55,28 @@ def distances_outside(A: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.nd
     return np.maximum(result, 0.0, out=result)
 
 
+def _scaled(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """Return inequalities times powers of two, so that their largest entries are about 1."""
+    exponents = rows.exponents[0]
+    return np.ldexp(rows.A, exponents[:, None]), np.ldexp(rows.b, exponents)
+
+
+def nearest_with_multipliers(
+    rows: Rows, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """Return the nearest points ``(p, n)`` of inequalities that have a point, and multipliers.
+
+    These ``(p, m)`` are at least 0, and with the rows add up to the ways from the nearest points,
+    to rounding. None where one of the points was not found.
+    """
+    A, b = _scaled(rows)
+    nearest, y, failed = project_points(A, b, 0, points)
+    return None if failed >= 0 else (nearest, np.ldexp(np.maximum(y, 0.0), rows.exponents[0]))
+
+
 def nearest_of_rows(rows: Rows, points: np.ndarray) -> Projection | int:
     """Return the nearest points of inequalities that have a point, or at which point it fails."""
-    A = np.ldexp(rows.A, rows.exponents[0][:, None])
-    b = np.ldexp(rows.b, rows.exponents[0])
+    A, b = _scaled(rows)
     nearest, y, failed = project_points(A, b, 0, points)
     if failed >= 0:
         return failed

@@ -157,6 +157,8 @@ def share_of_way(cone: Cone, inner: np.ndarray, outer: np.ndarray) -> float:
     if root < 0.0:
         return 1.0
     root = np.sqrt(root)
+    if b == root == 0.0:
+        return 0.0  # from the tip of a cone it leads out at once
     at = -c / (b + root) if b >= 0.0 else (root - b) / a
     return min(1.0, float(at)) if at >= 0.0 else 1.0
 
