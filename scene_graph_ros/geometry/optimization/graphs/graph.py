@@ -145,13 +145,12 @@ class GraphOfConvexSets:
     def solve_convex_restriction(
         self,
         active_edges: Sequence[Edge],
-        initial_guess: GraphOfConvexSetsResult | Mapping[Vertex, Any] | None = None,
         options: GraphOfConvexSetsOptions | None = None,
+        initial_guess: GraphOfConvexSetsResult | Mapping[Vertex, Any] | None = None,
     ) -> GraphOfConvexSetsResult:
         """Return the best points of one path, given by its edges in order.
 
         Of the options ``restriction_solver`` counts, and ``solver`` where it is not given.
-
 
         With functions that need not be convex, the best that were found near those of the convex
         part, or near ``initial_guess``: points ``(n,)`` of all its vertices, or a result that has

@@ -66,7 +66,7 @@ def lower_atoms(
     program.add_cost(t, np.ones(count))
 
     def each(rows: np.ndarray) -> np.ndarray:
-        return np.broadcast_to(rows[None, :, None], (count, len(rows), 1))
+        return np.ones((count, 1, 1)) * rows[:, None]
 
     if kind == "norm_inf":
         blocks, constant = blocks_of(1.0 / unit)

@@ -189,9 +189,9 @@ def test_a_guess_says_on_which_side(side):
     graph, (s, m, t), edges = through(Hyperrectangle([1.9, -2.0], [2.1, 2.0]))
     m.add_constraint(FunctionConstraint(outside_of_a_circle, 1.0, 9.0), RESTRICTION)
     guess = {s: [0.0, 0.0], m: [2.0, 1.5 * side], t: [4.0, 0.0]}
-    found = graph.solve_convex_restriction(edges, guess)
+    found = graph.solve_convex_restriction(edges, None, guess)
     assert found.points[1][1] * side > 0.9
-    again = graph.solve_convex_restriction(edges, found)
+    again = graph.solve_convex_restriction(edges, None, found)
     assert again.cost == pytest.approx(found.cost, rel=1e-9)
 
 

@@ -205,7 +205,9 @@ def test_functions_may_make_up_for_the_length_of_a_way():
     line = graph.add_vertex(HPolyhedron(np.zeros((0, 1)), np.zeros(0)))
     edges = [joined(graph, start, line), joined(graph, line, goal)]
     line.add_cost(lambda x: -10.0 * math.exp(-10.0 * (x[0] - 1.0) ** 2), Transcription.RESTRICTION)
-    found = graph.solve_convex_restriction(edges, {start: [0.0], line: [0.8], goal: [0.0]})
+    found = graph.solve_convex_restriction(
+        edges, initial_guess={start: [0.0], line: [0.8], goal: [0.0]}
+    )
     # 2 = 200 (1 - x) exp(...) where the slopes meet, next to 1.
     x = found.points[1][0]
     assert pytest.approx(200.0 * (1.0 - x) * math.exp(-10.0 * (x - 1.0) ** 2), rel=1e-2) == 2.0
