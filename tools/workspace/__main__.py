@@ -58,7 +58,10 @@ def _build(setup: Setup) -> None:
         "-DBUILD_TESTING=OFF",
     ]
     colcon: list[str | Path] = [_VENV / "bin" / "colcon", "--log-base", _WORKSPACE / "log"]
-    setup.run([*colcon, "build", *folders, *cmake], environment_variables(_VENV))
+    # Else colcon has one thing compiled at a time while others are at work on the machine.
+    jobs = str(os.cpu_count() or 1)
+    parallel = {"MAKEFLAGS": f"-j{jobs}", "CMAKE_BUILD_PARALLEL_LEVEL": jobs}
+    setup.run([*colcon, "build", *folders, *cmake], {**environment_variables(_VENV), **parallel})
 
 
 def sourced(script: Path, environment: Mapping[str, str]) -> dict[str, str]:
