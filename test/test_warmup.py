@@ -9,6 +9,7 @@ import sys
 
 import pytest
 
+from scene_graph_ros.warmup import compiler
 from scene_graph_ros.warmup.__main__ import main
 from scene_graph_ros.warmup.groups import GROUPS
 
@@ -36,6 +37,19 @@ def test_no_query_compiles_after_the_warm_up():
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     assert done.stdout.startswith(f"kernels ({', '.join(GROUPS)}) are ready in ")
     assert " late)" not in done.stdout, done.stdout
+
+
+def test_what_is_built_on_others_is_compiled_after_them(monkeypatch):
+    """What builds on nothing that takes long is compiled beside the last of the main job."""
+    monkeypatch.setattr(compiler, "is_ready", lambda group: False)
+    first, then, last = compiler.Compiler(GROUPS.values())._stages()
+    main, apart = GROUPS["main"], ("cameras", "convex")
+    expected = [*main.tasks, *(task for name in apart for task in GROUPS[name].tasks)]
+    assert [task.function for task in first] == expected
+    built_on_it = [g for name, g in GROUPS.items() if name not in ("main", *apart)]
+    expected = [*main.checks, *(task for group in built_on_it for task in group.tasks)]
+    assert [task.function for task in then] == expected
+    assert last == []
 
 
 _GROUPS = """

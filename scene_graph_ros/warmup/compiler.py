@@ -87,7 +87,10 @@ class Compiler:
                 process.kill()
 
     def _stages(self) -> Iterator[list[_Task]]:
-        """Yield what is to be done side by side: first what all other kernels are built on."""
+        """Yield what is to be done side by side: first what all other kernels are built on.
+
+        With its last kernels, which take long, go those that are not built on them.
+        """
         foundation, rest, last = list[_Task](), list[_Task](), list[_Task]()
         for group in self._groups:
             is_main = group.name == MAIN
@@ -96,7 +99,7 @@ class Compiler:
             if is_ready(group.name):
                 rest += checks or [_Task(group.name, each, True) for each in group.tasks]
             else:
-                (foundation if is_main else rest).extend(tasks)
+                (foundation if is_main or group.is_apart else rest).extend(tasks)
                 (rest if is_main else last).extend(checks)
         yield from (foundation, rest, last)
 

@@ -22,13 +22,14 @@ class KernelGroup:
     side, the slowest first. What is a part of another's work stands where that is not there yet.
     ``checks`` ask everything after them and find nothing to compile; the tasks themselves where
     there are none. The modules import what declares the kernels, so that they can be counted
-    beforehand.
+    beforehand. ``is_apart`` says that it builds on nothing of the main job that takes long.
     """
 
     name: str
     what: str
     tasks: tuple[str, ...]
     checks: tuple[str, ...] = ()
+    is_apart: bool = False
 
 
 _HERE = "scene_graph_ros.warmup"
@@ -58,7 +59,11 @@ GROUPS: dict[str, KernelGroup] = {
             "deformable contact",
             (f"{_HERE}.deformable:find_deformable_contact",),
         ),
-        KernelGroup("cameras", "images of cameras", (f"{_HERE}.cameras:render_images",)),
-        KernelGroup("convex", "convex sets", (f"{_HERE}.convex_sets:ask_convex_sets",)),
+        KernelGroup(
+            "cameras", "images of cameras", (f"{_HERE}.cameras:render_images",), is_apart=True
+        ),
+        KernelGroup(
+            "convex", "convex sets", (f"{_HERE}.convex_sets:ask_convex_sets",), is_apart=True
+        ),
     )
 }

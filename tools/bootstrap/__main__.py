@@ -52,13 +52,18 @@ def _interfaces(
     )
 
 
-def _kernels(setup: Setup, venv: Path, wheels: str, name: str, *options: str) -> None:
-    """Compile kernels now, so that no query ever does; they are kept in the user's cache."""
+def _kernels(setup: Setup, venv: Path, wheels: str, name: str, options: list[str] | None) -> None:
+    """Compile kernels now, so that no query ever does; they are kept in the user's cache.
+
+    Without ``options`` there is nothing to do any more but to remember it.
+    """
     python = venv / "bin" / "python"
     record = venv / "setup" / "kernel_cache"
     ask = "from scene_graph_ros.geometry.compiled.cache import cache_root; print(cache_root())"
 
     def compile_kernels() -> None:
+        if options is None:
+            return
         # Without ROS's libraries, which may be half installed when these begin.
         env = {**os.environ, "_ROS_WHEELS_BOOTSTRAP_COMPLETE": "1"}
         setup.run([python, "-m", "scene_graph_ros.warmup", *options], env)
@@ -88,10 +93,12 @@ def _set_up_project(venv: Path, kernels: Sequence[str], *beside: Callable[[], No
     core = _wheels(setup, venv, "core")
 
     def compile_kernels() -> None:
+        # All at once: the last ones of the main job do not keep all processors busy.
+        is_all = "all" in kernels
+        if is_all:
+            _kernels(setup, venv, core, "kernels on demand", ["--all"])
         if "main" in kernels:
-            _kernels(setup, venv, core, "kernels")
-        if "all" in kernels:
-            _kernels(setup, venv, core, "kernels on demand", "--all")
+            _kernels(setup, venv, core, "kernels", None if is_all else [])
 
     setup.side_by_side(compile_kernels, lambda: _install_ros(setup, venv), *beside)
     environment.link_project(_ROOT, venv, with_ros=True)
