@@ -18,7 +18,6 @@ from scene_graph_ros.planning.certified.monomials import Monomials
 from scene_graph_ros.planning.certified.pair_side import Side
 
 __all__ = [
-    "beside",
     "exact_residuals",
     "float_residuals",
     "gram_sums",
@@ -27,24 +26,14 @@ __all__ = [
 ]
 
 
-def beside(side: Side, numerators: NDArray[Any], plane: NDArray[Any]) -> NDArray[Any]:
-    """Return what points ``(p, 4, q)`` are beside a plane ``(4, n + 1)``, ``(p, k)``."""
-    monomials = side.monomials
-    terms = np.matmul(side.sign * plane.T, numerators)
-    result = np.zeros((len(numerators), monomials.num_monomials), dtype=terms.dtype)
-    for k, places in enumerate(monomials.shift):
-        result[:, places] += terms[:, k]
-    return result
-
-
 def gram_sums(grams: NDArray[Any], monomials: Monomials) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return what Gram matrices ``(p, r, m, m)`` of a region's bounds are, ``(p, k)``.
 
     Rows are 1, then ``1 + u`` and ``1 - u`` of each variable. Of all others there is
-    ``m(u)' G m(u)`` alone, ``(p, rest, q)``.
+    ``m(u)' G m(u)`` alone, ``(p, rest, q)``. The basis m may be the constant alone.
     """
-    count, m = monomials.shift.shape[1], len(monomials.base)
-    place = np.eye(count, dtype=np.int64)[monomials.base.reshape(-1)]
+    count, m = monomials.shift.shape[1], grams.shape[-1]
+    place = np.eye(count, dtype=np.int64)[monomials.base[:m, :m].reshape(-1)]
     products = grams.reshape(*grams.shape[:2], m * m) @ place
     bounds = 2 * len(monomials.shift) - 1
     result = np.zeros((len(grams), monomials.num_monomials), dtype=products.dtype)
@@ -59,25 +48,35 @@ def exact_residuals(
 ) -> NDArray[Any]:
     """Return numerators less what Gram matrices ``(p, r, m, m)`` show of them, times a number.
 
-    A numerator is what is not negative where a point keeps its radius and the clearance: the
-    latter comes times all ``1 + u^2``, which are at least 1, and the other terms times the
-    denominator, which is at most 1. ``rows (own, n + 1)`` are the region's own.
+    A numerator is what is not negative where a point keeps its radius and the clearance, times
+    the denominator: for the clearance times at least that, see `Side.exact_clearance`. ``rows
+    (own, n + 1)`` are the region's own.
     """
     monomials, radius = side.monomials, Fraction(side.radius)
-    sums, rest = gram_sums(
-        summable(grams.whole, grams.whole[0].size if len(grams.whole) else 1), monomials
-    )
-    points, own = side.numerators, grams.common * rows.common
+    pose, points = side.frame.coefficients, side.body.points
+    kept = side.exact_clearance(grams.whole.shape[-1])
+    sums, rest = gram_sums(summable(grams.whole, grams.whole[0].size), monomials)
+    beside, own = pose.common * plane.common * points.common, grams.common * rows.common
     common = math.lcm(
-        points.common * plane.common,
-        points.common * radius.denominator,
-        clearance.denominator,
+        beside,
+        pose.common * radius.denominator,
+        kept.common * clearance.denominator,
         own,
     )
-    result = beside(side, points.whole, plane.whole) * (common // (points.common * plane.common))
-    weight = radius.numerator * (common // (points.common * radius.denominator))
-    result[:, monomials.shift[0]] -= points.whole[:, 3] * weight
-    result[:, monomials.squares] -= clearance.numerator * (common // clearance.denominator)
+    # The plane's coordinates in J, of which there are fewer than points.
+    seen = np.matmul(plane.whole[:3].T, pose.whole[:12].reshape(3, -1))
+    seen = seen.reshape(-1, 4, len(monomials.products))
+    seen[:, 3] += np.multiply.outer(plane.whole[3], pose.whole[12])
+    seen *= side.sign * (common // beside)
+    result = np.zeros((len(points.whole), monomials.num_monomials), dtype=object)
+    for coordinates, places in zip(seen, monomials.shift, strict=True):
+        if (coordinates != 0).any():
+            result[:, places] += np.matmul(points.whole, coordinates)
+    weight = radius.numerator * (common // (pose.common * radius.denominator))
+    result[:, monomials.shift[0]] -= pose.whole[12] * weight
+    result -= kept.whole * (
+        clearance.numerator * (common // (kept.common * clearance.denominator))
+    )
     result -= sums.astype(object) * (common // grams.common)
     for k, places in enumerate(monomials.shift if len(rows.whole) else ()):
         factors = rows.whole[:, k] * (common // own)
@@ -93,13 +92,13 @@ def float_residuals(
     rows: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return the same in floats."""
-    monomials, points = side.monomials, side.float_numerators
+    monomials, points = side.monomials, side.numerators
     sums, rest = gram_sums(grams, monomials)
-    result = beside(side, points, plane) - sums
-    result[:, monomials.shift[0]] -= side.radius * points[:, 3]
-    result[:, monomials.squares] -= clearance
+    result = -sums - clearance * side.clearance(grams.shape[-1])
+    terms = np.matmul(side.sign * plane.T, points)
     for k, places in enumerate(monomials.shift):
-        result[:, places] -= np.matmul(rows[:, k], rest)
+        result[:, places] += terms[:, k] - np.matmul(rows[:, k], rest)
+    result[:, monomials.shift[0]] -= side.radius * points[:, 3]
     return np.asarray(result)
 
 

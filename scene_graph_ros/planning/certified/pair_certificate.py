@@ -35,8 +35,9 @@ class PairCertificate:
     ``plane`` has the three coordinates of the normal, then the offset, each the constant and the
     factors of u. ``clearance`` (m) is kept on both sides of it. ``normal_grams`` show that the
     normal is no longer than 1, ``grams`` that each point is beside the plane: a matrix for each
-    row of the problem. What a point's numerator is more than its matrices show must not be
-    negative, either: its constant is no less than all its other coefficients together.
+    row of the problem, in a side's basis or in the constant alone. What a point's numerator is
+    more than its matrices show must not be negative, either: its constant is no less than all its
+    other coefficients together.
     """
 
     problem: PairProblem

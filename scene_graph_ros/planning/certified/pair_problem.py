@@ -22,9 +22,10 @@ from scene_graph_ros.geometry.shapes.shape import Shape
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.exact_matrices import exact_array, ExactArray
 from scene_graph_ros.planning.certified.pair_shapes import rounded_hull
-from scene_graph_ros.planning.certified.pair_side import Side
+from scene_graph_ros.planning.certified.pair_side import BodyPoints, MovingFrame, Side
 from scene_graph_ros.planning.certified.polynomials import scaled
 from scene_graph_ros.planning.certified.rational_kinematics import (
+    PathToFrame,
     RationalForwardKinematics,
     RationalPose,
 )
@@ -118,6 +119,8 @@ class PairProblems:
         """Take the pairs of ``plan``, whose rows number them."""
         self._kinematics, self._plan = kinematics, plan
         self._inspector, self._region = inspector, region
+        self._frames: dict[tuple[PathToFrame, tuple[int, ...]], MovingFrame] = {}
+        self._bodies: dict[int, BodyPoints] = {}
 
     def make(self, pair: int) -> PairProblem:
         """Return a pair's problem.
@@ -137,7 +140,6 @@ class PairProblems:
         paths = self._kinematics.path_between(*joints, at_B=is_half_space)
         moved = [self._kinematics.positions_of(path) for path in paths]
         variables = region.variables_with(sorted({*moved[0], *moved[1]}))
-        stretches = region.stretches(variables)
         padding = float(plan.pairs.paddings[pair])
         names = tuple(self._name_of(body) for body in (a, b))
         if padding < 0.0:
@@ -146,11 +148,10 @@ class PairProblems:
             )
         sides = []
         for sign, body, path, own in zip((1, -1), (a, b), paths, moved, strict=True):
-            pose = self._kinematics.pose(self._pose_in_joint(body), path, stretches, variables)
-            hull = rounded_hull(self._shape_of(body), self._name_of(body))
-            radius = hull.radius + (padding if sign > 0 else 0.0)
-            moving = tuple(variables.index(k) for k in own)
-            sides.append(Side(sign, _scaled_pose(pose), moving, hull, radius))
+            frame = self._frame(path, tuple(own), tuple(variables))
+            points = self._points(body)
+            radius = points.hull.radius + (padding if sign > 0 else 0.0)
+            sides.append(Side(sign, frame, points, radius))
         rows = region.rows(variables)
         return PairProblem(
             (names[0], names[1]),
@@ -161,6 +162,24 @@ class PairProblems:
             tuple(scale for _, scale, _ in rows),
             _half_space(self._pose_in_joint(b)) if is_half_space else None,
         )
+
+    def _frame(
+        self, path: PathToFrame, positions: tuple[int, ...], variables: tuple[int, ...]
+    ) -> MovingFrame:
+        """Return the frame of a joint, made once for all bodies in it."""
+        key = path, variables
+        if key not in self._frames:
+            stretches = self._region.stretches(list(variables))
+            pose = self._kinematics.pose(np.eye(3, 4), path, stretches, variables)
+            moving = tuple(variables.index(k) for k in positions)
+            self._frames[key] = MovingFrame(_scaled_pose(pose), moving)
+        return self._frames[key]
+
+    def _points(self, body: int) -> BodyPoints:
+        if body not in self._bodies:
+            hull = rounded_hull(self._shape_of(body), self._name_of(body))
+            self._bodies[body] = BodyPoints(hull, self._pose_in_joint(body))
+        return self._bodies[body]
 
     def _shape_of(self, body: int) -> Shape:
         shape: Shape = self._inspector.get_shape(self._plan.geometry_ids[body])

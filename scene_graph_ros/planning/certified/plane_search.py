@@ -142,7 +142,7 @@ def _normal(n: int) -> Identities:
 
 def _points(side: Side, n: int, num_rows: int) -> Identities:
     """Return that all points of a side are beside the plane by their radius and the clearance."""
-    monomials, points = side.monomials, side.float_numerators
+    monomials, points = side.monomials, side.numerators
     constants = np.zeros((len(points), monomials.num_monomials))
     constants[:, monomials.shift[0]] = -side.radius * points[:, 3]
     factors = np.zeros((len(points), monomials.num_monomials, 4 * (n + 1) + 1))
@@ -150,5 +150,5 @@ def _points(side: Side, n: int, num_rows: int) -> Identities:
     factors[:, monomials.shift[:, :, np.newaxis], columns[:, np.newaxis, :]] = (
         side.sign * points.transpose(0, 2, 1)[:, np.newaxis]
     )
-    factors[:, monomials.squares, -1] = -1.0
+    factors[:, :, -1] = -side.clearance(len(monomials.basis))
     return Identities(monomials.base, monomials.shift, num_rows, constants, factors)

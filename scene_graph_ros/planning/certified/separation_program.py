@@ -89,7 +89,7 @@ class SeparationProgram:
         self._number = 0
         for side in problem.sides:
             shared = _SideTerms(side, self._rows)
-            points = side.float_numerators if len(side.hull.points) else ()
+            points = side.numerators if len(side.hull.points) else ()
             self.grams.append([self._add_point(shared, point) for point in points])
 
     def maximize_clearance(self) -> Solution:
@@ -157,8 +157,9 @@ class SeparationProgram:
             for column, factors in zip(self.plane[:, k], point, strict=True):
                 own = np.full(len(equations), column)
                 entries.append((equations, own, terms.side.sign * factors))
-        squares = monomials.squares
-        entries.append((squares, np.full(len(squares), self.clearance), -np.ones(len(squares))))
+        kept = terms.side.clearance(len(monomials.basis))
+        kinds = np.flatnonzero(kept)
+        entries.append((kinds, np.full(len(kinds), self.clearance), -kept[kinds]))
         constant = np.zeros(monomials.num_monomials)
         constant[monomials.shift[0]] = -terms.side.radius * point[3]
         if self._moving is not None:
