@@ -23,6 +23,9 @@ _WIDENINGS = (0.5, 0.2, 0.05)
 """Of the polytope's width, on both sides: the bounds within which it may grow in one round. Where
 planes do not suffice within wide ones, narrower ones are tried."""
 
+_ROUNDING = 1e-6
+"""Of a polytope's width, that a solver may move a face by; and of an angle."""
+
 _STEPS = (1.0, 0.9, 0.5)
 """Shares of a step that are tried until the polytope is proven."""
 
@@ -125,6 +128,7 @@ def _round(
             if solutions[-1].clearance <= 0.0:
                 return None
         C, d = grown_rows(parts, solutions, wide, scaling * inner.B, inner.center)
+        d = _not_moved_back(C, d, before.region)
     except SolverError:
         return None
     for step in _STEPS:
@@ -133,3 +137,15 @@ def _round(
         if after.is_success:
             return after
     return None
+
+
+def _not_moved_back(
+    C: NDArray[np.float64], d: NDArray[np.float64], before: TangentRegion
+) -> NDArray[np.float64]:
+    """Return sides, where faces that only rounding moves back stay where they were."""
+    polytope = before.polyhedron
+    lengths = np.linalg.norm(polytope.A, axis=1)
+    is_same = C @ (polytope.A.T / lengths) > 1.0 - _ROUNDING**2
+    old = np.where(is_same, polytope.b / lengths, np.inf).min(axis=1)
+    is_back = (old > d) & (old < d + _ROUNDING * (before.upper - before.lower).max())
+    return np.where(is_back, old, d)

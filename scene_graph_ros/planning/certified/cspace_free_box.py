@@ -59,6 +59,7 @@ class CspaceFreeBox:
         ignored_collision_pairs: Iterable[GeometryPair] = (),
         *,
         terminate_at_failure: bool = True,
+        most_clearance: bool = True,
         executor: AnyExecutor | None = None,
     ) -> PolytopeCertificate:
         """Return what is shown of a box ``(nq,)``, ``(nq,)`` within the joints' limits.
@@ -73,6 +74,7 @@ class CspaceFreeBox:
             d,
             ignored_collision_pairs,
             terminate_at_failure=terminate_at_failure,
+            most_clearance=most_clearance,
             executor=executor,
         )
 

@@ -7,6 +7,7 @@ configuration space", 2023 (C-IRIS).
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from scene_graph_ros.planning.certified.distance_search import checked_max_boxes
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
-from scene_graph_ros.planning.certified.pair_search import certified_pair
+from scene_graph_ros.planning.certified.pair_search import better_pair, certified_pair, first_proof
 from scene_graph_ros.planning.certified.polytope_certificate import (
     GeometryPair,
     PairFailure,
@@ -86,6 +87,7 @@ class CspaceFreePolytope:
         ignored_collision_pairs: Iterable[GeometryPair] = (),
         *,
         terminate_at_failure: bool = True,
+        most_clearance: bool = True,
         executor: AnyExecutor | None = None,
     ) -> PolytopeCertificate:
         """Return what is shown of ``{s: C s <= d}`` within the joints' limits.
@@ -96,12 +98,18 @@ class CspaceFreePolytope:
         ``executor``; otherwise the search ends at the first failure unless
         ``terminate_at_failure`` is False.
 
+        Of many joints and points planes that do not move are tried first. Then, with
+        ``most_clearance``, the pairs that keep least get the planes that keep most, which costs
+        most of the time there.
+
         Raises CertificateError for a polytope that is empty, flat or unbounded, numbers that are
         not finite, pairs that are not checked, and shapes that have no planes.
         """
         region = make_region(self._kinematics, C, d)
         ignored = self._ignored(ignored_collision_pairs)
-        return self._certify(region, ignored, terminate_at_failure, checked_executor(executor))
+        workers = checked_executor(executor)
+        found = self._certify(region, ignored, terminate_at_failure, workers)
+        return _with_most_clearance(found) if most_clearance else found
 
     def find_pair_certificate(
         self, geometry_pair: GeometryPair, C: ArrayLike, d: ArrayLike
@@ -149,12 +157,16 @@ class CspaceFreePolytope:
         def at(scale: float) -> PolytopeCertificate:
             height = rows @ center
             return self.find_separation_certificate_given_polytope(
-                rows, height + scale * (sides - height), pairs, executor=executor
+                rows,
+                height + scale * (sides - height),
+                pairs,
+                most_clearance=False,
+                executor=executor,
             )
 
         found = at(chosen.scale_max)
         if found.is_success:
-            return found
+            return _with_most_clearance(found)
         best = at(chosen.scale_min)
         if not best.is_success:
             return None
@@ -168,7 +180,7 @@ class CspaceFreePolytope:
                 low, best = middle, found
             else:
                 high = middle
-        return best
+        return _with_most_clearance(best)
 
     def search_with_bilinear_alternation(
         self,
@@ -198,7 +210,8 @@ class CspaceFreePolytope:
         def certify(region: TangentRegion) -> PolytopeCertificate:
             return self._certify(region, ignored, True, workers)
 
-        return alternate(start, self._kinematics.s_limits(), certify, chosen)
+        found = alternate(start, self._kinematics.s_limits(), certify, chosen)
+        return [_with_most_clearance(each) for each in found]
 
     def _problems(self, region: TangentRegion) -> PairProblems:
         return PairProblems(self._kinematics, self._plan, self._inspector, region)
@@ -233,9 +246,7 @@ class CspaceFreePolytope:
         batches = [pairs] if executor is not None else [[pair] for pair in pairs]
         for batch in batches:
             shares = [(problems.make(pair),) for pair in batch]
-            for pair, found in zip(
-                batch, in_executor(certified_pair, shares, executor), strict=True
-            ):
+            for pair, found in zip(batch, in_executor(first_proof, shares, executor), strict=True):
                 if isinstance(found, PairCertificate):
                     certificates[self._plan.ids(pair)] = found
                 else:
@@ -289,6 +300,19 @@ class CspaceFreePolytope:
                 f" {quoted(s_center)}"
             )
         return center
+
+
+def _with_most_clearance(found: PolytopeCertificate) -> PolytopeCertificate:
+    """Return better certificates of the pairs that keep least, until others keep no more."""
+    certificates = dict(found.certificates)
+    settled = set()
+    while certificates and found.is_success:
+        least = min(certificates, key=lambda pair: certificates[pair].clearance)
+        if least in settled:
+            break
+        certificates[least] = better_pair(certificates[least])
+        settled.add(least)
+    return replace(found, certificates=certificates)
 
 
 def _spread(region: TangentRegion) -> NDArray[Any]:

@@ -123,7 +123,7 @@ def are_positive_semidefinite(matrices: NDArray[Any]) -> bool:
     """
     if not np.array_equal(matrices, matrices.transpose(0, 2, 1)):
         return False
-    size = matrices.shape[1]
+    matrices, size = matrices[(matrices != 0).any(axis=(1, 2))], matrices.shape[1]
     if size == 1:
         return bool((matrices >= 0).all())
     rows = np.ascontiguousarray(np.moveaxis(matrices.astype(object), 0, -1))

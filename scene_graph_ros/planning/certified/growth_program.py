@@ -25,8 +25,9 @@ from scene_graph_ros.planning.certified.tangent_region import TangentRegion
 
 __all__ = ["grown_rows"]
 
-_LEAST_CLEARANCE = 1e-5
-"""Metres that planes keep on each side, so that the polytope can be proven afterwards."""
+_LEAST_CLEARANCE, _KEPT_CLEARANCE = 1e-5, 0.3
+"""Metres that planes keep on each side, and the share of what they had before, so that the polytope
+can be proven afterwards, and can grow on."""
 
 _LEAST_NORMAL = 1e-6
 """A row with a shorter normal bounds nothing."""
@@ -52,7 +53,7 @@ def grown_rows(
         program.add_entries(
             Cone.NONNEGATIVE,
             [(np.array([0]), np.array([part.clearance]), np.ones(1))],
-            np.array([-_LEAST_CLEARANCE]),
+            np.array([-max(_KEPT_CLEARANCE * solution.clearance, _LEAST_CLEARANCE)]),
         )
     _keep_ellipsoid(program, C, d, B, center, float(np.linalg.norm(region.upper - region.lower)))
     found = program.solve("the polytope's faces")

@@ -33,7 +33,8 @@ def gram_sums(grams: NDArray[Any], monomials: Monomials) -> tuple[NDArray[Any], 
     ``m(u)' G m(u)`` alone, ``(p, rest, q)``. The basis m may be the constant alone.
     """
     count, m = monomials.shift.shape[1], grams.shape[-1]
-    place = np.eye(count, dtype=np.int64)[monomials.base[:m, :m].reshape(-1)]
+    place = np.zeros((m * m, count), dtype=np.int64)
+    place[np.arange(m * m), monomials.base[:m, :m].reshape(-1)] = 1
     products = grams.reshape(*grams.shape[:2], m * m) @ place
     bounds = 2 * len(monomials.shift) - 1
     result = np.zeros((len(grams), monomials.num_monomials), dtype=products.dtype)
@@ -50,7 +51,8 @@ def exact_residuals(
 
     A numerator is what is not negative where a point keeps its radius and the clearance, times
     the denominator: for the clearance times at least that, see `Side.exact_clearance`. ``rows
-    (own, n + 1)`` are the region's own.
+    (own, n + 1)`` are the region's own. Where a plane does not move, and bounds show nothing,
+    there are no more monomials than the products.
     """
     monomials, radius = side.monomials, Fraction(side.radius)
     pose, points = side.frame.coefficients, side.body.points
@@ -68,17 +70,19 @@ def exact_residuals(
     seen = seen.reshape(-1, 4, len(monomials.products))
     seen[:, 3] += np.multiply.outer(plane.whole[3], pose.whole[12])
     seen *= side.sign * (common // beside)
-    result = np.zeros((len(points.whole), monomials.num_monomials), dtype=object)
+    is_short = not (plane.whole[:, 1:] != 0).any() and not (grams.whole[:, 1:] != 0).any()
+    width = len(monomials.products) if is_short else monomials.num_monomials
+    result = np.zeros((len(points.whole), width), dtype=object)
     for coordinates, places in zip(seen, monomials.shift, strict=True):
         if (coordinates != 0).any():
             result[:, places] += np.matmul(points.whole, coordinates)
     weight = radius.numerator * (common // (pose.common * radius.denominator))
     result[:, monomials.shift[0]] -= pose.whole[12] * weight
-    result -= kept.whole * (
+    result -= kept.whole[:width] * (
         clearance.numerator * (common // (kept.common * clearance.denominator))
     )
-    result -= sums.astype(object) * (common // grams.common)
-    for k, places in enumerate(monomials.shift if len(rows.whole) else ()):
+    result -= sums[:, :width].astype(object) * (common // grams.common)
+    for k, places in enumerate(monomials.shift if rest.any() else ()):
         factors = rows.whole[:, k] * (common // own)
         result[:, places] -= np.matmul(factors, rest.astype(object))
     return result
@@ -102,13 +106,14 @@ def float_residuals(
     return np.asarray(result)
 
 
-def least_values(residuals: NDArray[Any], monomials: Monomials) -> NDArray[Any]:
+def least_values(residuals: NDArray[Any], is_square: NDArray[np.bool_]) -> NDArray[Any]:
     """Return lower bounds ``(p,)`` of polynomials ``(p, k)`` where all variables are in [-1, 1].
 
-    The constant, less all other coefficients; of squares those that are negative.
+    The first coefficient, which is the constant, less all others; of squares those that are
+    negative.
     """
     rest = residuals[:, 1:]
-    lost = np.where(monomials.is_square[1:], np.minimum(rest, 0), -np.abs(rest))
+    lost = np.where(is_square[1 : residuals.shape[1]], np.minimum(rest, 0), -np.abs(rest))
     return np.asarray(residuals[:, 0] + lost.sum(axis=1))
 
 

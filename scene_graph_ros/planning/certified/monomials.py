@@ -18,10 +18,10 @@ __all__ = ["Monomials", "monomials_of", "triangle"]
 class Monomials(NamedTuple):
     """Of a basis m and its products with itself, and of these times 1 and each variable.
 
-    ``products`` are the latter's exponents; 1 is the first. ``base (m, m)`` numbers them by two
-    monomials of the basis, and ``shift (n + 1, q)`` numbers all that an identity has: products
-    times 1, then times each variable; the number 0 is that of 1. ``is_square (k,)`` tells which
-    of these have no odd power.
+    ``products`` are the exponents of products of two monomials of the basis, 1 first. ``base
+    (m, m)`` numbers them, and ``shift (n + 1, q)`` all that an identity has: products times 1,
+    which keep their numbers, then times each variable. ``is_square (k,)`` tells which of these
+    have no odd power.
     """
 
     basis: tuple[Exponents, ...]

@@ -88,16 +88,14 @@ class PairCertificate:
             own = self.grams[first : first + len(side.hull.points)]
             if not own:
                 continue
-            grams, order = (
-                stacked(own, count, len(side.monomials.basis)),
-                len(side.monomials.basis),
-            )
-            if grams is None:
+            order = len(own[0][0]) if len(own[0]) else 0
+            grams = stacked(own, count, order)
+            if grams is None or order not in (1, len(side.monomials.basis)):
                 return f"a point from {first} on has other matrices"
             if not are_positive_semidefinite(grams.whole.reshape(-1, order, order)):
                 return f"a matrix of a point from {first} on is not semidefinite"
             residuals = exact_residuals(side, plane, self.clearance, grams, rows)
-            least = least_values(residuals, side.monomials)
+            least = least_values(residuals, side.monomials.is_square)
             if (least < 0).any():
                 point = first + int(np.argmax(least < 0))
                 return f"the matrices of point {point} do not show its clearance"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.planning.certified.constant_plane import constant_plane
 from scene_graph_ros.planning.certified.pair_certificate import LEAST_CLEARANCE, PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
 from scene_graph_ros.planning.certified.plane_search import most_clearance
@@ -10,7 +11,26 @@ from scene_graph_ros.planning.certified.polytope_certificate import PairFailure
 from scene_graph_ros.planning.certified.rounding import KEPT_CLEARANCES, rounded
 from scene_graph_ros.planning.certified.separation_program import Solution
 
-__all__ = ["certified_pair", "proven"]
+__all__ = ["better_pair", "certified_pair", "first_proof", "proven"]
+
+
+_SMALL = 1000
+"""Monomials of all points' identities: where there are fewer, the best plane is found as soon as
+one that does not move."""
+
+
+def first_proof(problem: PairProblem) -> PairCertificate | PairFailure:
+    """Return a certificate as soon as there is one; of small programs that of the best plane."""
+    points = (len(side.hull.points) * side.monomials.num_monomials for side in problem.sides)
+    found = constant_plane(problem) if sum(points) > _SMALL else None
+    return certified_pair(problem) if found is None else found
+
+
+def better_pair(known: PairCertificate) -> PairCertificate:
+    """Return the certificate of the plane with most clearance, if that is more than is known."""
+    found = certified_pair(known.problem)
+    is_better = isinstance(found, PairCertificate) and found.clearance > known.clearance
+    return found if isinstance(found, PairCertificate) and is_better else known
 
 
 def certified_pair(problem: PairProblem) -> PairCertificate | PairFailure:

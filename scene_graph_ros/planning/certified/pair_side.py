@@ -16,7 +16,10 @@ from scene_graph_ros.planning.certified.pair_shapes import RoundedHull
 from scene_graph_ros.planning.certified.polynomials import weighted_sum
 from scene_graph_ros.planning.certified.rational_kinematics import RationalPose
 
-__all__ = ["BodyPoints", "MovingFrame", "Side"]
+__all__ = ["SHARE_OF_SQUARES", "BodyPoints", "MovingFrame", "Side"]
+
+SHARE_OF_SQUARES = 2**10
+"""The inverse of what a clearance comes times more than the denominator."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,22 +129,28 @@ class Side:
         """Return what a clearance comes times in a numerator: a polynomial ``(k,)``.
 
         It is at least the denominator. With Gram matrices of order 1 it is that; with larger ones
-        the product of all ``1 + u^2``, which is in their inside, and at least 1.
+        there is a little more, which is in their inside: some of all products of ``1 + u^2``.
         """
-        monomials = self.monomials
+        monomials, pose = self.monomials, self.frame.coefficients
         result = np.zeros(monomials.num_monomials, dtype=object)
-        if order > 1:
-            result[monomials.squares] = 1
-            return ExactArray(result, 1)
-        result[monomials.shift[0]] = self.frame.coefficients.whole[12]
-        return ExactArray(result, self.frame.coefficients.common)
+        if order == 1:
+            result[monomials.shift[0]] = pose.whole[12]
+            return ExactArray(result, pose.common)
+        result[monomials.shift[0]] = pose.whole[12] * SHARE_OF_SQUARES
+        result[monomials.squares] += pose.common
+        return ExactArray(result, pose.common * SHARE_OF_SQUARES)
 
     def clearance(self, order: int) -> NDArray[np.float64]:
         """Return the same in floats."""
         monomials = self.monomials
         result = np.zeros(monomials.num_monomials)
+        result[monomials.shift[0]] = self.frame.floats[12]
         if order > 1:
-            result[monomials.squares] = 1.0
-        else:
-            result[monomials.shift[0]] = self.frame.floats[12]
+            result[monomials.squares] += 1.0 / SHARE_OF_SQUARES
         return result
+
+    @property
+    def denominator_gram(self) -> NDArray[np.float64]:
+        """The denominator as a semidefinite Gram matrix: a product of one for each variable."""
+        base = self.monomials.base
+        return np.asarray((self.frame.floats[12] / np.bincount(base.reshape(-1)))[base])

@@ -27,7 +27,7 @@ from scene_graph_ros.planning.certified.separation_program import (
     Solution,
 )
 
-__all__ = ["most_clearance", "plane_for_growth"]
+__all__ = ["most_clearance", "normal_identities", "plane_for_growth"]
 
 _GAP, _LEAST = 1e-4, 1e-8
 """What a better plane might have more: of the clearance, or metres."""
@@ -69,7 +69,7 @@ def _search(
     rows = np.array([[float(v), *map(float, slopes)] for v, slopes in problem.all_rows])
     constant, directions = _planes(problem)
     sides = [side for side in problem.sides if len(side.hull.points)]
-    parts = [_normal(n), *(_points(side, n, len(rows)) for side in sides)]
+    parts = [normal_identities(n), *(_points(side, n, len(rows)) for side in sides)]
     parts = [_substituted(part, constant, directions) for part in parts]
     cost = np.zeros(directions.shape[1])
     cost[-1] = -1.0
@@ -120,7 +120,7 @@ def _substituted(
 
 
 @functools.cache
-def _normal(n: int) -> Identities:
+def normal_identities(n: int) -> Identities:
     """Return that ``[[1, a'], [a, 1]]`` is semidefinite, with some room.
 
     Its entries are the monomials, those beside the diagonal twice.

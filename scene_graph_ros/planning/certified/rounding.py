@@ -24,6 +24,7 @@ from scene_graph_ros.planning.certified.identities import (
 )
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
+from scene_graph_ros.planning.certified.pair_side import SHARE_OF_SQUARES
 from scene_graph_ros.planning.certified.separation_program import NORMAL_ROOM, Solution
 
 __all__ = ["KEPT_CLEARANCES", "rounded"]
@@ -54,11 +55,14 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
     for side, grams in zip(problem.sides, solution.grams, strict=True):
         if not len(grams):
             continue
-        whole = _grid_matrices(grams + extras[:, np.newaxis, np.newaxis] * np.eye(grams.shape[-1]))
+        more = extras[:, np.newaxis, np.newaxis] * np.eye(grams.shape[-1])
+        if grams.shape[-1] > 1:
+            more[0] += (1.0 - share) * solution.clearance * side.denominator_gram
+        whole = _grid_matrices(grams + more)
         shown = np.asarray(whole / _GRID, dtype=np.float64)
         residuals = float_residuals(side, floats, float(clearance), shown, problem.float_rows)
         left = _LEFT * (1.0 + np.abs(shown).max(axis=(1, 2, 3)))
-        spare = least_values(residuals, side.monomials) - left
+        spare = least_values(residuals, side.monomials.is_square) - left
         whole[:, 0, 0, 0] += np.floor(np.maximum(spare, 0.0) * _GRID).astype(whole.dtype)
         stacks += [ExactStack(own, _GRID) for own in whole]
     spread = NORMAL_ROOM / (4.0 * (n + 1))
@@ -76,11 +80,12 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
 def _extras(problem: PairProblem, solution: Solution, share: float) -> NDArray[np.float64]:
     """Return what each row's Gram matrices get on their diagonals, ``(r,)``.
 
-    All of it together is less than what is given up of the clearance. A solver's matrices may be
-    a little indefinite, and rounding moves them.
+    All of it together is less than the squares that are given up with the clearance; what else
+    is given up with it has a matrix of its own. A solver's matrices may be a little indefinite,
+    and rounding moves them.
     """
     n, own = len(problem.variables), len(problem.rows)
-    room = (1.0 - share) * solution.clearance
+    room = (1.0 - share) * solution.clearance / SHARE_OF_SQUARES
     bounds = room / (8.0 * (n + 1))
     parts = [0.25 * room], [bounds] * (2 * n), [bounds / (4.0 * (own + 1))] * own
     return _ROOM + np.concatenate(parts)
