@@ -26,8 +26,8 @@ from scene_graph_ros.planning.certified.tangent_region import TangentRegion
 __all__ = ["grown_rows"]
 
 _LEAST_CLEARANCE, _KEPT_CLEARANCE = 1e-5, 0.3
-"""Metres that planes keep on each side, and the share of what they had before, so that the polytope
-can be proven afterwards, and can grow on."""
+"""Metres that planes keep on each side, and the share of what they had before: so the polytope can
+be proven afterwards, and can grow on."""
 
 _LEAST_NORMAL = 1e-6
 """A row with a shorter normal bounds nothing."""
