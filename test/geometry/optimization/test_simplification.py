@@ -97,6 +97,55 @@ def test_largest_images(size):
     assert wide.contained_in(filled, 1e-6 * size)
 
 
+def thin_polyhedron(rng, n):
+    """Return a cut cube that is stretched along its axes by up to a thousand, and moved."""
+    rows = rng.normal(size=(int(rng.integers(2, 16)), n))
+    sides = np.linalg.norm(rows, axis=1) * rng.uniform(0.5, 1.5, len(rows))
+    A = np.concatenate([rows, np.eye(n), -np.eye(n)]) / 10.0 ** rng.uniform(-1.5, 1.5, n)
+    return HPolyhedron(A, np.append(sides, np.full(2 * n, 3.0)) + A @ rng.normal(size=n) * 10.0)
+
+
+@pytest.mark.parametrize("seed", [*range(12), 59])
+def test_images_of_thin_polyhedra(seed):
+    """Inside without tolerance; the largest image of a set in itself is the set."""
+    rng = np.random.default_rng(seed)
+    n = 1 + seed % 4
+    one, other = (thin_polyhedron(rng, n) for _ in range(2))
+    assert one.maximum_volume_inscribed_affine_transformation(other).contained_in(other, 0.0)
+    same = one.maximum_volume_inscribed_affine_transformation(one)
+    assert same.calc_volume() == pytest.approx(one.calc_volume(), rel=1e-6)
+
+
+def test_an_image_is_sought_again_where_it_is_about_as_large_as_the_set(monkeypatch):
+    """Where the first attempt fails: in the other coordinates the map is near 1."""
+    seen = []
+    solve = affine_transformation._solve
+
+    def fails_first(X, Y):
+        seen.append((X, Y))
+        if len(seen) == 1:
+            raise SolverError("not solved")
+        return solve(X, Y)
+
+    monkeypatch.setattr(affine_transformation, "_solve", fails_first)
+    flat = HPolyhedron.make_box([0.0, 5.0, 1.0], [4.0, 5.001, 300.0])
+    filled = HPolyhedron.make_unit_box(3).maximum_volume_inscribed_affine_transformation(flat)
+    assert filled.calc_volume() == pytest.approx(flat.calc_volume(), rel=1e-6)
+    (_, b), (_, d) = seen[1]
+    np.testing.assert_allclose(np.sort(b), np.sort(d), rtol=1e-3)
+
+
+@pytest.mark.parametrize("ratio", [0.3, 0.4, 0.5, 0.6, 0.7])
+def test_a_ball_of_many_faces_has_fewer(ratio):
+    """Of 60 planes that touch a ball."""
+    rows = np.random.default_rng(5).normal(size=(60, 3))
+    whole = HPolyhedron(rows, np.linalg.norm(rows, axis=1))
+    simple = whole.simplify_by_incremental_face_translation(ratio)
+    assert len(simple.b) < len(whole.b)
+    assert simple.calc_volume() >= ratio * whole.calc_volume()
+    assert simple.contained_in(whole, 0.0)
+
+
 @pytest.fixture(params=[1.0, -1.0])
 def noisy(request, monkeypatch):
     """Return a function that leaves noise where rows about the middle of a set have a 0."""
