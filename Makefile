@@ -131,6 +131,7 @@ accuracy: all-kernels peers  ## compare accuracy with the peers: tables and plot
 	$(RUN) -m benchmarks.surfaces
 	$(RUN) -m benchmarks.emptiness
 	$(RUN) -m benchmarks.sets_errors
+	$(RUN) -m benchmarks.sets_knobs
 
 # For Python 3.11 and later on every system, so that one file serves all; it names no host.
 LOCK = .venv-lock/bin/uv pip compile --quiet --universal --python-version 3.11 --generate-hashes \
