@@ -2,32 +2,56 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 import re
 import subprocess
 import sys
+import tempfile
 
+from forked import ForkedProcess
 from node_harness import environment, ROOT
 
 DEADLINE = 120.0
 
 
-def replay(domain, *arguments):
-    """Run the command; return its exit code and all that it said."""
-    done = subprocess.run(
-        [sys.executable, "-m", "scene_graph_ros.replay", "--quiet", *map(str, arguments)],
-        env=environment(domain),
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        timeout=DEADLINE,
-        check=False,
-    )
-    return done.returncode, done.stdout + done.stderr
+REPLAY = """
+import sys
+from scene_graph_ros.replay.__main__ import main
+sys.exit(main())
+"""
+
+
+def replay(domain, *arguments, fresh=False):
+    """Run the command; return its exit code and all that it said.
+
+    As a user does where it is ``fresh``, else in a process that has the imports behind it.
+    """
+    options = ["--quiet", *map(str, arguments)]
+    if fresh:
+        command = [sys.executable, "-m", "scene_graph_ros.replay", *options]
+        done = subprocess.run(
+            command,
+            env=environment(domain),
+            cwd=ROOT,
+            capture_output=True,
+            text=True,
+            timeout=DEADLINE,
+            check=False,
+        )
+        return done.returncode, done.stdout + done.stderr
+    with tempfile.NamedTemporaryFile("r", suffix=".log") as log:
+        process = ForkedProcess(REPLAY, options, environment(domain), Path(log.name))
+        try:
+            code = process.wait(DEADLINE)
+        finally:
+            process.kill()
+        return code, log.read()
 
 
 def counted(said):
     """Return inputs, edits, updates and contacts: equal, late, different."""
-    return [int(number) for number in re.findall(r"\d+", said.splitlines()[0])]
+    line = next(line for line in said.splitlines() if line[:1].isdigit())
+    return [int(number) for number in re.findall(r"\d+", line)]
 
 
 def size_of(folder):

@@ -352,7 +352,7 @@ def test_a_killed_node_leaves_what_is_replayed_bit_for_bit(start_node, client, d
     assert node.stop(signal.SIGKILL) != 0
     client.forget(heard)
 
-    code, said = replay(domain, folder, "--check")
+    code, said = replay(domain, folder, "--check", fresh=True)
     assert code == 0, said
     assert "was cut off" in said
     inputs, edits, updates, equal, _, different = counted(said)
