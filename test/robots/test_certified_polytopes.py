@@ -363,7 +363,7 @@ def test_missing_matrices_are_found(proven):
     for other, reason in (
         (grams[1:], "points are missing"),
         ([grams[0][1:], *grams[1:]], "has other matrices"),
-        ([[[[Fraction(1)]] for _ in grams[0]], *grams[1:]], "has other matrices"),
+        ([[[[Fraction(1)]] for _ in grams[0]], *grams[1:]], "do not show its clearance"),
     ):
         assert reason in replace(certificate, grams=tuple(map(tuple, other))).failure()
     normal = lines(certificate.normal_grams)

@@ -25,7 +25,7 @@ from scene_graph_ros.planning.certified.pair_problem import PairProblem
 from scene_graph_ros.planning.certified.pair_side import Side
 from scene_graph_ros.planning.certified.plane_search import normal_identities
 
-__all__ = ["constant_plane"]
+__all__ = ["constant_plane", "plane_in_the_middle"]
 
 _GRID = 2**44
 """The plane is a multiple of its inverse."""
@@ -53,7 +53,7 @@ def constant_plane(problem: PairProblem) -> PairCertificate | None:
     n = len(problem.variables)
     sides = [side for side in problem.sides if len(side.hull.points)]
     if problem.half_space is None:
-        plane = _in_the_middle(sides)
+        plane = plane_in_the_middle(sides)
         if plane is None:
             return None
         for _ in range(_ROUNDS):
@@ -79,7 +79,7 @@ def constant_plane(problem: PairProblem) -> PairCertificate | None:
     return certificate if certificate.verify() else None
 
 
-def _in_the_middle(sides: list[Side]) -> Floats | None:
+def plane_in_the_middle(sides: list[Side]) -> Floats | None:
     """Return the plane ``(4,)`` where all u are 0, None if they are not apart there."""
     parts = [normal_identities(0)]
     none = np.zeros((1, 1), dtype=np.int64)

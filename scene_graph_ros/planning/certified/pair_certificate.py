@@ -35,7 +35,7 @@ class PairCertificate:
     ``plane`` has the three coordinates of the normal, then the offset, each the constant and the
     factors of u. ``clearance`` (m) is kept on both sides of it. ``normal_grams`` show that the
     normal is no longer than 1, ``grams`` that each point is beside the plane: a matrix for each
-    row of the problem, in a side's basis or in the constant alone. What a point's numerator is
+    row of the problem, in its side's basis or in the constant alone. What a point's numerator is
     more than its matrices show must not be negative, either: its constant is no less than all its
     other coefficients together.
     """
@@ -86,18 +86,19 @@ class PairCertificate:
             return "points are missing"
         for side in self.problem.sides:
             own = self.grams[first : first + len(side.hull.points)]
-            if not own:
-                continue
-            order = len(own[0][0]) if len(own[0]) else 0
-            grams = stacked(own, count, order)
-            if grams is None or order not in (1, len(side.monomials.basis)):
-                return f"a point from {first} on has other matrices"
-            if not are_positive_semidefinite(grams.whole.reshape(-1, order, order)):
-                return f"a matrix of a point from {first} on is not semidefinite"
-            residuals = exact_residuals(side, plane, self.clearance, grams, rows)
-            least = least_values(residuals, side.monomials.is_square)
-            if (least < 0).any():
-                point = first + int(np.argmax(least < 0))
-                return f"the matrices of point {point} do not show its clearance"
+            orders = np.array([len(each[0]) if len(each) else 0 for each in own], dtype=np.int64)
+            for order in np.unique(orders):
+                points = np.flatnonzero(orders == order)
+                grams = stacked([own[k] for k in points], count, int(order))
+                if grams is None or order not in (1, len(side.monomials.basis)):
+                    return f"point {first + points[0]} has other matrices"
+                if not are_positive_semidefinite(grams.whole.reshape(-1, order, order)):
+                    return f"a matrix of point {first + points[0]} or after is not semidefinite"
+                part = side if len(points) == len(own) else side.only(points)
+                residuals = exact_residuals(part, plane, self.clearance, grams, rows)
+                least = least_values(residuals, side.monomials.is_square)
+                if (least < 0).any():
+                    point = first + points[int(np.argmax(least < 0))]
+                    return f"the matrices of point {point} do not show its clearance"
             first += len(own)
         return None

@@ -6,7 +6,7 @@ from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.planning.certified.constant_plane import constant_plane
 from scene_graph_ros.planning.certified.pair_certificate import LEAST_CLEARANCE, PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
-from scene_graph_ros.planning.certified.plane_search import most_clearance
+from scene_graph_ros.planning.certified.plane_of_many_points import best_plane
 from scene_graph_ros.planning.certified.polytope_certificate import PairFailure
 from scene_graph_ros.planning.certified.rounding import KEPT_CLEARANCES, rounded
 from scene_graph_ros.planning.certified.separation_program import Solution
@@ -36,7 +36,7 @@ def better_pair(known: PairCertificate) -> PairCertificate:
 def certified_pair(problem: PairProblem) -> PairCertificate | PairFailure:
     """Solve a pair's program and prove what it says."""
     try:
-        solution = most_clearance(problem)
+        solution = best_plane(problem)
     except SolverError as error:
         return PairFailure(problem.names, "solver", str(error))
     return proven(problem, solution)

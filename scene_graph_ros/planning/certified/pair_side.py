@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 import math
@@ -89,6 +89,11 @@ class Side:
     frame: MovingFrame
     body: BodyPoints
     radius: float
+
+    def only(self, points: NDArray[np.intp]) -> Side:
+        """Return the same of some of the points."""
+        hull = RoundedHull(self.hull.points[points], self.hull.radius)
+        return replace(self, body=BodyPoints(hull, self.body.X_JG))
 
     @property
     def hull(self) -> RoundedHull:

@@ -24,12 +24,12 @@ from scene_graph_ros.planning.certified.identities import (
 )
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
-from scene_graph_ros.planning.certified.pair_side import SHARE_OF_SQUARES
+from scene_graph_ros.planning.certified.pair_side import SHARE_OF_SQUARES, Side
 from scene_graph_ros.planning.certified.separation_program import NORMAL_ROOM, Solution
 
 __all__ = ["KEPT_CLEARANCES", "rounded"]
 
-KEPT_CLEARANCES = (0.99, 0.9, 0.5)
+KEPT_CLEARANCES = (0.999, 0.9, 0.5)
 """Shares of the clearance that the solver found, of which the first that is proven is kept."""
 
 _GRID = 2**44
@@ -50,21 +50,22 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
     clearance = _on_grid(share * solution.clearance)
     if problem.half_space is not None:
         plane = problem.half_space.plane(clearance, n)
-    floats, extras = np.array(plane, dtype=np.float64), _extras(problem, solution, share)
+    extras = _extras(problem, solution, share)
     stacks: list[ExactStack] = []
-    for side, grams in zip(problem.sides, solution.grams, strict=True):
-        if not len(grams):
-            continue
+    for number, (side, grams) in enumerate(zip(problem.sides, solution.grams, strict=True)):
+        count = len(side.hull.points)
+        chosen = np.arange(count) if solution.chosen is None else solution.chosen[number]
         more = extras[:, np.newaxis, np.newaxis] * np.eye(grams.shape[-1])
         if grams.shape[-1] > 1:
             more[0] += (1.0 - share) * solution.clearance * side.denominator_gram
-        whole = _grid_matrices(grams + more)
-        shown = np.asarray(whole / _GRID, dtype=np.float64)
-        residuals = float_residuals(side, floats, float(clearance), shown, problem.float_rows)
-        left = _LEFT * (1.0 + np.abs(shown).max(axis=(1, 2, 3)))
-        spare = least_values(residuals, side.monomials.is_square) - left
-        whole[:, 0, 0, 0] += np.floor(np.maximum(spare, 0.0) * _GRID).astype(whole.dtype)
-        stacks += [ExactStack(own, _GRID) for own in whole]
+        zeros = np.zeros((count - len(chosen), len(extras), 1, 1))
+        others = np.setdiff1d(np.arange(count), chosen)
+        own: dict[int, ExactStack] = {}
+        for points, floats in ((chosen, grams + more), (others, zeros)):
+            if len(points):
+                part = _stacks(problem, side.only(points), plane, clearance, floats)
+                own.update(zip(points.tolist(), part, strict=True))
+        stacks += [own[k] for k in range(count)]
     spread = NORMAL_ROOM / (4.0 * (n + 1))
     normal = solution.normal_grams.copy()
     normal[1:] += spread * np.eye(4)
@@ -75,6 +76,24 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
         _corrected_normal(ExactArray(_grid_matrices(normal), _GRID), exact_array(plane)),
         tuple(stacks),
     )
+
+
+def _stacks(
+    problem: PairProblem,
+    side: Side,
+    plane: tuple[tuple[Fraction, ...], ...],
+    clearance: Fraction,
+    grams: NDArray[np.float64],
+) -> list[ExactStack]:
+    """Return each point's Gram matrices; that of 1 gets what is left of its numerator."""
+    whole = _grid_matrices(grams)
+    shown = np.asarray(whole / _GRID, dtype=np.float64)
+    floats = np.array(plane, dtype=np.float64)
+    residuals = float_residuals(side, floats, float(clearance), shown, problem.float_rows)
+    left = _LEFT * (1.0 + np.abs(shown).max(axis=(1, 2, 3)))
+    spare = least_values(residuals, side.monomials.is_square) - left
+    whole[:, 0, 0, 0] += np.floor(np.maximum(spare, 0.0) * _GRID).astype(whole.dtype)
+    return [ExactStack(own, _GRID) for own in whole]
 
 
 def _extras(problem: PairProblem, solution: Solution, share: float) -> NDArray[np.float64]:

@@ -42,6 +42,8 @@ class Solution(NamedTuple):
     """``(2 n + 1, 4, 4)``."""
     grams: tuple[NDArray[np.float64], ...]
     """Of each side ``(p, r, m, m)``: of each point a Gram matrix for each row."""
+    chosen: tuple[NDArray[np.intp], NDArray[np.intp]] | None = None
+    """Which of both sides' points have Gram matrices; all of them where this is None."""
 
 
 class MovingRows(NamedTuple):

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.solve.gram_kernels import GroupTable
 from scene_graph_ros.geometry.optimization.solve.gram_search import improve, SOLVED
 from scene_graph_ros.geometry.optimization.solve.gram_steps import GramProgram, Point, Rest
@@ -19,6 +20,9 @@ from scene_graph_ros.geometry.optimization.solve.gram_steps import GramProgram, 
 __all__ = ["Identities", "WeightedSquares", "minimize_over_squares"]
 
 _MOST_ITERATIONS = 60
+
+_MOST_NUMBERS = 5e8
+"""Of all systems together: four gigabytes."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,8 @@ def minimize_over_squares(
     ``rows (r, n + 1)`` are affine in the variables u, the constant first. The search ends where
     the cost is no farther from a bound than ``gap`` times its size, or than ``least``; or where
     rounding does not let it go on. Coefficients are to be near 1 in size. With ``weights (r,)``
-    the trace of each row's Gram matrices costs as much as that, too.
+    the trace of each row's Gram matrices costs as much as that, too. Raises SolverError where the
+    systems need more than 4 GB.
     """
     program = GramProgram(
         _table(rows, parts, len(cost)),
@@ -93,6 +98,12 @@ def minimize_over_squares(
     point = Point(np.zeros(f), np.zeros(k), units, units.copy())
     step = Point(np.zeros(f), np.zeros(k), np.zeros(entries), np.zeros(entries))
     systems = sum(len(c) * c.shape[1] * (c.shape[1] + f) for c in (p.constants for p in parts))
+    if systems > _MOST_NUMBERS:
+        raise SolverError(
+            f"weighted sums of squares: {len(program.table.groups)} identities of up to"
+            f" {max(p.constants.shape[1] for p in parts)} monomials need {systems:.1e} numbers,"
+            f" more than {_MOST_NUMBERS:.0e}"
+        )
     largest = max(max(each.shift.shape[1] ** 2, 2 * each.base.size) for each in parts)
     sizes = (k, entries, f, entries, entries, systems, f * f, k, f, largest)
     rest = Rest(*(np.zeros(size) for size in sizes))
