@@ -4,8 +4,9 @@ Arms of two, three and four joints stand between a ball and a box. Boxes of tang
 about the stretched arm, wider and wider, are certified by planes and by distances: the same
 regions, in one process. Each time is the least of some runs, in seconds of the processor, with
 the check of the certificate beside it. ``--grow`` adds polytopes that grow by bilinear
-alternation, and proves these by distances, too; ``--picture`` draws times against volumes. Without
-pydrake only ours is measured, and that is said.
+alternation, and proves these by distances, too; ``--panda`` certifies boxes of a Panda in its
+cell; ``--picture`` draws times against volumes. Without pydrake only ours is measured, and that
+is said.
 """
 
 from __future__ import annotations
@@ -30,8 +31,10 @@ from benchmarks.timing import least_time  # noqa: E402
 from scene_graph_ros.geometry import SceneGraph  # noqa: E402
 from scene_graph_ros.planning import (  # noqa: E402
     BilinearAlternationOptions,
+    CspaceFreeBox,
     CspaceFreePolytope,
     DistanceCertificate,
+    load_robot_diagram,
     RobotDiagram,
     SceneGraphCollisionChecker,
 )
@@ -45,6 +48,9 @@ _AXES = {2: "zz", 3: "zyy", 4: "zyyz"}
 _VECTORS = {"y": "0 1 0", "z": "0 0 1"}
 _WIDTHS = (0.02, 0.05, 0.1, 0.14, 0.17, 0.2, 0.22)
 """Half of the boxes' widths, in s."""
+
+_PANDA = np.array([-0.5, 0.3, 0.0, -2.0, 0.0, 2.3, 0.785, 0.02])
+"""Joints and a finger of a Panda that reaches down beside its table."""
 
 _AROUND = """
 geometries:
@@ -199,6 +205,41 @@ def grow(joints: int, width: float, rounds: int, max_boxes: int) -> list[Growth]
     return result
 
 
+def panda(half_widths: Sequence[float], every: int = 1) -> None:
+    """Print what it costs to certify boxes about one configuration of a Panda in its cell.
+
+    Of ``every`` so many pairs one is looked at, by planes alone if that is not all of them.
+    """
+    checker = SceneGraphCollisionChecker(load_robot_diagram("config/scenes/panda_cell.yaml"))
+    search = CspaceFreeBox(checker)
+    others = [pair for k, pair in enumerate(search.geometry_pairs) if k % every]
+    print("Panda, half-width pairs  planes s  check s | most clearance s  kept mm | distances s")
+    for width in half_widths:
+        half = np.array([*[width] * 7, min(width, 0.01)])
+        ends = _PANDA - half, _PANDA + half
+        seconds, checks = [], math.nan
+        for most_clearance in (False, True):
+            taken, found = least_time(
+                lambda ends=ends, most=most_clearance: (
+                    search.find_separation_certificate_given_box(
+                        *ends, others, most_clearance=most
+                    )
+                ),
+                1,
+            )
+            seconds.append(taken if found.is_success else math.nan)
+            if found.is_success and not most_clearance:
+                checks, is_right = least_time(found.verify, 1)
+                assert is_right
+        distances = math.nan
+        if every == 1:
+            distances, _ = least_time(lambda ends=ends: search.certify_by_distances(*ends), 1)
+        print(
+            f"{width:17.3f} {len(found.certificates):5} {seconds[0]:9.2f} {checks:8.2f}"
+            f" | {seconds[1]:16.2f} {1e3 * found.distance:8.2f} | {distances:11.4f}"
+        )
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print tables."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -210,6 +251,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--picture", action="store_true", help=f"write {_PICTURE.name} and {_GROWTH.name}"
     )
+    parser.add_argument("--panda", type=float, nargs="+", default=[], metavar="HALF_WIDTH")
     chosen = parser.parse_args(arguments)
     print(machine(os.getloadavg()[0]))
     if not _has_drake():
@@ -237,6 +279,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 f"{count:15} {each.seconds:9.2f} {each.volume:8.4g} {1e3 * each.distance:8.2f}"
                 f" {each.by_planes:9.3f} | {each.by_distances:11.4f} {each.boxes:6}"
             )
+    if chosen.panda:
+        panda(chosen.panda)
     if chosen.picture:
         draw(rows, grown)
         if 2 in grown:

@@ -19,3 +19,12 @@ def test_both_ways_certify_the_same_boxes(capsys, monkeypatch):
     first, second = re.findall(r"^ +[01] +[^|]*\|[^|]*$", text, re.M)
     volumes = [float(line.split()[2]) for line in (first, second)]
     assert volumes[0] == 0.04 and volumes[1] > 0.08
+
+
+def test_some_pairs_of_a_panda_are_certified(capsys):
+    """All that are looked at, and the clearance that they keep, without distances."""
+    certified_regions.panda([0.02], every=40)
+    (line,) = re.findall(r"^ +0\.020 .*$", capsys.readouterr().out, re.M)
+    _, pairs, planes, check, _, _, kept, _, distances = line.split()
+    assert int(pairs) == 11 and float(planes) > 0.0 and float(check) > 0.0
+    assert float(kept) > 1.0 and distances == "nan"

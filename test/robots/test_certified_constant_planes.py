@@ -7,6 +7,11 @@ import numpy as np
 import pytest
 from robot_scenes import ARM, diagram, POSTS
 
+from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.geometry.optimization.solve.weighted_squares import (
+    Identities,
+    minimize_over_squares,
+)
 from scene_graph_ros.planning import (
     CspaceFreeBox,
     CspaceFreePolytope,
@@ -14,7 +19,7 @@ from scene_graph_ros.planning import (
     PairFailure,
     SceneGraphCollisionChecker,
 )
-from scene_graph_ros.planning.certified import pair_search
+from scene_graph_ros.planning.certified import pair_search, plane_of_many_points
 from scene_graph_ros.planning.certified.constant_plane import constant_plane
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.tangent_region import make_region
@@ -35,6 +40,11 @@ def planes(arm, width, rows=BOX):
     region = make_region(kinematics, rows, np.full(len(rows), width))
     problems = PairProblems(kinematics, arm.plan, arm.snapshot.inspector, region)
     return [constant_plane(problems.make(pair)) for pair in range(arm.num_pairs)], region
+
+
+def least_pair(found):
+    """Return the pair that keeps least."""
+    return min(found.certificates, key=lambda pair: found.certificates[pair].clearance)
 
 
 @pytest.mark.parametrize("rows", [BOX, np.vstack([BOX, [[1.0, 1.0]]])])
@@ -100,6 +110,31 @@ def test_the_pairs_that_keep_least_get_the_best_planes(arm, monkeypatch):
     assert any(moving) and not all(moving)
 
 
+@pytest.mark.parametrize("width", [0.05, 0.15])
+def test_a_plane_rests_on_few_points(arm, monkeypatch, width):
+    """Chosen points give the plane that all give; the others need no matrices, or are chosen."""
+    search, d = CspaceFreePolytope(arm), np.full(4, width)
+    best = [search.find_pair_certificate(pair, BOX, d) for pair in search.geometry_pairs]
+    monkeypatch.setattr(plane_of_many_points, "_MANY", 0)
+    monkeypatch.setattr(plane_of_many_points, "_FIRST", 1)
+    found = [search.find_pair_certificate(pair, BOX, d) for pair in search.geometry_pairs]
+    for own, other in zip(found, best, strict=True):
+        assert own.verify() and own.distance == pytest.approx(other.distance, rel=2e-3)
+    orders = [[len(each[0]) for each in own.grams] for own in found]
+    assert any(1 in own[:8] and 2 in own[:8] for own in orders)
+    wide = [search.find_pair_certificate(pair, BOX, d + 0.2) for pair in search.geometry_pairs]
+    assert any(isinstance(each, PairFailure) and each.status == "no_plane" for each in wide)
+
+
+def test_what_is_too_large_is_refused_with_its_size():
+    """The systems of a thousand identities with a thousand monomials are 8 GB."""
+    base, shift = np.zeros((1, 1), dtype=np.int64), np.zeros((1, 1), dtype=np.int64)
+    numbers = np.broadcast_to(np.zeros(1), (1000, 1000))
+    part = Identities(base, shift, 1, numbers, np.broadcast_to(np.zeros(1), (1000, 1000, 1)))
+    with pytest.raises(SolverError, match="1000 identities of up to 1000 monomials"):
+        minimize_over_squares(np.ones((1, 1)), [part], np.zeros(1), gap=1e-3, least=1e-6)
+
+
 def test_pairs_of_a_panda_are_proven():
     """Seven joints and a finger: hulls of meshes beside each other, a ball, boxes and a floor."""
     checker = SceneGraphCollisionChecker(load_robot_diagram("config/scenes/panda_cell.yaml"))
@@ -124,6 +159,8 @@ def test_pairs_of_a_panda_are_proven():
         for (a, b), distance in zip(clearance.pairs, clearance.distances, strict=True):
             own = found.certificates.get((a, b)) or found.certificates.get((b, a))
             assert own is None or own.distance <= distance + 1e-9
+    alone = search.find_pair_certificate(least_pair(found), q - half, q + half)
+    assert alone.verify() and alone.distance > 0.9 * found.distance
     pair, certificate = next(iter(found.certificates.items()))
     more = replace(certificate, clearance=certificate.clearance + Fraction(1, 10**6))
     assert not replace(found, certificates={**found.certificates, pair: more}).verify()

@@ -86,10 +86,10 @@ class PairCertificate:
             return "points are missing"
         for side in self.problem.sides:
             own = self.grams[first : first + len(side.hull.points)]
-            orders = np.array([len(each[0]) if len(each) else 0 for each in own], dtype=np.int64)
-            for order in np.unique(orders):
-                points = np.flatnonzero(orders == order)
-                grams = stacked([own[k] for k in points], count, int(order))
+            orders = [len(each[0]) if len(each) else 0 for each in own]
+            for order in sorted(set(orders)):
+                points = np.array([k for k, other in enumerate(orders) if other == order])
+                grams = stacked([own[k] for k in points], count, order)
                 if grams is None or order not in (1, len(side.monomials.basis)):
                     return f"point {first + points[0]} has other matrices"
                 if not are_positive_semidefinite(grams.whole.reshape(-1, order, order)):

@@ -53,19 +53,23 @@ def rounded(problem: PairProblem, solution: Solution, share: float) -> PairCerti
     extras = _extras(problem, solution, share)
     stacks: list[ExactStack] = []
     for number, (side, grams) in enumerate(zip(problem.sides, solution.grams, strict=True)):
-        count = len(side.hull.points)
-        chosen = np.arange(count) if solution.chosen is None else solution.chosen[number]
+        if not len(grams):
+            continue
         more = extras[:, np.newaxis, np.newaxis] * np.eye(grams.shape[-1])
         if grams.shape[-1] > 1:
             more[0] += (1.0 - share) * solution.clearance * side.denominator_gram
-        zeros = np.zeros((count - len(chosen), len(extras), 1, 1))
-        others = np.setdiff1d(np.arange(count), chosen)
+        if solution.chosen is None:
+            stacks += _stacks(problem, side, plane, clearance, grams + more)
+            continue
+        chosen, every = solution.chosen[number], np.arange(len(side.hull.points))
+        others = np.setdiff1d(every, chosen)
+        zeros = np.zeros((len(others), len(extras), 1, 1))
         own: dict[int, ExactStack] = {}
         for points, floats in ((chosen, grams + more), (others, zeros)):
             if len(points):
                 part = _stacks(problem, side.only(points), plane, clearance, floats)
                 own.update(zip(points.tolist(), part, strict=True))
-        stacks += [own[k] for k in range(count)]
+        stacks += [own[k] for k in every.tolist()]
     spread = NORMAL_ROOM / (4.0 * (n + 1))
     normal = solution.normal_grams.copy()
     normal[1:] += spread * np.eye(4)
