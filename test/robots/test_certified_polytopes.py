@@ -23,7 +23,7 @@ from scene_graph_ros.planning import (
     SceneGraphCollisionChecker,
 )
 from scene_graph_ros.planning.certified import plane_search
-from scene_graph_ros.planning.certified.exact_matrices import is_positive_semidefinite
+from scene_graph_ros.planning.certified.exact_matrices import ExactStack, is_positive_semidefinite
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.pair_shapes import rounded_hull
 from scene_graph_ros.planning.certified.tangent_region import make_region
@@ -368,6 +368,21 @@ def test_missing_matrices_are_found(proven):
         assert reason in replace(certificate, grams=tuple(map(tuple, other))).failure()
     normal = lines(certificate.normal_grams)
     assert "normal has other" in replace(certificate, normal_grams=normal[1:]).failure()
+
+
+def test_what_only_looks_like_whole_numbers_is_found(proven):
+    """Floats, short words that overflow, and a denominator below zero prove nothing."""
+    certificate = next(iter(proven.certificates.values()))
+    first, *rest = certificate.grams
+    assert replace(certificate, grams=(ExactStack(first.whole, first.common), *rest)).verify()
+    for other in (
+        ExactStack(first.whole.astype(np.float64), first.common),
+        ExactStack(first.whole.astype(np.float64).astype(object), first.common),
+        ExactStack(first.whole.astype(np.int32), first.common),
+        ExactStack(-first.whole, -first.common),
+        ExactStack(first.whole, float(first.common)),
+    ):
+        assert not replace(certificate, grams=(other, *rest)).verify()
 
 
 def test_numbers_of_any_size_are_proven(proven):

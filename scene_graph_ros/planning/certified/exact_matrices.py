@@ -71,6 +71,15 @@ class ExactStack(Sequence[ExactMatrix]):
     whole: NDArray[Any]
     common: int
 
+    @property
+    def is_exact(self) -> bool:
+        """Whether these are whole numbers over a positive one, and not floats or short words."""
+        if type(self.common) is not int or self.common < 1:
+            return False
+        if self.whole.dtype == object:
+            return all(type(v) is int for v in self.whole.reshape(-1).tolist())
+        return bool(self.whole.dtype == np.int64)
+
     def __len__(self) -> int:
         return len(self.whole)
 
@@ -85,12 +94,17 @@ class ExactStack(Sequence[ExactMatrix]):
 
 
 def stacked(parts: Sequence[Sequence[Matrix]], count: int, order: int) -> ExactArray | None:
-    """Return ``count`` matrices of an order of each part, ``(p, r, m, m)``; None for others."""
+    """Return ``count`` matrices of an order of each part, ``(p, r, m, m)``; None for others.
+
+    Also for what only looks like whole numbers.
+    """
     if any(len(part) != count for part in parts):
         return None
     stacks = []
     for part in parts:
         if isinstance(part, ExactStack):
+            if not part.is_exact:
+                return None
             stacks.append(ExactArray(part.whole, part.common))
             continue
         lines = [[*row] for matrix in part for row in matrix]
