@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -196,10 +197,9 @@ class Replay:
             deformed: set[str] = set()
             for (name, kind), channel in self._channels.items():
                 deforms = kind == _CONFIGURATIONS
-                target: Any = world.deformables.get(name) if deforms else None
-                if not deforms and name in world.records:
-                    target = world.frames(name)
-                if apply_kept(channel, world.records.get(name), target, told) is not None:
+                find: Callable[[str], Any] = world.deformables.get if deforms else world.frames
+                record = world.records.get(name)
+                if apply_kept(channel, record, partial(find, name), told) is not None:
                     (deformed if deforms else moved).add(name)
             if moved or deformed:
                 world.commit(moved, time, deformed)

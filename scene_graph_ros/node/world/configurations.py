@@ -125,6 +125,9 @@ class ConfigurationChannel(SourceChannel[Kept, SourceDeformables]):
             self._kept.clear()
         return taken
 
+    def _worth_reading(self, kept: list[Kept]) -> list[Kept]:
+        return kept
+
     def _apply_one(self, kept: Kept, deformables: SourceDeformables, limits: TimeLimits) -> int:
         vertices = sum(deformables.counts.values())
         most = most_bytes(len(deformables.counts)) + _BYTES_PER_VERTEX * vertices

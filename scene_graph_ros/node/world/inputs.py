@@ -90,6 +90,48 @@ class _Reading(Kept):
         return self.is_good
 
 
+class _ToRead:
+    """Which of some messages are to be read: those that no other one supersedes."""
+
+    def __init__(self, supersedes: Callable[[_Reading, _Reading], bool]) -> None:
+        self._supersedes = supersedes
+        self._newest: dict[Layout, _Reading] = {}
+        self._loose: deque[_Reading] = deque()
+        self._loose_bytes = 0
+        self.readings: dict[_Reading, None] = {}
+        self.dropped = 0
+
+    def add(self, reading: _Reading) -> None:
+        """Take a message, which came after the others."""
+        layout = reading.layout
+        if layout is not None:
+            older = self._newest.get(layout)
+            if older is None or self._supersedes(reading, older):
+                self._newest[layout] = reading
+                if older is not None:
+                    self._drop(older)
+                self.readings[reading] = None
+                return
+        # Not known, faulty or out of order: to be looked at for itself.
+        self._make_room(len(reading.data))
+        self._loose.append(reading)
+        self._loose_bytes += len(reading.data)
+        self.readings[reading] = None
+
+    def _make_room(self, size: int) -> None:
+        """Drop the oldest messages of unknown layout that are too many, or too long together."""
+        while self._loose and (
+            len(self._loose) == _QUEUED or self._loose_bytes + size > _QUEUED_BYTES
+        ):
+            oldest = self._loose.popleft()
+            self._loose_bytes -= len(oldest.data)
+            self._drop(oldest)
+
+    def _drop(self, reading: _Reading) -> None:
+        del self.readings[reading]
+        self.dropped += 1
+
+
 class Channel(SourceChannel[_Reading, SourceFrames]):
     """The pose topic of one source."""
 
@@ -97,17 +139,18 @@ class Channel(SourceChannel[_Reading, SourceFrames]):
         super().__init__(record, intake, kind)
         self._wire = PoseWire(record.pose_type, serialize_message, self._deserialize)
         self._lock = threading.Lock()
-        self._arrived: list[Kept] = []
-        self._arrived_bytes = 0
-        self._kept: dict[_Reading, None] = {}
-        self._newest: dict[Layout, _Reading] = {}
-        self._loose: deque[_Reading] = deque()
-        self._loose_bytes = 0
+        self._begin()
         self._frames: SourceFrames | None = None
         self._only_names: tuple[str, ...] = ()
         self._only_names_of: SourceFrames | None = None
         self._link_frames: tuple[str, ...] = ()
         self._link_frames_of: SourceFrames | None = None
+
+    def _begin(self) -> None:
+        """Have no messages, and room for some."""
+        self._kept: list[Kept] = []
+        self._bytes = 0
+        self._most, self._most_bytes = _QUEUED, _UNSORTED_BYTES
 
     @property
     def wanted_topic(self) -> str:
@@ -118,45 +161,40 @@ class Channel(SourceChannel[_Reading, SourceFrames]):
         """Keep a message that arrived at a steady time (ns); it is looked at in the update."""
         self.intake.statistics.arrived(arrival)
         with self._lock:
-            self._arrived.append(Kept(data, arrival))
-            self._arrived_bytes += len(data)
-            if len(self._arrived) >= _QUEUED or self._arrived_bytes > _UNSORTED_BYTES:
-                self._sort()
+            self._kept.append(Kept(data, arrival))
+            self._bytes += len(data)
+            if len(self._kept) >= self._most or self._bytes > self._most_bytes:
+                self._drop_superseded()
 
-    def _sort(self) -> None:
-        """Keep of what has arrived what is to be read."""
-        arrived, self._arrived, self._arrived_bytes = self._arrived, [], 0
-        for message in arrived:
-            layout = self._wire.find(message.data)
-            self._keep(_Reading(message.data, message.arrival, layout))
+    def _drop_superseded(self) -> None:
+        """Keep what is worth reading alone, and have room for as many more."""
+        self._kept = list(self._worth_reading(self._kept))
+        self._bytes = sum(len(message.data) for message in self._kept)
+        self._most = max(_QUEUED, 2 * len(self._kept))
+        self._most_bytes = max(_UNSORTED_BYTES, 2 * self._bytes)
 
-    def _keep(self, kept: _Reading) -> None:
-        """Keep a message in place of the one that it supersedes, if any."""
-        layout = kept.layout
-        if layout is not None:
-            older = self._newest.get(layout)
-            if older is None or self._supersedes(kept, older):
-                self._newest[layout] = kept
-                if older is not None:
-                    del self._kept[older]
-                    self.intake.statistics.superseded += 1
-                self._kept[kept] = None
-                return
-        # Not known, faulty or out of order: to be looked at for itself.
-        self._make_room(len(kept.data))
-        self._loose.append(kept)
-        self._loose_bytes += len(kept.data)
-        self._kept[kept] = None
+    def take(self) -> list[Kept]:
+        """Take all messages that were kept, oldest first."""
+        with self._lock:
+            taken = self._kept
+            if taken:
+                self._begin()
+        return taken
 
-    def _make_room(self, size: int) -> None:
-        """Drop the oldest messages of unknown layout that are too many, or too long together."""
-        while self._loose and (
-            len(self._loose) == _QUEUED or self._loose_bytes + size > _QUEUED_BYTES
-        ):
-            oldest = self._loose.popleft()
-            self._loose_bytes -= len(oldest.data)
-            del self._kept[oldest]
-            self.intake.statistics.superseded += 1
+    def _worth_reading(self, kept: list[Kept]) -> list[_Reading]:
+        """Return which messages are to be read, and count the others."""
+        if len(kept) == 1:
+            return [self._reading(kept[0])]
+        to_read = _ToRead(self._supersedes)
+        for message in kept:
+            to_read.add(self._reading(message))
+        self.intake.statistics.superseded += to_read.dropped
+        return list(to_read.readings)
+
+    def _reading(self, message: Kept) -> _Reading:
+        if isinstance(message, _Reading):
+            return message
+        return _Reading(message.data, message.arrival, self._wire.find(message.data))
 
     def _supersedes(self, newer: _Reading, older: _Reading) -> bool:
         """Tell whether nothing is lost without ``older``, which has the same layout.
@@ -176,17 +214,6 @@ class Channel(SourceChannel[_Reading, SourceFrames]):
         if self.record.pose_type == POSE_STAMPED and len(frames.names) != 1:
             return False
         return self.intake.takes_all(self._names(layout, frames), layout.parents, frames)
-
-    def take(self) -> list[_Reading]:
-        """Take the messages that are to be read, oldest first."""
-        with self._lock:
-            if self._arrived:
-                self._sort()
-            taken, self._kept = list(self._kept), {}
-            self._newest.clear()
-            self._loose.clear()
-            self._loose_bytes = 0
-        return taken
 
     def _apply_one(self, kept: _Reading, frames: SourceFrames, limits: TimeLimits) -> int:
         self._frames = frames

@@ -6,8 +6,9 @@ What is the same for poses and for configurations of deformable geometry.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Generic, TypeVar
 
 from rclpy.node import Node
@@ -58,13 +59,17 @@ class SourceChannel(ABC, Generic[K, T]):
         """Keep a message that arrived at a steady time (ns)."""
 
     @abstractmethod
-    def take(self) -> list[K]:
+    def take(self) -> list[Kept]:
         """Take all messages that were kept, oldest first."""
 
-    def apply(self, kept: list[K], target: T, limits: TimeLimits) -> int | None:
+    @abstractmethod
+    def _worth_reading(self, kept: list[Kept]) -> Sequence[K]:
+        """Return which messages are to be read, and count the others."""
+
+    def apply(self, kept: list[Kept], target: T, limits: TimeLimits) -> int | None:
         """Apply messages; return when the oldest that moved something arrived, None if none."""
         arrival = None
-        for one in kept:
+        for one in self._worth_reading(kept):
             try:
                 if self._apply_one(one, target, limits) and arrival is None:
                     arrival = one.arrival
@@ -90,16 +95,20 @@ class SourceChannel(ABC, Generic[K, T]):
 
 
 def apply_kept(
-    channel: SourceChannel[Any, Any], record: SourceRecord | None, target: Any, limits: TimeLimits
+    channel: SourceChannel[Any, T],
+    record: SourceRecord | None,
+    target: Callable[[], T | None],
+    limits: TimeLimits,
 ) -> int | None:
     """Apply what a channel kept; return when the oldest arrived that moved something, or None.
 
-    Where ``record`` is not the channel's any more, or there is no ``target``, it is forgotten.
+    Where ``record`` is not the channel's any more, or there is no ``target()``, it is forgotten.
     """
     kept = channel.take()
-    if not kept or record is not channel.record or target is None:
+    if not kept or record is not channel.record:
         return None
-    return channel.apply(kept, target, limits)
+    found = target()
+    return None if found is None else channel.apply(kept, found, limits)
 
 
 C = TypeVar("C", bound=SourceChannel[Any, Any])
@@ -225,9 +234,8 @@ class Inputs(ABC, Generic[C]):
         moved, arrivals = set(), []
         records = self._world.snapshot.records
         for name, channel in self._channels.open.items():
-            record = records.get(name)
-            target = None if record is None else self._target(name)
-            arrival = apply_kept(channel, record, target, limits)
+            target = partial(self._target, name)
+            arrival = apply_kept(channel, records.get(name), target, limits)
             if arrival is not None:
                 moved.add(name)
                 arrivals.append(arrival)
