@@ -345,6 +345,36 @@ def test_bad_configurations_are_named(q, message):
         arm().link_poses(q)
 
 
+@pytest.mark.parametrize(
+    ("q", "is_sure"),
+    [
+        (np.ones((2, 3)), True),
+        (np.full((1, 3), 7.0), True),
+        (np.full((1, 3), 9.0), False),
+        (np.full((1, 3), np.nan), False),
+        (np.full((1, 3), np.inf), False),
+        (np.ones((2, 2)), False),
+        (np.ones(3), False),
+        (np.ones((2, 3), np.float32), False),
+        (np.ones((3, 2)).T, False),
+        (np.ones((2, 6))[:, ::2], False),
+        (np.zeros((999, 3)), False),
+        ([[1.0, 1.0, 1.0]], False),
+    ],
+)
+def test_what_is_certainly_right(q, is_sure):
+    """Arrays as kernels take them, of few numbers; all others have to be looked at."""
+    assert arm().is_certainly_within(q, 15.0) is is_sure
+
+
+def test_quaternions_and_what_nobody_may_write_to_are_never_certain():
+    """A quaternion may be zero; kernels are compiled for arrays that may be written to."""
+    assert not load_kinematic_tree(LOOSE).is_certainly_within(np.ones((1, 10)), 15.0)
+    q = np.ones((1, 3))
+    q.setflags(write=False)
+    assert not arm().is_certainly_within(q, 15.0)
+
+
 def test_bad_names_points_and_quaternions():
     """Each is named with what there is."""
     tree = load_kinematic_tree(LOOSE)
