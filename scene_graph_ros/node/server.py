@@ -340,8 +340,9 @@ class Server:
                 deformed, arrived = self._configurations.collect(limits)
                 snapshot = self._world.snapshot
                 if moved or deformed:
-                    arrivals = [each for each in (arrival, arrived) if each is not None]
-                    snapshot = self._world.commit(moved, min(arrivals, default=None), deformed)
+                    # Steady times are never 0.
+                    first = min(filter(None, (arrival, arrived)), default=None)
+                    snapshot = self._world.commit(moved, first, deformed)
                 if self.recorder is not None:
                     self.recorder.updated(limits, snapshot)
             self._effects.update(snapshot, due)

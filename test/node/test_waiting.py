@@ -14,7 +14,7 @@ from scene_requests import register_balls, transform
 from sensor_msgs.msg import MultiDOFJointState
 from spinning import SpinningThread
 
-from scene_graph_msgs.msg import QueryOptions, Status
+from scene_graph_msgs.msg import QueryOptions, Status, WhatIf
 from scene_graph_ros.node.node import SceneGraphNode
 
 
@@ -121,6 +121,14 @@ def test_each_request_has_its_own_deadline(client, move):
 def test_an_unknown_source_is_not_waited_for(client):
     """Poses of a source that is not there never come, which is told at once."""
     answer = client.call("HasCollisions", options=until(client.now(), 50.0, ["ghost"]))
+    assert answer.status.code == Status.UNKNOWN_NAME
+
+
+def test_poses_of_an_unknown_frame_are_not_waited_with(client):
+    """Nor are options that are wrong in another way: no pose that comes makes them right."""
+    options = until(client.now(), 50.0)
+    options.what_if = WhatIf(frames=["nobody"], poses=[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+    answer = client.call("HasCollisions", options=options)
     assert answer.status.code == Status.UNKNOWN_NAME
 
 
