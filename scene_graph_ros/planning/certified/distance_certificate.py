@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+import functools
 import math
 
 import numpy as np
@@ -43,7 +44,7 @@ class RegionGrid:
     kinematics: RationalForwardKinematics | None
     """What relates s and q; None for a region of q."""
 
-    @property
+    @functools.cached_property
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The bounds ``(nq,)`` in q."""
         ends = self.region.lower, self.region.upper
