@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+import math
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.planning.trajectories.arguments import as_order
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
 
@@ -20,12 +22,15 @@ _BEYOND = 1e-9
 class PathParameterizedTrajectory:
     """The trajectory ``path.value(time_scaling.value(t))``.
 
-    ``path`` is a curve q(s) in n dimensions, ``time_scaling`` one of a single row, s(t). Raises
-    TrajectoryError where that has more rows, or leaves the path.
+    ``path`` is a curve q(s) in n dimensions, ``time_scaling`` one of a single row, s(t). What
+    `derivative` returns has an ``order`` above 0: it is ``factor`` times the derivative of that
+    order by time. Raises TrajectoryError where ``time_scaling`` has more rows, or leaves the path.
     """
 
     path: PiecewisePolynomial
     time_scaling: PiecewisePolynomial
+    order: int = 0
+    factor: float = 1.0
 
     def __post_init__(self) -> None:
         """Check that they fit."""
@@ -64,14 +69,45 @@ class PathParameterizedTrajectory:
         return self.eval_derivative(t, 0)
 
     def eval_derivative(self, t: ArrayLike, order: int = 1) -> NDArray[np.float64]:
-        """Return the derivatives of an order from 0 to 2 by time, by the chain rule."""
+        """Return the derivatives of an order from 0 on by time, by the chain rule.
+
+        Taylor's polynomial of s(t) is put into that of q(s). Raises TrajectoryError.
+        """
+        count = self.order + as_order("order", order)
         s = self.time_scaling.value(t)[..., 0]
-        if order == 0:
-            return self.path.value(s)
-        rate, along = self.time_scaling.derivative().value(t), self.path.derivative()
-        if order == 1:
-            return along.value(s) * rate
-        if order == 2:
-            speedup = self.time_scaling.derivative(2).value(t)
-            return along.derivative().value(s) * rate**2 + along.value(s) * speedup
-        raise TrajectoryError(f"order must be 0, 1 or 2, not {order!r}")
+        if count == 0:
+            return self.factor * self.path.value(s)
+        ahead = [
+            self.time_scaling.derivative(k).value(t) / math.factorial(k)
+            for k in range(1, count + 1)
+        ]
+        # Coefficients of h^0, h^1, ... in (s(t + h) - s(t))^j.
+        power = [np.ones_like(ahead[0]), *(np.zeros_like(ahead[0]) for _ in ahead)]
+        result = np.zeros((*s.shape, self.rows))
+        for j in range(1, count + 1):
+            power = [
+                sum((power[k - i] * ahead[i - 1] for i in range(1, k + 1)), 0.0 * power[0])
+                for k in range(count + 1)
+            ]
+            result += self.path.derivative(j).value(s) / math.factorial(j) * power[count]
+        return self.factor * math.factorial(count) * result
+
+    def derivative(self, order: int = 1) -> PathParameterizedTrajectory:
+        """Return its derivative of an order from 0 on."""
+        return replace(self, order=self.order + as_order("order", order))
+
+    # Others made of it.
+
+    def reverse_time(self) -> PathParameterizedTrajectory:
+        """Return it the other way: at ``start_time + end_time - t`` what it is at t."""
+        reverse = self.time_scaling.reverse_time()
+        return replace(self, time_scaling=reverse, factor=(-1.0) ** self.order * self.factor)
+
+    def scale_time(self, factor: float) -> PathParameterizedTrajectory:
+        """Return it slower: at ``factor * t`` what it is at t. The factor is positive."""
+        slower = self.time_scaling.scale_time(factor)
+        return replace(self, time_scaling=slower, factor=float(factor) ** self.order * self.factor)
+
+    def shift_right(self, offset: float) -> PathParameterizedTrajectory:
+        """Return it later by ``offset``."""
+        return replace(self, time_scaling=self.time_scaling.shift_right(offset))

@@ -7,14 +7,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.trajectories.arguments import (
+    as_finite,
     as_numbers,
     as_order,
     as_positive,
     as_times,
     is_same_time,
 )
-from scene_graph_ros.planning.trajectories.bernstein import differentiated, elevated, evaluated
+from scene_graph_ros.planning.trajectories.bernstein import (
+    differentiated,
+    elevated,
+    evaluated,
+    multiplied,
+)
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 
 __all__ = ["PiecewisePolynomial"]
@@ -177,6 +184,49 @@ class PiecewisePolynomial:
     def elevate_degree(self, degree: int) -> PiecewisePolynomial:
         """Return the same curve with control points of a higher degree (Farin, section 6.1)."""
         return PiecewisePolynomial(self.breaks, elevated(self.control_points, degree))
+
+    # Combined with others.
+
+    def _other(self, other: PiecewisePolynomial, what: str) -> PiecewisePolynomial:
+        """Return another curve with the same breaks, with which it can be combined."""
+        if not isinstance(other, PiecewisePolynomial):
+            raise TrajectoryError(
+                f"what is {what} must be a PiecewisePolynomial, not {quoted(other)}"
+            )
+        if not np.array_equal(other.breaks, self.breaks):
+            raise TrajectoryError(
+                f"curves are {what} that have the same breaks: {self.breaks} are not"
+                f" {other.breaks}"
+            )
+        if other.rows != self.rows and 1 not in (other.rows, self.rows):
+            raise TrajectoryError(f"curves of {self.rows} and {other.rows} rows can't be {what}")
+        return other
+
+    def __add__(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
+        """Return the sum with a curve of the same breaks, whose single row is added to each."""
+        degree = max(self.degree, self._other(other, "added").degree)
+        first, second = (each.elevate_degree(degree).control_points for each in (self, other))
+        return PiecewisePolynomial(self.breaks, first + second)
+
+    def __sub__(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
+        return self + -self._other(other, "subtracted")
+
+    def __neg__(self) -> PiecewisePolynomial:
+        return PiecewisePolynomial(self.breaks, -self.control_points)
+
+    def __mul__(self, other: PiecewisePolynomial | float) -> PiecewisePolynomial:
+        """Return the product with a number, or with a curve of the same breaks, row by row.
+
+        A curve of a single row multiplies each row. The degree is the sum of both.
+        """
+        if not isinstance(other, PiecewisePolynomial):
+            points = as_finite("a factor", other) * self.control_points
+        else:
+            more = self._other(other, "multiplied").control_points
+            points = multiplied(self.control_points, more)
+        return PiecewisePolynomial(self.breaks, points)
+
+    __rmul__ = __mul__
 
 
 def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:
