@@ -29,7 +29,7 @@ from scene_graph_ros.planning.measuring_checker import MeasuringChecker
 from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
 from scene_graph_ros.planning.robot_diagram import RobotDiagram
 
-__all__ = ["CollisionChecker", "one_configuration"]
+__all__ = ["CollisionChecker", "one_configuration", "one_edge"]
 
 Self = TypeVar("Self", bound="CollisionChecker")
 
@@ -171,11 +171,11 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
 
     def check_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> bool:
         """Tell whether the edge between two configurations ``(nq,)`` is free."""
-        return bool(self.check_edges_collision_free(_one_edge(q1, q2))[0])
+        return bool(self.check_edges_collision_free(one_edge(q1, q2))[0])
 
     def measure_edge(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
         """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
-        return self.measure_edges(_one_edge(q1, q2))[0]
+        return self.measure_edges(one_edge(q1, q2))[0]
 
     # Contexts.
 
@@ -263,7 +263,8 @@ def one_configuration(name: str, q: ArrayLike) -> NDArray[np.float64]:
     return array[np.newaxis]
 
 
-def _one_edge(q1: ArrayLike, q2: ArrayLike) -> NDArray[np.float64]:
+def one_edge(q1: ArrayLike, q2: ArrayLike) -> NDArray[np.float64]:
+    """Return one edge as a batch of one; raises CollisionCheckerError for uneven ends."""
     first, second = one_configuration("q1", q1), one_configuration("q2", q2)
     if first.shape != second.shape:
         raise CollisionCheckerError(

@@ -15,7 +15,11 @@ from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.planning.check_kernels import NO_PAIR
-from scene_graph_ros.planning.checker_interface import CollisionChecker, one_configuration
+from scene_graph_ros.planning.checker_interface import (
+    CollisionChecker,
+    one_configuration,
+    one_edge,
+)
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.checker_state import CheckerState, make_state
 from scene_graph_ros.planning.configuration_checks import first_pairs
@@ -277,6 +281,16 @@ class SceneGraphCollisionChecker(CollisionChecker):
         Raises KinematicTreeError for what is not finite, CollisionCheckerError for another shape.
         """
         return self.edge_statuses(edges, threads=threads) == FREE
+
+    def check_edge(self, q1: ArrayLike, q2: ArrayLike, *, proof: bool = True) -> bool:
+        """Tell whether the edge between two configurations ``(nq,)`` is proven free.
+
+        With ``proof=False`` that its samples are free, at steps of ``edge_step_size``; nothing is
+        known of what is between them. Raises as `check_edges_collision_free`.
+        """
+        if proof:
+            return self.check_edge_collision_free(q1, q2)
+        return bool(self.check_edges_by_samples(one_edge(q1, q2))[0])
 
     def edge_statuses(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.int64]:
         """Return the value of the `EdgeStatus` of each of many edges ``(n, m, nq)``."""

@@ -56,6 +56,11 @@ class EdgeMeasure:
         return self.status is EdgeStatus.FREE
 
     @property
+    def proven(self) -> bool:
+        """Whether the whole edge is proven free: always where it is free, as no samples decide."""
+        return self.completely_free
+
+    @property
     def partially_free(self) -> bool:
         """Whether q1 is free, so that ``alpha`` tells up to where."""
         return self.alpha >= 0.0

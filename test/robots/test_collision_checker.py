@@ -106,6 +106,21 @@ def test_a_thin_plate_between_samples_is_found(tmp_path, ends):
     assert [int(each) for each in measure.pair] == sorted(int(each) for each in measure.pair)
 
 
+def test_samples_are_asked_for(tmp_path):
+    """The proof is what is asked without a word; both ways refuse ends that do not fit."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, ROD, PLATE))
+    assert not checker.check_edge([0.01], [1.01])
+    assert checker.check_edge([0.01], [1.01], proof=False)
+    assert not checker.measure_edge([0.01], [1.01]).proven
+    assert checker.check_edge([0.0], [0.4])
+    assert checker.measure_edge([0.0], [0.4]).proven
+    undecided = checker.measure_edge([0.4], [0.5 - 0.00055 / 0.7 - 1e-7])
+    assert undecided.status is EdgeStatus.UNDECIDED and not undecided.proven
+    for proof in (True, False):
+        with pytest.raises(CollisionCheckerError, match="q1 and q2 must have the same shape"):
+            checker.check_edge([0.0], [0.0, 1.0], proof=proof)
+
+
 def test_an_edge_beside_the_plate_is_proven(tmp_path):
     """Up to 1 mrad before it; a tenth of a micrometre before it is below the tolerance."""
     checker = SceneGraphCollisionChecker(diagram(tmp_path, ROD, PLATE))
