@@ -177,6 +177,36 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         """Return how far the edge from q1 to q2 ``(nq,)`` is proven free, and what stops it."""
         return self.measure_edges(one_edge(q1, q2))[0]
 
+    # The same by the reference's names.
+
+    def check_edge_collision_free_parallel(
+        self, q1: ArrayLike, q2: ArrayLike, *, threads: int = 1
+    ) -> bool:
+        """Tell it as `check_edge_collision_free`; threads share the pieces of a provider's way."""
+        return bool(self.check_edges_collision_free(one_edge(q1, q2), threads=threads)[0])
+
+    def measure_edge_collision_free(self, q1: ArrayLike, q2: ArrayLike) -> EdgeMeasure:
+        """Return what `measure_edge` does."""
+        return self.measure_edge(q1, q2)
+
+    def measure_edge_collision_free_parallel(
+        self, q1: ArrayLike, q2: ArrayLike, *, threads: int = 1
+    ) -> EdgeMeasure:
+        """Return what `measure_edge` does; threads share the pieces of a provider's way."""
+        return self.measure_edges(one_edge(q1, q2), threads=threads)[0]
+
+    def measure_edges_collision_free(
+        self, edges: ArrayLike, *, threads: int = 1
+    ) -> list[EdgeMeasure]:
+        """Return what `measure_edges` does."""
+        return self.measure_edges(edges, threads=threads)
+
+    def measure_context_edge_collision_free(
+        self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
+    ) -> EdgeMeasure:
+        """Return what `measure_context_edge` does."""
+        return self.measure_context_edge(model_context, q1, q2)
+
     # Contexts.
 
     @property

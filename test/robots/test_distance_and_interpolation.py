@@ -227,6 +227,33 @@ def test_no_proven_way_of_a_panda_collides(cell):
     assert pieces_of_free > 50
 
 
+def test_edges_have_the_same_answers_by_all_names(tmp_path):
+    """One alone, in threads, in a batch and with a context; of a straight and of a curved way."""
+    robots = diagram(tmp_path, SLIDE, BALL)
+    curved = SceneGraphCollisionChecker(
+        robots, distance_and_interpolation_provider=Detour(0.1), edge_step_size=0.01
+    )
+    for checker in (SceneGraphCollisionChecker(robots), curved):
+        context = checker.make_standalone_model_context()
+        for ends in (([0.0], [-1.0]), ([0.0], [1.0]), ([0.9], [0.0])):
+            measures = [
+                checker.measure_edge(*ends),
+                checker.measure_edge_collision_free(*ends),
+                checker.measure_edge_collision_free_parallel(*ends, threads=2),
+                *checker.measure_edges_collision_free([ends], threads=2),
+                checker.measure_context_edge_collision_free(context, *ends),
+            ]
+            found = {(each.status, each.alpha, each.distance, each.at) for each in measures}
+            assert len(found) == 1
+            assert context.q.tolist() == ends[1]
+            (is_free,) = {
+                checker.check_edge_collision_free(*ends),
+                checker.check_edge_collision_free_parallel(*ends, threads=2),
+                measures[0].proven,
+            }
+            assert is_free == (ends[1] == [-1.0])
+
+
 def test_functions_of_ones_own(tmp_path):
     """Only for a checker made with one; None is the linear one again; its own are refused."""
     robots = diagram(tmp_path, SLIDE, BALL)
