@@ -13,6 +13,7 @@ from scene_graph_ros.planning.optimal_control.errors import (
     TrajectoryOptimizationError,
 )
 from scene_graph_ros.planning.optimal_control.multiple_shooting import MultipleShooting
+from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
 
 __all__ = ["DirectCollocation"]
@@ -32,15 +33,22 @@ class DirectCollocation(MultipleShooting):
         num_time_samples: int,
         minimum_time_step: float,
         maximum_time_step: float,
+        *,
+        prog: NonlinearProgram | None = None,
     ) -> None:
-        """Make the variables, and add the dynamics; steps are in s. Raises for discrete ones."""
+        """Make the variables, and add the dynamics; steps are in s. Raises for discrete ones.
+
+        With ``prog``, another one's `prog`, both are one program, which costs and constraints may
+        couple: `solve` of one finds both, and `result_of` the other, of its ``program_result``,
+        returns the other's trajectory.
+        """
         low = as_positive("minimum_time_step", minimum_time_step)
         high = as_positive("maximum_time_step", maximum_time_step)
         if low > high:
             raise TrajectoryOptimizationError(
                 f"minimum_time_step = {low} must not be above maximum_time_step = {high}"
             )
-        super().__init__(dynamics, num_time_samples, (low, high))
+        super().__init__(dynamics, num_time_samples, (low, high), prog)
         if dynamics.is_discrete:
             raise DynamicsError(
                 "collocation is for continuous dynamics, these have a discrete_step: take"

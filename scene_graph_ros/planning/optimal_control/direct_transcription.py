@@ -10,6 +10,7 @@ from scene_graph_ros.planning.optimal_control.arguments import as_positive
 from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.multiple_shooting import MultipleShooting
+from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
 
 __all__ = ["DirectTranscription"]
@@ -24,15 +25,20 @@ class DirectTranscription(MultipleShooting):
     """
 
     def __init__(
-        self, dynamics: Dynamics, num_time_samples: int, fixed_time_step: float | None = None
+        self,
+        dynamics: Dynamics,
+        num_time_samples: int,
+        fixed_time_step: float | None = None,
+        *,
+        prog: NonlinearProgram | None = None,
     ) -> None:
-        """Make the variables, and add the dynamics.
+        """Make the variables, and add the dynamics, to another's ``prog`` where one is given.
 
         Raises TrajectoryOptimizationError for continuous dynamics without a step, and for discrete
         ones with one.
         """
         step = _step_of(dynamics, fixed_time_step)
-        super().__init__(dynamics, num_time_samples, (step, step))
+        super().__init__(dynamics, num_time_samples, (step, step), prog)
         ca, N = self._ca, self.num_time_samples
         x, u, t = ca.horzcat(*self._x), ca.horzcat(*self._u), ca.horzcat(*self._t)
         p = ca.repmat(ca.MX(dynamics.parameters), 1, N - 1)

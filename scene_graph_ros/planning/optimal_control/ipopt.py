@@ -259,6 +259,7 @@ class IpoptRun:
                     float(self.given.lower[k]),
                     float(self.given.upper[k]),
                     tuple(int(knot) for knot in constraint.knots[row]),
+                    expression=constraint.expression,
                 )
             )
         return tuple(result)

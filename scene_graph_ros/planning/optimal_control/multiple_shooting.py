@@ -39,7 +39,11 @@ class MultipleShooting(ABC):
     """
 
     def __init__(
-        self, dynamics: Dynamics, num_time_samples: int, steps: tuple[float, float]
+        self,
+        dynamics: Dynamics,
+        num_time_samples: int,
+        steps: tuple[float, float],
+        prog: NonlinearProgram | None = None,
     ) -> None:
         if not isinstance(dynamics, Dynamics):
             raise TrajectoryOptimizationError(
@@ -49,9 +53,11 @@ class MultipleShooting(ABC):
         self.dynamics = dynamics
         self.num_time_samples = as_count("num_time_samples", num_time_samples, 2)
         n, m, N = dynamics.num_states, dynamics.num_inputs, self.num_time_samples
-        self._prog = NonlinearProgram()
+        if not isinstance(prog, NonlinearProgram | None):
+            raise TrajectoryOptimizationError(f"prog must be another's prog(), not {quoted(prog)}")
+        self._prog = NonlinearProgram() if prog is None else prog
         self._prog.has_rough_guess = True
-        self._prog.has_second_derivatives = dynamics.has_second_derivatives
+        self._prog.has_second_derivatives &= dynamics.has_second_derivatives
         self._prog.raise_error.append(dynamics.raise_error)
         self._steps = steps
         self._has_variable_steps = steps[0] < steps[1]
@@ -61,6 +67,7 @@ class MultipleShooting(ABC):
         ]
         self._x = [self._prog.new_variables(n, f"x[{k}]") for k in range(N)]
         self._u = [self._prog.new_variables(m, f"u[{k}]") for k in range(N)]
+        self._prog.own(self, [*self._x, *self._u, *(self._h if self._has_variable_steps else [])])
         self._t: list[Any] = [ca.MX(0.0)]
         for h in self._h:
             self._t.append(self._t[-1] + h)
@@ -129,6 +136,7 @@ class MultipleShooting(ABC):
         self._prog.placeholders[placeholder.__hash__()] = f"sequential variable {name!r}"
         knots = range(self.num_time_samples)
         variables = [self._prog.new_variables(count, f"{name}[{k}]") for k in knots]
+        self._prog.own(self, variables)
         self._sequential[name] = placeholder, variables
         return placeholder
 
@@ -330,7 +338,9 @@ class MultipleShooting(ABC):
         times, x = self.get_sample_times(found), self.get_state_samples(found)
         u = self.get_input_samples(found)
         violations = tuple(
-            replace(each, time=float(times[each.knots[0]])) if each.knots else each
+            replace(each, time=float(times[each.knots[0]]))
+            if each.knots and self._prog.is_owned(self, each.expression)
+            else each
             for each in found.violations
         )
         reason = found.reason

@@ -34,6 +34,8 @@ class NonlinearProgram(ProgramParts):
         """Variables' symbols by their hash, and their places."""
         self.placeholders: dict[int, str] = {}
         """Symbols that stand for others, by their hash, and what they are called."""
+        self._owners: dict[int, object] = {}
+        """Whose knots variables are at, by their hash."""
 
     # What it is made of.
 
@@ -45,6 +47,15 @@ class NonlinearProgram(ProgramParts):
         self.variables.append(symbol)
         self._guesses.append(np.zeros(count))
         return symbol
+
+    def own(self, owner: object, variables: Sequence[Any]) -> None:
+        """Say at whose knots variables are, where several share the program."""
+        self._owners.update((symbol.__hash__(), owner) for symbol in variables)
+
+    def is_owned(self, owner: object, expression: Any) -> bool:
+        """Tell whether an expression has no variables at knots of others."""
+        symbols = self._ca.symvar(expression)
+        return all(self._owners.get(each.__hash__(), owner) is owner for each in symbols)
 
     def add_cost(self, expression: Any) -> None:
         """Add an expression ``(1, 1)`` to what is least."""

@@ -39,6 +39,8 @@ class ConstraintViolation:
     """The samples it is about: none, one, or the two ends of a step."""
     time: float | None = None
     """When, s: the first of its knots, where it has some."""
+    expression: Any = field(default=None, repr=False, compare=False)
+    """The constraint's, of all its rows."""
 
     def __str__(self) -> str:
         """Return it in words."""
