@@ -54,11 +54,11 @@ def test_constraints_of_regions(arm):
     zo = IrisZoOptions(**few, additional_constraints=throwing)
     with pytest.raises(OwnError, match="not now"):
         iris_zo(arm, ball, DOMAIN, zo)
+    options = IrisNpOptions(additional_constraints=throwing)
     with pytest.raises(OwnError, match="not now"):
-        options = IrisNpOptions(additional_constraints=throwing)
         iris_in_configuration_space(arm, [0.0, 0.0], options, domain=DOMAIN)
+    cover = IrisFromCliqueCoverOptions(iris_options=zo)
     with pytest.raises(OwnError, match="not now"):
-        cover = IrisFromCliqueCoverOptions(iris_options=zo)
         iris_in_configuration_space_from_clique_cover(arm, cover, domain=DOMAIN)
     assert threading.active_count() == count
     again = iris_zo(arm, ball, DOMAIN, IrisZoOptions(**few))
