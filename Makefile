@@ -121,6 +121,7 @@ peers: environment  ## add the engines to compare with (700 MB)
 bench: all-kernels peers  ## compare speed with the peers
 	$(RUN) -m benchmarks
 	$(RUN) -m benchmarks.robot_speed --picture docs/robot_speed.png
+	$(RUN) -m benchmarks.regions
 	$(RUN) -m benchmarks.optimal_control
 	$(RUN) -m benchmarks.gcs_trajectories --sizes 20 --defaults
 	$(RUN) -m benchmarks.certified_regions

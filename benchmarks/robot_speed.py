@@ -1,4 +1,4 @@
-"""Configurations and edges per second of a Panda in its cell, beside the peers in one run.
+"""Configurations and edges per second of a Panda in two scenes, beside the peers in one run.
 
 ``python -m benchmarks.robot_speed`` prints the table. All are called from Python with one thread,
 about the same geometries and pairs. Ours proves edges; the others sample them at steps of 0.05 rad
@@ -49,6 +49,9 @@ _STEP = 0.05
 _REPEATS = 4
 _INFLUENCES = (0.05, 0.1, 0.5)
 """Metres, up to which clearances are told."""
+_SCENES = {"the cell": cell, "a box in the hand among 29 boxes": boxes_and_grasp}
+"""Configurations and edges are checked in these; the picture is of the first."""
+
 _CLEARANCE_SCENES = {
     "the cell": cell,
     "the cell as Drake has it (meshes are hulls, no floor)": cell_of_hulls,
@@ -129,6 +132,29 @@ def _print_clearances(scene: str, checker: SceneGraphCollisionChecker, count: in
             print(f"{influence:4} m, {name:18} {each:13.1f} {rows:7.2f} {theirs / each:11.1f}x")
 
 
+def _print_rates(scene: str, checker: SceneGraphCollisionChecker, count: int) -> list[_Row]:
+    """Print how many configurations and edges of a scene each engine checks in a second."""
+    tree, rng = checker.model.tree, np.random.default_rng(0)
+    q = rng.uniform(tree.lower, tree.upper, (count, tree.num_positions))
+    edges = edges_of(checker, count)
+    rows = _measured(_engines(checker), q, edges)
+    ours = rows[0]
+    print(
+        f"{scene}: {len(q)} configurations, {len(edges)} edges, {checker.num_pairs} pairs checked"
+    )
+    print(
+        f"{'':18} {'configurations/s':>17} {'ours is':>9} {'edges/s':>9} {'ours is':>9}"
+        f" {'differ':>7} {'collide':>8}"
+    )
+    for row in rows:
+        print(
+            f"{row.name:18} {1e6 / row.configurations:17.0f}"
+            f" {row.configurations / ours.configurations:8.1f}x {1e6 / row.edges:9.0f}"
+            f" {row.edges / ours.edges:8.1f}x {row.apart:7} {row.colliding:8}"
+        )
+    return rows
+
+
 def _draw(rows: Sequence[_Row], output: Path) -> None:
     """Write bars of what each engine does in a second."""
     import matplotlib
@@ -160,28 +186,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--count", type=int, default=1000, help="configurations, and edges")
     options = parser.parse_args(arguments)
     load = os.getloadavg()[0]
-    checker = cell()
-    tree, rng = checker.model.tree, np.random.default_rng(0)
-    q = rng.uniform(tree.lower, tree.upper, (options.count, tree.num_positions))
-    edges = edges_of(checker, options.count)
-    engines = _engines(checker)
-    rows = _measured(engines, q, edges)
-    ours = rows[0]
-    print(
-        f"{'':18} {'configurations/s':>17} {'ours is':>9} {'edges/s':>9} {'ours is':>9}"
-        f" {'differ':>7} {'collide':>8}"
-    )
-    for row in rows:
-        print(
-            f"{row.name:18} {1e6 / row.configurations:17.0f}"
-            f" {row.configurations / ours.configurations:8.1f}x {1e6 / row.edges:9.0f}"
-            f" {row.edges / ours.edges:8.1f}x {row.apart:7} {row.colliding:8}"
-        )
-    if options.picture is not None:
-        _draw(rows, options.picture)
+    drawn = None
+    for scene, made in _SCENES.items():
+        rows = _print_rates(scene, made(), options.count)
+        drawn = rows if drawn is None else drawn
+    if options.picture is not None and drawn is not None:
+        _draw(drawn, options.picture)
     for scene, made in _CLEARANCE_SCENES.items():
         _print_clearances(scene, made(), options.count)
-    print(f"{len(q)} configurations, {len(edges)} edges, {checker.num_pairs} pairs. ", end="")
     print(machine(load), end="")
 
 

@@ -53,9 +53,12 @@ def test_engines_agree_and_the_table_says_so(capsys, monkeypatch, tmp_path):
     text = capsys.readouterr().out
     assert "left out: no DrakeEngine" in text and "left out: no MuJoCoEngine" in text
     rows = re.findall(r"^(.+?) +(\d+) +[\d.]+x +(\d+) +[\d.]+x +(\d+) +(\d+)$", text, re.M)
-    (ours, *_, ours_differ, ours_hit), (theirs, *_, differ, hit) = rows
-    assert (ours, theirs) == ("scene_graph_ros", "pinocchio, Coal")
-    assert int(ours_differ) == int(differ) == 0 and 0 < int(ours_hit) == int(hit)
+    assert len(rows) == 4
+    for (ours, *_, ours_differ, ours_hit), (theirs, *_, differ, hit) in (rows[:2], rows[2:]):
+        assert (ours, theirs) == ("scene_graph_ros", "pinocchio, Coal")
+        assert int(ours_differ) == int(differ) == 0 and 0 < int(ours_hit) == int(hit)
+    scenes = re.findall(r"^(.+): 200 configurations, \d+ edges, (\d+) pairs checked$", text, re.M)
+    assert scenes == [("the cell", "412"), ("a box in the hand among 29 boxes", "540")]
     told = re.findall(r"^ *([\d.]+) m, (.+?) +[\d.]+ +([\d.]+) +nanx$", text, re.M)
     each = [(distance, count) for distance, name, count in told if name == "scene_graph_ros"]
     at_once = [(distance, count) for distance, name, count in told if name == "ours at once"]
