@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.certified.search_options import (
         BilinearAlternationOptions,
         BinarySearchOptions,
+        EllipsoidMarginCost,
     )
     from scene_graph_ros.planning.checker_bodies import CheckerBody
     from scene_graph_ros.planning.checker_contexts import CollisionCheckerContext
@@ -152,6 +153,7 @@ __all__ = [
     "EdgeMeasure",
     "EdgeStatus",
     "EdgesBetweenSubgraphs",
+    "EllipsoidMarginCost",
     "GcsTrajectoryOptimization",
     "GcsTrajectoryResult",
     "InverseKinematics",
@@ -235,7 +237,11 @@ _MODULES = {
     "certified.pair_certificate": ("PairCertificate",),
     "certified.polytope_certificate": ("PairFailure", "PolytopeCertificate"),
     "certified.rational_kinematics": ("RationalForwardKinematics",),
-    "certified.search_options": ("BilinearAlternationOptions", "BinarySearchOptions"),
+    "certified.search_options": (
+        "BilinearAlternationOptions",
+        "BinarySearchOptions",
+        "EllipsoidMarginCost",
+    ),
     "checker_bodies": ("CheckerBody",),
     "checker_contexts": ("CollisionCheckerContext",),
     "checker_interface": ("CollisionChecker",),

@@ -17,13 +17,15 @@ from scene_graph_ros.planning import (
     BinarySearchOptions,
     CertificateError,
     CspaceFreePolytope,
+    EllipsoidMarginCost,
     PairCertificate,
     PairFailure,
     RationalForwardKinematics,
     SceneGraphCollisionChecker,
 )
-from scene_graph_ros.planning.certified import plane_search
+from scene_graph_ros.planning.certified import bilinear_alternation, plane_search
 from scene_graph_ros.planning.certified.exact_matrices import ExactStack, is_positive_semidefinite
+from scene_graph_ros.planning.certified.growth_program import grown_rows
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.pair_shapes import rounded_hull
 from scene_graph_ros.planning.certified.tangent_region import make_region
@@ -202,6 +204,43 @@ def test_a_polytope_grows_around_its_ellipsoid(arm):
     inside = q[found[-1].contains(q)]
     assert len(inside) > 1000 and arm.check_configs_collision_free(inside).all()
     assert search.search_with_bilinear_alternation(BOX, np.full(4, 0.3), options=options) == []
+
+
+def test_points_that_are_to_stay_inside_do(arm):
+    """A corner of a box, from which a face that turns moves away otherwise."""
+    kept = ((0.1, 0.1), (-0.1, 0.05))
+    search = CspaceFreePolytope(arm)
+    held = []
+    for points in ((), kept):
+        options = BilinearAlternationOptions(max_iter=3, s_inner_pts=points)
+        found = search.search_with_bilinear_alternation(BOX, np.full(4, 0.1), options=options)
+        assert len(found) > 1 and found[-1].verify()
+        held.append([bool(each.region.contains(np.array(kept)).all()) for each in found])
+    assert not held[0][-1]
+    assert all(held[1])
+
+
+def test_faces_move_by_the_sum_of_margins_or_by_their_geometric_mean(arm, monkeypatch):
+    """In a first round, where all else is the same, each is largest where it is asked for."""
+    margins = {}
+
+    def watched(problems, solutions, region, B, center, options):
+        C, d = grown_rows(problems, solutions, region, B, center, options)
+        away = d - C @ center - np.linalg.norm(C @ B, axis=1)
+        margins.setdefault(options.ellipsoid_margin_cost, away)
+        return C, d
+
+    monkeypatch.setattr(bilinear_alternation, "grown_rows", watched)
+    for cost in EllipsoidMarginCost:
+        options = BilinearAlternationOptions(max_iter=1, ellipsoid_margin_cost=cost)
+        found = CspaceFreePolytope(arm).search_with_bilinear_alternation(
+            BOX, np.full(4, 0.1), options=options
+        )
+        assert len(found) == 2 and found[1].verify()
+    by_sum, by_mean = (margins[cost] for cost in EllipsoidMarginCost)
+    assert len(by_sum) == len(by_mean) == 4
+    assert by_sum.sum() > by_mean.sum() + 1e-4
+    assert (by_mean + 1e-5).prod() > 1.001 * (by_sum + 1e-5).prod()
 
 
 def test_rows_that_tie_joints_are_used(arm):
@@ -463,6 +502,14 @@ def test_bad_arguments_are_named(arm, tmp_path):
         BinarySearchOptions(scale_min=2.0)
     with pytest.raises(CertificateError, match=r"ellipsoid_scaling must be in \(0, 1\]"):
         BilinearAlternationOptions(ellipsoid_scaling=1.5)
+    with pytest.raises(CertificateError, match="must be an EllipsoidMarginCost, not 'sum'"):
+        BilinearAlternationOptions(ellipsoid_margin_cost="sum")
+    with pytest.raises(CertificateError, match="ellipsoid_margin_epsilon must be positive"):
+        BilinearAlternationOptions(ellipsoid_margin_epsilon=0.0)
+    for point, words in (([0.5, 0.0], "must be in the polytope"), ([0.0], "2 finite numbers")):
+        outside = BilinearAlternationOptions(s_inner_pts=[[0.0] * len(point), point])
+        with pytest.raises(CertificateError, match=rf"s_inner_pts\[[01]\] must be .*{words[8:]}"):
+            search.search_with_bilinear_alternation(BOX, np.full(4, 0.1), options=outside)
     with pytest.raises(CertificateError, match="max_iter must be a whole number"):
         BilinearAlternationOptions(max_iter=-1)
     with pytest.raises(CertificateError, match="checker must be a SceneGraphCollisionChecker"):

@@ -26,6 +26,9 @@ planes do not suffice within wide ones, narrower ones are tried."""
 _ROUNDING = 1e-6
 """Of a polytope's width, that a solver may move a face by; and of an angle."""
 
+_OUTSIDE = 1e-12
+"""Relative, and absolute: how far beyond points that stay inside faces are."""
+
 _STEPS = (1.0, 0.9, 0.5)
 """Shares of a step that are tried until the polytope is proven."""
 
@@ -64,7 +67,7 @@ def alternate(
         after = None
         for share in _WIDENINGS:
             wide = _widened(found[-1].region, limits, share)
-            after = _round(found[-1], wide, inner, certify, options.ellipsoid_scaling)
+            after = _round(found[-1], wide, inner, certify, options)
             if after is not None:
                 break
         if after is None:
@@ -116,7 +119,7 @@ def _round(
     wide: TangentRegion,
     inner: _Ellipsoid,
     certify: Callable[[TangentRegion], PolytopeCertificate],
-    scaling: float,
+    options: BilinearAlternationOptions,
 ) -> PolytopeCertificate | None:
     """Return a larger polytope that is proven, or None."""
     problems = PairProblems(before.kinematics, before.plan, before.inspector, wide)
@@ -127,13 +130,18 @@ def _round(
             solutions.append(plane_for_growth(part))
             if solutions[-1].clearance <= 0.0:
                 return None
-        C, d = grown_rows(parts, solutions, wide, scaling * inner.B, inner.center)
+        B = options.ellipsoid_scaling * inner.B
+        C, d = grown_rows(parts, solutions, wide, B, inner.center, options)
         d = _not_moved_back(C, d, before.region)
     except SolverError:
         return None
     for step in _STEPS:
         height = C @ inner.center
-        after = certify(TangentRegion(wide.lower, wide.upper, C, height + step * (d - height)))
+        sides = height + step * (d - height)
+        for point in options.s_inner_pts:
+            reach = C @ np.array(point)
+            sides = np.maximum(sides, reach + _OUTSIDE * (1.0 + np.abs(reach)))
+        after = certify(TangentRegion(wide.lower, wide.upper, C, sides))
         if after.is_success:
             return after
     return None

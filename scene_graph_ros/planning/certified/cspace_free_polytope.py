@@ -151,7 +151,7 @@ class CspaceFreePolytope:
         chosen = BinarySearchOptions() if options is None else options
         rows, sides = np.array(C, dtype=np.float64), np.array(d, dtype=np.float64)
         make_region(self._kinematics, rows, sides)
-        center = self._checked_center(s_center, rows, sides)
+        center = self._checked_inside(s_center, rows, sides, "s_center")
         pairs = list(ignored_collision_pairs)
 
         def at(scale: float) -> PolytopeCertificate:
@@ -196,14 +196,17 @@ class CspaceFreePolytope:
         In each round planes are found for the polytope, then its faces, in place and direction,
         for their multipliers, so that the largest ellipsoid inside stays there and has the most
         room. Each polytope is proven; where the first is not, the list is empty. Raises
-        as `find_separation_certificate_given_polytope`.
+        as `find_separation_certificate_given_polytope`, and for ``s_inner_pts`` that are outside.
         """
         chosen = BilinearAlternationOptions() if options is None else options
         workers = checked_executor(executor)
         ignored = self._ignored(ignored_collision_pairs)
-        start = self._certify(
-            make_region(self._kinematics, C_init, d_init), ignored, True, workers
-        )
+        region = make_region(self._kinematics, C_init, d_init)
+        for number, point in enumerate(chosen.s_inner_pts):
+            self._checked_inside(
+                point, np.array(C_init), np.array(d_init), f"s_inner_pts[{number}]"
+            )
+        start = self._certify(region, ignored, True, workers)
         if not start.is_success:
             return []
 
@@ -285,21 +288,20 @@ class CspaceFreePolytope:
             result.add(both)
         return frozenset(result)
 
-    def _checked_center(
-        self, s_center: ArrayLike, C: NDArray[np.float64], d: NDArray[np.float64]
+    def _checked_inside(
+        self, point: ArrayLike, C: NDArray[np.float64], d: NDArray[np.float64], label: str
     ) -> NDArray[np.float64]:
-        center = np.array(s_center, dtype=np.float64)
+        s = np.array(point, dtype=np.float64)
         lower, upper = self._kinematics.s_limits()
-        if center.shape != lower.shape or not np.isfinite(center).all():
+        if s.shape != lower.shape or not np.isfinite(s).all():
             raise CertificateError(
-                f"s_center must be {len(lower)} finite numbers, not {quoted(s_center)}"
+                f"{label} must be {len(lower)} finite numbers, not {quoted(point)}"
             )
-        if (C @ center > d).any() or (center < lower).any() or (center > upper).any():
+        if (C @ s > d).any() or (s < lower).any() or (s > upper).any():
             raise CertificateError(
-                "s_center must be in the polytope and within the joints' limits:"
-                f" {quoted(s_center)}"
+                f"{label} must be in the polytope and within the joints' limits: {quoted(point)}"
             )
-        return center
+        return s
 
 
 def _with_most_clearance(found: PolytopeCertificate) -> PolytopeCertificate:

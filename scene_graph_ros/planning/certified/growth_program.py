@@ -1,9 +1,9 @@
 """The program that moves a polytope's faces outwards while planes keep all pairs apart.
 
 The Gram matrices of the polytope's own rows are given, and everything else is free: planes, the
-matrices of the bounds, and the rows themselves. The sum of the faces' margins from an
-ellipsoid that stays inside is the largest (Dai, Amice, Werner, Zhang and Tedrake, "Certified
-polyhedral decompositions of collision-free configuration space", 2023, section V).
+matrices of the bounds, and the rows themselves. The sum of the faces' margins from an ellipsoid
+that stays inside, or their geometric mean, is the largest (Dai, Amice, Werner, Zhang and Tedrake,
+"Certified polyhedral decompositions of collision-free configuration space", 2023, section V).
 """
 
 from __future__ import annotations
@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
+from scene_graph_ros.planning.certified.search_options import (
+    BilinearAlternationOptions,
+    EllipsoidMarginCost,
+)
 from scene_graph_ros.planning.certified.separation_program import (
     MovingRows,
     SeparationProgram,
@@ -39,10 +43,12 @@ def grown_rows(
     region: TangentRegion,
     B: NDArray[np.float64],
     center: NDArray[np.float64],
+    options: BilinearAlternationOptions,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return rows C ``(m, n)``, of length 1 where they bound something, and sides d ``(m,)``.
 
-    ``{B z + center}`` for all ``|z| <= 1`` stays inside. Raises SolverError.
+    ``{B z + center}`` for all ``|z| <= 1`` stays inside, as do the options' points. Raises
+    SolverError.
     """
     program = ConeProgram()
     m, n = region.C.shape
@@ -55,7 +61,16 @@ def grown_rows(
             [(np.array([0]), np.array([part.clearance]), np.ones(1))],
             np.array([-max(_KEPT_CLEARANCE * solution.clearance, _LEAST_CLEARANCE)]),
         )
-    _keep_ellipsoid(program, C, d, B, center, float(np.linalg.norm(region.upper - region.lower)))
+    widest = float(np.linalg.norm(region.upper - region.lower))
+    margins = _keep_ellipsoid(program, C, d, B, center, widest)
+    for row in range(m):
+        for point in options.s_inner_pts:
+            blocks = [(d[row : row + 1], np.ones((1, 1))), (C[row], -np.array([point]))]
+            program.add_rows(Cone.NONNEGATIVE, blocks, np.zeros(1))
+    if options.ellipsoid_margin_cost is EllipsoidMarginCost.SUM:
+        program.add_cost(margins, -np.ones(m))
+    else:
+        _add_geometric_mean(program, margins, options.ellipsoid_margin_epsilon)
     found = program.solve("the polytope's faces")
     if not found.is_feasible:
         raise SolverError("the polytope's faces: the program has no solution, as nearly no room")
@@ -96,8 +111,8 @@ def _keep_ellipsoid(
     B: NDArray[np.float64],
     center: NDArray[np.float64],
     widest: float,
-) -> None:
-    """Ask that faces are as far beyond an ellipsoid as can be, with normals no longer than 1."""
+) -> NDArray[np.intp]:
+    """Ask that faces are beyond an ellipsoid by margins, with normals no longer than 1."""
     m, n = C.shape
     margins = program.variables(m)
     one = np.ones((1, 1))
@@ -114,4 +129,17 @@ def _keep_ellipsoid(
         program.add_rows(Cone.SECOND_ORDER, [(own[1], length)], np.eye(n + 1)[0])
     program.add_rows(Cone.NONNEGATIVE, [(margins, np.eye(m))], np.zeros(m))
     program.add_rows(Cone.NONNEGATIVE, [(margins, -np.eye(m))], np.full(m, widest))
-    program.add_cost(margins, -np.ones(m))
+    return margins
+
+
+def _add_geometric_mean(program: ConeProgram, margins: NDArray[np.intp], epsilon: float) -> None:
+    """Ask for the largest product of margins and epsilon: the sum of their logarithms."""
+    logarithms = program.variables(len(margins))
+    for margin, logarithm in zip(margins, logarithms, strict=True):
+        # exp(logarithm) <= margin + epsilon.
+        blocks = [
+            (np.array([logarithm]), np.array([[1.0], [0.0], [0.0]])),
+            (np.array([margin]), np.array([[0.0], [0.0], [1.0]])),
+        ]
+        program.add_rows(Cone.EXPONENTIAL, blocks, np.array([0.0, 1.0, epsilon]))
+    program.add_cost(logarithms, -np.ones(len(margins)))

@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+import enum
 import math
+
+import numpy as np
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.errors import CertificateError
 
-__all__ = ["BilinearAlternationOptions", "BinarySearchOptions"]
+__all__ = ["BilinearAlternationOptions", "BinarySearchOptions", "EllipsoidMarginCost"]
+
+
+class EllipsoidMarginCost(enum.Enum):
+    """What is the largest of the margins between a polytope's faces and the ellipsoid inside."""
+
+    SUM = "sum"
+    """One face may stay where it is for the others."""
+    GEOMETRIC_MEAN = "geometric mean"
+    """That of margins and an epsilon: faces move more alike."""
 
 
 @dataclass(frozen=True)
@@ -43,13 +56,17 @@ class BilinearAlternationOptions:
     """How a polytope is grown: for how many rounds, until it grows by less than what share.
 
     ``convergence_tol`` is about the volume of the largest ellipsoid in the polytope; that
-    ellipsoid, scaled by ``ellipsoid_scaling``, stays inside. Raises CertificateError for numbers
-    that make no sense.
+    ellipsoid, scaled by ``ellipsoid_scaling``, stays inside, as do ``s_inner_pts`` ``(m, nq)``,
+    which must be inside at first. Faces move by ``ellipsoid_margin_cost``. Raises CertificateError
+    for numbers that make no sense.
     """
 
     max_iter: int = 10
     convergence_tol: float = 1e-2
     ellipsoid_scaling: float = 0.99
+    ellipsoid_margin_cost: EllipsoidMarginCost = EllipsoidMarginCost.SUM
+    ellipsoid_margin_epsilon: float = 1e-5
+    s_inner_pts: Sequence[Sequence[float]] = ()
 
     def __post_init__(self) -> None:
         """Raise CertificateError naming the option."""
@@ -62,6 +79,18 @@ class BilinearAlternationOptions:
             raise CertificateError(
                 f"ellipsoid_scaling must be in (0, 1], not {quoted(self.ellipsoid_scaling)}"
             )
+        if not isinstance(self.ellipsoid_margin_cost, EllipsoidMarginCost):
+            raise CertificateError(
+                "ellipsoid_margin_cost must be an EllipsoidMarginCost, not"
+                f" {quoted(self.ellipsoid_margin_cost)}"
+            )
+        if not 0.0 < self.ellipsoid_margin_epsilon < math.inf:
+            raise CertificateError(
+                "ellipsoid_margin_epsilon must be positive, not"
+                f" {quoted(self.ellipsoid_margin_epsilon)}"
+            )
+        points = np.asarray(self.s_inner_pts)
+        object.__setattr__(self, "s_inner_pts", tuple(map(tuple, points.tolist())))
 
 
 def _check_iterations(max_iter: object) -> None:
