@@ -22,6 +22,7 @@ from scene_graph_ros.planning.timing_problem import (
     TimingProblem,
     too_late,
 )
+from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
 from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.jerk_limited import sample_along
@@ -30,6 +31,7 @@ from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import 
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.planning.trajectories.polynomials_of import Polynomials, polynomials_of
 from scene_graph_ros.planning.trajectories.time_optimal import GRID_POINTS
 
 __all__ = ["time_curve"]
@@ -43,7 +45,7 @@ _FINEST = 8
 
 def time_curve(
     checker: SceneGraphCollisionChecker,
-    curve: CompositeTrajectory | PiecewisePolynomial,
+    curve: Polynomials,
     limits: MotionLimits,
     *,
     at: ArrayLike,
@@ -63,13 +65,17 @@ def time_curve(
     eight times.
 
     All other arguments, the answer and what is raised are as of `time_path`; raises
-    TrajectoryError for a curve of other rows than the limits, and one that jumps.
+    TrajectoryError for a curve of other rows than the limits, one that jumps, and one that is no
+    polynomials.
     """
     problem = timing_problem(
         checker.clone(), np.asarray(at)[np.newaxis], limits, rise_time, grid_points
     )
-    if isinstance(curve, CompositeTrajectory):
-        curve = normalize_segment_times(curve).piecewise_polynomial()
+    if isinstance(curve, CompositeTrajectory) and all(
+        isinstance(segment, BezierCurve) for segment in curve.segments
+    ):
+        curve = normalize_segment_times(curve)
+    curve = polynomials_of("curve", curve)
     if curve.rows != len(limits.names):
         raise TrajectoryError(
             f"curve has {curve.rows} rows, and limits name {len(limits.names)} positions"

@@ -29,10 +29,13 @@ from scene_graph_ros.planning import (
 )
 from scene_graph_ros.planning.trajectories import (
     BezierCurve,
+    BsplineTrajectory,
     CompositeTrajectory,
+    ExponentialPlusPiecewisePolynomial,
     find_excess,
     MotionLimits,
     PiecewisePolynomial,
+    retime,
     TrajectoryError,
 )
 from scene_graph_ros.robots.kinematic_tree import KinematicTreeError
@@ -98,6 +101,41 @@ def test_it_stops_at_a_corner_and_turns_round_a_quarter_circle(cart):
     radii = np.linalg.norm(timed.trajectory.value(np.linspace(0, 9, 999)) - [0, -1], axis=1)
     # Bezier's quarter is round to 3e-4; cubics through its points are as near.
     np.testing.assert_allclose(radii, 1.0, atol=1e-3)
+
+
+def test_curves_of_all_kinds_of_polynomials_are_timed_alike(cart):
+    """The same arc as a B-spline, a Bezier curve, joined, and as polynomials."""
+    checker, limits = cart
+    points = [[0.0, 0.0], [0.7, 0.0], [1.2, -0.4], [1.2, -1.0]]
+    spline = BsplineTrajectory.clamped_uniform(points, 3, 0.0, 2.0)
+    bezier = BezierCurve(0.0, 2.0, points)
+    polynomials = spline.piecewise_polynomial()
+    whole = retime(polynomials, limits)
+    for curve in (spline, bezier, CompositeTrajectory((spline,)), polynomials):
+        timed = time_curve(checker, curve, limits, at=[0.0, 0.0])
+        assert timed.is_success, timed.reason
+        assert timed.stops == 0
+        assert find_excess(timed.trajectory, limits) is None
+        assert timed.duration == pytest.approx(whole.duration, rel=0.05)
+        assert retime(curve, limits).duration == pytest.approx(whole.duration, rel=1e-12)
+        half = MotionLimits([0.35] * 2, [10.0] * 2)
+        # It leaves at 3 / 2 * 0.7 m/s.
+        assert find_excess(curve, half).value == pytest.approx(1.05)
+
+
+def test_what_is_no_polynomial_is_refused(cart):
+    """With what to do."""
+    checker, limits = cart
+    grows = ExponentialPlusPiecewisePolynomial(
+        [1.0], np.ones((1, 1, 2)), PiecewisePolynomial([0.0, 1.0], np.zeros((1, 1, 2)))
+    )
+    for act, name in (
+        (lambda: time_curve(checker, grows, limits, at=[0.0, 0.0]), "curve"),
+        (lambda: retime(grows, limits), "path"),
+        (lambda: find_excess(grows, limits), "trajectory"),
+    ):
+        with pytest.raises(TrajectoryError, match=f"^{name} must be polynomials.*cubic_hermite"):
+            act()
 
 
 def test_with_a_rise_time_accelerations_are_continuous(cart):

@@ -16,6 +16,7 @@ from scene_graph_ros.planning.position_limits import LIMIT_ROUNDING
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.extremes import largest_ratios
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.planning.trajectories.polynomials_of import Polynomials, polynomials_of
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 __all__ = ["LimitExcess", "MotionLimits", "find_excess", "worst_ratio"]
@@ -149,7 +150,7 @@ class MotionLimits:
 
 
 def find_excess(
-    trajectory: PiecewisePolynomial,
+    trajectory: Polynomials,
     limits: MotionLimits,
     *,
     lower: NDArray[np.float64] | None = None,
@@ -158,8 +159,10 @@ def find_excess(
     """Return where a trajectory is farthest beyond a limit, or None: it is within, at all times.
 
     That is proven by bounds of its polynomials, not by samples. ``lower`` and ``upper`` ``(n,)``
-    are limits of its values, 1e-9 beyond which is still at them.
+    are limits of its values, 1e-9 beyond which is still at them. Raises TrajectoryError for a
+    trajectory that is no polynomials.
     """
+    trajectory = polynomials_of("trajectory", trajectory)
     worst = worst_ratio(trajectory, limits)
     if worst.ratio > 1.0:
         return worst

@@ -13,6 +13,7 @@ from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import 
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.planning.trajectories.polynomials_of import Polynomials, polynomials_of
 from scene_graph_ros.planning.trajectories.time_optimal_kernels import fastest_squared_speeds
 
 __all__ = ["GRID_POINTS", "retime"]
@@ -31,7 +32,7 @@ _FASTEST = 1e150
 
 
 def retime(
-    path: PiecewisePolynomial, limits: MotionLimits, *, grid_points: int = GRID_POINTS
+    path: Polynomials, limits: MotionLimits, *, grid_points: int = GRID_POINTS
 ) -> PathParameterizedTrajectory:
     """Return the fastest trajectory along a path q(s) from rest to rest, starting at 0 s.
 
@@ -40,14 +41,15 @@ def retime(
     direction jumps. Along segments up to degree 2 the limits hold at all times, to rounding; along
     others at the ends of all stretches, and `find_excess` says what is beyond between them.
 
-    Raises TrajectoryError for limits of another dimension, and for a path that jumps or has a
-    segment that goes nowhere.
+    Raises TrajectoryError for limits of another dimension, and for a path that is no polynomials,
+    that jumps or has a segment that goes nowhere.
     """
     number = as_float(grid_points)
     if number is None or number < 1.0 or not number.is_integer():
         raise TrajectoryError(
             f"grid_points must be a whole number from 1 on, not {quoted(grid_points)}"
         )
+    path = polynomials_of("path", path)
     if path.rows != len(limits.velocities):
         raise TrajectoryError(
             f"the path has {path.rows} rows, and there are limits of {len(limits.velocities)}"
