@@ -251,6 +251,24 @@ def test_a_timeout_is_kept(tmp_path):
     assert min(late) < 0.1
 
 
+def test_a_path_that_is_found_is_returned_when_time_is_over(checker, problems, monkeypatch):
+    """As long as it is by then, and proven: here time ends before the first shortcut."""
+    start, goal = problems[0]
+    shortened = path_search.PathSearch.shortened
+
+    def too_late(search, path):
+        search._task.stop[0] = 1
+        return shortened(search, path)
+
+    short = plan_path(checker, start, goal, seed=3)
+    monkeypatch.setattr(path_search.PathSearch, "shortened", too_late)
+    plan = plan_path(checker, start, goal, seed=3)
+    assert plan.is_success and plan.proven
+    assert plan.length > 1.01 * short.length
+    np.testing.assert_array_equal(plan.configurations[[0, -1]], [start, goal])
+    assert checker.check_configs_collision_free(along(checker, plan.configurations, 200)).all()
+
+
 @pytest.fixture
 def interrupts():
     """Ctrl-C raises, also where who started the tests ignores it, as shells do behind &."""
