@@ -1,0 +1,73 @@
+"""Balls and boxes around bodies, by which most pairs are decided, have all of the body inside."""
+
+import numpy as np
+import pytest
+from robot_scenes import diagram, SLIDE
+
+from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
+from scene_graph_ros.planning import load_robot_diagram, SceneGraphCollisionChecker
+
+ALL_KINDS = """
+geometries:
+  - {name: half_space, source: around, pose: {xyz: [0, 0, -5]}, shape: {type: half_space}}
+  - {name: sphere, source: around, pose: {xyz: [1, 0, 0]}, shape: {type: sphere, radius: 0.2}}
+  - {name: box, source: around, pose: {xyz: [2, 0, 0]}, shape: {type: box, size: [0.3, 1, 2]}}
+  - {name: cylinder, source: around, pose: {xyz: [3, 0, 0]},
+     shape: {type: cylinder, radius: 0.3, length: 0.7}}
+  - {name: capsule, source: around, pose: {xyz: [4, 0, 0]},
+     shape: {type: capsule, radius: 0.3, length: 0.7}}
+  - {name: ellipsoid, source: around, pose: {xyz: [5, 0, 0]},
+     shape: {type: ellipsoid, semi_axes: [0.1, 0.5, 0.3]}}
+"""
+
+
+def extremes(shape, hull, ways):
+    """Return the points of a shape that are farthest along ways ``(n, 3)``, in its frame."""
+    if hull is not None:
+        return hull.vertices
+    ups = np.where(ways[:, 2:] < 0.0, -0.5, 0.5) * [0.0, 0.0, 1.0]
+    if isinstance(shape, Sphere):
+        return shape.radius * ways
+    if isinstance(shape, Box):
+        return 0.5 * np.sign(ways) * shape.size
+    if isinstance(shape, Capsule):
+        return shape.radius * ways + shape.length * ups
+    if isinstance(shape, Ellipsoid):
+        axes = np.array([shape.a, shape.b, shape.c])
+        return axes**2 * ways / np.linalg.norm(axes * ways, axis=1)[:, np.newaxis]
+    assert isinstance(shape, Cylinder)
+    flat = ways * [1.0, 1.0, 0.0]
+    rim = shape.radius * flat / np.linalg.norm(flat, axis=1)[:, np.newaxis]
+    return rim + shape.length * ups
+
+
+@pytest.mark.parametrize("of_panda", [True, False], ids=["panda", "all kinds"])
+def test_covers_contain_their_bodies(tmp_path, of_panda):
+    """To rounding; and are not larger than by what a box or its ball has to be."""
+    robots = (
+        load_robot_diagram("config/scenes/panda_cell.yaml")
+        if of_panda
+        else diagram(tmp_path, SLIDE, ALL_KINDS)
+    )
+    plan = SceneGraphCollisionChecker(robots).plan
+    inspector, bodies = robots.context.inspector(), plan.bodies
+    ways = np.random.default_rng(3).normal(size=(2000, 3))
+    ways = np.vstack([ways, np.eye(3) + 1e-12, -np.eye(3) - 1e-12])
+    ways /= np.linalg.norm(ways, axis=1)[:, np.newaxis]
+    kinds = set()
+    for b, geometry in enumerate(plan.geometry_ids):
+        shape = inspector.get_shape(geometry)
+        kinds.add(type(shape))
+        if isinstance(shape, HalfSpace):
+            assert bodies.radii[b] == np.inf and bodies.upper[b, 2] == 0.0
+            continue
+        points = extremes(shape, inspector.get_convex_hull(geometry), ways)
+        lower, upper, ball = bodies.lower[b], bodies.upper[b], bodies.centers[b]
+        rounding = 1e-15 * np.abs(points).max()
+        assert (points >= lower - rounding).all() and (points <= upper + rounding).all()
+        far = np.linalg.norm(points - ball, axis=1)
+        assert (far <= bodies.radii[b] + rounding).all()
+        np.testing.assert_allclose(points.min(axis=0), lower, atol=0.02)
+        np.testing.assert_allclose(points.max(axis=0), upper, atol=0.02)
+        assert bodies.radii[b] <= 1.001 * far.max()
+    assert len(kinds) >= (5 if of_panda else 6)
