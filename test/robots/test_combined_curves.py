@@ -9,6 +9,7 @@ from scene_graph_ros.planning.trajectories import (
     PathParameterizedTrajectory,
     PiecewisePolynomial,
     TrajectoryError,
+    TrajectoryPoints,
 )
 
 BREAKS = np.array([-0.5, 0.25, 1.0, 3.0])
@@ -126,3 +127,47 @@ def test_a_motion_along_a_path_is_joined_to_others():
     assert both.is_continuous(1)
     assert not both.is_continuous(2)
     np.testing.assert_allclose(both.jumps(2), [[-12.0]], atol=1e-12)
+
+
+# Points for messages and controllers.
+
+
+@pytest.mark.parametrize("derivatives", [0, 1, 2])
+def test_curves_through_points_come_back(derivatives):
+    """Lines, cubics and quintics, of two rows each, from their breaks."""
+    nanoseconds = np.array([500_000_001, 1_000_000_000, 2_250_000_000])
+    rows = np.random.default_rng(3).normal(size=(3, 3, 2))
+    curve = TrajectoryPoints(nanoseconds, *rows[: derivatives + 1]).trajectory()
+    points = TrajectoryPoints.of_curve(curve, nanoseconds[:-1], derivatives)
+    found = TrajectoryPoints.of_curve(curve, nanoseconds, derivatives)
+    assert (found.velocities is None) == (derivatives == 0)
+    assert (found.accelerations is None) == (derivatives < 2)
+    t = np.linspace(0.500000001, 1.0, 20)
+    np.testing.assert_allclose(points.trajectory().value(t), curve.value(t), atol=1e-12)
+    np.testing.assert_allclose(found.positions, rows[0], atol=1e-12)
+
+
+def test_points_of_a_motion_along_a_path_have_its_derivatives():
+    """Of q = t^4, through Python's own numbers."""
+    path = PiecewisePolynomial([0.0, 1.0], [[[0.0], [0.0], [1.0]]])
+    motion = PathParameterizedTrajectory(path, path)
+    points = TrajectoryPoints.of_curve(motion, [0, 500_000_000, 900_000_000])
+    np.testing.assert_allclose(points.positions[1:, 0], [0.5**4, 0.9**4], atol=1e-15)
+    np.testing.assert_allclose(points.velocities[1:, 0], [4 * 0.5**3, 4 * 0.9**3], atol=1e-14)
+    np.testing.assert_allclose(points.accelerations[1:, 0], [3.0, 12 * 0.81], atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("nanoseconds", "derivatives", "words"),
+    [
+        ([0, 10**10], 2, r"lead to 10\.0 s, but the curve is from -0\.5 to 3\.0 s"),
+        ([0.5, 1.0], 2, "must be whole numbers"),
+        (5, 2, r"must be whole numbers \(m,\)"),
+        ([0, 1], 3, "derivatives must be 0, 1 or 2, not 3"),
+        ([1, 0], 2, "times must grow"),
+    ],
+)
+def test_points_that_a_curve_does_not_have_are_refused(nanoseconds, derivatives, words):
+    """With the value."""
+    with pytest.raises(TrajectoryError, match=words):
+        TrajectoryPoints.of_curve(random_curve(1, 3), nanoseconds, derivatives)

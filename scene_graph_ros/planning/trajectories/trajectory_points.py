@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from scene_graph_ros.planning.trajectories.arguments import as_order, as_times
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.planning.trajectories.trajectory import Trajectory
 
 __all__ = ["TrajectoryPoints"]
 
@@ -60,6 +62,33 @@ class TrajectoryPoints:
             object.__setattr__(self, name, array)
         times.setflags(write=False)
         object.__setattr__(self, "nanoseconds", times)
+
+    @classmethod
+    def of_curve(
+        cls, curve: Trajectory, nanoseconds: ArrayLike, derivatives: int = 2
+    ) -> TrajectoryPoints:
+        """Return what a curve and as many of its derivatives, 0 to 2, are at given times.
+
+        Whether what runs through the points keeps limits is for `find_excess`, and whether it is
+        free for `prove_trajectory`. Raises TrajectoryError for times that are no whole numbers or
+        outside of the curve, and for other numbers of derivatives.
+        """
+        count = as_order("derivatives", derivatives)
+        if count > 2:
+            raise TrajectoryError(f"derivatives must be 0, 1 or 2, not {count}")
+        times = as_times(nanoseconds)
+        if times.ndim != 1 or (times != np.rint(times)).any():
+            raise TrajectoryError("nanoseconds must be whole numbers (m,)")
+        seconds = times * 1e-9
+        start, end = curve.start_time, curve.end_time
+        is_outside = (seconds < start - 1e-9) | (seconds > end + 1e-9)
+        if is_outside.any():
+            raise TrajectoryError(
+                f"nanoseconds lead to {seconds[is_outside][0]} s, but the curve is from {start} to"
+                f" {end} s"
+            )
+        rows = (curve.derivative(order).value(seconds) for order in range(count + 1))
+        return cls(np.asarray(nanoseconds, dtype=np.int64), *rows)
 
     @property
     def duration(self) -> float:
