@@ -113,7 +113,7 @@ def test_links_of_real_robots_are_where_pinocchio_puts_them(name):
     assert set(tree.groups) == set(semantics.groups if semantics else ())
 
 
-@pytest.mark.parametrize("name", ["panda", "talos", "tiago_dual", "ur5_gripper"])
+@pytest.mark.parametrize("name", [*ROBOTS, *URDF_ONLY])
 def test_jacobians_of_real_robots_are_those_of_pinocchio(name):
     """Of points of the last links, each joint for itself."""
     robot, _ = find_robot(name)
