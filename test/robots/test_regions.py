@@ -237,6 +237,32 @@ def test_a_cover_keeps_to_paddings_and_obstacles_and_drops_what_fails(arm, sprea
     assert len(cover.dropped[0].points) >= 3
 
 
+@pytest.mark.parametrize("kind", [IrisNpOptions, IrisZoOptions])
+def test_a_cover_keeps_the_margin(tmp_path, kind):
+    """A rail on which 0.7 to 1.3 are not free: a cover ends 0.05 before, on both sides."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
+    inner = {"configuration_space_margin": 0.05, "mixing_steps": 5}
+    if kind is IrisZoOptions:
+        inner |= {"num_particles": 100, "bisection_steps": 25, "epsilon": 0.1, "max_iterations": 1}
+    options = IrisFromCliqueCoverOptions(
+        iris_options=kind(**inner),
+        coverage_termination_threshold=0.9,
+        num_points_per_visibility_round=20,
+        num_points_per_coverage_check=500,
+    )
+    cover = iris_in_configuration_space_from_clique_cover(
+        checker, options, domain=HPolyhedron.make_box([-2.0], [3.0]), certificate=True
+    )
+    assert cover.reason == "covered"
+    ends = [
+        (-region.support([-1.0]).value, region.support([1.0]).value) for region in cover.regions
+    ]
+    left, right = ([each for each in ends if (each[0] < 1.0) is side] for side in (True, False))
+    assert left and right
+    assert max(last for _, last in left) == pytest.approx(0.65, abs=1e-4)
+    assert min(first for first, _ in right) == pytest.approx(1.35, abs=1e-4)
+
+
 def test_a_carried_checker_tells_the_same_clearances(arm):
     """Distances and derivatives, bit for bit."""
     carried = pickle.loads(pickle.dumps(pack(arm))).unpacked()
