@@ -235,6 +235,22 @@ def test_who_stops_early_gives_the_best():
     assert result.trajectory.value(0.0).shape == (4,)
 
 
+def test_derivatives_that_are_no_numbers_are_no_success():
+    """The length of (x, u) has none where both are 0: that is said, other starts get away."""
+    system = Dynamics(lambda x, u, t, p: [u[0] + ca.sqrt(x[0] ** 2 + u[0] ** 2)], 1, 1)
+    made = DirectCollocation(system, 5, 0.25, 0.25)
+    made.prog().add_constraint(made.final_state() == 1.0)
+    made.add_running_cost(made.input()[0] ** 2)
+    result = made.solve(SolverOptions(restarts=0))
+    assert not result.is_success
+    assert result.status is SolveStatus.INVALID_NUMBER
+    assert "is no number" in result.reason
+    assert np.isfinite(result.states).all()
+    again = made.solve()
+    assert again.is_success, again.reason
+    assert again.program_result.starts > 1
+
+
 def test_what_can_not_be_says_which_when_and_by_how_much():
     """A wall at 0.5 between 0 and 1: something has to give."""
     made = DirectCollocation(DOUBLE, 5, 0.25, 0.25)
