@@ -257,8 +257,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if not _has_drake():
         print("pydrake is not installed: only ours is measured")
     print(
-        "joints pairs  width  volume | planes s  check s  kept mm  Drake s | distances s  check s"
-        "  boxes"
+        "joints pairs  width  volume | planes s  check s  kept mm  Drake s  ratio | distances s"
+        "  check s  ratio  boxes"
     )
     rows: list[Row] = []
     for joints in chosen.joints:
@@ -267,8 +267,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
             print(
                 f"{row.joints:6} {row.pairs:5} {row.width:6.3f} {row.volume:7.1e}"
                 f" | {row.planes:8.3f} {row.planes_check:8.3f} {1e3 * row.distance:8.2f}"
-                f" {row.drake:8.3f} | {row.distances:11.5f} {row.distances_check:8.4f}"
-                f" {row.boxes:6} {row.status}"
+                f" {row.drake:8.3f} {row.drake / row.planes:6.1f} | {row.distances:11.5f}"
+                f" {row.distances_check:8.4f} {row.drake / row.distances:6.1f} {row.boxes:6}"
+                f" {row.status}"
             )
     grown = {}
     for joints in chosen.joints if chosen.grow else ():

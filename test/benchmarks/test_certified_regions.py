@@ -6,15 +6,18 @@ from benchmarks import certified_regions
 
 
 def test_both_ways_certify_the_same_boxes(capsys, monkeypatch):
-    """A narrow box is proven by both, with what is kept; one that is too wide by none."""
+    """A narrow box is proven by both, with what is kept; one that is too wide by none.
+
+    Without Drake there are no times and ratios of it.
+    """
     monkeypatch.setattr(certified_regions, "_has_drake", lambda: False)
     options = ["--joints", "2", "--widths", "0.05", "0.2", "--runs", "1", "--grow", "1"]
     certified_regions.main(options)
     text = capsys.readouterr().out
     assert "pydrake is not installed" in text
     narrow, wide = re.findall(r"^ +2 +4 .*$", text, re.M)
-    assert narrow.endswith("1 proven") and narrow.count("nan") == 1
-    assert wide.endswith("collision") and wide.count("nan") == 6
+    assert narrow.endswith("1 proven") and narrow.count("nan") == 3
+    assert wide.endswith("collision") and wide.count("nan") == 8
     assert float(narrow.split("|")[1].split()[2]) > 60.0
     first, second = re.findall(r"^ +[01] +[^|]*\|[^|]*$", text, re.M)
     volumes = [float(line.split()[2]) for line in (first, second)]

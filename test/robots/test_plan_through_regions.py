@@ -18,6 +18,7 @@ from scene_graph_ros.planning import (
     get_continuous_revolute_joint_indices,
     load_robot_diagram,
     plan_through_regions,
+    RegionNotFoundError,
     SceneGraphCollisionChecker,
 )
 
@@ -48,6 +49,27 @@ def test_a_ball_on_a_rail_goes_as_fast_as_it_may_up_to_the_post(tmp_path):
     assert hit.reason.endswith("robot/ball/ball_collision_0 and around/world/ball")
     # Without a checker the regions are all that is known.
     assert plan_through_regions(regions, [-1.0], [0.8], velocities=[0.5]).is_success
+
+
+def test_regions_grow_along_a_path_where_none_are_given(tmp_path):
+    """1.6 m at 0.5 m/s on a rail up to the post; beyond it there is no path to grow along."""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
+    plan = plan_through_regions(None, [-1.0], [0.6], velocities=[0.5], checker=checker)
+    assert plan.is_success
+    assert plan.result.cost == pytest.approx(3.2, abs=1e-6)
+    assert len(plan.grown) >= 1
+    ends = np.array([[-1.0], [0.6]])
+    assert [any(r.point_in_set(q) for r in plan.grown) for q in ends] == [True, True]
+    # What is grown keeps more than what has to be kept: it touches at 0.7.
+    assert max(r.support([1.0]).value for r in plan.grown) <= 0.69 + 1e-9
+    with pytest.raises(RegionNotFoundError, match=r"no path to grow regions along: .*"):
+        plan_through_regions(None, [-1.0], [0.695], velocities=[0.5], checker=checker)
+    with pytest.raises(ConvexSetError, match="without a checker none can grow"):
+        plan_through_regions(None, [-1.0], [0.6], velocities=[0.5])
+    with pytest.raises(ConvexSetError, match=r"growth_padding must be .*-1"):
+        plan_through_regions(
+            None, [-1.0], [0.6], velocities=[0.5], checker=checker, growth_padding=-1.0
+        )
 
 
 def test_a_rod_turns_the_way_round_that_is_free(tmp_path):

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.iris.regions_yaml import load_iris_regions_yaml_file
-from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative, as_vector
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.point import Point
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
@@ -26,8 +26,12 @@ from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSub
 from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
 from scene_graph_ros.planning.path_ends import pair_words
+from scene_graph_ros.planning.path_planner import plan_path
 from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+from scene_graph_ros.planning.regions.around_seeds import regions_along
+from scene_graph_ros.planning.regions.errors import RegionNotFoundError
 from scene_graph_ros.planning.regions.held_positions import Held
+from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
 from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
 
 __all__ = ["RegionPlan", "plan_through_regions"]
@@ -40,7 +44,7 @@ class RegionPlan:
     ``trajectory`` is None where there is none through the regions. ``measures`` has for each
     segment what the checker proved of it, empty without one. ``reason`` says why there is no
     success, or how the path was chosen. ``regions`` are the numbers of those on the way, one for
-    each segment.
+    each segment; ``grown`` those that were not given.
     """
 
     trajectory: CompositeTrajectory | None
@@ -48,6 +52,7 @@ class RegionPlan:
     measures: tuple[EdgeMeasure, ...]
     reason: str
     regions: tuple[int, ...] = ()
+    grown: tuple[ConvexSet, ...] = ()
 
     @property
     def is_success(self) -> bool:
@@ -63,7 +68,7 @@ class RegionPlan:
 
 
 def plan_through_regions(
-    regions: Sequence[ConvexSet] | str | Path,
+    regions: Sequence[ConvexSet] | str | Path | None,
     start: ArrayLike,
     goal: ArrayLike,
     *,
@@ -76,21 +81,26 @@ def plan_through_regions(
     group: str | None = None,
     continuous_revolute_joints: Sequence[int] | None = None,
     options: GraphOfConvexSetsOptions | None = None,
+    growth_padding: float = 0.01,
+    seed: int = 0,
 ) -> RegionPlan:
     """Return the fastest trajectory through regions, with its gap and proof.
 
     ``regions`` are convex sets of configurations, or a file that `save_iris_regions_yaml_file`
-    wrote. ``start`` and ``goal`` ``(n,)`` are in some of them; no joint is faster than
-    ``velocities`` ``(n,)``. In each region leads a Bézier curve of ``order``, and r(s) goes on up
-    to ``continuity_order``, from 0 on. With a ``checker`` each segment is proven free in the
-    robot's scene, by its control points, and joints that turn without an end are the robot's,
-    unless given. The trajectory has no jumps of whole turns. With a ``group`` of the robots' SRDF
-    start and goal are still all positions, but regions, velocities, joints and the trajectory are
-    of the group's alone; all others stay as they are at the start.
+    wrote. With None and a checker they are grown along a path that `plan_path` finds, by
+    `regions_along`; both keep ``growth_padding`` (m) more from all else than the trajectory has
+    to, and depend on ``seed``. ``start`` and ``goal`` ``(n,)`` are in some of them; no joint is
+    faster than ``velocities`` ``(n,)``. In each region leads a Bézier curve of ``order``, and r(s)
+    goes on up to ``continuity_order``, from 0 on. With a ``checker`` each segment is proven free
+    in the robot's scene, by its control points, and joints that turn without an end are the
+    robot's, unless given. The trajectory has no jumps of whole turns. With a ``group`` of the
+    robots' SRDF start and goal are still all positions, but regions, velocities, joints and the
+    trajectory are of the group's alone; all others stay as they are at the start.
 
     ``options`` are those of `GcsTrajectoryOptimization.solve_path`. Raises ConvexSetError for what
     makes no sense, KinematicTreeError for a group that there is not, OSError where the file can't
-    be read, SolverError where the solver failed.
+    be read, SolverError where the solver failed, RegionNotFoundError where there is no path to
+    grow regions along.
     """
     label = "plan_through_regions"
     if isinstance(regions, (str, Path)):
@@ -103,6 +113,9 @@ def plan_through_regions(
             f" {checker.model.tree.num_positions}"
         )
     held = _held(checker, group, first, last, label)
+    grown: tuple[ConvexSet, ...] = ()
+    if regions is None:
+        regions = grown = _grown(checker, (first, last), group, growth_padding, seed)
     first, last = first[held.rows], last[held.rows]
     fastest = as_vector(velocities, f"{label}: velocities", len(first))
     if (fastest <= 0.0).any():
@@ -126,7 +139,9 @@ def plan_through_regions(
         free.add_path_continuity_constraints(continuity_order)
     trajectory, result = graph.solve_path(begin, end, options)
     if trajectory is None:
-        return RegionPlan(None, result, (), _why(ends, free.regions, first, last) or result.reason)
+        return RegionPlan(
+            None, result, (), _why(ends, free.regions, first, last) or result.reason, (), grown
+        )
     whole = graph.unwrap_to_continuous_trajectory(trajectory, graph.continuous_revolute_joints)
     places = {vertex.id: k for k, vertex in enumerate(free.vertices)}
     on_way = tuple(places[v.id] for v in result.vertices if v.id in places)
@@ -138,7 +153,35 @@ def plan_through_regions(
     straight.set_distance_and_interpolation_provider(linear)
     measures = tuple(straight.measure_edges(held.whole(points)))
     reason = _collision(checker, measures) or result.reason
-    return RegionPlan(whole, result, measures, reason, on_way)
+    return RegionPlan(whole, result, measures, reason, on_way, grown)
+
+
+def _grown(
+    checker: SceneGraphCollisionChecker | None,
+    ends: tuple[NDArray[np.float64], NDArray[np.float64]],
+    group: str | None,
+    padding: float,
+    seed: int,
+) -> tuple[ConvexSet, ...]:
+    """Return regions along a path, both with more padding."""
+    label = "plan_through_regions"
+    if checker is None:
+        raise ConvexSetError(f"{label}: regions is None, and without a checker none can grow")
+    more = as_nonnegative(padding, f"{label}: growth_padding")
+    now = checker.maybe_get_uniform_robot_environment_padding()
+    if now is None:
+        raise ConvexSetError(
+            f"{label}: regions is None, and the paddings of robots and all else differ, so that"
+            " growth_padding can't be added to them; grow regions by regions_along"
+        )
+    padded = checker.clone()
+    padded.set_padding_all_robot_environment_pairs(now + more)
+    path = plan_path(padded, *ends, seed=seed, group=group)
+    if not path.is_success:
+        raise RegionNotFoundError(f"{label}: no path to grow regions along: {path.reason}")
+    options = IrisZoOptions(random_seed=seed)
+    found = regions_along(padded, path.configurations, options=options, group=group)
+    return tuple(each.region for each in found)
 
 
 def _held(
