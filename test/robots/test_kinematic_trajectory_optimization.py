@@ -196,6 +196,29 @@ def test_what_can_not_be_is_no_success():
     assert result.violations[0].label in result.reason
 
 
+def test_bounds_that_can_not_hold_are_told_with_their_time():
+    """At 0.75 of the time it has to be three times as fast as it may."""
+    made = KinematicTrajectoryOptimization(1, 9, duration=2.0)
+    made.add_duration_constraint(2.0, 2.0)
+    made.add_velocity_bounds([-1.0], [1.0])
+    made.add_path_velocity_constraint([6.0], [6.0], 0.75)  # of the path: 3 m/s in two seconds
+    result = made.solve(SolverOptions(restarts=0))
+    assert not result.is_success
+    slow = [each for each in result.violations if each.label == "velocity"]
+    assert slow
+    velocity = result.trajectory.derivative()
+    for each in slow:
+        k = each.knots[0]
+        assert each.time == pytest.approx(velocity.centers[k])
+        # A corner of the bounds over two seconds, where control points of the path are.
+        assert each.value / 2.0 + 1.0 * np.sign(each.value) == pytest.approx(
+            velocity.control_points[k, 0], rel=1e-6
+        )
+    assert abs(slow[0].time - 1.5) < 0.5
+    if result.violations[0].label == "velocity":
+        assert f"at t = {slow[0].time:.6g} s" in result.reason
+
+
 def test_a_guess_gives_its_basis():
     """Order, knots and control points of a trajectory are taken as they are."""
     curve = BsplineTrajectory.clamped_uniform(np.arange(14.0).reshape(7, 2), 4, 1.0, 3.0)

@@ -233,7 +233,7 @@ class KinematicCurve:
             else:
                 rows = rows - scale * ca.repmat(ca.DM(finite), 1, points.shape[1])
             made += self._prog.add_constraint_for_each(
-                ca.horzsplit(rows), *ends, label=label, knots=np.zeros((points.shape[1], 0))
+                ca.horzsplit(rows), *ends, label=label, knots=np.arange(points.shape[1])[:, None]
             )
         return made
 

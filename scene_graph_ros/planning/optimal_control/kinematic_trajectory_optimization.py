@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -156,6 +157,7 @@ class KinematicTrajectoryOptimization(KinematicCurve):
             for clear in self._clear
             for measure in clear.checker.measure_edges(curve.piecewise_polynomial().control_points)
         )
+        found = self._with_times(found, curve)
         reason = found.reason
         if not reason and excess > _EXCESS and bound is not None:
             reason = f"the {bound.label} is beyond its bounds by {excess:.3g} of them"
@@ -164,6 +166,20 @@ class KinematicTrajectoryOptimization(KinematicCurve):
         return KinematicTrajectoryResult(
             found, not reason, reason, curve, excess, measures, rounds
         )
+
+    def _with_times(self, found: ProgramResult, curve: BsplineTrajectory) -> ProgramResult:
+        """Return a result that says when bounds of derivatives are violated, by control points."""
+        orders = {bound.label: bound.order for bound in self._bounds}
+        violations = tuple(
+            replace(each, time=float(curve.derivative(orders[each.label]).centers[each.knots[0]]))
+            if each.knots and each.label in orders
+            else each
+            for each in found.violations
+        )
+        reason = found.reason
+        if reason and violations:
+            reason = f"{found.status.value}; {violations[0]}"
+        return replace(found, violations=violations, reason=reason)
 
     def reconstruct_trajectory(self, result: Any) -> BsplineTrajectory:
         """Return q(t) over [0, T] of a result.

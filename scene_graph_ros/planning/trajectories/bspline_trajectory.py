@@ -134,6 +134,14 @@ class BsplineTrajectory:
         result: NDArray[np.float64] = points[:, 0]
         return result
 
+    @property
+    def centers(self) -> NDArray[np.float64]:
+        """When each control point counts most ``(m,)``, s: the middle of its knots (Greville)."""
+        d, count = self.degree, len(self.control_points)
+        if d == 0:
+            return 0.5 * (self.knots[:-1] + self.knots[1:])
+        return np.array([self.knots[k + 1 : k + 1 + d].mean() for k in range(count)])
+
     def derivative(self, order: int = 1) -> BsplineTrajectory:
         """Return its derivative of an order from 0 on, whose control points bound it."""
         result = self
