@@ -13,7 +13,6 @@ from scene_graph_ros.planning.trajectories import (
     BezierCurve,
     BsplineTrajectory,
     CompositeTrajectory,
-    PathParameterizedTrajectory,
     PiecewisePolynomial,
     Trajectory,
     TrajectoryError,
@@ -215,5 +214,3 @@ def test_what_makes_no_curve_is_refused_by_name():
     ]:
         with pytest.raises(TrajectoryError, match=words):
             call()
-    line = PiecewisePolynomial.first_order_hold([0.0, 1.0], [[0.0], [1.0]])
-    assert not isinstance(PathParameterizedTrajectory(line, line), Trajectory)
