@@ -32,6 +32,7 @@ from scene_graph_ros.planning.trajectories import (
 )
 from scene_graph_ros.planning.trajectories.corners import CornerPath
 from scene_graph_ros.planning.trajectories.jerk_limited import sample_along
+from scene_graph_ros.planning.trajectories.retimer import TimeOptimalRetimer
 from scene_graph_ros.planning.trajectories.sampling import sample
 
 __all__ = ["main"]
@@ -109,7 +110,7 @@ def _with_jerks() -> None:
         limits = MotionLimits([v, v], [a, a], (), [jerk, jerk])
         ends = np.array([[0.0, 0.0], [way, 0.5 * way]])
         line = PiecewisePolynomial.first_order_hold([0.0, 1.0], ends)
-        ours = sample_along(line, limits, grid_points=16).points.duration
+        ours = sample_along(line, limits, retimer=TimeOptimalRetimer()).points.duration
         least = _ruckig(*ends, limits).duration if find_spec("ruckig") else np.nan
         print(f"{f'{way:g}, {jerk:g}':32} {least:12.6g} {ours / least - 1.0:16.1e}")
 

@@ -110,6 +110,9 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
     from scene_graph_ros.planning.regions.np_options import IrisNpOptions
     from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
+    from scene_graph_ros.planning.retimers.retimer_libraries import MissingRetimerError
+    from scene_graph_ros.planning.retimers.ruckig_retimer import RuckigRetimer
+    from scene_graph_ros.planning.retimers.toppra_retimer import ToppraRetimer
     from scene_graph_ros.planning.roadmap import Roadmap
     from scene_graph_ros.planning.roadmap_building import build_roadmap
     from scene_graph_ros.planning.robot_clearance import (
@@ -173,6 +176,7 @@ __all__ = [
     "MinCliqueCoverSolverViaGreedy",
     "MissingCasadiError",
     "MissingOmplError",
+    "MissingRetimerError",
     "MultipleShooting",
     "NonlinearProgram",
     "OmplPlanner",
@@ -197,12 +201,14 @@ __all__ = [
     "RobotCollisionType",
     "RobotDiagram",
     "RobotDiagramBuilder",
+    "RuckigRetimer",
     "SceneGraphCollisionChecker",
     "SolveStatus",
     "SolverOptions",
     "Subgraph",
     "TimedPath",
     "TimingFailure",
+    "ToppraRetimer",
     "TrajectoryOptimizationError",
     "TrajectoryOptimizationResult",
     "UnimplementedCollisionChecker",
@@ -306,6 +312,9 @@ _MODULES = {
     "regions.iris_zo_options": ("IrisZoOptions",),
     "regions.np_options": ("IrisNpOptions",),
     "regions.region_record": ("ConfigurationRegion",),
+    "retimers.retimer_libraries": ("MissingRetimerError",),
+    "retimers.ruckig_retimer": ("RuckigRetimer",),
+    "retimers.toppra_retimer": ("ToppraRetimer",),
     "roadmap": ("Roadmap",),
     "roadmap_building": ("build_roadmap",),
     "robot_clearance": ("ClearanceColumns", "RobotClearance", "RobotCollisionType"),

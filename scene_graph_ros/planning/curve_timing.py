@@ -10,12 +10,14 @@ from numpy.typing import ArrayLike
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edge_stretches import FREE
 from scene_graph_ros.planning.gcs.unwrapping import normalize_segment_times
+from scene_graph_ros.planning.retimers.named_retimers import as_retimer
 from scene_graph_ros.planning.stoppable import run_stoppable, Stops
 from scene_graph_ros.planning.timing_problem import (
     as_timed_path,
     as_timeout,
     beyond_limit,
     not_free,
+    not_retimed,
     position_excess,
     TimedPath,
     timing_problem,
@@ -32,15 +34,15 @@ from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import 
 )
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.planning.trajectories.polynomials_of import Polynomials, polynomials_of
-from scene_graph_ros.planning.trajectories.time_optimal import GRID_POINTS
+from scene_graph_ros.planning.trajectories.retimer import Retimer, RetimingError
 
 __all__ = ["time_curve"]
 
 _STILL = 1e-9
 """Relative to the size of the curve: a segment that is shorter leads nowhere."""
 
-_FINEST = 8
-"""Times the stretches that were asked for: where nearer points are not proven free, none are."""
+_DOUBLINGS = 3
+"""Of the stretches that were asked for: where nearer points are not proven free, none are."""
 
 
 def time_curve(
@@ -50,7 +52,8 @@ def time_curve(
     *,
     at: ArrayLike,
     rise_time: float = 0.0,
-    grid_points: int = GRID_POINTS,
+    retimer: Retimer | str | None = None,
+    grid_points: int | None = None,
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
@@ -69,7 +72,11 @@ def time_curve(
     polynomials.
     """
     problem = timing_problem(
-        checker.clone(), np.asarray(at)[np.newaxis], limits, rise_time, grid_points
+        checker.clone(),
+        np.asarray(at)[np.newaxis],
+        limits,
+        rise_time,
+        as_retimer(retimer, grid_points),
     )
     if isinstance(curve, CompositeTrajectory) and all(
         isinstance(segment, BezierCurve) for segment in curve.segments
@@ -108,11 +115,18 @@ def _moving(curve: PiecewisePolynomial) -> PiecewisePolynomial:
 
 
 def _timed(problem: TimingProblem, path: PiecewisePolynomial, stops: Stops) -> TimedPath:
-    """Return the trajectory; told to stop, why there is none."""
-    finest = _FINEST * problem.grid_points
-    grid = problem.grid_points
+    """Return the trajectory; told to stop, or where a retimer finds none, why."""
+    try:
+        return _retimed(problem, path, stops)
+    except RetimingError as error:
+        return not_retimed(error)
+
+
+def _retimed(problem: TimingProblem, path: PiecewisePolynomial, stops: Stops) -> TimedPath:
+    """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
+    retimer, doublings = problem.retimer, 0
     while True:
-        sampled = sample_along(path, problem.limits, rise_time=problem.rise_time, grid_points=grid)
+        sampled = sample_along(path, problem.limits, rise_time=problem.rise_time, retimer=retimer)
         if sampled.excess is not None:
             return beyond_limit(problem, sampled.excess)
         trajectory = sampled.points.trajectory()
@@ -123,9 +137,9 @@ def _timed(problem: TimingProblem, path: PiecewisePolynomial, stops: Stops) -> T
             return as_timed_path(problem, sampled.points, trajectory, proofs, rests)
         if stops.looking[0] != 0:
             return too_late()
-        if grid >= finest:
+        if doublings == _DOUBLINGS:
             return not_free(problem, trajectory, proofs, excess)
-        grid *= 2
+        retimer, doublings = retimer.finer(), doublings + 1
 
 
 def _count_rests(motion: PathParameterizedTrajectory) -> int:

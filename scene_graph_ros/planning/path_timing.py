@@ -9,12 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.edge_stretches import FREE
+from scene_graph_ros.planning.retimers.named_retimers import as_retimer
 from scene_graph_ros.planning.stoppable import run_stoppable, Stops
 from scene_graph_ros.planning.timing_problem import (
     as_timed_path,
     as_timeout,
     beyond_limit,
     not_free,
+    not_retimed,
     position_excess,
     TimedPath,
     timing_problem,
@@ -25,8 +27,8 @@ from scene_graph_ros.planning.trajectories.corners import CornerPath
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.jerk_limited import sample_along
 from scene_graph_ros.planning.trajectories.motion_limits import MotionLimits
+from scene_graph_ros.planning.trajectories.retimer import Retimer, RetimingError
 from scene_graph_ros.planning.trajectories.sampling import Sampled, SHORTEST
-from scene_graph_ros.planning.trajectories.time_optimal import GRID_POINTS
 from scene_graph_ros.planning.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = ["prove_trajectory", "time_path"]
@@ -45,7 +47,8 @@ def time_path(
     limits: MotionLimits,
     *,
     rise_time: float = 0.0,
-    grid_points: int = GRID_POINTS,
+    retimer: Retimer | str | None = None,
+    grid_points: int | None = None,
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
 ) -> TimedPath:
@@ -59,15 +62,19 @@ def time_path(
     accelerations, and it is the quintics through them. Where ``limits`` have jerks, the rise time
     is at least what keeps them.
 
+    ``retimer`` says what finds how fast the path is gone along. None is our own, whose
     ``grid_points`` are stretches of each corner with one speedup each: more are faster, and take
-    longer to find. ``timeout`` (s) and ``watch`` are as of `plan_path`.
+    longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a `ToppraRetimer` or
+    `RuckigRetimer` with options; what they find is checked and proven as ours is. ``timeout`` (s)
+    and ``watch`` are as of `plan_path`.
 
     Raises TrajectoryError naming what makes no sense: a path that moves positions without limits,
     or turns a floating joint. Raises as `SceneGraphCollisionChecker` does for configurations of
-    another shape.
+    another shape, and MissingRetimerError where a retimer is not installed.
     """
     # Others may change theirs meanwhile.
-    problem = timing_problem(checker.clone(), path, limits, rise_time, grid_points)
+    chosen = as_retimer(retimer, grid_points)
+    problem = timing_problem(checker.clone(), path, limits, rise_time, chosen)
     patience = as_timeout(timeout)
     return run_stoppable(lambda stops: _timed(problem, stops), patience, watch or (lambda: None))
 
@@ -126,18 +133,29 @@ def _judged(problem: TimingProblem, points: TrajectoryPoints, stops: Stops) -> T
 
 
 def _timed(problem: TimingProblem, stops: Stops) -> TimedPath:
-    """Return the trajectory; told to stop, why there is none."""
+    """Return the trajectory; told to stop, or where a retimer finds none, why."""
+    try:
+        return _retimed(problem, stops)
+    except RetimingError as error:
+        return not_retimed(error)
+
+
+def _retimed(problem: TimingProblem, stops: Stops) -> TimedPath:
+    """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
     corners = CornerPath(problem.path[:, problem.rows], problem.limits.velocities)
     if len(corners.points) == 1:
         return _at_rest(problem, corners, stops)
+    curve = problem.retimer.curve(corners.points, problem.limits.velocities)
     largest = corners.largest_sizes()
-    sizes = _proven_sizes(problem, corners, largest, stops)
+    sizes = np.zeros_like(largest)
+    if curve is None and not problem.retimer.stops_at_corners:
+        sizes = _proven_sizes(problem, corners, largest, stops)
     while True:
         sampled = sample_along(
-            corners.rounded(sizes),
+            corners.rounded(sizes) if curve is None else curve,
             problem.limits,
             rise_time=problem.rise_time,
-            grid_points=problem.grid_points,
+            retimer=problem.retimer,
         )
         if sampled.excess is not None:
             return beyond_limit(problem, sampled.excess)
@@ -145,7 +163,8 @@ def _timed(problem: TimingProblem, stops: Stops) -> TimedPath:
         proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
         excess = position_excess(problem, trajectory)
         if excess is None and (proofs.statuses == FREE).all():
-            return as_timed_path(problem, sampled.points, trajectory, proofs, sizes)
+            passed = sizes if curve is None else sizes[:0]
+            return as_timed_path(problem, sampled.points, trajectory, proofs, passed)
         if stops.looking[0] != 0:
             return too_late()
         times = [] if excess is None else [excess.time]

@@ -25,7 +25,7 @@ from scene_graph_ros.planning.trajectories.motion_limits import (
     MotionLimits,
 )
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.planning.trajectories.time_optimal import GRID_POINTS
+from scene_graph_ros.planning.trajectories.retimer import Retimer, TimeOptimalRetimer
 from scene_graph_ros.planning.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = [
@@ -36,6 +36,7 @@ __all__ = [
     "as_timeout",
     "beyond_limit",
     "not_free",
+    "not_retimed",
     "position_excess",
     "timing_problem",
     "too_late",
@@ -51,6 +52,8 @@ class TimingFailure(enum.Enum):
     """It is not proven free, though the path was."""
     TIMEOUT = 3
     """It was not done in time."""
+    NOT_RETIMED = 4
+    """The retimer that was asked for found none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +95,7 @@ class TimingProblem(NamedTuple):
     """``(k,)``: the positions that have limits."""
     limits: MotionLimits
     rise_time: float
-    grid_points: int
+    retimer: Retimer
 
     def whole(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return configurations ``(..., nq)`` of the positions that move ``(..., k)``."""
@@ -114,7 +117,7 @@ def timing_problem(
     path: ArrayLike,
     limits: MotionLimits,
     rise_time: float = 0.0,
-    grid_points: int = GRID_POINTS,
+    retimer: Retimer | None = None,
 ) -> TimingProblem:
     """Return what was asked for, checked. Raises TrajectoryError as `time_path` says."""
     q, tree = checker.checked_configurations(path), checker.plan.tree
@@ -133,12 +136,7 @@ def timing_problem(
     seconds = as_float(rise_time)
     if seconds is None or not 0.0 <= seconds < math.inf:
         raise TrajectoryError(f"rise_time must be seconds from 0 on, not {quoted(rise_time)}")
-    number = as_float(grid_points)
-    if number is None or number < 1.0 or not number.is_integer():
-        raise TrajectoryError(
-            f"grid_points must be a whole number from 1 on, not {quoted(grid_points)}"
-        )
-    return TimingProblem(checker, q, rows, limits, seconds, int(number))
+    return TimingProblem(checker, q, rows, limits, seconds, retimer or TimeOptimalRetimer())
 
 
 def as_timeout(timeout: float | None) -> float | None:
@@ -216,6 +214,11 @@ def not_free(
 
 def _failed(kind: TimingFailure, reason: str) -> TimedPath:
     return TimedPath(None, None, 0.0, 0, 0, kind, reason)
+
+
+def not_retimed(error: Exception) -> TimedPath:
+    """Return that a retimer found none."""
+    return _failed(TimingFailure.NOT_RETIMED, str(error))
 
 
 def too_late() -> TimedPath:

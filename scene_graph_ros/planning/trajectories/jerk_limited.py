@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from scene_graph_ros.planning.trajectories.motion_limits import MotionLimits
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.planning.trajectories.retimer import Retimer
 from scene_graph_ros.planning.trajectories.sampling import gentler, sample, Sampled
-from scene_graph_ros.planning.trajectories.time_optimal import retime
 
 __all__ = ["sample_along"]
 
@@ -27,26 +27,30 @@ def sample_along(
     limits: MotionLimits,
     *,
     rise_time: float = 0.0,
-    grid_points: int,
+    retimer: Retimer,
 ) -> Sampled:
-    """Return points along a path, as `retime` and `sample` make them, within all limits.
+    """Return points along a path, as a retimer and `sample` make them, within all limits.
 
-    Where there are limits of jerk, the mean over a rise time keeps them: accelerations change by
-    twice their limit in it, at most. So a rise time of twice the acceleration over the jerk is
-    enough, and half of it where accelerations rise from 0 or fall to it; what is between may still
-    be faster, though it is slowed down. Short ways never come to the limit of acceleration, so
-    less of it, and with it a shorter rise time, is faster there. Of all that is tried the shortest
-    trajectory is returned.
+    Where there are limits of jerk that the retimer knows nothing of, the mean over a rise time
+    keeps them: accelerations change by twice their limit in it, at most. So a rise time of twice
+    the acceleration over the jerk is enough, and half of it where accelerations rise from 0 or
+    fall to it; what is between may still be faster, though it is slowed down. Short ways never
+    come to the limit of acceleration, so less of it, and with it a shorter rise time, is faster
+    there. Of all that is tried the shortest trajectory is returned.
+
+    Raises RetimingError where the retimer finds no motion.
     """
     if limits.jerks is None:
-        motion = retime(path, gentler(limits), grid_points=grid_points)
-        return sample(motion, limits, rise_time=rise_time)
+        return sample(retimer.motion(path, gentler(limits)), limits, rise_time=rise_time)
+    if retimer.keeps_jerks:
+        motion = retimer.motion(path, limits)
+        return sample(motion, limits, rise_time=rise_time, with_accelerations=True)
     best: Sampled | None = None
     share, worse = 1.0, 0
     while share > _LEAST and worse < _WORSE:
         accelerations = share * limits.accelerations
         softer = gentler(MotionLimits(limits.velocities, accelerations, limits.names))
-        motion = retime(path, softer, grid_points=grid_points)
+        motion = retimer.motion(path, softer)
         enough = 2.0 * float((accelerations / limits.jerks).max())
         tried = [
             sample(motion, limits, rise_time=seconds)

@@ -24,6 +24,9 @@ __all__ = ["SHORTEST", "Sampled", "gentler", "sample"]
 SHORTEST = 3e-6
 """s, between two points: in less, rounding of positions and times alone would be accelerations."""
 
+_NEAR = 1e-3
+"""Of a rise time: in less, rounding of positions and times alone would be jerk."""
+
 _ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 """What of a trajectory becomes less with which power of its speed."""
 
@@ -61,7 +64,11 @@ class Sampled(NamedTuple):
 
 
 def sample(
-    motion: PathParameterizedTrajectory, limits: MotionLimits, *, rise_time: float = 0.0
+    motion: PathParameterizedTrajectory,
+    limits: MotionLimits,
+    *,
+    rise_time: float = 0.0,
+    with_accelerations: bool = False,
 ) -> Sampled:
     """Return points through which a trajectory runs within limits, at all times.
 
@@ -69,9 +76,10 @@ def sample(
     velocities, and cubics run through them. With one (s), each moment becomes the mean of the
     ``rise_time`` around it, which keeps all limits of velocity and acceleration, makes the
     acceleration continuous and its jerk twice the acceleration over the ``rise_time`` at most, and
-    takes so much longer; points have accelerations, and quintics run through them. What runs
-    through the points is not quite what was sampled, so it is measured, and slowed down until it
-    is within the limits.
+    takes so much longer; points have accelerations, and quintics run through them. So they do
+    ``with_accelerations``, which are a motion's own that do not jump. What runs through the points
+    is not quite what was sampled, so it is measured, and slowed down until it is within the
+    limits.
 
     Where the motion stops on its way, it waits for the ``rise_time``: so it stays on its path.
     Raises TrajectoryError for what would take too long for a message.
@@ -81,13 +89,15 @@ def sample(
     times = motion.time_scaling.breaks
     if rise_time > 0.0:
         times = np.unique(np.concatenate([times, times + rise_time]))
-    times = _apart(times)
+    times = _apart(times, max(SHORTEST, _NEAR * rise_time))
     factor = max(1.0, SHORTEST / float(np.diff(times).min()))
     for _ in range(_ROUNDS):
         nanoseconds = np.rint(times * factor * 1e9)
         if not nanoseconds[-1] <= _LONGEST * 1e9:
             raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
-        points = _points(motion, nanoseconds.astype(np.int64), factor, rise_time)
+        points = _points(
+            motion, nanoseconds.astype(np.int64), factor, rise_time, with_accelerations
+        )
         worst = worst_ratio(points.trajectory(), limits)
         if worst.ratio <= 1.0:
             return Sampled(points, None, factor, motion, rise_time)
@@ -109,13 +119,13 @@ def _with_rests(
     return PathParameterizedTrajectory(motion.path, PiecewisePolynomial(breaks, points))
 
 
-def _apart(times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _apart(times: NDArray[np.float64], shortest: float) -> NDArray[np.float64]:
     """Return times without those that follow another one too soon, but with the last."""
-    if times[-1] < 100.0 * SHORTEST:
+    if times[-1] < 100.0 * shortest:
         return times
     kept = [times[0]]
     for time in times[1:-1]:
-        if time - kept[-1] >= SHORTEST and times[-1] - time >= SHORTEST:
+        if time - kept[-1] >= shortest and times[-1] - time >= shortest:
             kept.append(time)
     return np.array([*kept, times[-1]])
 
@@ -125,6 +135,7 @@ def _points(
     nanoseconds: NDArray[np.int64],
     factor: float,
     rise_time: float,
+    with_accelerations: bool,
 ) -> TrajectoryPoints:
     """Return a motion's points, ``factor`` times slower."""
     times = nanoseconds.astype(np.float64) * 1e-9 / factor
@@ -132,7 +143,11 @@ def _points(
         q, v = motion.value(times), motion.eval_derivative(times) / factor
         _at_rest(v)
         _from_to(q, motion)
-        return TrajectoryPoints(nanoseconds, q, v)
+        if not with_accelerations:
+            return TrajectoryPoints(nanoseconds, q, v)
+        a = motion.eval_derivative(times, 2) / factor**2
+        _at_rest(a)
+        return TrajectoryPoints(nanoseconds, q, v, a)
     # The mean over the time before t: its derivatives are differences of what is at its ends.
     v = _mean_rate(motion, times, rise_time)
     a = (_velocity(motion, times) - _velocity(motion, times - rise_time)) / rise_time

@@ -9,6 +9,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.motion_limits import MotionLimits
+from scene_graph_ros.planning.trajectories.motion_of_speeds import motion_of_speeds
 from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
 )
@@ -16,7 +17,7 @@ from scene_graph_ros.planning.trajectories.piecewise_polynomial import Piecewise
 from scene_graph_ros.planning.trajectories.polynomials_of import Polynomials, polynomials_of
 from scene_graph_ros.planning.trajectories.time_optimal_kernels import fastest_squared_speeds
 
-__all__ = ["GRID_POINTS", "retime"]
+__all__ = ["GRID_POINTS", "retime", "straight_segments"]
 
 GRID_POINTS = 16
 """Stretches of a curved segment with one speedup each."""
@@ -69,7 +70,7 @@ class _Stretches:
 
     def __init__(self, path: PiecewisePolynomial, limits: MotionLimits, grid: int) -> None:
         self.path, self.limits = path, limits
-        is_straight = _straight_segments(path)
+        is_straight = straight_segments(path)
         counts = np.where(is_straight, 1, grid)
         nodes = [
             np.linspace(low, high, count, endpoint=False)
@@ -116,21 +117,7 @@ class _Stretches:
             x,
         )
         s, squares = self._with_peaks(x)
-        speeds = np.sqrt(squares)
-        with np.errstate(divide="ignore"):
-            seconds = 2.0 * np.diff(s) / (speeds[:-1] + speeds[1:])
-        if not np.isfinite(seconds).all():
-            where = float(s[int(np.argmax(~np.isfinite(seconds)))])
-            raise TrajectoryError(f"the path can't be left at {where}: it stands still there")
-        times = np.concatenate([[0.0], seconds.cumsum()])
-        middle = (s[:-1] + 0.5 * speeds[:-1] * seconds).clip(s[:-1], s[1:])
-        scaling = np.stack([s[:-1], middle, s[1:]], axis=1)[:, :, np.newaxis]
-        # What takes less than the times' rounding is no time.
-        takes_time = np.diff(times) > 0.0
-        breaks = np.concatenate([times[:1], times[1:][takes_time]])
-        return PathParameterizedTrajectory(
-            self.path, PiecewisePolynomial(breaks, scaling[takes_time])
-        )
+        return motion_of_speeds(self.path, s, np.sqrt(squares))
 
     def _caps(self) -> NDArray[np.float64]:
         """Return the largest squared speeds ``(k + 1,)`` at the nodes by the limits of velocity.
@@ -187,7 +174,7 @@ class _Stretches:
         return np.concatenate(s), np.concatenate(squares)
 
 
-def _straight_segments(path: PiecewisePolynomial) -> NDArray[np.bool_]:
+def straight_segments(path: PiecewisePolynomial) -> NDArray[np.bool_]:
     """Tell which segments are straight and evenly parameterized, but for rounding."""
     points = path.control_points
     if points.shape[1] < 3:

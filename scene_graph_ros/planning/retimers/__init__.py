@@ -1,0 +1,1 @@
+"""Retimers of others, whose motions we check and prove."""

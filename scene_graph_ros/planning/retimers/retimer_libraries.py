@@ -1,0 +1,47 @@
+"""TOPP-RA and Ruckig, imported by who asks first."""
+
+from __future__ import annotations
+
+from functools import cache
+import importlib
+from typing import Any, NamedTuple
+
+from scene_graph_ros.geometry.errors import SceneGraphError
+
+__all__ = ["MissingRetimerError", "ToppraLibrary", "get_ruckig", "get_toppra"]
+
+
+class MissingRetimerError(SceneGraphError, ImportError):
+    """A retimer is asked for that is not installed."""
+
+
+class ToppraLibrary(NamedTuple):
+    """Its modules."""
+
+    algorithm: Any
+    constraint: Any
+    interpolator: Any
+
+
+@cache
+def get_toppra() -> ToppraLibrary:
+    """Return TOPP-RA's modules. Raises MissingRetimerError naming the remedy."""
+    try:
+        return ToppraLibrary(
+            *(importlib.import_module(f"toppra.{name}") for name in ToppraLibrary._fields)
+        )
+    except ImportError as error:
+        raise MissingRetimerError(
+            "the retimer 'toppra' needs TOPP-RA: python -m pip install toppra"
+        ) from error
+
+
+@cache
+def get_ruckig() -> Any:
+    """Return Ruckig's module. Raises MissingRetimerError naming the remedy."""
+    try:
+        return importlib.import_module("ruckig")
+    except ImportError as error:
+        raise MissingRetimerError(
+            "the retimer 'ruckig' needs Ruckig: python -m pip install ruckig"
+        ) from error
