@@ -21,8 +21,11 @@ from scene_graph_ros.planning import (
     load_robot_diagram,
     plan_path,
     prove_trajectory,
+    RuckigRetimer,
     SceneGraphCollisionChecker,
     time_path,
+    TimedPath,
+    ToppraRetimer,
 )
 from scene_graph_ros.planning.trajectories import (
     MotionLimits,
@@ -32,7 +35,7 @@ from scene_graph_ros.planning.trajectories import (
 )
 from scene_graph_ros.planning.trajectories.corners import CornerPath
 from scene_graph_ros.planning.trajectories.jerk_limited import sample_along
-from scene_graph_ros.planning.trajectories.retimer import TimeOptimalRetimer
+from scene_graph_ros.planning.trajectories.retimer import Retimer, TimeOptimalRetimer
 from scene_graph_ros.planning.trajectories.sampling import sample
 
 __all__ = ["main"]
@@ -130,6 +133,38 @@ def _ruckig(start: np.ndarray, goal: np.ndarray, limits: MotionLimits) -> Any:
     return found
 
 
+def _print_timed(what: str, milliseconds: float, timed: TimedPath) -> None:
+    """Print how long it took to time a path, and what came of it."""
+    kept, count = 1e3 * timed.least_clearance, len(timed.points.nanoseconds)
+    print(f"{what:32} {milliseconds:12.1f} {timed.duration:10.4f} {kept:10.3f} {count}")
+
+
+def _by_retimers(
+    checker: SceneGraphCollisionChecker,
+    path: np.ndarray,
+    limits: MotionLimits,
+    soft: MotionLimits,
+) -> None:
+    """Print the same for TOPP-RA and Ruckig in the place of our own retimer."""
+    asked: list[tuple[str, str, Retimer]] = [
+        (f"toppra, {grid} stretches", "toppra", ToppraRetimer(grid)) for grid in (16, 50, 200)
+    ]
+    asked += [
+        ("toppra along a spline", "toppra", ToppraRetimer(along="spline")),
+        ("ruckig", "ruckig", RuckigRetimer()),
+    ]
+    for (what, library, retimer), within in product(asked, (limits, soft)):
+        if find_spec(library):
+            milliseconds, timed = _milliseconds(
+                lambda r=retimer, w=within: time_path(checker, path, w, retimer=r)
+            )
+            name = what if within is limits else f"{what}, that jerk"
+            if timed.is_success:
+                _print_timed(name, milliseconds, timed)
+            else:
+                print(f"{name:32} {milliseconds:12.1f}  {timed.failure.name}: {timed.reason}")
+
+
 def _foreign(
     checker: SceneGraphCollisionChecker, path: np.ndarray, limits: MotionLimits, rows: np.ndarray
 ) -> None:
@@ -199,8 +234,8 @@ def main() -> None:
         milliseconds, timed = _milliseconds(
             lambda r=rise_time, w=within: time_path(checker, path, w, rise_time=r)
         )
-        kept, count = 1e3 * timed.least_clearance, len(timed.points.nanoseconds)
-        print(f"{what:32} {milliseconds:12.1f} {timed.duration:10.4f} {kept:10.3f} {count}")
+        _print_timed(what, milliseconds, timed)
+    _by_retimers(checker, path, limits, soft)
     if find_spec("ruckig"):
         edges = list(pairwise(path[:, moving]))
         milliseconds, found = _milliseconds(lambda: [_ruckig(*e, soft) for e in edges])

@@ -52,7 +52,7 @@ def time_curve(
     *,
     at: ArrayLike,
     rise_time: float = 0.0,
-    retimer: Retimer | str | None = None,
+    retimer: Retimer | str = "time_optimal",
     grid_points: int | None = None,
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,

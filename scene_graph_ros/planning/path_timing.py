@@ -47,7 +47,7 @@ def time_path(
     limits: MotionLimits,
     *,
     rise_time: float = 0.0,
-    retimer: Retimer | str | None = None,
+    retimer: Retimer | str = "time_optimal",
     grid_points: int | None = None,
     timeout: float | None = None,
     watch: Callable[[], None] | None = None,
@@ -62,11 +62,11 @@ def time_path(
     accelerations, and it is the quintics through them. Where ``limits`` have jerks, the rise time
     is at least what keeps them.
 
-    ``retimer`` says what finds how fast the path is gone along. None is our own, whose
-    ``grid_points`` are stretches of each corner with one speedup each: more are faster, and take
-    longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a `ToppraRetimer` or
-    `RuckigRetimer` with options; what they find is checked and proven as ours is. ``timeout`` (s)
-    and ``watch`` are as of `plan_path`.
+    ``retimer`` says what finds how fast the path is gone along. ``"time_optimal"`` is our own,
+    whose ``grid_points`` (default 16) are stretches of each corner with one speedup each: more are
+    faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a `ToppraRetimer`
+    or `RuckigRetimer` with options; what they find is checked and proven as ours is. ``timeout``
+    (s) and ``watch`` are as of `plan_path`.
 
     Raises TrajectoryError naming what makes no sense: a path that moves positions without limits,
     or turns a floating joint. Raises as `SceneGraphCollisionChecker` does for configurations of

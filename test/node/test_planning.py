@@ -13,6 +13,9 @@ from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Quaternion, Transform, Vector3
 from plan_goals import Planner, Sent
 import pytest
+from rcl_interfaces.msg import Parameter as RosParameter
+from rcl_interfaces.msg import ParameterType, ParameterValue
+from rcl_interfaces.srv import SetParametersAtomically
 from sensor_msgs.msg import JointState, MultiDOFJointState
 from sliding_robots import rail_scene
 from spinning import wait_until
@@ -215,6 +218,36 @@ def test_a_trajectory_within_a_limit_of_jerk(action, joints):
         for before, after in itertools.pairwise(points)
     ]
     assert max(rates) == pytest.approx(20.0, rel=1e-3)
+
+
+def test_a_trajectory_by_another_retimer(action, client, joints):
+    """Ruckig's way of 1.5 m with 1 m/s, 2 m/s^2 and 20 m/s^3 takes as long; few points say it."""
+    limits = MotionLimits(
+        names=["rail"], max_velocities=[1.0], max_accelerations=[2.0], max_jerks=[20.0]
+    )
+
+    def choose(name):
+        value = ParameterValue(type=ParameterType.PARAMETER_STRING, string_value=name)
+        parameter = RosParameter(name="retimer", value=value)
+        request = SetParametersAtomically.Request(parameters=[parameter])
+        service = "/scene_graph/set_parameters_atomically"
+        return client.call_any(SetParametersAtomically, service, request).result
+
+    try:
+        assert not choose("topra").successful
+        for name in ("ruckig", "toppra"):
+            assert choose(name).successful
+            result, _ = Sent(action, goals=at(0.5), **{**TIMED, "limits": limits}).end()
+            assert result.failure == 0, result.reason
+            points = result.trajectory.points
+            # 1.5 / 1 + 1 / 2 + 2 / 20 s; TOPP-RA has one speedup on each of its stretches.
+            slack = 1e-6 if name == "ruckig" else 0.01
+            assert seconds_of(points[-1]) == pytest.approx(2.1, rel=slack)
+            # Seven phases, of which one is as long as it has to be.
+            assert (len(points) == 8) is (name == "ruckig")
+            assert result.trajectory_clearance > 0.0
+    finally:
+        assert choose("time_optimal").successful
 
 
 def test_a_path_alone_has_no_trajectory(action, joints):

@@ -241,6 +241,13 @@ PARAMETERS: tuple[Parameter, ...] = (
         maximum=86400.0,
     ),
     Parameter(
+        "retimer",
+        "time_optimal",
+        "What finds how fast a planned path is gone along: ours, TOPP-RA, or Ruckig, which stops "
+        "at corners and goes along no curves; what they find is checked and proven alike.",
+        choices=("time_optimal", "toppra", "ruckig"),
+    ),
+    Parameter(
         "max_waiting_plans",
         8,
         "Goals of plan_path that may wait, beside the one that is worked on; more are TOO_LARGE.",

@@ -49,8 +49,8 @@ def plan(
 ) -> tuple[Any, PlannedPath | None]:
     """Return the result of a goal of PlanPath, and the path; feedback goes out meanwhile.
 
-    Raises UnknownIdError, NameConflictError, MessageError, TooLargeError, PlanningError and
-    TrajectoryError for what can't be worked on, naming the field and its value.
+    Raises UnknownIdError, NameConflictError, MessageError, TooLargeError, UnavailableError,
+    PlanningError and TrajectoryError for what can't be worked on, naming the field and its value.
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
     robots = snapshot.robots.planning(core)
@@ -103,7 +103,7 @@ def _planned(
     ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
     if asked.limits is not None:
-        timed = _timed(goal, asked.limits, checker, found, asked.rise_time, limit)
+        timed = _timed(goal, asked, asked.limits, checker, found, limit)
         if timed.points is None or timed.trajectory is None:
             result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
             return None
@@ -120,10 +120,10 @@ def _planned(
 
 def _timed(
     goal: Goal,
+    asked: AskedPlan,
     limits: MotionLimits,
     checker: SceneGraphCollisionChecker,
     found: Plan,
-    rise_time: float,
     limit: Callable[[str], Any],
 ) -> TimedPath:
     """Return the trajectory along a path that was found."""
@@ -146,7 +146,13 @@ def _timed(
 
     patience = float(limit("max_planning_time"))
     return time_path(
-        checker, found.configurations, limits, rise_time=rise_time, timeout=patience, watch=watch
+        checker,
+        found.configurations,
+        limits,
+        rise_time=asked.rise_time,
+        retimer=asked.retimer,
+        timeout=patience,
+        watch=watch,
     )
 
 

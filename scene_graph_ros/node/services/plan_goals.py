@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from msg_adapters.errors import MessageError
+from msg_adapters.errors import MessageError, UnavailableError
 from msg_adapters.pose_goals import pose_target_from_msg
 from msg_adapters.robot_configurations import (
     configurations_from_msg,
@@ -20,8 +20,10 @@ from msg_adapters.trajectories import motion_limits_from_msg, rise_time_from_msg
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
-from scene_graph_ros.planning import PlanProgress, PoseTarget
+from scene_graph_ros.planning import MissingRetimerError, PlanProgress, PoseTarget
+from scene_graph_ros.planning.retimers.named_retimers import as_retimer
 from scene_graph_ros.planning.trajectories import MotionLimits
+from scene_graph_ros.planning.trajectories.retimer import Retimer
 from scene_graph_ros.robots.tree_kernels import FLOATING
 
 __all__ = ["AskedPlan", "CancelledError", "asked_plan", "patience"]
@@ -54,6 +56,7 @@ class AskedPlan(NamedTuple):
     limits: MotionLimits | None
     """Of the moving positions, where a trajectory is wanted."""
     rise_time: float
+    retimer: Retimer
 
 
 def asked_plan(
@@ -81,7 +84,8 @@ def asked_plan(
     if request.with_trajectory:
         limits = _limits(request.limits, robots, moving)
     rise_time = rise_time_from_msg(request.rise_time, "rise_time")
-    return AskedPlan(starts[0], goals, group, moving, paddings, limits, rise_time)
+    retimer = _retimer(limit("retimer") if request.with_trajectory else "time_optimal")
+    return AskedPlan(starts[0], goals, group, moving, paddings, limits, rise_time, retimer)
 
 
 def _goals(
@@ -117,6 +121,14 @@ def _limits(message: Any, robots: PlanningRobots, moving: NDArray[np.intp]) -> M
                 " of positions only: name a group without it"
             )
     return motion_limits_from_msg(message, robots.positions, tree, moving, "limits")
+
+
+def _retimer(name: str) -> Retimer:
+    """Return the retimer that is configured. Raises UnavailableError where it is missing."""
+    try:
+        return as_retimer(name)
+    except MissingRetimerError as error:
+        raise UnavailableError(f"parameter retimer: {error}") from error
 
 
 def patience(timeout: Any, limit: Callable[[str], Any]) -> float:

@@ -304,6 +304,7 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
         limits,
         at=asked.start,
         rise_time=asked.rise_time,
+        retimer=asked.retimer,
         timeout=watch.left,
         watch=watch.look,
     )

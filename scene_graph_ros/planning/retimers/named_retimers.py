@@ -8,27 +8,30 @@ from scene_graph_ros.planning.retimers.ruckig_retimer import RuckigRetimer
 from scene_graph_ros.planning.retimers.toppra_retimer import ToppraRetimer
 from scene_graph_ros.planning.trajectories.errors import TrajectoryError
 from scene_graph_ros.planning.trajectories.retimer import Retimer, TimeOptimalRetimer
-from scene_graph_ros.planning.trajectories.time_optimal import GRID_POINTS
 
 __all__ = ["as_retimer"]
 
-_NAMES = {"toppra": ToppraRetimer, "ruckig": RuckigRetimer}
+_NAMES: dict[str, type[Retimer]] = {
+    "time_optimal": TimeOptimalRetimer,
+    "toppra": ToppraRetimer,
+    "ruckig": RuckigRetimer,
+}
 
 
-def as_retimer(retimer: Retimer | str | None, grid_points: int | None = None) -> Retimer:
-    """Return a retimer by its name; None is our own, with so many ``grid_points``.
+def as_retimer(retimer: Retimer | str, grid_points: int | None = None) -> Retimer:
+    """Return a retimer by its name; our own has so many ``grid_points``.
 
     Raises TrajectoryError for what is none, and for ``grid_points`` of another one than our own;
     MissingRetimerError where it is not installed.
     """
-    if retimer is None:
-        return TimeOptimalRetimer(GRID_POINTS if grid_points is None else grid_points)
+    if retimer == "time_optimal" and grid_points is not None:
+        return TimeOptimalRetimer(grid_points)
     if isinstance(retimer, str) and retimer in _NAMES:
         retimer = _NAMES[retimer]()
     if not isinstance(retimer, Retimer):
         names = ", ".join(map(repr, _NAMES))
         raise TrajectoryError(
-            f"retimer must be None, one of {names}, a ToppraRetimer or a RuckigRetimer, not"
+            f"retimer must be one of {names}, a ToppraRetimer or a RuckigRetimer, not"
             f" {quoted(retimer)}"
         )
     if grid_points is not None:
