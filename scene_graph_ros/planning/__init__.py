@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
+    from scene_graph_ros.planning.homogeneous_filters import HeterogeneousFiltersError
     from scene_graph_ros.planning.ompl_bridge.ompl_library import MissingOmplError
     from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner
     from scene_graph_ros.planning.ompl_bridge.ompl_space import OmplSpace
@@ -159,6 +160,7 @@ __all__ = [
     "EllipsoidMarginCost",
     "GcsTrajectoryOptimization",
     "GcsTrajectoryResult",
+    "HeterogeneousFiltersError",
     "InverseKinematics",
     "InverseKinematicsError",
     "InverseKinematicsFailure",
@@ -274,6 +276,7 @@ _MODULES = {
     "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
     "gcs.result": ("GcsTrajectoryResult",),
     "gcs.subgraph": ("Subgraph",),
+    "homogeneous_filters": ("HeterogeneousFiltersError",),
     "ompl_bridge.ompl_library": ("MissingOmplError",),
     "ompl_bridge.ompl_planner": ("OmplPlanner",),
     "ompl_bridge.ompl_space": ("OmplSpace",),

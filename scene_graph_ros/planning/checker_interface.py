@@ -25,6 +25,7 @@ from scene_graph_ros.planning.distance_and_interpolation import (
 )
 from scene_graph_ros.planning.edge_measure import EdgeMeasure
 from scene_graph_ros.planning.errors import CollisionCheckerError
+from scene_graph_ros.planning.homogeneous_filters import as_switch, demand_homogeneous_filters
 from scene_graph_ros.planning.measuring_checker import MeasuringChecker
 from scene_graph_ros.planning.robot_clearance import RobotClearance, RobotCollisionType
 from scene_graph_ros.planning.robot_diagram import RobotDiagram
@@ -52,9 +53,12 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         distance_and_interpolation_provider: DistanceAndInterpolationProvider | None,
         configuration_distance_function: ConfigurationDistanceFunction | None,
         implicit_context_parallelism: int | None,
+        require_homogeneous_filters: bool,
         supports_parallel_checking: bool,
     ) -> None:
         self._model, self._tree = model, model.tree
+        if as_switch(require_homogeneous_filters):
+            demand_homogeneous_filters(state)
         ChangingChecker.__init__(self, state)
         MeasuringChecker.__init__(
             self,

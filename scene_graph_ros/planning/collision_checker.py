@@ -83,6 +83,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         configuration_distance_function: ConfigurationDistanceFunction | None = None,
         robot_model_instances: Iterable[str] | None = None,
         implicit_context_parallelism: int | None = None,
+        require_homogeneous_filters: bool = False,
     ) -> None:
         """Prepare for the robots of ``model`` at its context's present moment, or at ``snapshot``.
 
@@ -92,8 +93,10 @@ class SceneGraphCollisionChecker(CollisionChecker):
         ways are the linear provider's, or those of one of your own; then ``edge_step_size`` is how
         long the straight pieces of a way are. ``robot_model_instances``, if given, must be the
         names of all robots, and ``implicit_context_parallelism`` is how many contexts have
-        numbers. Raises CollisionCheckerError for a number that is not finite, a tolerance or step
-        size that is not positive, and a robot that is not there or missing.
+        numbers. With ``require_homogeneous_filters`` the scene must filter all geometries of two
+        bodies or none. Raises CollisionCheckerError for a number that is not finite, a tolerance
+        or step size that is not positive, and a robot that is not there or missing;
+        HeterogeneousFiltersError for a scene that filters some geometries of two bodies only.
         """
         self._tolerance = finite_number("tolerance", tolerance)
         if self._tolerance <= 0.0:
@@ -107,6 +110,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
             distance_and_interpolation_provider=distance_and_interpolation_provider,
             configuration_distance_function=configuration_distance_function,
             implicit_context_parallelism=implicit_context_parallelism,
+            require_homogeneous_filters=require_homogeneous_filters,
             supports_parallel_checking=True,
         )
 

@@ -12,6 +12,7 @@ from scene_graph_ros.planning.distance_and_interpolation import (
     DistanceAndInterpolationProvider,
 )
 from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
+from scene_graph_ros.planning.homogeneous_filters import as_switch
 from scene_graph_ros.planning.robot_diagram import RobotDiagram
 
 __all__ = ["CollisionCheckerParams"]
@@ -36,6 +37,8 @@ class CollisionCheckerParams:
     distance_and_interpolation_provider: DistanceAndInterpolationProvider | None = None
     configuration_distance_function: ConfigurationDistanceFunction | None = None
     implicit_context_parallelism: int | None = None
+    require_homogeneous_filters: bool = False
+    """Whether to refuse a scene that filters some geometries of two bodies, and others not."""
 
     def __post_init__(self) -> None:
         """Check what can be checked without a checker."""
@@ -53,6 +56,7 @@ class CollisionCheckerParams:
             )
         for field in ("env_collision_padding", "self_collision_padding"):
             finite_number(field, getattr(self, field))
+        as_switch(self.require_homogeneous_filters)
         if None not in (
             self.distance_and_interpolation_provider,
             self.configuration_distance_function,

@@ -107,7 +107,7 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
         self._tree = tree
         starts = tree.table.starts[1:].tolist()
         own = [(j, s) for j, s in zip(tree.joints, starts, strict=True) if not j.mimics]
-        ends = [start for _, start in own[1:]] + [tree.num_positions]
+        ends = [*(start for _, start in own), tree.num_positions][1:]
         self._parts = {
             joint.name: slice(start, end) for (joint, start), end in zip(own, ends, strict=True)
         }

@@ -37,6 +37,7 @@ class UnimplementedCollisionChecker(CollisionChecker):
         distance_and_interpolation_provider: DistanceAndInterpolationProvider | None = None,
         configuration_distance_function: ConfigurationDistanceFunction | None = None,
         implicit_context_parallelism: int | None = None,
+        require_homogeneous_filters: bool = False,
     ) -> None:
         """Take what all checkers have. Raises CollisionCheckerError naming the field."""
         state = make_state(model, model.context.snapshot)
@@ -48,6 +49,7 @@ class UnimplementedCollisionChecker(CollisionChecker):
             distance_and_interpolation_provider=distance_and_interpolation_provider,
             configuration_distance_function=configuration_distance_function,
             implicit_context_parallelism=implicit_context_parallelism,
+            require_homogeneous_filters=require_homogeneous_filters,
             supports_parallel_checking=supports_parallel_checking,
         )
 

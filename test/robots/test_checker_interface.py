@@ -15,6 +15,7 @@ from scene_graph_ros.planning import (
     CollisionCheckerParams,
     LinearDistanceAndInterpolationProvider,
     load_robot_diagram,
+    plan_path,
     SceneGraphCollisionChecker,
     UnimplementedCollisionChecker,
 )
@@ -255,3 +256,16 @@ def test_edges_of_a_checker_of_ones_own_are_sampled(tmp_path):
     # Half a turn about z: cos of half the angle is above 0.9 at first.
     assert not drone.check_edge_collision_free([0.8, 0, 0, 0.6, 0, 0, 0], [1.0, 0, 0, 0, 0, 0, 0])
     assert drone.check_edge_collision_free([0.8, 0, 0, 0.6, 0, 0, 0], [0.6, 0, 0, 0.8, 0, 0, 0])
+
+
+def test_a_robot_without_joints_has_one_configuration(tmp_path):
+    """It is welded to what is around it, so nothing is checked, and all questions have answers."""
+    post = """<robot name="post"><link name="base"><collision><geometry><sphere radius="0.3"/>
+      </geometry></collision></link></robot>"""
+    checker = SceneGraphCollisionChecker(diagram(tmp_path, post, BALL))
+    assert checker.num_pairs == 0
+    assert checker.get_zero_configuration().shape == (0,)
+    assert checker.check_configs_collision_free(np.zeros((3, 0))).tolist() == [True] * 3
+    assert checker.measure_edge([], []).completely_free
+    assert checker.compute_configuration_distance([], []) == 0.0
+    assert plan_path(checker, [], []).is_success
