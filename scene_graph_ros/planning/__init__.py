@@ -99,7 +99,11 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.pose_target import InverseKinematicsError, PoseTarget
     from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
-    from scene_graph_ros.planning.regions.around_seeds import region_around, regions_along
+    from scene_graph_ros.planning.regions.around_seeds import (
+        region_around,
+        regions_along,
+        regions_around,
+    )
     from scene_graph_ros.planning.regions.clique_cover import (
         iris_in_configuration_space_from_clique_cover,
         RegionCover,
@@ -230,6 +234,7 @@ __all__ = [
     "prove_trajectory",
     "region_around",
     "regions_along",
+    "regions_around",
     "time_curve",
     "time_path",
     "visibility_graph",
@@ -306,7 +311,7 @@ _MODULES = {
     "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
     "pose_target": ("InverseKinematicsError", "PoseTarget"),
     "position_space": ("get_continuous_revolute_joint_indices",),
-    "regions.around_seeds": ("region_around", "regions_along"),
+    "regions.around_seeds": ("region_around", "regions_along", "regions_around"),
     "regions.clique_cover": ("RegionCover", "iris_in_configuration_space_from_clique_cover"),
     "regions.cover_options": ("IrisFromCliqueCoverOptions",),
     "regions.errors": ("RegionError", "RegionNotFoundError"),

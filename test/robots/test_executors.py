@@ -23,14 +23,18 @@ from scene_graph_ros.planning import (
     plan_path,
     PlanningError,
     regions_along,
+    regions_around,
     SceneGraphCollisionChecker,
     visibility_graph,
 )
 from scene_graph_ros.planning.edge_proofs import prove
 from scene_graph_ros.planning.path_search import search_rules
+from scene_graph_ros.planning.regions.feasibility import Feasibility
 
 CELL = "config/scenes/panda_cell.yaml"
 ZO = IrisZoOptions(max_iterations=1, num_particles=500)
+QUICK = IrisZoOptions(max_iterations=1, num_particles=200, mixing_steps=10)
+DOMAIN = HPolyhedron.make_box([-3.0, -2.8], [3.0, 2.8])
 HOME = np.array([0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8, 0.02])
 # Workers that begin as copies of this process have its kernels at once.
 POOL = functools.partial(ProcessPoolExecutor, 2, mp_context=multiprocessing.get_context("fork"))
@@ -74,6 +78,14 @@ class Passing(Executor):
         return future
 
 
+def makespan(efforts, workers):
+    """Return when so many workers end that take shares one by one."""
+    busy_until = [0.0] * workers
+    for effort in efforts:
+        heapq.heapreplace(busy_until, busy_until[0] + effort)
+    return max(busy_until)
+
+
 class Noting(Executor):
     """Does the work at once, and notes how much each share was."""
 
@@ -89,10 +101,7 @@ class Noting(Executor):
 
     def speedup(self, workers):
         """Return how much sooner so many workers end; the first free one takes a share."""
-        busy_until = [0.0] * workers
-        for effort in self.efforts:
-            heapq.heapreplace(busy_until, busy_until[0] + effort)
-        return sum(self.efforts) / max(busy_until)
+        return sum(self.efforts) / makespan(self.efforts, workers)
 
 
 def configurations(checker, count, seed=0):
@@ -120,17 +129,22 @@ def test_dask_has_the_same_graphs_roadmaps_and_regions(client, cell, arm):
     assert 0 < roadmap.num_proven_edges < roadmap.edges
     assert same_roadmaps(build_roadmap(cell, HOME, 40, group="arm", executor=executor), roadmap)
     options = IrisFromCliqueCoverOptions(iteration_limit=1, iris_options=ZO)
-    domain = HPolyhedron.make_box([-3.0, -2.8], [3.0, 2.8])
     regions, shared = (
-        iris_in_configuration_space_from_clique_cover(arm, options, domain=domain, executor=each)
+        iris_in_configuration_space_from_clique_cover(arm, options, domain=DOMAIN, executor=each)
         for each in (None, executor)
     )
     assert len(regions) == len(shared) > 0
     along, shared_along = (
-        regions_along(arm, [[-1.5, 0.4], [0.0, 0.0], [0.0, 1.0]], domain, ZO, executor=each)
+        regions_along(arm, [[-1.5, 0.4], [0.0, 0.0], [0.0, 1.0]], DOMAIN, ZO, executor=each)
         for each in (None, executor)
     )
     assert len(along) == len(shared_along) > 0
+    seeds = [[-1.5, 0.4], [[0.0, 0.0], [0.0, 1.0]], [2.0, 0.3]]
+    around, shared_around = (
+        regions_around(arm, seeds, DOMAIN, ZO, executor=each) for each in (None, executor)
+    )
+    assert len(around) == len(shared_around) == 3
+    along, shared_along = [*along, *around], [*shared_along, *shared_around]
     regions += [each.region for each in along]
     shared += [each.region for each in shared_along]
     for one, other in zip(regions, shared, strict=True):
@@ -217,6 +231,86 @@ def test_shares_keep_workers_busy(cell):
         print(what, len(noting.efforts), {key: round(value, 2) for key, value in found.items()})
         for workers, speedup in found.items():
             assert speedup > (0.95 if workers < 8 else 0.8) * workers
+
+
+@pytest.fixture
+def growth(monkeypatch):
+    """How much growing a share takes: how many configurations are asked about.
+
+    A point of a region is walked to and then asked about, so that is what growing consists of.
+    """
+    asked = [0]
+    free = Feasibility.free
+
+    def counted(self, q):
+        asked[0] += len(q)
+        return free(self, q)
+
+    def looks(function, arguments):
+        effort, asked[0] = asked[0], 0
+        return float(effort)
+
+    monkeypatch.setattr(Feasibility, "free", counted)
+    return looks
+
+
+def test_regions_around_seeds_keep_workers_busy(arm, growth):
+    """As graphs and roadmaps do, around 96 seeds."""
+    q = configurations(arm, 400, seed=3)
+    seeds = q[arm.check_configs_collision_free(q)][:96]
+    noting = Noting(growth)
+    assert len(regions_around(arm, seeds, DOMAIN, QUICK, executor=noting)) == 96
+    # The seeds themselves are asked about before, by who shares out.
+    assert len(noting.efforts) == 96
+    found = {workers: noting.speedup(workers) for workers in (2, 4, 8, 16)}
+    print({key: round(value, 2) for key, value in found.items()})
+    for workers, speedup in found.items():
+        assert speedup > (0.9 if workers < 16 else 0.8) * workers
+
+
+@pytest.mark.parametrize("pieces", [1, 12])
+def test_regions_along_a_path_keep_workers_busy(arm, growth, pieces):
+    """They end sooner than one worker that grows just the regions that are needed.
+
+    Edges of a path need a region each, as shortcuts were taken. Where each edge comes in pieces
+    few do, and hardly more grow: a worker more than those would have nothing to do.
+    """
+    tour, rng = [np.array([-1.5, 0.4])], np.random.default_rng(5)
+    while len(tour) <= 96 // pieces:
+        goal = rng.uniform([-2.5, -2.0], [2.5, 2.0])
+        plan = plan_path(arm, tour[-1], goal) if arm.check_config_collision_free(goal) else None
+        if plan is not None and plan.is_success:
+            tour += list(plan.configurations[1:])
+    places = np.linspace(0.0, len(tour) - 1.0, pieces * (len(tour) - 1) + 1)
+    path = np.stack(
+        [np.interp(places, np.arange(len(tour)), column) for column in np.transpose(tour)], axis=1
+    )
+    waves = []
+
+    def make():
+        waves.append(Noting(growth))
+        return waves[-1]
+
+    regions = regions_along(arm, path, DOMAIN, QUICK, executor=make)
+    growth(None, None)
+    alone = regions_along(arm, path, DOMAIN, QUICK)
+    needed = growth(None, None)
+    assert len(alone) == len(regions)
+    done = sum(sum(wave.efforts) for wave in waves)
+    found = {
+        workers: needed / sum(makespan(wave.efforts, workers) for wave in waves)
+        for workers in (2, 4, 8, 16)
+    }
+    shares = [len(wave.efforts) for wave in waves]
+    shown = {key: round(value, 2) for key, value in found.items()}
+    print(len(path) - 1, len(regions), shares, round(done / needed, 2), shown)
+    if pieces == 1:
+        assert shares == [96]
+        for workers, speedup in found.items():
+            assert speedup > (0.8 if workers < 16 else 0.7) * workers
+    else:
+        assert sum(shares) < 3 * len(regions) < 48
+        assert found[4] > 1.0
 
 
 def test_what_makes_no_sense_is_refused(arm, tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 import itertools
 from typing import Any
 
@@ -38,7 +39,14 @@ from scene_graph_ros.planning.shares.in_executor import (
     in_executor,
 )
 
-__all__ = ["AnyIrisOptions", "ellipsoid_around", "grow_around", "region_around", "regions_along"]
+__all__ = [
+    "AnyIrisOptions",
+    "ellipsoid_around",
+    "grow_around",
+    "region_around",
+    "regions_along",
+    "regions_around",
+]
 
 AnyIrisOptions = IrisZoOptions | IrisOptions
 
@@ -47,6 +55,10 @@ _THIN = 1e-2
 
 _SMALL = 1e-3
 """rad or m: the radius where there is one point only; its size does not count."""
+
+
+_STRAIGHT = 1e-9
+"""Of directions of length 1: edges that differ by less are pieces of one."""
 
 
 def region_around(
@@ -77,6 +89,42 @@ def region_around(
     return grow_around(feasibility, box, B, center, seeds, chosen)
 
 
+def regions_around(
+    checker: CollisionChecker,
+    seeds: Sequence[ArrayLike],
+    domain: HPolyhedron | None = None,
+    options: AnyIrisOptions | None = None,
+    *,
+    executor: AnyExecutor | None = None,
+    group: str | None = None,
+) -> list[ConfigurationRegion]:
+    """Return a region around each of some seeds, as `region_around` grows it.
+
+    Each seed is ``(nq,)`` or ``(m, nq)``. With an ``executor`` other processes grow them, a share
+    each: the answer is the same. Raises as `region_around`, naming the seed by its row,
+    RegionNotFoundError where one has no region, and CollisionCheckerError for what is no executor.
+    """
+    pool = checked_executor(executor)
+    chosen = IrisZoOptions() if options is None else options
+    asked: Any = checker if pool is None else pack(checker)
+    shares = []
+    for k, seed in enumerate(seeds):
+        given = checked_points(f"seeds[{k}]", seed, checker.model.tree.num_positions)
+        held = held_by_group(checker, group, given, f"seeds[{k}]")
+        box = checked_domain(checker, domain, None if held is None else held.rows)
+        own = given if held is None else given[:, held.rows]
+        feasibility = _held(feasibility_of(checker, chosen, box), held)
+        _check_seeds(feasibility, box, own, f"seeds[{k}]")
+        threads = feasibility.threads if pool is None else 1
+        shares.append((asked, held, box, own, chosen, threads))
+    regions: list[ConfigurationRegion] = []
+    for k, found in enumerate(in_executor(_region_or_error, shares, pool)):
+        if isinstance(found, Exception):
+            raise RegionNotFoundError(f"seeds[{k}]: {found}") from found
+        regions.append(found)
+    return regions
+
+
 def regions_along(
     checker: CollisionChecker,
     path: ArrayLike,
@@ -89,10 +137,9 @@ def regions_along(
     """Return regions along a path ``(m, nq)`` of free edges, such as `plan_path` finds.
 
     Each keeps an edge inside, so neighbours share a configuration of the path. An edge that is in
-    the region before gets none of its own. With an ``executor`` other processes grow a region for
-    each edge at once, and those that are not needed are dropped: the answer is the same. ``group``
-    is as of `region_around`. Raises as that does, and CollisionCheckerError for what is no
-    executor.
+    the region before gets none of its own. With an ``executor`` other processes grow regions at
+    once for all edges that go in a new direction, and the answer is the same. ``group`` is as of
+    `region_around`. Raises as that does, and CollisionCheckerError for what is no executor.
     """
     pool = checked_executor(executor)
     chosen = IrisZoOptions() if options is None else options
@@ -107,18 +154,40 @@ def regions_along(
     threads = feasibility.threads if pool is None else 1
     edges = itertools.pairwise(q)
     shares = [(asked, held, box, np.stack(edge), chosen, threads) for edge in edges]
-    grown = None if pool is None else in_executor(_region_or_error, shares, pool)
     regions: list[ConfigurationRegion] = []
+    grown: dict[int, ConfigurationRegion | Exception] = {}
+    # Others are grown at once: those that turn, then twice as many as before while all are needed.
+    wave: list[int] = []
+    ahead, unneeded = 1, 0
     for k, share in enumerate(shares):
         edge = share[3]
         if regions and regions[-1].region.point_in_set(edge, 0.0).all():
+            unneeded += k in wave
             continue
         _check_seeds(feasibility, box, edge)
-        found = _region_or_error(*share) if grown is None else grown[k]
-        if isinstance(found, Exception):
-            raise found
-        regions.append(found)
+        if k not in grown:
+            others: list[int] = []
+            if pool is not None:
+                ahead = 2 * ahead if not unneeded else max(ahead // 2, 1)
+                others = [each for each in range(k + 1, len(shares)) if each not in grown]
+                others = others[: ahead - 1] if wave else _turning_edges(q, k)
+            wave, unneeded = [k, *others], 0
+            found = in_executor(_region_or_error, [shares[each] for each in wave], pool)
+            grown |= zip(wave, found, strict=True)
+        region = grown[k]
+        if isinstance(region, Exception):
+            raise region
+        regions.append(region)
     return regions
+
+
+def _turning_edges(q: NDArray[np.float64], first: int) -> list[int]:
+    """Return the edges of a path ``(m, n)`` after one of them that go in a new direction."""
+    ways = np.diff(q, axis=0)
+    lengths = np.linalg.norm(ways, axis=1, keepdims=True)
+    ways = np.divide(ways, lengths, out=np.zeros_like(ways), where=lengths > 0.0)
+    turns = np.abs(np.diff(ways, axis=0)).max(axis=1) > _STRAIGHT
+    return [k for k in range(first + 1, len(ways)) if turns[k - 1]]
 
 
 def _held(feasibility: Feasibility, held: Held | None) -> Feasibility:
@@ -146,19 +215,22 @@ def _region_or_error(
 
 
 def _check_seeds(
-    feasibility: Feasibility, domain: HPolyhedron, seeds: NDArray[np.float64]
+    feasibility: Feasibility,
+    domain: HPolyhedron,
+    seeds: NDArray[np.float64],
+    name: str = "seed",
 ) -> None:
     """Raise RegionError for seeds ``(m, n)`` that are not free or do not see each other."""
     for k, each in enumerate(seeds):
-        checked_center(feasibility, domain, each, f"seed[{k}]")
+        checked_center(feasibility, domain, each, f"{name}[{k}]")
     pairs = list(itertools.combinations(range(len(seeds)), 2))
     edges = np.array([[seeds[i], seeds[j]] for i, j in pairs]).reshape(-1, 2, seeds.shape[1])
     hidden = np.flatnonzero(~feasibility.segments_free(edges))
     if len(hidden):
         i, j = pairs[hidden[0]]
         raise RegionError(
-            f"seed[{i}] and seed[{j}] do not see each other: the edge between them is not free, so"
-            " no convex region has both"
+            f"{name}[{i}] and {name}[{j}] do not see each other: the edge between them is not"
+            " free, so no convex region has both"
         )
 
 
