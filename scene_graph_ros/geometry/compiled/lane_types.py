@@ -14,7 +14,15 @@ from llvmlite import ir
 from numba.core import types
 from numba.extending import lower_builtin, models, register_model, type_callable
 
-__all__ = ["LaneChoices", "LaneNumbers", "are_numbers", "lower_of", "repeated", "vectors_of"]
+__all__ = [
+    "LaneChoices",
+    "LaneNumbers",
+    "are_numbers",
+    "lower_of",
+    "lower_of_numbers",
+    "repeated",
+    "vectors_of",
+]
 
 _INDEX = ir.IntType(32)
 
@@ -62,9 +70,13 @@ def are_numbers(*kinds: Any) -> Any:
     return lanes.pop() if len(lanes) == 1 and others <= {types.float64} else None
 
 
-def vectors_of(builder: Any, kinds: Any, values: Any) -> list[Any]:
-    """Return the vectors, in LLVM's form, of lanes and numbers, which are repeated."""
-    width = next(kind.width for kind in kinds if kind != types.float64)
+def vectors_of(builder: Any, kinds: Any, values: Any, width: int | None = None) -> list[Any]:
+    """Return the vectors, in LLVM's form, of lanes and numbers, which are repeated.
+
+    The width is that of the lanes among them, unless it is given.
+    """
+    if width is None:
+        width = next(kind.width for kind in kinds if kind != types.float64)
     return [
         repeated(builder, value, width) if kind == types.float64 else value
         for kind, value in zip(kinds, values, strict=True)
@@ -76,6 +88,15 @@ def lower_of(generate: Callable[..., Any]) -> Callable[..., Any]:
 
     def lower(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         return generate(builder, *vectors_of(builder, signature.args, arguments))
+
+    return lower
+
+
+def lower_of_numbers(generate: Callable[..., Any]) -> Callable[..., Any]:
+    """Return numba's function that generates code for single numbers."""
+
+    def lower(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return generate(builder, *arguments)
 
     return lower
 

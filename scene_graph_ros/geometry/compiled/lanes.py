@@ -1,17 +1,18 @@
 """Numbers that compiled code computes in step, one of each of like problems: a lane.
 
-Lanes are eight or four wide: as the widest registers, and half of that. They are written with the
-operators of numbers, so that functions of tuples of numbers (see ``spatial.vectors``) take tuples
-of lanes as well. A number beside lanes stands for as many of itself; ``x[k]`` is the number of
-lane k. What depends on a condition is computed for all lanes, and ``select`` picks. A lane never
-depends on the ones beside it, unless they are reordered. Arithmetic is IEEE's, without fusion, as
-for single numbers. With ``NUMBA_DISABLE_JIT=1`` lanes are numpy's arrays.
+Lanes are eight or four wide: as the widest registers, and half of that; ``WIDE`` ones are several
+registers wide. They are written with the operators of numbers, so that functions of tuples of
+numbers (see ``spatial.vectors``) take tuples of lanes as well, and ``root``, ``larger``,
+``select`` and their like take single numbers. A number beside lanes stands for as many of itself;
+``x[k]`` is the number of lane k. What depends on a condition is computed for all lanes, and
+``select`` picks. A lane never depends on the ones beside it, unless they are reordered. Arithmetic
+is IEEE's, without fusion, as for single numbers. With ``NUMBA_DISABLE_JIT=1`` lanes are numpy's
+arrays.
 
 Places in arrays are counted flat; the arrays are C-contiguous.
 """
 
 from llvmlite import ir
-from llvmlite.binding import get_host_cpu_features
 from numba.core import types
 import numba.core.config as numba_config
 from numba.core.types import containers
@@ -23,6 +24,7 @@ from scene_graph_ros.geometry.compiled.lane_types import (
     LaneChoices,
     LaneNumbers,
     lower_of,
+    lower_of_numbers,
     repeated,
     vectors_of,
 )
@@ -30,17 +32,18 @@ from scene_graph_ros.geometry.compiled.lane_types import (
 __all__ = [
     "FOUR",
     "LANES",
-    "REGISTER",
+    "WIDE",
     "all_of",
     "any_of",
     "as_lanes",
     "every",
-    "every_of_register",
+    "every_four",
+    "every_wide",
     "larger",
     "load_four",
     "load_lanes",
     "load_number",
-    "load_register",
+    "load_wide",
     "magnitude",
     "merging",
     "reordering",
@@ -58,8 +61,9 @@ LANES = 8
 """The width of lanes of like problems."""
 FOUR = 4
 """The width of lanes that are the coordinates of one thing: three of them, and one to spare."""
-REGISTER = LANES if get_host_cpu_features().get("avx512f") else FOUR
-"""The width of lanes that one register of this processor holds, for what needs many of them."""
+WIDE = 2 * LANES
+"""The width of lanes that wait for themselves, step by step: two of the widest registers, or four
+of half of that, of which one is computed while the others wait."""
 
 _NUMBER_BYTES = 8
 
@@ -73,10 +77,12 @@ def _is_flat(array, kind=types.float64):
 
 
 def _of_numbers(generate, count):
-    """Make an intrinsic of so many numbers, some of them lanes, that returns lanes."""
+    """Make an intrinsic of so many numbers that returns lanes, or a number if none are lanes."""
 
     def typed(*kinds):
         kind = are_numbers(*kinds)
+        if kind is None and all(given == types.float64 for given in kinds):
+            return types.float64(*kinds), lower_of_numbers(generate)
         return None if kind is None else (kind(*kinds), lower_of(generate))
 
     # Numba counts names of parameters.
@@ -86,13 +92,14 @@ def _of_numbers(generate, count):
 
 
 def _llvm(name):
-    """Return what generates a call of LLVM's function of that name, for vectors."""
+    """Return what generates a call of LLVM's function of that name, for vectors or numbers."""
 
-    def generate(builder, *vectors):
-        kind = vectors[0].type
-        function = ir.FunctionType(kind, [kind] * len(vectors))
-        full_name = f"llvm.{name}.v{kind.count}f64"
-        return builder.call(builder.module.declare_intrinsic(full_name, fnty=function), vectors)
+    def generate(builder, *values):
+        kind = values[0].type
+        function = ir.FunctionType(kind, [kind] * len(values))
+        width = f"v{kind.count}" if isinstance(kind, ir.VectorType) else ""
+        full_name = f"llvm.{name}.{width}f64"
+        return builder.call(builder.module.declare_intrinsic(full_name, fnty=function), values)
 
     return generate
 
@@ -188,9 +195,13 @@ if numba_config.DISABLE_JIT:
         """Return eight lanes that all have one number."""
         return np.full(LANES, number)
 
-    def every_of_register(number):
-        """Return lanes as wide as a register that all have one number."""
-        return np.full(REGISTER, number)
+    def every_four(number):
+        """Return four lanes that all have one number."""
+        return np.full(FOUR, number)
+
+    def every_wide(number):
+        """Return wide lanes that all have one number."""
+        return np.full(WIDE, number)
 
     def as_lanes(numbers):
         """Return lanes of the numbers of a tuple."""
@@ -204,9 +215,9 @@ if numba_config.DISABLE_JIT:
         """Return four numbers of an array."""
         return array.flat[first : first + FOUR].copy()
 
-    def load_register(array, first):
-        """Return as many numbers of an array as a register holds."""
-        return array.flat[first : first + REGISTER].copy()
+    def load_wide(array, first):
+        """Return as many numbers of an array as wide lanes have."""
+        return array.flat[first : first + WIDE].copy()
 
     def store_lanes(array, first, lanes):
         """Write lanes into an array."""
@@ -243,9 +254,12 @@ if numba_config.DISABLE_JIT:
         """Return what gives kernels numbers of two lanes, the second's after the first's."""
         return lambda a, b: np.concatenate([a, b])[list(places)]
 
+    def select(choices, a, b):
+        """Return a where a lane is chosen, else b; of single numbers one."""
+        return np.where(choices, a, b)[()]
+
     magnitude = np.abs
     with_sign = np.copysign
-    select = np.where
     any_of, all_of = np.any, np.all
 
 else:
@@ -289,14 +303,17 @@ else:
 
     @intrinsic
     def select(typing_context, choices, a, b):
-        """Return a where a lane is chosen, else b."""
-        kind = are_numbers(a, b)
-        if kind is None or choices != LaneChoices(kind.width):
+        """Return a where a lane is chosen, else b; of single numbers one."""
+        if choices == types.boolean and a == b == types.float64:
+            return types.float64(choices, a, b), lower_of_numbers(lambda to, *of: to.select(*of))
+        kind = LaneNumbers(choices.width) if isinstance(choices, LaneChoices) else None
+        if kind is None or not {a, b} <= {kind, types.float64}:
             return None
 
         def lower(context, builder, signature, arguments):
             chosen, *values = arguments
-            return builder.select(chosen, *vectors_of(builder, signature.args[1:], values))
+            vectors = vectors_of(builder, signature.args[1:], values, kind.width)
+            return builder.select(chosen, *vectors)
 
         return kind(choices, a, b), lower
 
@@ -319,9 +336,8 @@ else:
 
         return intrinsic(typed)
 
-    every, every_of_register = _repeater(LANES), _repeater(REGISTER)
-    load_lanes, load_four = _loader(LANES), _loader(FOUR)
-    load_register = load_lanes if REGISTER == LANES else load_four
+    every, every_four, every_wide = map(_repeater, (LANES, FOUR, WIDE))
+    load_lanes, load_four, load_wide = map(_loader, (LANES, FOUR, WIDE))
     store_lanes = _storer(_store, LaneNumbers, types.float64)
     stream_lanes = _storer(_stream, LaneNumbers, types.float64)
     store_choices = _storer(_store_bytes, LaneChoices, types.boolean)

@@ -12,12 +12,15 @@ from scene_graph_ros.geometry.compiled.lanes import (
     any_of,
     as_lanes,
     every,
+    every_four,
+    every_wide,
     FOUR,
     LANES,
     larger,
     load_four,
     load_lanes,
     load_number,
+    load_wide,
     magnitude,
     merging,
     reordering,
@@ -28,6 +31,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_lanes,
     store_number,
     stream_lanes,
+    WIDE,
     with_sign,
 )
 from scene_graph_ros.geometry.compiled.streams import finish_streams
@@ -62,17 +66,23 @@ def four_in_arithmetic(room):
     write_arithmetic(load_four(room, 0), load_four(room, FOUR), room, FOUR)
 
 
-WIDTHS = pytest.mark.parametrize("width", [LANES, FOUR])
+@lean_kernel
+def wide_in_arithmetic(room):
+    """Do so with wide lanes."""
+    write_arithmetic(load_wide(room, 0), load_wide(room, WIDE), room, WIDE)
+
+
+WIDTHS = pytest.mark.parametrize("width", [LANES, FOUR, WIDE])
 
 
 @pytest.mark.parametrize("start", [0, FOUR])
 @WIDTHS
 def test_arithmetic_is_that_of_single_numbers(width, start):
     """Also for infinite numbers, those too small to be normal, and zeros with a sign."""
-    a, b = [np.roll(row, -start)[:width] for row in (A, B)]
+    a, b = [np.resize(np.roll(row, -start), width) for row in (A, B)]
     room = np.zeros((10, width))
     room[0], room[1] = a, b
-    {LANES: eight_in_arithmetic, FOUR: four_in_arithmetic}[width](room)
+    {LANES: eight_in_arithmetic, FOUR: four_in_arithmetic, WIDE: wide_in_arithmetic}[width](room)
     expected = [
         [x + y, x - 2.0, 3.0 * x, 1.0 / y, -x, math.copysign(y, x), abs(x), math.sqrt(abs(y))]
         for x, y in zip(a, b, strict=True)
@@ -109,13 +119,20 @@ def four_chosen(room):
     return write_choices(a, b, as_lanes((1.0, 1.0, 1.0, 1.0)), room, FOUR)
 
 
+@lean_kernel
+def wide_chosen(room):
+    """Do so with wide lanes."""
+    a, b = load_wide(room, 0), load_wide(room, WIDE)
+    return write_choices(a, b, every_wide(1.0), room, WIDE)
+
+
 @WIDTHS
 def test_comparisons_choose_lane_by_lane(width):
     """Nothing but what is unequal is chosen where one is nan; some and all are told apart."""
     room = np.zeros((10, width))
-    room[0] = [2.0, 3.0, math.nan, 5.0, 0.0, 1.0, 6.0, 7.0][:width]
+    room[0] = np.resize([2.0, 3.0, math.nan, 5.0, 0.0, 1.0, 6.0, 7.0], width)
     room[1] = 3.0
-    told = {LANES: eight_chosen, FOUR: four_chosen}[width](room)
+    told = {LANES: eight_chosen, FOUR: four_chosen, WIDE: wide_chosen}[width](room)
     assert tuple(map(bool, told)) == (True, False, False, False, True)
     for row, condition in enumerate(
         (
@@ -153,13 +170,19 @@ def larger_of_four(room):
     write_larger(load_four(room, 0), load_four(room, FOUR), room, FOUR)
 
 
+@lean_kernel
+def larger_of_wide(room):
+    """Do so with wide lanes."""
+    write_larger(load_wide(room, 0), load_wide(room, WIDE), room, WIDE)
+
+
 @WIDTHS
 def test_the_larger_and_the_smaller_are_the_second_where_one_is_nan(width):
     """Also where both are zero, of whatever sign."""
     room = np.zeros((6, width))
-    room[0] = [1.0, math.nan, 0.0, 4.0, -math.inf, math.nan, -0.0, 5.0][:width]
-    room[1] = [3.0, 3.0, -0.0, math.nan, 1.0, 7.0, 0.0, 4.0][:width]
-    {LANES: larger_of_eight, FOUR: larger_of_four}[width](room)
+    room[0] = np.resize([1.0, math.nan, 0.0, 4.0, -math.inf, math.nan, -0.0, 5.0], width)
+    room[1] = np.resize([3.0, 3.0, -0.0, math.nan, 1.0, 7.0, 0.0, 4.0], width)
+    {LANES: larger_of_eight, FOUR: larger_of_four, WIDE: larger_of_wide}[width](room)
     pairs = list(zip(*room[:2], strict=True))
     expected = [
         [a if a > b else b for a, b in pairs],
@@ -168,6 +191,23 @@ def test_the_larger_and_the_smaller_are_the_second_where_one_is_nan(width):
         [b if b < 2.0 else 2.0 for _, b in pairs],
     ]
     assert room[2:].tobytes() == np.array(expected).tobytes()
+
+
+@lean_kernel
+def single_numbers(a, b, room):
+    """Write what functions of lanes give for single numbers, and lanes of two of them."""
+    room[0], room[1], room[2] = root(a), magnitude(-b), with_sign(a, b)
+    room[3], room[4] = larger(a, b), smaller(a, b)
+    room[5], room[6] = select(a < b, a, b), select(a > b, a, b)
+    store_lanes(room, 8, select(load_four(room, 0) > every_four(2.0), 1.0, -1.0))
+
+
+def test_single_numbers():
+    """Functions of lanes take single numbers, too, and choose among two for all lanes."""
+    room = np.zeros(12)
+    single_numbers(6.25, -1.5, room)
+    assert room[:7].tolist() == [2.5, 1.5, -6.25, 6.25, -1.5, -1.5, 6.25]
+    assert room[8:].tolist() == [1.0, -1.0, -1.0, 1.0]
 
 
 _turn, _reverse = reordering(1, 2, 0, 3), reordering(*range(LANES - 1, -1, -1))

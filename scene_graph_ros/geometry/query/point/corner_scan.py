@@ -1,42 +1,26 @@
 """Which corner of a hull is probably nearest to a point, and how far others lie beyond it.
 
-As many lanes as fill a register are looked at together: all that is known of them stays in
-registers while the corners pass by.
+All that is known of the lanes that are looked at together stays in registers while the corners
+pass by.
 """
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
-    every_of_register,
+    every_four,
+    every_wide,
     larger,
     load_number,
-    load_register,
-    REGISTER,
+    load_wide,
     select,
-    store_lanes,
 )
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.spatial.vectors import dot, subtract
 from scene_graph_ros.geometry.tables.vertex_scan import GROUP
 
-__all__ = ["scan_corners_of_hull", "scan_corners_of_tile"]
+__all__ = ["furthest_corner", "scan_corners_of_hull", "scan_corners_of_tile"]
 
 _STRIDE = 4 * GROUP
 _GROUP_BITS = 3
-_POINT, _NEAREST, _WAY, _HEIGHT, _BEST, _REACH = (LANES * k for k in (0, 7, 14, 17, 18, 19))
-"""Numbers of a lane, as in ``hull_lanes``."""
-
-
-@inlined_kernel
-def _load(lanes, at):
-    x, y = load_register(lanes, at), load_register(lanes, at + LANES)
-    return x, y, load_register(lanes, at + 2 * LANES)
-
-
-@inlined_kernel
-def _store(lanes, at, v):
-    store_lanes(lanes, at, v[0])
-    store_lanes(lanes, at + LANES, v[1])
-    store_lanes(lanes, at + 2 * LANES, v[2])
 
 
 @inlined_kernel
@@ -56,19 +40,6 @@ def _take_higher(best, way, number, corner):
     )
 
 
-@inlined_kernel
-def _keep(lanes, lane, best):
-    """Write what is known of the best corner; return (way from it to the point, its height)."""
-    _, number, corner = best
-    way = subtract(_load(lanes, _POINT + lane), corner)
-    reach = dot(corner, way)
-    _store(lanes, _NEAREST + lane, corner)
-    _store(lanes, _WAY + lane, way)
-    store_lanes(lanes, _BEST + lane, number)
-    store_lanes(lanes, _REACH + lane, reach)
-    return way, reach
-
-
 def _scanner(corner_of):
     """Make a kernel that scans corners: ``corner_of(source, at, k, lane)`` is the k-th of lanes.
 
@@ -76,48 +47,70 @@ def _scanner(corner_of):
     the next corner before it has done with the last.
     """
 
-    @lean_kernel
-    def scan(lanes, source, at, count):
-        for lane in range(0, LANES, REGISTER):
-            first = corner_of(source, at, 0, lane)
-            way = subtract(_load(lanes, _POINT + lane), first)
-            best = (dot(first, way), every_of_register(0.0), first)
-            for k in range(1, count):
-                best = _take_higher(best, way, float(k), corner_of(source, at, k, lane))
-            way, height = _keep(lanes, lane, best)
-            for k in range(count):
-                height = larger(dot(corner_of(source, at, k, lane), way), height)
-            store_lanes(lanes, _HEIGHT + lane, height)
+    @inlined_kernel
+    def scan(p, source, at, count, lane):
+        first = corner_of(source, at, 0, lane)
+        way = subtract(p, first)
+        best = (dot(first, way), every_wide(0.0), first)
+        for k in range(1, count):
+            best = _take_higher(best, way, float(k), corner_of(source, at, k, lane))
+        _, number, corner = best
+        way = subtract(p, corner)
+        height = reach = dot(corner, way)
+        for k in range(count):
+            height = larger(dot(corner_of(source, at, k, lane), way), height)
+        return corner, number, way, height <= reach
 
     return scan
 
 
 @inlined_kernel
-def _corner_of_hull(blocks, first, k, lane):
+def _corner(blocks, first, k):
     at = first + (k >> _GROUP_BITS) * _STRIDE + (k & (GROUP - 1))
     x, y = load_number(blocks, at), load_number(blocks, at + GROUP)
-    z = load_number(blocks, at + 2 * GROUP)
-    return every_of_register(x), every_of_register(y), every_of_register(z)
+    return x, y, load_number(blocks, at + 2 * GROUP)
+
+
+@inlined_kernel
+def _corner_of_hull(blocks, first, k, lane):
+    x, y, z = _corner(blocks, first, k)
+    return every_wide(x), every_wide(y), every_wide(z)
 
 
 @inlined_kernel
 def _corner_of_tile(corners, start, k, lane):
-    return _load(corners, start + k * (3 * LANES) + lane)
+    at = start + k * (3 * LANES) + lane
+    x, y = load_wide(corners, at), load_wide(corners, at + LANES)
+    return x, y, load_wide(corners, at + 2 * LANES)
 
 
 scan_corners_of_hull = _scanner(_corner_of_hull)
-"""Look at the corners of one hull: ``scan_corners_of_hull(lanes, blocks, first, count)``.
+"""Look at the corners of one hull: ``scan_corners_of_hull(p, blocks, first, count, lane)``.
 
-The first corner is at the place ``first`` of the blocks. For each lane is found the corner that
-lies furthest along the way from the first one to the point, the first of several: its coordinates,
-its number, the way from it to the point, how far it lies along that way, and how far the furthest
-corner does.
+``p`` are wide lanes, the points; the first corner is at the place ``first`` of the blocks. For
+each lane is found the corner that lies furthest along the way from the first one to the point, the
+first of several. Returned are it, its number, the way from it to the point, and whether no corner
+lies further along that.
 """
 
 _scan_tile = _scanner(_corner_of_tile)
 
 
 @inlined_kernel
-def scan_corners_of_tile(lanes, corners, tile, count):
-    """Do so with the first corners of each lane's hull, ``corners[tile, k, axis, lane]``."""
-    _scan_tile(lanes, corners, tile * (corners.shape[1] * (3 * LANES)), count)
+def scan_corners_of_tile(p, corners, tile, count, lane):
+    """Do so with the first corners of each lane's hull, ``corners[tile, k, axis, lane + j]``."""
+    return _scan_tile(p, corners, tile * (corners.shape[1] * (3 * LANES)), count, lane)
+
+
+@inlined_kernel
+def furthest_corner(blocks, first, count, way):
+    """Return (height, number, corner): of a hull's corners, the furthest along each of four ways.
+
+    The first corner is at the place ``first``; of several, the first is taken.
+    """
+    x, y, z = _corner(blocks, first, 0)
+    corner = every_four(x), every_four(y), every_four(z)
+    best = (dot(corner, way), every_four(0.0), corner)
+    for k in range(1, count):
+        best = _take_higher(best, way, float(k), _corner(blocks, first, k))
+    return best

@@ -6,9 +6,18 @@ ellipsoid, what does not depend on the point is computed once.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import all_of, any_of, select, WIDE
 from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
-from scene_graph_ros.geometry.query.point.lanes import question, set_answer
+from scene_graph_ros.geometry.query.point.lanes import (
+    is_done,
+    keep_answer,
+    keep_wide_answers,
+    p_GQ_of_lane,
+    question,
+    set_answer,
+    wide_p_GQ,
+)
 from scene_graph_ros.geometry.query.point.point_ellipsoid import (
     bracket,
     first_sigma,
@@ -81,72 +90,86 @@ def _answer_hard(lanes):
             set_answer(lanes, j, point_ellipsoid(size, p_GQ))
 
 
-@inlined_kernel
-def _own_axes(lanes, j, _):
-    size, _ = question(lanes, j)
-    return sorted_axes(size)
+@lean_kernel
+def _begin_all(lanes):
+    use_widest_vectors()
+    open_lanes = hard_lanes = 0
+    for j in range(LANES):
+        size, p_GQ = question(lanes, j)
+        is_open, is_hard = _begin(lanes, j, sorted_axes(size), p_GQ)
+        open_lanes += 1 if is_open else 0
+        hard_lanes += 1 if is_hard else 0
+    return open_lanes, hard_lanes
 
 
-@inlined_kernel
-def _shared_axes(lanes, j, axes):
-    return axes
+@lean_kernel
+def _go_on_all(lanes):
+    use_widest_vectors()
+    open_lanes = 0
+    for j in range(LANES):
+        size, p_GQ = question(lanes, j)
+        open_lanes += 1 if _go_on(lanes, j, sorted_axes(size), p_GQ) else 0
+    return open_lanes
 
 
-def _newton(axes_of):
-    """Return a kernel that answers all lanes, about the ellipsoids that ``axes_of`` says."""
-
-    @lean_kernel
-    def begin(lanes, axes):
-        use_widest_vectors()
-        open_lanes = hard_lanes = 0
-        for j in range(LANES):
-            _, p_GQ = question(lanes, j)
-            is_open, is_hard = _begin(lanes, j, axes_of(lanes, j, axes), p_GQ)
-            open_lanes += 1 if is_open else 0
-            hard_lanes += 1 if is_hard else 0
-        return open_lanes, hard_lanes
-
-    @lean_kernel
-    def go_on(lanes, axes):
-        use_widest_vectors()
-        open_lanes = 0
-        for j in range(LANES):
-            _, p_GQ = question(lanes, j)
-            open_lanes += 1 if _go_on(lanes, j, axes_of(lanes, j, axes), p_GQ) else 0
-        return open_lanes
-
-    @lean_kernel
-    def end(lanes, axes):
-        use_widest_vectors()
-        for j in range(LANES):
-            _, p_GQ = question(lanes, j)
-            _end(lanes, j, axes_of(lanes, j, axes), p_GQ)
-
-    @lean_kernel
-    def answer(lanes, axes):
-        open_lanes, hard_lanes = begin(lanes, axes)
-        for _ in range(_MORE_STEPS):
-            if open_lanes == 0:
-                break
-            open_lanes = go_on(lanes, axes)
-        end(lanes, axes)
-        if open_lanes + hard_lanes > 0:
-            _answer_hard(lanes)
-
-    return answer
-
-
-_answer_own = _newton(_own_axes)
-_answer_shared = _newton(_shared_axes)
+@lean_kernel
+def _end_all(lanes):
+    use_widest_vectors()
+    for j in range(LANES):
+        size, p_GQ = question(lanes, j)
+        _end(lanes, j, sorted_axes(size), p_GQ)
 
 
 @lean_kernel
 def answer_ellipsoids(lanes):
     """Answer all lanes, about an ellipsoid each."""
-    _answer_own(lanes, None)
+    open_lanes, hard_lanes = _begin_all(lanes)
+    for _ in range(_MORE_STEPS):
+        if open_lanes == 0:
+            break
+        open_lanes = _go_on_all(lanes)
+    _end_all(lanes)
+    if open_lanes + hard_lanes > 0:
+        _answer_hard(lanes)
+
+
+@inlined_kernel
+def _wide_step(d, c, sigma, is_open):
+    """Do the same as ``_step`` with wide lanes."""
+    step = newton_step(c, d, sigma)
+    sigma = select(is_open, sigma + step, sigma)
+    return sigma, is_open & ~is_last(step, sigma)
+
+
+@inlined_kernel
+def _by_newton(axes, p_GQ):
+    """Return (phi, p_GN, grad_G, is_answered) of wide lanes and an ellipsoid."""
+    d = (axes[4][0], axes[4][1], 0.0)
+    _, c, is_plain = set_up(axes, p_GQ)
+    low, high = bracket(c, d)
+    is_easy = is_open = is_plain & is_tight(low, high)
+    sigma = first_sigma(c, d, low, high)
+    for _ in range(_USUAL_STEPS):
+        sigma, is_open = _wide_step(d, c, sigma, is_open)
+    for _ in range(_MORE_STEPS):
+        if not any_of(is_open):
+            break
+        sigma, is_open = _wide_step(d, c, sigma, is_open)
+    phi, p_GN, grad_G, _ = place_plain(axes, p_GQ, c, sigma)
+    return phi, p_GN, grad_G, is_easy & ~is_open
 
 
 @lean_kernel
-def answer_ellipsoid(lanes, size):
-    """Answer all lanes, all about the ellipsoid of this size."""
-    _answer_shared(lanes, sorted_axes(size))
+def answer_ellipsoid(asked, size):
+    """Answer all lanes about the ellipsoid of this size."""
+    use_widest_vectors()
+    axes, are_answered = sorted_axes(size), True
+    for lane in range(0, LANES, WIDE):
+        answer = _by_newton(axes, wide_p_GQ(asked, lane))
+        keep_wide_answers(asked, lane, answer)
+        if not all_of(answer[3]):
+            are_answered = False
+    if not are_answered:
+        for j in range(LANES):
+            if not is_done(asked, j):
+                keep_answer(asked, j, point_ellipsoid(size, p_GQ_of_lane(asked, j)))

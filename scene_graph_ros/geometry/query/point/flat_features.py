@@ -1,10 +1,16 @@
 """Nearest points on segments and triangles: the flat pieces of hulls and meshes."""
 
-from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.lanes import select
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, subtract
 from scene_graph_ros.geometry.tolerances import EPSILON, GJK_ROUNDING
 
-__all__ = ["nearest_on_segment", "nearest_on_triangle", "way_from_segment"]
+__all__ = [
+    "nearest_on_segment",
+    "nearest_on_segments",
+    "nearest_on_triangle",
+    "way_from_segment",
+]
 
 
 @kernel
@@ -20,6 +26,29 @@ def nearest_on_segment(p, a, b):
     t = reach / square
     # Starting at the nearer end keeps the rounding below that of the coordinates.
     x = axpy(t, edge, a) if t <= 0.5 else axpy(t - 1.0, edge, b)
+    return x, t
+
+
+@inlined_kernel
+def _choose(choices, a, b):
+    return (
+        select(choices, a[0], b[0]),
+        select(choices, a[1], b[1]),
+        select(choices, a[2], b[2]),
+    )
+
+
+@inlined_kernel
+def nearest_on_segments(p, a, b):
+    """Return what ``nearest_on_segment`` does, of lanes."""
+    edge = subtract(b, a)
+    square = dot(edge, edge)
+    reach = dot(subtract(p, a), edge)
+    t = reach / square
+    near, far = axpy(t, edge, a), axpy(t - 1.0, edge, b)
+    is_past_a, is_past_b, is_near = reach > 0.0, reach >= square, t <= 0.5
+    x = _choose(is_past_a, _choose(is_past_b, b, _choose(is_near, near, far)), a)
+    t = select(is_past_a, select(is_past_b, 1.0, t), 0.0)
     return x, t
 
 

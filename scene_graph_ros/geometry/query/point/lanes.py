@@ -6,26 +6,37 @@ overlaps and vectorizes loops over lanes whose body has no branch. An answer doe
 the lanes beside it, and is bit for bit that of the kernel for one point: arithmetic is IEEE's.
 """
 
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.places import LAST_PLACE
+from scene_graph_ros.geometry.compiled.lanes import load_wide, select, store_lanes
 from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes_to_rows import SQUARE, take_square
 from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, subtract
 
 __all__ = [
-    "enter_frame",
+    "Asked",
     "enter_frames",
+    "is_answered",
+    "is_done",
     "keep_answer",
-    "keep_answers",
+    "keep_wide_answers",
+    "kept_nearest",
     "leave_frames",
     "p_GQ_of_lane",
     "question",
     "read_lane",
     "set_answer",
     "set_triple",
+    "set_wide_answers",
     "take_poses",
     "triple",
+    "wide_p_GQ",
+    "wide_question",
     "write_lane",
 ]
 
@@ -104,40 +115,100 @@ def leave_frames(lanes, poses):
         set_triple(lanes, _GRADIENT, j, gradient)
 
 
+class Asked(NamedTuple):
+    """All lanes, asked about one shape: points Q in the world, and where answers are kept."""
+
+    R_WG: Any
+    """Nine numbers: the shape's rotation."""
+    p_WG: Any
+    """Three numbers (m): where it is."""
+    points: NDArray[np.float64]
+    """p_WQ of all lanes, the first triple."""
+    answers: NDArray[np.float64]
+    """Of each lane eight numbers: phi, p_GN, grad_W, and 1 or 0 for unique or not."""
+    first: int
+    """Where in ``answers`` those about this shape begin."""
+
+
 @inlined_kernel
-def p_GQ_of_lane(points, j, R_WG, p_WG):
-    """Return the point of a lane, p_WQ, the first triple in ``points``, in the frame G."""
-    return rotate_inverse(R_WG, subtract(triple(points, 0, j), p_WG))
-
-
-@lean_kernel
-def enter_frame(lanes, points, size, R_WG, p_WG):
-    """Ask all lanes about one shape and a point each, p_WQ, the first triple in ``points``."""
-    use_widest_vectors()
-    for j in range(LANES):
-        write_lane(lanes, j, size, p_GQ_of_lane(points, j, R_WG, p_WG))
+def p_GQ_of_lane(asked, j):
+    """Return the point of lane j in the frame G."""
+    return rotate_inverse(asked.R_WG, subtract(triple(asked.points, 0, j), asked.p_WG))
 
 
 @inlined_kernel
-def keep_answer(answers, first, j, R_WG, answer):
-    """Write a lane's answer (phi, p_GN, grad_G, unique), the gradient expressed in W."""
+def keep_answer(asked, j, answer):
+    """Write the answer (phi, p_GN, grad_G, unique) of lane j, its gradient expressed in W."""
     phi, p_GN, grad_G, unique = answer
+    answers, first = asked.answers, asked.first
     answers[first + j] = phi
     set_triple(answers, first + LANES, j, p_GN)
-    set_triple(answers, first + 4 * LANES, j, rotate(R_WG, grad_G))
+    set_triple(answers, first + 4 * LANES, j, rotate(asked.R_WG, grad_G))
     answers[first + 7 * LANES + j] = 1.0 if unique else 0.0
 
 
-@lean_kernel
-def keep_answers(lanes, R_WG, answers, first):
-    """Write all lanes' answers from ``answers[first]`` on, the gradients expressed in W.
+@inlined_kernel
+def is_done(asked, j):
+    """Tell whether what was written for lane j is its answer: unique, as all in lanes are."""
+    return asked.answers[asked.first + 7 * LANES + j] != 0.0
 
-    They are phi, p_GN, grad_W, and 1 or 0 for unique or not, each for all lanes.
-    """
-    use_widest_vectors()
-    first &= LAST_PLACE
-    for j in range(LANES):
-        keep_answer(answers, first, j, R_WG, read_lane(lanes, j))
+
+@inlined_kernel
+def kept_nearest(asked, j):
+    """Return the nearest point p_GN that was written for lane j."""
+    return triple(asked.answers, asked.first + LANES, j)
+
+
+@inlined_kernel
+def _load_wide(numbers, at):
+    x, y = load_wide(numbers, at), load_wide(numbers, at + LANES)
+    return x, y, load_wide(numbers, at + 2 * LANES)
+
+
+@inlined_kernel
+def _store_wide(numbers, at, v):
+    store_lanes(numbers, at, v[0])
+    store_lanes(numbers, at + LANES, v[1])
+    store_lanes(numbers, at + 2 * LANES, v[2])
+
+
+@inlined_kernel
+def wide_p_GQ(asked, lane):
+    """Return the points of wide lanes, from ``lane`` on, in the frame G."""
+    return rotate_inverse(asked.R_WG, subtract(_load_wide(asked.points, lane), asked.p_WG))
+
+
+@inlined_kernel
+def keep_wide_answers(asked, lane, answer):
+    """Write the answers of wide lanes, from ``lane`` on, as ``keep_answer`` does."""
+    phi, p_GN, grad_G, unique = answer
+    answers, first = asked.answers, asked.first + lane
+    store_lanes(answers, first, phi)
+    _store_wide(answers, first + LANES, p_GN)
+    _store_wide(answers, first + 4 * LANES, rotate(asked.R_WG, grad_G))
+    store_lanes(answers, first + 7 * LANES, select(unique, 1.0, 0.0))
+
+
+@inlined_kernel
+def wide_question(lanes, lane):
+    """Return what wide lanes are asked, from ``lane`` on: (size, p_GQ)."""
+    return _load_wide(lanes, _SIZE + lane), _load_wide(lanes, _POINT + lane)
+
+
+@inlined_kernel
+def set_wide_answers(lanes, lane, answer):
+    """Set what wide lanes answer, from ``lane`` on, as ``set_answer`` does."""
+    phi, p_GN, grad_G, unique = answer
+    store_lanes(lanes, _PHI + lane, phi)
+    _store_wide(lanes, _NEAREST + lane, p_GN)
+    _store_wide(lanes, _GRADIENT + lane, grad_G)
+    store_lanes(lanes, _UNIQUE + lane, select(unique, 1.0, 0.0))
+
+
+@inlined_kernel
+def is_answered(lanes, j):
+    """Tell whether lane j has its answer: unique, as all that are found in lanes."""
+    return lanes[_UNIQUE + j] != 0.0
 
 
 @inlined_kernel

@@ -18,12 +18,9 @@ from scene_graph_ros.geometry.query.point.hull_lanes import answer_hull
 from scene_graph_ros.geometry.query.point.kind_table import borrowed
 from scene_graph_ros.geometry.query.point.lane_memory import answer_numbers, lane_numbers, LANES
 from scene_graph_ros.geometry.query.point.lanes import (
-    enter_frame,
+    Asked,
     keep_answer,
-    keep_answers,
     p_GQ_of_lane,
-    question,
-    set_answer,
     set_triple,
 )
 from scene_graph_ros.geometry.query.point.lanes_to_rows import (
@@ -49,23 +46,19 @@ def _against_one(point_shape):
     Nothing is kept in between, so that most of it happens in the processor's registers.
     """
 
-    @lean_kernel
-    def answer(size, R_WG, p_WG, points, answers, first):
-        use_widest_vectors()
-        first &= LAST_PLACE
+    @inlined_kernel
+    def answer(size, asked):
         for j in range(LANES):
-            p_GQ = p_GQ_of_lane(points, j, R_WG, p_WG)
-            keep_answer(answers, first, j, R_WG, point_shape(size, p_GQ))
+            keep_answer(asked, j, point_shape(size, p_GQ_of_lane(asked, j)))
 
     return answer
 
 
-@by_kind(lean_kernel, ["kind"], {kind: _against_one(form) for kind, form in CLOSED_FORMS.items()})
-def _answer_closed_form(kind, size, R_WG, p_WG, points, answers, first):
-    """Write all lanes' answers about one shape from ``answers[first]`` on, as ``keep_answers``.
-
-    ``points`` are p_WQ, the first triple of each lane.
-    """
+@by_kind(
+    inlined_kernel, ["kind"], {kind: _against_one(form) for kind, form in CLOSED_FORMS.items()}
+)
+def _answer_closed_form(kind, size, asked):
+    """Answer all lanes about one shape."""
 
 
 @lean_kernel
@@ -102,31 +95,24 @@ def _put(answers, slots, count, columns, at, stride, is_streamed):
             _put_lanes(answers, slot, lane, count, columns, at + slot, stride)
 
 
-@inlined_kernel
-def _answer_hull(kinds, i, lanes):
-    """Answer all lanes about the hull in row i."""
-    start = kinds.block[i]
-    if kinds.blocks[start] <= SCAN_LIMIT:
-        answer_hull(lanes, kinds.blocks, start)
-    else:
-        for j in range(LANES):
-            size, p_GQ = question(lanes, j)
-            set_answer(lanes, j, point_hull(kinds.blocks, start, size[0], p_GQ))
+@lean_kernel
+def _answer_large_hull(asked, blocks, start, size):
+    for j in range(LANES):
+        keep_answer(asked, j, point_hull(blocks, start, size, p_GQ_of_lane(asked, j)))
 
 
 @inlined_kernel
-def _answer_row(kinds, i, points, lanes, R_WG, p_WG, answers, first):
-    """Write the answers of all lanes about row i from ``answers[first]`` on."""
+def _answer_row(kinds, i, asked):
+    """Answer all lanes about row i."""
     kind, size = kinds.kind[i], load_vector(kinds.size, i)
-    if kind in (_CONVEX, _ELLIPSOID):
-        enter_frame(lanes, points, size, R_WG, p_WG)
-        if kind == _CONVEX:
-            _answer_hull(kinds, i, lanes)
-        else:
-            answer_ellipsoid(lanes, size)
-        keep_answers(lanes, R_WG, answers, first)
+    if kind == _ELLIPSOID:
+        answer_ellipsoid(asked, size)
+    elif kind != _CONVEX:
+        _answer_closed_form(kind, size, asked)
+    elif kinds.blocks[kinds.block[i]] <= SCAN_LIMIT:
+        answer_hull(asked, kinds.blocks, kinds.block[i], size[0])
     else:
-        _answer_closed_form(kind, size, R_WG, p_WG, points, answers, first)
+        _answer_large_hull(asked, kinds.blocks, kinds.block[i], size[0])
 
 
 @lean_kernel
@@ -136,15 +122,16 @@ def _answer_block(kinds, X_WG, p_WQs, begin, step, count, head, columns):
     Rows are taken eight by eight after the first ``head``; with ``head`` >= 0 they are written
     past the caches.
     """
+    use_widest_vectors()
     n = X_WG.shape[0]
-    lanes, points, answers = lane_numbers(), lane_numbers(), answer_numbers()
+    points, answers = lane_numbers(), answer_numbers()
     _load_points(points, p_WQs, begin, step, count)
     row, slots = 0, min(head, n) if head > 0 else min(SQUARE, n)
     while row < n:
         for slot in range(slots):
             i = row + slot
             R_WG, p_WG = load_rotation(X_WG, i), load_translation(X_WG, i)
-            _answer_row(kinds, i, points, lanes, R_WG, p_WG, answers, slot * ANSWER)
+            _answer_row(kinds, i, Asked(R_WG, p_WG, points, answers, slot * ANSWER))
         _put(answers, slots, count, columns, begin * n + row, step * n, head >= 0)
         row += slots
         slots = min(SQUARE, n - row)

@@ -34,12 +34,12 @@ from scene_graph_ros.geometry.tables.hull_blocks import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON, GJK_ROUNDING
 
-__all__ = ["leave_corner", "leave_hull", "point_convex", "point_hull"]
+__all__ = ["FAR", "leave_corner", "leave_hull", "point_convex", "point_hull"]
 
 TURNS = 8
 """A normal has two degrees of freedom: the corners next to x that hold it are few."""
 
-_FAR = 0.25
+FAR = 0.25
 """Relative to a hull's extent: a point further away than this has the way from its nearest point
 for a normal, of which rounding of the coordinates then turns not even the last digits."""
 
@@ -226,7 +226,7 @@ def leave_hull(p_GQ, p_GN, size):
     """Return (phi, grad_G, is_far): the way out to Q, and whether it may be taken for a normal."""
     offset = subtract(p_GQ, p_GN)
     phi = norm(offset)
-    return phi, scale(reciprocal(phi), offset), phi > _FAR * size
+    return phi, scale(reciprocal(phi), offset), phi > FAR * size
 
 
 @inlined_kernel

@@ -12,6 +12,7 @@ below converge monotonically (Conn, Gould, Toint, "Trust-Region Methods", 2000, 
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, kernel
+from scene_graph_ros.geometry.compiled.lanes import larger, magnitude, root, select
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, UNDERFLOW
 
 __all__ = ["point_ellipsoid"]
@@ -66,8 +67,8 @@ def _pole_sum(z, e, pole):
 @inlined_kernel
 def bracket(c, d):
     """Return bounds (low, high) of the root of ``_solve``."""
-    high = math.sqrt(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
-    return max(max(c[0] - d[0], c[1] - d[1]), c[2] - d[2]), high
+    high = root(c[0] * c[0] + c[1] * c[1] + c[2] * c[2])
+    return larger(larger(c[0] - d[0], c[1] - d[1]), c[2] - d[2]), high
 
 
 @inlined_kernel
@@ -81,7 +82,7 @@ def first_sigma(c, d, low, high):
     """Return where Newton's steps begin."""
     # From below they are monotone, from above the first one leads below.
     far = high - (c[0] * c[0] * d[0] + c[1] * c[1] * d[1]) / (high * high)
-    return max(low, far)
+    return larger(low, far)
 
 
 @inlined_kernel
@@ -99,13 +100,13 @@ def newton_step(c, d, sigma):
     a, b, g = c[0] * wa, c[1] * wb, c[2] * wg
     square = a * a + b * b + g * g
     slope = a * a * wa + b * b * wb + g * g * wg
-    return square * (math.sqrt(square) - 1.0) / slope
+    return square * (root(square) - 1.0) / slope
 
 
 @inlined_kernel
 def is_last(step, sigma):
     """Tell whether after this step to sigma what is left is rounding."""
-    return abs(step) <= _LAST_STEP * sigma
+    return magnitude(step) <= _LAST_STEP * sigma
 
 
 @kernel
@@ -189,8 +190,9 @@ def set_up(axes, p_GQ):
     """
     i, j, k, e, _, s, _ = axes
     least = UNDERFLOW * e[0]
-    y0, y1, y2 = abs(_pick(p_GQ, i)), abs(_pick(p_GQ, j)), abs(_pick(p_GQ, k))
-    y = (y0 if y0 > least else 0.0, y1 if y1 > least else 0.0, y2 if y2 > least else 0.0)
+    y0, y1 = magnitude(_pick(p_GQ, i)), magnitude(_pick(p_GQ, j))
+    y2 = magnitude(_pick(p_GQ, k))
+    y = (select(y0 > least, y0, 0.0), select(y1 > least, y1, 0.0), select(y2 > least, y2, 0.0))
     return y, (s[0] * y[0], s[1] * y[1], s[2] * y[2]), y2 > COINCIDENCE * e[0]
 
 
@@ -203,13 +205,12 @@ def _place(axes, p_GQ, t, q, unique):
     q = (q[0] * shrink, q[1] * shrink, q[2] * shrink)
     # The normal is x_i / e_i^2 = q_i / e_i; times e2 it neither overflows nor vanishes.
     n = (q[0] * r[0], q[1] * r[1], q[2])
-    steepness = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+    steepness = root(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
     phi = t * r[2] * steepness
     tolerance = COINCIDENCE * e[0]
     p0, p1, p2 = _pick(p_GQ, i), _pick(p_GQ, j), _pick(p_GQ, k)
-    s0 = -1.0 if p0 < -tolerance else 1.0
-    s1 = -1.0 if p1 < -tolerance else 1.0
-    s2 = -1.0 if p2 < (0.0 if unique else -tolerance) else 1.0
+    s0, s1 = select(p0 < -tolerance, -1.0, 1.0), select(p1 < -tolerance, -1.0, 1.0)
+    s2 = select(p2 < (0.0 if unique else -tolerance), -1.0, 1.0)
     x = (s0 * e[0] * q[0], s1 * e[1] * q[1], s2 * e[2] * q[2])
     inverse = 1.0 / steepness
     g = (s0 * n[0] * inverse, s1 * n[1] * inverse, s2 * n[2] * inverse)
