@@ -10,8 +10,10 @@ A pair that shares several cells is reported in one of them only: the lowest cel
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.broadphase.pair_tests import (
     box_reaches_half_space,
@@ -37,6 +39,24 @@ GOLDEN = -7046029254386353131
 CELL_BITS = 20
 MAX_CELL = 2.0**CELL_BITS - 1.0
 """Cells further out are one cell, which is slower but not wrong."""
+
+
+class _Boxes(NamedTuple):
+    """The boxes of all rows, and which pairs of them are wanted, as in ``candidate_pairs``."""
+
+    lower: NDArray[np.float64]
+    upper: NDArray[np.float64]
+    frame: NDArray[np.int32]
+    filter_bits: NDArray[np.uint8]
+    margin: float
+
+
+class _Residents(NamedTuple):
+    """The cells of one level: the first row of each bucket, and the rows and keys in it."""
+
+    start: NDArray[np.int64]
+    rows: NDArray[np.int64]
+    keys: NDArray[np.int64]
 
 
 @inlined_kernel
@@ -152,13 +172,13 @@ def _cell_ranges(lower, upper, rows, origin, per_cell, margin, ranges):
 
 
 @kernel
-def _fill_buckets(residents, ranges, mask):
-    """Sort the residents into buckets of cells: start of each bucket, rows and keys of cells."""
+def _fill_buckets(at_home, ranges, mask):
+    """Return the ``_Residents`` of a level, the rows ``at_home``, in buckets of their cells."""
     start = np.zeros(mask + 2, np.int64)
-    touched = np.empty(8 * len(residents), np.int64)
-    row_of = np.empty(8 * len(residents), np.int64)
+    touched = np.empty(8 * len(at_home), np.int64)
+    row_of = np.empty(8 * len(at_home), np.int64)
     count = 0
-    for i in residents:
+    for i in at_home:
         for x in range(ranges[i, 0], ranges[i, 3] + 1):
             for y in range(ranges[i, 1], ranges[i, 4] + 1):
                 for z in range(ranges[i, 2], ranges[i, 5] + 1):
@@ -178,7 +198,7 @@ def _fill_buckets(residents, ranges, mask):
     # Each start was moved down to the start of its bucket, one place to the right of it.
     start[:-1] = start[1:]
     start[mask + 1] = count
-    return start, rows, keys
+    return _Residents(start, rows, keys)
 
 
 @inlined_kernel
@@ -204,36 +224,32 @@ def _is_home(ranges, i, j, key):
 
 
 @inlined_kernel
-def _is_pair(lower, upper, ranges, frame, filter_bits, margin, i, j, key):
+def _is_pair(boxes, ranges, i, j, key):
     """Tell whether rows i and j, which share the cell, are a candidate to be reported here."""
-    if margin == 0.0:
-        if not _boxes_overlap(lower, upper, i, j):
+    if boxes.margin == 0.0:
+        if not _boxes_overlap(boxes.lower, boxes.upper, i, j):
             return False
-    elif not boxes_are_near(lower, upper, i, j, margin):
+    elif not boxes_are_near(boxes.lower, boxes.upper, i, j, boxes.margin):
         return False
-    return _is_home(ranges, i, j, key) and is_pair_wanted(frame, filter_bits, i, j)
+    return _is_home(ranges, i, j, key) and is_pair_wanted(boxes.frame, boxes.filter_bits, i, j)
 
 
 @lean_kernel
-def _search_residents(
-    lower, upper, frame, filter_bits, margin, ranges, start, rows, keys, pairs, count
-):
+def _search_residents(boxes, ranges, residents, pairs, count):
     """Append the pairs of one level's residents with each other."""
+    start, rows, keys = residents
     for bucket in range(len(start) - 1):
         for a in range(start[bucket], start[bucket + 1]):
             for b in range(a + 1, start[bucket + 1]):
-                if keys[a] == keys[b] and _is_pair(
-                    lower, upper, ranges, frame, filter_bits, margin, rows[a], rows[b], keys[a]
-                ):
+                if keys[a] == keys[b] and _is_pair(boxes, ranges, rows[a], rows[b], keys[a]):
                     count = _append(pairs, count, rows[a], rows[b])
     return count
 
 
 @lean_kernel
-def _search_visitors(
-    lower, upper, frame, filter_bits, margin, visitors, ranges, start, rows, keys, pairs, count
-):
+def _search_visitors(boxes, ranges, visitors, residents, pairs, count):
     """Append the pairs of finer levels' rows with one level's residents."""
+    start, rows, keys = residents
     mask = len(start) - 2
     for i in visitors:
         for x in range(ranges[i, 0], ranges[i, 3] + 1):
@@ -242,19 +258,16 @@ def _search_visitors(
                     key = _key(x, y, z)
                     bucket = _bucket(key, mask)
                     for slot in range(start[bucket], start[bucket + 1]):
-                        if keys[slot] == key and _is_pair(
-                            lower, upper, ranges, frame, filter_bits, margin, i, rows[slot], key
-                        ):
+                        if keys[slot] == key and _is_pair(boxes, ranges, i, rows[slot], key):
                             count = _append(pairs, count, i, rows[slot])
     return count
 
 
 @lean_kernel
-def _search_unbounded(
-    lower, upper, is_half_space, bounded, X_WG, frame, filter_bits, margin, pairs, count
-):
-    """Append the pairs of half spaces, and of boxes without bounds, with every other row."""
-    n = len(lower)
+def _search_unbounded(boxes, is_half_space, bounded, X_WG, pairs):
+    """Write the pairs of half spaces, and of boxes without bounds, with every other row."""
+    lower, upper, frame, filter_bits, margin = boxes
+    n, count = len(lower), 0
     for h in range(n):
         if bounded[h]:
             continue
@@ -277,40 +290,34 @@ def _search_unbounded(
 
 
 @kernel
-def _search(lower, upper, is_half_space, X_WG, frame, filter_bits, margin, pairs):
+def _search(boxes, is_half_space, X_WG, pairs):
     """Write pairs in any order and return how many there are, more than fit if need be."""
+    lower, upper, _, _, margin = boxes
     n = len(lower)
     bounded = np.empty(n, np.bool_)
     for i in range(n):
         bounded[i] = not is_half_space[i]
         for axis in range(3):
             bounded[i] &= math.isfinite(lower[i, axis]) and math.isfinite(upper[i, axis])
-    count = _search_unbounded(
-        lower, upper, is_half_space, bounded, X_WG, frame, filter_bits, margin, pairs, 0
-    )
+    count = _search_unbounded(boxes, is_half_space, bounded, X_WG, pairs)
     level = np.empty(n, np.int64)
     widest, origin = _choose_levels(lower, upper, bounded, margin, level)
     first, by_level = _sort_by_level(level)
     ranges = np.empty((n, 6), np.int64)
     cell = CELL_WIDTHS * widest
     for k in range(LEVELS):
-        residents = by_level[first[k] : first[k + 1]]
+        at_home = by_level[first[k] : first[k + 1]]
         visitors = by_level[first[k + 1] :]
-        if len(residents) > 0:
+        if len(at_home) > 0:
             mask = 15
-            while mask < 2 * len(residents):
+            while mask < 2 * len(at_home):
                 mask = 2 * mask + 1
             per_cell = 1.0 / cell if cell > 0.0 else 0.0
-            _cell_ranges(lower, upper, residents, origin, per_cell, margin, ranges)
+            _cell_ranges(lower, upper, at_home, origin, per_cell, margin, ranges)
             _cell_ranges(lower, upper, visitors, origin, per_cell, margin, ranges)
-            start, rows, keys = _fill_buckets(residents, ranges, mask)
-            count = _search_residents(
-                lower, upper, frame, filter_bits, margin, ranges, start, rows, keys, pairs, count
-            )
-            count = _search_visitors(
-                lower, upper, frame, filter_bits, margin, visitors, ranges, start, rows, keys,
-                pairs, count,
-            )  # fmt: skip
+            residents = _fill_buckets(at_home, ranges, mask)
+            count = _search_residents(boxes, ranges, residents, pairs, count)
+            count = _search_visitors(boxes, ranges, visitors, residents, pairs, count)
         cell /= LEVEL_RATIO
     return count
 
@@ -334,8 +341,9 @@ def candidate_pairs(lower, upper, is_half_space, X_WG, frame, filter_bits, margi
     """
     n = len(lower)
     pairs = np.empty((FIRST_CAPACITY * n + 16, 2), np.int64)
-    count = _search(lower, upper, is_half_space, X_WG, frame, filter_bits, margin, pairs)
+    boxes = _Boxes(lower, upper, frame, filter_bits, margin)
+    count = _search(boxes, is_half_space, X_WG, pairs)
     if count > len(pairs):
         pairs = np.empty((count, 2), np.int64)
-        _search(lower, upper, is_half_space, X_WG, frame, filter_bits, margin, pairs)
+        _search(boxes, is_half_space, X_WG, pairs)
     return sorted_pairs(pairs, count, n)

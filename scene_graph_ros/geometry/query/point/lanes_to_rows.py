@@ -5,6 +5,8 @@ the other, and a pose is a row of its own. Eight by eight, numbers are turned in
 registers, so that every line of the cache is read and written once.
 """
 
+from typing import NamedTuple
+
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
     all_of,
@@ -79,6 +81,16 @@ def _places_of(first, number, width, k):
     )
 
 
+class _Rows(NamedTuple):
+    """Where rows of columns are written: the first lane's first row, and others from there."""
+
+    at: int
+    stride: int
+    """From a lane's rows to those of the next."""
+    is_streamed: bool
+    """Whether they are written past the caches."""
+
+
 @inlined_kernel
 def _write(column, start, vector, is_streamed):
     if is_streamed:
@@ -88,18 +100,18 @@ def _write(column, start, vector, is_streamed):
 
 
 @inlined_kernel
-def _put_numbers(answers, first, number, width, part, column, at, stride, is_streamed):
+def _put_numbers(answers, first, number, width, part, column, rows):
     """Write a part of each lane's rows into a column of ``width`` numbers: eight numbers."""
     turned = _turned(answers, _places_of(first, number, width, SQUARE * part))
-    start, step = width * at + SQUARE * part, width * stride
-    _write(column, start, turned[0], is_streamed)
-    _write(column, start + step, turned[1], is_streamed)
-    _write(column, start + 2 * step, turned[2], is_streamed)
-    _write(column, start + 3 * step, turned[3], is_streamed)
-    _write(column, start + 4 * step, turned[4], is_streamed)
-    _write(column, start + 5 * step, turned[5], is_streamed)
-    _write(column, start + 6 * step, turned[6], is_streamed)
-    _write(column, start + 7 * step, turned[7], is_streamed)
+    start, step = width * rows.at + SQUARE * part, width * rows.stride
+    _write(column, start, turned[0], rows.is_streamed)
+    _write(column, start + step, turned[1], rows.is_streamed)
+    _write(column, start + 2 * step, turned[2], rows.is_streamed)
+    _write(column, start + 3 * step, turned[3], rows.is_streamed)
+    _write(column, start + 4 * step, turned[4], rows.is_streamed)
+    _write(column, start + 5 * step, turned[5], rows.is_streamed)
+    _write(column, start + 6 * step, turned[6], rows.is_streamed)
+    _write(column, start + 7 * step, turned[7], rows.is_streamed)
 
 
 @inlined_kernel
@@ -137,16 +149,16 @@ def _put_flags(answers, first, unique, at, stride):
 
 
 @inlined_kernel
-def _put(answers, first, columns, at, stride, is_streamed):
+def _put(answers, first, columns, rows):
     phi, p_GN, grad_W, unique = columns
-    _put_numbers(answers, first, 0, 1, 0, phi, at, stride, is_streamed)
-    _put_numbers(answers, first, 1, 3, 0, p_GN, at, stride, is_streamed)
-    _put_numbers(answers, first, 1, 3, 1, p_GN, at, stride, is_streamed)
-    _put_numbers(answers, first, 1, 3, 2, p_GN, at, stride, is_streamed)
-    _put_numbers(answers, first, 4, 3, 0, grad_W, at, stride, is_streamed)
-    _put_numbers(answers, first, 4, 3, 1, grad_W, at, stride, is_streamed)
-    _put_numbers(answers, first, 4, 3, 2, grad_W, at, stride, is_streamed)
-    _put_flags(answers, first, unique, at, stride)
+    _put_numbers(answers, first, 0, 1, 0, phi, rows)
+    _put_numbers(answers, first, 1, 3, 0, p_GN, rows)
+    _put_numbers(answers, first, 1, 3, 1, p_GN, rows)
+    _put_numbers(answers, first, 1, 3, 2, p_GN, rows)
+    _put_numbers(answers, first, 4, 3, 0, grad_W, rows)
+    _put_numbers(answers, first, 4, 3, 1, grad_W, rows)
+    _put_numbers(answers, first, 4, 3, 2, grad_W, rows)
+    _put_flags(answers, first, unique, rows.at, rows.stride)
 
 
 @inlined_kernel
@@ -157,7 +169,7 @@ def put_square(answers, first, columns, at, stride):
     it, and the next lanes' rows ``stride`` further each. The columns are phi, p_GN, grad_W
     and unique, all flat.
     """
-    _put(answers, first, columns, at, stride, False)
+    _put(answers, first, columns, _Rows(at, stride, False))
 
 
 @inlined_kernel
@@ -167,7 +179,7 @@ def stream_square(answers, first, columns, at, stride):
     Each lane's first row has to begin a line in each column of numbers. Nobody may read
     before ``finish_streams``.
     """
-    _put(answers, first, columns, at, stride, True)
+    _put(answers, first, columns, _Rows(at, stride, True))
 
 
 @inlined_kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,17 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE
 __all__ = ["Columns", "answer_within", "world_boxes"]
 
 _FIRST_CAPACITY = 64
+
+
+class _Asked(NamedTuple):
+    """The rows of a table, placed, and how far they may be."""
+
+    table: Any
+    X_WG: NDArray[np.float64]
+    boxes: NDArray[np.float64]
+    """What ``world_boxes`` returns."""
+    threshold: float
+    """Metres."""
 
 
 @kernel
@@ -69,15 +80,20 @@ def _largest_coordinate(boxes):
 
 
 @inlined_kernel
-def _answer_rows(table, X_WG, p_WQ, q, first, bounds, reach, threshold, count, columns):
-    """Write the answers of rows from ``first`` on; return (next row, count) when full or done."""
+def _answer_rows(asked, p_WQ, at, bounds, reach, columns):
+    """Write a point's answers about rows, going on where ``at`` is, as ``_answer_points`` does.
+
+    Returned is where it is when all rows are answered, or the columns are full.
+    """
+    table, X_WG, _, threshold = asked
     point, row, phi, p_GN, grad_W, unique = columns
+    q, first, count = at
     n = bounds.shape[0]
     for i in range(first, n):
         if bounds[i] > reach * reach:
             continue
         if count == point.shape[0]:
-            return i, count
+            return q, i, count
         R_WG = load_rotation(X_WG, i)
         p_GQ = rotate_inverse(R_WG, subtract(p_WQ, load_translation(X_WG, i)))
         distance, nearest, gradient, is_unique = distance_point_within(table, i, p_GQ, threshold)
@@ -86,24 +102,24 @@ def _answer_rows(table, X_WG, p_WQ, q, first, bounds, reach, threshold, count, c
             store_vector(p_GN, count, nearest)
             store_vector(grad_W, count, rotate(R_WG, gradient))
             count += 1
-    return n, count
+    return q, n, count
 
 
 @kernel
-def _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, columns):
+def _answer_points(asked, p_WQs, bounds, at, last, columns):
     """Answer points until ``last`` or until the columns are full.
 
     ``at`` is (point, row, count): where to go on. Returns it for the next call.
     """
     q, i, count = at
     n = bounds.shape[0]
-    largest = _largest_coordinate(boxes)
+    largest = _largest_coordinate(asked.boxes)
     while q < last:
         p_WQ = load_vector(p_WQs, q)
         magnitude = max(largest, abs(p_WQ[0]), abs(p_WQ[1]), abs(p_WQ[2]))
-        reach = max(threshold, 0.0) + COINCIDENCE * magnitude
-        _square_bounds(boxes, p_WQ, bounds)
-        i, count = _answer_rows(table, X_WG, p_WQ, q, i, bounds, reach, threshold, count, columns)
+        reach = max(asked.threshold, 0.0) + COINCIDENCE * magnitude
+        _square_bounds(asked.boxes, p_WQ, bounds)
+        q, i, count = _answer_rows(asked, p_WQ, (q, i, count), bounds, reach, columns)
         if i < n:
             break
         q, i = q + 1, 0
@@ -131,10 +147,10 @@ def answer_within(
 ) -> Columns:
     """Return the answers of a range of points that are no further away than a threshold."""
     room = _new_columns(min(len(points) * len(X_WG), _FIRST_CAPACITY + len(points)))
-    bounds = np.empty(len(X_WG))
+    asked, bounds = _Asked(table, X_WG, boxes, threshold), np.empty(len(X_WG))
     at, last = (points.start, 0, 0), points.stop
     while True:
-        at = _answer_points(table, X_WG, p_WQs, boxes, bounds, threshold, at, last, room)
+        at = _answer_points(asked, p_WQs, bounds, at, last, room)
         if at[0] >= last:
             return tuple(column[: at[2]] for column in room)
         full, room = room, _new_columns(2 * len(room[0]) + _FIRST_CAPACITY)
