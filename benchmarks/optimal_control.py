@@ -21,6 +21,7 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 import numpy as np  # noqa: E402
 
 from benchmarks.machine import machine  # noqa: E402
+from benchmarks.seven_ends import seven_ends  # noqa: E402
 from benchmarks.swing_ups import problem, SWING_UPS  # noqa: E402
 from benchmarks.timing import least_time  # noqa: E402
 from scene_graph_ros.planning import (  # noqa: E402
@@ -78,12 +79,6 @@ def seven_joints() -> KinematicTrajectoryOptimization:
     line = np.linspace(start, goal, 12)
     made.set_initial_guess(BsplineTrajectory.clamped_uniform(line, 3, 0.0, 2.0))
     return made
-
-
-def seven_ends() -> tuple[np.ndarray, np.ndarray]:
-    """Return a start and a goal."""
-    start, goal = np.random.default_rng(0).uniform(-1.5, 1.5, (2, 7))
-    return start, goal
 
 
 def comparisons(runs: int, has_drake: bool) -> list[Row]:

@@ -17,6 +17,7 @@ from pydrake.symbolic import cos, sin, Variable
 from pydrake.systems.primitives import SymbolicVectorSystem
 from pydrake.trajectories import BsplineTrajectory, PiecewisePolynomial
 
+from benchmarks.seven_ends import seven_ends
 from benchmarks.swing_ups import SWING_UPS
 
 __all__ = ["seven_joints", "swing_up", "zmp"]
@@ -82,8 +83,6 @@ def swing_up(name: str, solver: str, samples: int = 21) -> tuple[float, str]:
 
 def seven_joints(solver: str) -> tuple[float, str]:
     """Return the cost and the solver's words."""
-    from benchmarks.optimal_control import seven_ends
-
     start, goal = seven_ends()
     ones = np.ones(7)
     made = KinematicTrajectoryOptimization(7, 12, 4, 2.0)

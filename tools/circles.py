@@ -15,7 +15,7 @@ import sys
 __all__ = ["circle", "imports_of"]
 
 _ROOT = Path(__file__).resolve().parents[1]
-_PACKAGES = ("scene_graph_ros", "msg_adapters")
+_PACKAGES = ("scene_graph_ros", "msg_adapters", "benchmarks", "tools")
 
 
 def imports_of(root: Path, packages: Iterable[str]) -> dict[str, set[str]]:
