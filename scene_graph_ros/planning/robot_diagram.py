@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scene_graph_ros.geometry import SceneGraph
-from scene_graph_ros.robots.kinematic_tree import KinematicTree, KinematicTreeError
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+from scene_graph_ros.robots.tree_joint import KinematicTreeError
 from scene_graph_ros.scene_files import load_scene
 
 if TYPE_CHECKING:

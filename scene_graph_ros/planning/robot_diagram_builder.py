@@ -14,7 +14,7 @@ from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.planning.robot_diagram import RobotDiagram
 from scene_graph_ros.robots import register_robot
-from scene_graph_ros.robots.kinematic_tree import KinematicTreeError
+from scene_graph_ros.robots.tree_joint import KinematicTreeError
 from scene_graph_ros.scene_files import load_scene, load_srdf, load_urdf, LoadedRobot, LoadedScene
 
 __all__ = ["DiagramBuiltError", "RobotDiagramBuilder"]

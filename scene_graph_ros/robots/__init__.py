@@ -9,11 +9,12 @@ from typing import Any, TYPE_CHECKING
 if TYPE_CHECKING:
     from scene_graph_ros.robots.adjacency import adjacent_pairs
     from scene_graph_ros.robots.inertias import tree_inertias, TreeInertias
-    from scene_graph_ros.robots.kinematic_tree import KinematicTree, KinematicTreeError
+    from scene_graph_ros.robots.kinematic_tree import KinematicTree
     from scene_graph_ros.robots.kinematics import JointStateError, Kinematics
     from scene_graph_ros.robots.registration import register_robot
     from scene_graph_ros.robots.robot_model import RobotModel
     from scene_graph_ros.robots.semantic_model import SemanticModel
+    from scene_graph_ros.robots.tree_joint import KinematicTreeError
 
 __all__ = [
     "JointStateError",
@@ -30,11 +31,12 @@ __all__ = [
 
 _MODULES = {
     "adjacency": ("adjacent_pairs",),
-    "kinematic_tree": ("KinematicTree", "KinematicTreeError"),
+    "kinematic_tree": ("KinematicTree",),
     "kinematics": ("JointStateError", "Kinematics"),
     "registration": ("register_robot",),
     "robot_model": ("RobotModel",),
     "semantic_model": ("SemanticModel",),
+    "tree_joint": ("KinematicTreeError",),
     "inertias": ("TreeInertias", "tree_inertias"),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

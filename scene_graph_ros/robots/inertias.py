@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.robots.kinematic_tree import KinematicTree, KinematicTreeError
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.robot_parts import RobotParts
+from scene_graph_ros.robots.tree_joint import KinematicTreeError
 
 __all__ = ["TreeInertias", "tree_inertias"]
 

@@ -14,12 +14,12 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import squares_of_few
 from scene_graph_ros.geometry.spatial.poses import as_pose
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.robots.joint_chains import joint_chains, JointChains
+from scene_graph_ros.robots.tree_joint import KinematicTreeError, PARTS, TreeJoint
 from scene_graph_ros.robots.tree_kernels import (
     FLOATING,
     joint_columns,
@@ -30,43 +30,9 @@ from scene_graph_ros.robots.tree_kernels import (
     TreeTable,
 )
 
-__all__ = ["KinematicTree", "KinematicTreeError", "TreeJoint"]
+__all__ = ["KinematicTree"]
 
 _FLOAT64 = np.dtype(np.float64)
-
-_PARTS = {
-    REVOLUTE: ((),) * 2,
-    PRISMATIC: ((),) * 2,
-    PLANAR: (("x", "y", "theta"), ("x", "y", "theta")),
-    FLOATING: (("qw", "qx", "qy", "qz", "x", "y", "z"), ("wx", "wy", "wz", "vx", "vy", "vz")),
-}
-"""What is put after a joint's name where it has several positions, and several velocities."""
-
-
-class KinematicTreeError(SceneGraphError, ValueError):
-    """Configurations, links or names that do not fit a tree."""
-
-
-@dataclass(frozen=True, eq=False)
-class TreeJoint:
-    """A joint that moves. It turns about, or slides along, the z axis of its frame J.
-
-    ``kind`` is one of ``tree_kernels``. ``X_PJ`` ``(4, 4)`` places J, at position zero, in the
-    frame of the joint ``parent`` (a row of the tree; 0 is the base). A joint that mimics has the
-    name of the joint it follows: it is at ``multiplier * position + offset``. ``velocity`` is the
-    largest speed of a joint with one position, rad/s or m/s.
-    """
-
-    name: str
-    kind: int
-    parent: int
-    X_PJ: NDArray[np.float64]
-    lower: float = -np.inf
-    upper: float = np.inf
-    mimics: str = ""
-    multiplier: float = 1.0
-    offset: float = 0.0
-    velocity: float = np.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +87,7 @@ class KinematicTree:
             f"{joint.name}.{part}" if part else joint.name
             for joint in self.joints
             if not joint.mimics
-            for part in (_PARTS[joint.kind][which] or ("",))
+            for part in (PARTS[joint.kind][which] or ("",))
         )
 
     @property
@@ -194,7 +160,7 @@ class KinematicTree:
             start + i
             for joint, start in zip(self.joints, self._starts[0], strict=True)
             if joint.name in members and not joint.mimics
-            for i in range(len(_PARTS[joint.kind][0]) or 1)
+            for i in range(len(PARTS[joint.kind][0]) or 1)
         ]
         return np.array(rows, dtype=np.intp)
 
@@ -361,7 +327,7 @@ class KinematicTree:
         for joint in self.joints:
             if not joint.mimics:
                 starts[joint.name] = nq, nv
-                positions, velocities = _PARTS[joint.kind]
+                positions, velocities = PARTS[joint.kind]
                 nq += len(positions) or 1
                 nv += len(velocities) or 1
         pairs = [starts[joint.mimics or joint.name] for joint in self.joints]

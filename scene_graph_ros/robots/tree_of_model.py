@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.robots.kinematic_tree import KinematicTree, TreeJoint
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.robot_parts import Joint, JointType, RobotParts
+from scene_graph_ros.robots.tree_joint import TreeJoint
 from scene_graph_ros.robots.tree_kernels import FLOATING, PLANAR, PRISMATIC, REVOLUTE
 
 if TYPE_CHECKING:

@@ -13,7 +13,8 @@ from scene_graph_ros.geometry import (
     SceneGraph,
     Sphere,
 )
-from scene_graph_ros.robots.kinematic_tree import KinematicTree, TreeJoint
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+from scene_graph_ros.robots.tree_joint import TreeJoint
 from scene_graph_ros.robots.tree_kernels import REVOLUTE
 
 __all__ = ["place_links", "plan"]

@@ -16,7 +16,8 @@ from msg_adapters.trajectories import (
 from scene_graph_msgs.msg import MotionLimits
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.planning.trajectories import TrajectoryError, TrajectoryPoints
-from scene_graph_ros.robots.kinematic_tree import KinematicTree, TreeJoint
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+from scene_graph_ros.robots.tree_joint import TreeJoint
 from scene_graph_ros.robots.tree_kernels import PRISMATIC
 
 TIMES = np.array([0, 1, 1_234_567_891, 2_147_483_647_999_999_999])

@@ -38,7 +38,7 @@ from scene_graph_ros.planning.trajectories import (
     retime,
     TrajectoryError,
 )
-from scene_graph_ros.robots.kinematic_tree import KinematicTreeError
+from scene_graph_ros.robots.tree_joint import KinematicTreeError
 
 CELL = "config/scenes/panda_cell.yaml"
 START = np.array([-0.5, 0.3, 0.0, -2.0, 0.0, 2.3, 0.785, 0.02])

@@ -4,7 +4,7 @@ import numpy as np
 
 from scene_graph_ros.planning.path_points import points_on
 from scene_graph_ros.robots import KinematicTree
-from scene_graph_ros.robots.kinematic_tree import TreeJoint
+from scene_graph_ros.robots.tree_joint import TreeJoint
 from scene_graph_ros.robots.tree_kernels import PRISMATIC
 
 RAILS = KinematicTree(

@@ -28,7 +28,8 @@ from scene_graph_ros.planning.certified.polynomials import (
     total,
     weighted_sum,
 )
-from scene_graph_ros.robots.kinematic_tree import KinematicTree, TreeJoint
+from scene_graph_ros.robots.kinematic_tree import KinematicTree
+from scene_graph_ros.robots.tree_joint import TreeJoint
 from scene_graph_ros.robots.tree_kernels import PRISMATIC, REVOLUTE
 
 __all__ = ["PathToFrame", "RationalForwardKinematics", "RationalPose", "Stretch"]
