@@ -9,6 +9,8 @@ import pytest
 from benchmarks import robot_speed
 from benchmarks.robot_engines.pinocchio_engine import PinocchioEngine
 from benchmarks.robot_engines.robot_world import RobotWorld
+from benchmarks.robot_engines.sphere_covers import covers_of
+from scene_graph_ros.geometry import Box, Ellipsoid
 from scene_graph_ros.planning import load_robot_diagram, SceneGraphCollisionChecker
 
 
@@ -40,9 +42,33 @@ def test_links_are_where_they_are_for_pinocchio(checker):
             np.testing.assert_allclose(found, X_WG, atol=1e-13, err_msg=str(thing))
 
 
+@pytest.mark.parametrize("count", [1, 20, 200])
+def test_spheres_cover_what_they_are_around(count):
+    """All points of the surface of each shape are in one of its spheres; more stand out less."""
+    shapes = [Box(0.1, 0.3, 0.7), Ellipsoid(0.1, 0.2, 0.5)]
+    rng = np.random.default_rng(4)
+    ways = rng.normal(size=(4000, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    # Where rays from the middle leave a box, and where they leave an ellipsoid.
+    points = [
+        ways / (np.abs(ways) / np.array([0.05, 0.15, 0.35])).max(axis=1, keepdims=True),
+        ways * np.array([0.1, 0.2, 0.5]),
+    ]
+    for shape, inside in zip(shapes, points, strict=True):
+        ((centers, radii),) = covers_of([shape], count)
+        assert len(radii) <= count
+        away = np.linalg.norm(inside[:, np.newaxis] - centers, axis=2) - radii
+        assert away.min(axis=1).max() <= 1e-12
+        out = 1.0 if count == 1 else 0.1 if count == 20 else 0.05
+        far = centers[:, np.newaxis] + radii[:, np.newaxis, np.newaxis] * ways
+        if isinstance(shape, Box):
+            assert (np.abs(far) - np.array([0.05, 0.15, 0.35])).max() < out
+
+
 def test_engines_agree_and_the_table_says_so(capsys, monkeypatch, tmp_path):
     """Ours and pinocchio with Coal, which are always there; a peer that is missing is named."""
     monkeypatch.setattr(robot_speed, "_REPEATS", 1)
+    monkeypatch.setattr(robot_speed, "_SPHERES", (60,))
     for name in ("DrakeEngine", "MuJoCoEngine"):
 
         def missing(*arguments, _name=name):
@@ -52,9 +78,16 @@ def test_engines_agree_and_the_table_says_so(capsys, monkeypatch, tmp_path):
     robot_speed.main(["--count", "200", "--picture", str(tmp_path / "bars.png")])
     text = capsys.readouterr().out
     assert "left out: no DrakeEngine" in text and "left out: no MuJoCoEngine" in text
-    rows = re.findall(r"^(.+?) +(\d+) +[\d.]+x +(\d+) +[\d.]+x +(\d+) +(\d+)$", text, re.M)
-    assert len(rows) == 4
-    for (ours, *_, ours_differ, ours_hit), (theirs, *_, differ, hit) in (rows[:2], rows[2:]):
+    number = r"^(.+?) +(\d+) +[\d.]+x +(\d+) +[\d.]+x +(\d+) +([\d.]+)% +(\d+)$"
+    rows = re.findall(number, text, re.M)
+    assert len(rows) == 6
+    # A cover misses nothing, so it differs by alarms alone, and has more edges collide.
+    spheres, rows = rows[2::3], [*rows[:2], *rows[3:5]]
+    for name, *_, differ, alarms, hit in spheres:
+        assert name == "60 spheres"
+        assert int(differ) > 0 and 1.0 < float(alarms) < 30.0
+        assert int(hit) > int(rows[0][-1])
+    for (ours, *_, ours_differ, _, ours_hit), (theirs, *_, differ, _, hit) in (rows[:2], rows[2:]):
         assert (ours, theirs) == ("scene_graph_ros", "pinocchio, Coal")
         assert int(ours_differ) == int(differ) == 0 and 0 < int(ours_hit) == int(hit)
     scenes = re.findall(r"^(.+): 200 configurations, \d+ edges, (\d+) pairs checked$", text, re.M)
@@ -70,4 +103,4 @@ def test_engines_agree_and_the_table_says_so(capsys, monkeypatch, tmp_path):
     ]
     with Picture.open(tmp_path / "bars.png") as picture:
         colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 20)}
-    assert {(44, 160, 44), (153, 153, 153)} <= colours
+    assert {(44, 160, 44), (153, 153, 153), (255, 127, 14)} <= colours
