@@ -426,3 +426,15 @@ def test_errors_name_argument_value_and_remedy(make, message):
     """What makes no set, and questions without an answer."""
     with pytest.raises(ConvexSetError, match=message):
         make()
+
+
+def test_a_point_on_an_edge_to_rounding_ends_the_way_to_it():
+    """The nearest point of a box of 16 corners, whose ways there are rounding; it went on."""
+    low = [2.495321807742278e-06, -2.6246789371138185e-06, 1.701229041939728e-07]
+    high = [2.6443504201607107e-06, -2.4756503246953858e-06, 3.1915151661240576e-07]
+    box = VPolytope.make_box([*low, 1.8970829922617816e-06], [*high, 2.0461116046802144e-06])
+    p = [2.4953218077944153e-06, -2.475650324747523e-06, 2.0890610257458187e-07]
+    points = np.array([[*p, 1.934521324411663e-06]])
+    found = box.projection(points)
+    clipped = np.clip(points, box.vertices.min(axis=0), box.vertices.max(axis=0))
+    assert np.abs(found.points - clipped).max() < 1e-20

@@ -15,6 +15,9 @@ _ROUNDING = 8.0 * EPSILON
 _DEPENDENT = 1e-13
 """Relative to its length: what is left of a corner's edge beside others, if it depends on them."""
 
+_MOST_IDLE = 3
+"""Turns in a row that came no nearer."""
+
 
 @kernel
 def _affine_weights(V, chosen, k, p, weights):
@@ -119,14 +122,20 @@ def _nearest(V, p, x, out):
     chosen, weights = np.zeros(n + 2, np.int64), np.zeros(n + 2)
     goal = np.zeros(n + 2)
     chosen[0], weights[0], k = _nearest_corner(V, p), 1.0, 1
-    done = False
+    done, least, idle = False, np.inf, 0
     for _ in range(20 * (m + n) + 20):
         for i in range(n):
             x[i] = 0.0
             for j in range(k):
                 x[i] += weights[j] * V[chosen[j], i]
+        square = 0.0
+        for i in range(n):
+            square += (p[i] - x[i]) ** 2
+        # Each turn comes nearer, until rounding is all that is left.
+        idle = 0 if square < least else idle + 1
+        least = min(least, square)
         corner = _farthest(V, p, x)
-        done = corner < 0 or k == n + 2
+        done = corner < 0 or k == n + 2 or idle > _MOST_IDLE
         for j in range(k):
             done = done or chosen[j] == corner
         if done:
