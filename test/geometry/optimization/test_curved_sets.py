@@ -333,3 +333,19 @@ def test_what_sets_are_put_together_of():
     assert hull.num_elements() == 3 and hull.element(1) is nothing
     together = MinkowskiSum([ball, flat, box])
     assert together.num_terms() == 3 and together.term(1) is flat
+
+
+def test_a_ball_that_touches_a_face_of_a_box_reaches_as_far():
+    """Along the face's normal the optimum is one point, which cuts near slowly."""
+    rng = np.random.default_rng(17)
+    n, scale = int(rng.integers(2, 6)), 10.0 ** rng.uniform(-6.0, 6.0)
+    rng.choice(3)
+    center = rng.normal(size=n) * scale * 1001.0
+    size = scale * rng.uniform(0.01, 1.0)
+    box = Hyperrectangle(center - size, center + 0.4 * size)
+    both = Intersection(box, Hyperellipsoid.make_hypersphere(size, center))
+    for e in np.eye(n):
+        found = both.support(-e)
+        truth = -(e @ center) + size
+        assert found.value == pytest.approx(truth, abs=1e-9 * size)
+        assert found.gap <= 1e-9 * size

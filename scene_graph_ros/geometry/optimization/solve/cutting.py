@@ -199,7 +199,7 @@ def maximize_in_cones(
     cuts, best = list(cuts), Reached(float(c @ inner), inner, np.inf, None)
     if lift.matrices:
         cuts += proposed_cuts(lift, propose(lift, c))
-    size, idle = 0.0, 0
+    size, idle, is_proposed = 0.0, 0, bool(lift.matrices)
     for _ in range(_MOST_ROUNDS):
         optimum = maximize(rows_with_cuts(lift, cuts), c, inner)
         if optimum.ray is not None:
@@ -221,9 +221,13 @@ def maximize_in_cones(
         else:
             best = Reached(best.value, best.x, upper, None, size)
         is_near = upper - best.value <= _GAP * size + _ROUNDING * abs(upper)
-        if is_near or idle > _MOST_IDLE:
+        if is_near or (idle > _MOST_IDLE and is_proposed):
             break
         added = _cuts(lift.cones, optimum.x) + _cuts(lift.cones, x, -1e-9)
+        if idle > _MOST_IDLE:
+            # Where planes are nearly parallel cuts at corners between them say little.
+            is_proposed, idle = True, 0
+            added += proposed_cuts(lift, propose(lift, c))
         if not added:
             break
         cuts += added
