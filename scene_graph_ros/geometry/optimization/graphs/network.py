@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
+import functools
 import heapq
 import itertools
 
 import numpy as np
+
+from scene_graph_ros.geometry.optimization.graphs.network_kernels import (
+    edges_on_simple_paths,
+    few_simple_paths,
+)
 
 __all__ = ["Network", "TwoCycle"]
 
@@ -40,20 +46,26 @@ class Network:
     source: int
     target: int
     origin: Sequence[int] = ()
-    leaving: list[list[int]] = field(init=False)
-    """The edges out of each vertex."""
-    entering: list[list[int]] = field(init=False)
 
     def __post_init__(self) -> None:
-        """List the edges at each vertex."""
+        """Give vertices their own origins, if none are given."""
         object.__setattr__(self, "origin", self.origin or range(self.size))
-        leaving: list[list[int]] = [[] for _ in range(self.size)]
-        entering: list[list[int]] = [[] for _ in range(self.size)]
-        for e, (u, v) in enumerate(zip(self.tails.tolist(), self.heads.tolist(), strict=True)):
-            leaving[u].append(e)
-            entering[v].append(e)
-        object.__setattr__(self, "leaving", leaving)
-        object.__setattr__(self, "entering", entering)
+
+    @functools.cached_property
+    def leaving(self) -> list[list[int]]:
+        """The edges out of each vertex."""
+        return self._at(self.tails)
+
+    @functools.cached_property
+    def entering(self) -> list[list[int]]:
+        """The edges into each vertex."""
+        return self._at(self.heads)
+
+    def _at(self, ends: np.ndarray) -> list[list[int]]:
+        found: list[list[int]] = [[] for _ in range(self.size)]
+        for e, v in enumerate(ends.tolist()):
+            found[v].append(e)
+        return found
 
     def on_simple_paths(self) -> np.ndarray:
         """Return edges ``(k,)`` without those that are seen to be on no simple path.
@@ -66,87 +78,20 @@ class Network:
         way, which the blocks of the graph tell (Hopcroft and Tarjan, "Algorithm 447", 1973). Time
         is nearly linear; some such edges may stay.
         """
-        # The fastest first: few edges are left for what takes the longest.
-        some = np.array(self._in_the_block(self._without_dead_ends().tolist()), dtype=np.int64)
-        ends = self.tails[some], self.heads[some]
-        return some[Network(self.size, *ends, self.source, self.target)._on_simple_paths()]
+        return edges_on_simple_paths(self.size, self.tails, self.heads, self.source, self.target)
 
-    def _without_dead_ends(self) -> np.ndarray:
-        """Return edges ``(k,)`` without those of vertices with one neighbour, again and again.
+    def few_paths(self, most_looks: int, most_edges: int) -> list[tuple[int, ...]] | None:
+        """Return all simple paths, as tuples of edges; None where they are too many.
 
-        Most of a maze are such, and numbers tell them faster than walks.
+        That is where looking at ``most_looks`` edges does not find them, or where they have more
+        than ``most_edges`` together.
         """
-        low, high = np.minimum(self.tails, self.heads), np.maximum(self.tails, self.heads)
-        keys, pair = np.unique(low * self.size + high, return_inverse=True)
-        first, second = keys // self.size, keys % self.size
-        is_left = np.ones(len(keys), dtype=bool)
-        while True:
-            ends = np.concatenate([first[is_left], second[is_left]])
-            is_dead = np.bincount(ends, minlength=self.size) == 1
-            is_dead[[self.source, self.target]] = False
-            dead = is_left & (is_dead[first] | is_dead[second])
-            if not dead.any():
-                return np.flatnonzero(is_left[pair])
-            is_left &= ~dead
-
-    def _on_simple_paths(self) -> np.ndarray:
-        tails, heads = self.tails.tolist(), self.heads.tolist()
-        ahead = _Dominators(self.source, self.leaving, heads, self.entering, tails)
-        back = _Dominators(self.target, self.entering, tails, self.leaving, heads)
-        kept = [
-            e
-            for e, (u, v) in enumerate(zip(tails, heads, strict=True))
-            if v != self.source
-            and u != self.target
-            and ahead.is_reached(u)
-            and back.is_reached(v)
-            and not ahead.dominates(v, u)
-            and not back.dominates(u, v)
-        ]
-        rest = self._in_the_block(kept)
-        return np.array(rest, dtype=np.int64)
-
-    def _in_the_block(self, edges: Sequence[int]) -> list[int]:
-        """Return those of some edges that are in one block with an edge from source to target.
-
-        A block is what no single vertex cuts; these are the edges of simple paths of an undirected
-        graph.
-        """
-        tails, heads = self.tails.tolist(), self.heads.tolist()
-        ways: list[list[tuple[int, int]]] = [[] for _ in range(self.size)]
-        for e in edges:
-            ways[tails[e]].append((e, heads[e]))
-            ways[heads[e]].append((e, tails[e]))
-        # Depth first from the target, to which the first edge leads from the source.
-        depth, low = {self.source: 0, self.target: 1}, {self.source: 0, self.target: 0}
-        stack = [(self.target, -1, iter(ways[self.target]))]
-        passed: list[int] = []
-        block: set[int] = set()
-        while stack:
-            v, came_by, rest = stack[-1]
-            for e, w in rest:
-                if e == came_by:
-                    continue
-                if w not in depth:
-                    passed.append(e)
-                    depth[w] = low[w] = len(stack) + 1
-                    stack.append((w, e, iter(ways[w])))
-                    break
-                if depth[w] < depth[v]:
-                    passed.append(e)
-                    low[v] = min(low[v], depth[w])
-            else:
-                stack.pop()
-                if not stack:
-                    block.update(passed)
-                    break
-                u = stack[-1][0]
-                low[u] = min(low[u], low[v])
-                if low[v] >= depth[u]:
-                    # What is beyond u is a block of its own.
-                    while passed.pop() != came_by:
-                        pass
-        return [e for e in edges if e in block]
+        ends = self.tails, self.heads, self.source, self.target
+        edges, last, are_all = few_simple_paths(self.size, *ends, most_looks, most_edges)
+        if not are_all:
+            return None
+        numbers, stops = edges.tolist(), [0, *last.tolist()]
+        return [tuple(numbers[a:b]) for a, b in itertools.pairwise(stops)]
 
     def two_cycles(self) -> list[TwoCycle]:
         """Return those at each vertex but source and target."""
@@ -220,90 +165,3 @@ class Network:
         size = (self.size, self.size)
         edges = sparse.csr_array((np.ones(len(self.tails)), (self.tails, self.heads)), size)
         return connected_components(edges, connection="strong")[1]
-
-
-class _Dominators:
-    """The tree of immediate dominators of what is reached from a root."""
-
-    def __init__(
-        self,
-        root: int,
-        leaving: Sequence[Iterable[int]],
-        heads: Sequence[int],
-        entering: Sequence[Iterable[int]],
-        tails: Sequence[int],
-    ) -> None:
-        order = _postorder(root, leaving, heads)
-        rank = {v: k for k, v in enumerate(order)}
-        # All by ranks, of which the root has the last.
-        before = [[rank[u] for e in entering[v] if (u := tails[e]) in rank] for v in order]
-        above = [-1] * len(order)
-        above[-1] = len(order) - 1
-        changed = True
-        while changed:
-            changed = False
-            for v in range(len(order) - 2, -1, -1):
-                new = -1
-                for u in before[v]:
-                    if above[u] >= 0:
-                        new = u if new < 0 else _meet(new, u, above)
-                if above[v] != new:
-                    above[v] = new
-                    changed = True
-        parents = {v: order[u] for v, u in zip(order, above, strict=True)}
-        self._first, self._last = _intervals(root, parents)
-
-    def is_reached(self, v: int) -> bool:
-        return v in self._first
-
-    def dominates(self, v: int, u: int) -> bool:
-        """Tell whether all ways from the root to u lead through v."""
-        return v in self._first and self._first[v] <= self._first[u] <= self._last[v]
-
-
-def _meet(a: int, b: int, above: Sequence[int]) -> int:
-    while a != b:
-        if a < b:
-            a = above[a]
-        else:
-            b = above[b]
-    return a
-
-
-def _postorder(root: int, leaving: Sequence[Iterable[int]], heads: Sequence[int]) -> list[int]:
-    """Return what is reached, in the order in which a walk leaves it for good."""
-    order = []
-    seen = {root}
-    stack = [(root, iter(leaving[root]))]
-    while stack:
-        v, edges = stack[-1]
-        for e in edges:
-            if heads[e] not in seen:
-                seen.add(heads[e])
-                stack.append((heads[e], iter(leaving[heads[e]])))
-                break
-        else:
-            order.append(v)
-            stack.pop()
-    return order
-
-
-def _intervals(root: int, above: dict[int, int]) -> tuple[dict[int, int], dict[int, int]]:
-    """Return when a walk of the tree enters each vertex, and the last that it enters below."""
-    below: dict[int, list[int]] = {}
-    for v, parent in above.items():
-        if v != root:
-            below.setdefault(parent, []).append(v)
-    first, last, count = {}, {}, itertools.count()
-    stack = [(root, False)]
-    current = 0
-    while stack:
-        v, is_done = stack.pop()
-        if is_done:
-            last[v] = current
-            continue
-        current = next(count)
-        first[v] = current
-        stack.append((v, True))
-        stack.extend((w, False) for w in below.get(v, ()))
-    return first, last
