@@ -7,8 +7,10 @@ import numpy as np
 from scene_graph_ros.geometry.optimization import (
     AffineBall,
     compute_pairwise_intersections,
+    GraphOfConvexSets,
     HPolyhedron,
     Hyperrectangle,
+    norm,
     VPolytope,
 )
 
@@ -16,7 +18,7 @@ __all__ = ["ask_convex_sets"]
 
 
 def ask_convex_sets() -> None:
-    """Ask a square and its corners for a point, distances, ellipsoids and samples."""
+    """Ask a square and its corners for a point, distances, ellipsoids, samples and a path."""
     square, corners = HPolyhedron.make_unit_box(2), VPolytope.make_unit_box(2)
     square.is_empty(certificate=True)
     for answer in (
@@ -37,3 +39,7 @@ def ask_convex_sets() -> None:
     AffineBall.minimum_volume_circumscribed_ellipsoid(corners.vertices)
     square.uniform_sample(np.random.default_rng(0))
     square.uniform_samples(np.random.default_rng(0), 1)
+    graph = GraphOfConvexSets()
+    edge = graph.add_edge(graph.add_vertex(square), graph.add_vertex(corners))
+    edge.add_cost(norm(edge.xv - edge.xu))
+    graph.solve_shortest_path(edge.u, edge.v)

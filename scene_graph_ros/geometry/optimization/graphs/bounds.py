@@ -26,10 +26,16 @@ from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable, M
 from scene_graph_ros.geometry.optimization.graphs.network import Network
 from scene_graph_ros.geometry.optimization.graphs.one_way import ways_on
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet, reach_of
-from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, Problem
+from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, Problem, Relaxed
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["Potentials", "ProvenBound", "balanced", "bound_of_paths", "bound_of_points"]
+__all__ = [
+    "Potentials",
+    "ProvenBound",
+    "bound_of_paths",
+    "bound_of_points",
+    "potentials_of",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +106,7 @@ def bound_of_paths(problem: Problem, given: Potentials, with_cost: bool = True) 
     return ProvenBound(value, weights, left, visits, given)
 
 
-def balanced(problem: Problem, given: Potentials, with_cost: bool = True) -> Potentials:
+def _balanced(problem: Problem, given: Potentials, with_cost: bool = True) -> Potentials:
     """Return potentials whose levels leave nothing to edges that all paths come to by one other.
 
     Levels where these meet are free; so weights that add up to something are not below 0 in turn.
@@ -113,6 +119,19 @@ def balanced(problem: Problem, given: Potentials, with_cost: bool = True) -> Pot
         levels[problem.network.tails[e]] += weights[e]
         weights[before[e]] += weights[e]
     return replace(given, levels=levels)
+
+
+def potentials_of(problem: Problem, relaxed: Relaxed) -> Potentials:
+    """Return what the relaxation's solution says, balanced."""
+    given = Potentials(
+        relaxed.levels,
+        relaxed.slopes,
+        relaxed.visits,
+        relaxed.prizes,
+        relaxed.multipliers,
+        relaxed.cycles,
+    )
+    return _balanced(problem, given, relaxed.cost < np.inf)
 
 
 def _weights(problem: Problem, given: Potentials, with_cost: bool) -> np.ndarray:

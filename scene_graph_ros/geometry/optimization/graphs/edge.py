@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 import functools
 from typing import Any, TYPE_CHECKING
 
@@ -45,6 +45,8 @@ class _Costly:
         self._costs: list[tuple[Any, frozenset[Transcription]]] = []
         self._constraints: list[tuple[Any, frozenset[Transcription]]] = []
         self._changes = 0
+        self.has_functions = False
+        """Whether a cost or a constraint is a function, of which the restriction alone knows."""
 
     def __repr__(self) -> str:
         return f"<{self._label} {self._name!r}>"
@@ -125,6 +127,7 @@ class _Costly:
         return constraint
 
     def _check_function(self, used: frozenset[Transcription], label: str) -> None:
+        self.has_functions = True
         if used != {Transcription.RESTRICTION}:
             raise ConvexSetError(
                 f"{label} is a function, which has no relaxation: say use_in_transcription="
@@ -163,9 +166,9 @@ class _Costly:
             else cost.at(points)
         )
 
-    def costs_at(self, points: dict[int, np.ndarray], used: Transcription) -> float:
-        """Return what it costs at points ``(n,)`` by numbers of vertices, in a transcription."""
-        return sum((self._cost_at(cost, points) for cost in self.get_costs(used)), 0.0)
+    def cost_at(self, costs: Sequence[Any], points: dict[int, np.ndarray]) -> float:
+        """Return what some of its costs are at points ``(n,)`` by numbers of vertices."""
+        return sum((self._cost_at(cost, points) for cost in costs), 0.0)
 
     def _solution_cost(
         self, result: GraphOfConvexSetsResult, cost: Any, default: float | None

@@ -6,7 +6,7 @@ its arrays have an entry for each of them, so that a graph takes as many calls a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 import functools
 from typing import Any, NamedTuple
@@ -258,8 +258,11 @@ class Family:
 class EdgeTable(Sequence[EdgeTerms]):
     """What edges cost and ask: families, and each edge alone by its number."""
 
-    def __init__(self, families: Sequence[Family]) -> None:
+    def __init__(
+        self, families: Sequence[Family], terms: Mapping[int, EdgeTerms] | None = None
+    ) -> None:
         self.families = tuple(families)
+        self._terms = dict(terms or {})
         count = sum(len(family.edges) for family in families)
         self._family, self._place = np.zeros(count, int), np.zeros(count, int)
         for k, family in enumerate(self.families):
@@ -289,15 +292,17 @@ class EdgeTable(Sequence[EdgeTerms]):
                     np.array([each.size for each in some]),
                 )
             )
-        return cls(families)
+        return cls(families, dict(enumerate(terms)))
 
     def __len__(self) -> int:
         """Return the number of edges."""
         return len(self._family)
 
     def __getitem__(self, edge: Any) -> Any:
-        """Return one edge's terms."""
-        return self.families[self._family[edge]].terms(self._place[edge])
+        """Return one edge's terms, which are kept."""
+        if edge not in self._terms:
+            self._terms[edge] = self.families[self._family[edge]].terms(self._place[edge])
+        return self._terms[edge]
 
     def __iter__(self) -> Iterator[EdgeTerms]:
         """Return all of them in turn."""

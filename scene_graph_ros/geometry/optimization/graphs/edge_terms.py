@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.expressions import value_of
+from scene_graph_ros.geometry.optimization.graphs.packed_terms import Packed, packed
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
-from scene_graph_ros.geometry.optimization.graphs.term_atoms import slope_of
+from scene_graph_ros.geometry.optimization.graphs.term_atoms import sizes_of_atoms, slope_of
 from scene_graph_ros.geometry.optimization.graphs.term_cones import outside
+from scene_graph_ros.geometry.optimization.graphs.term_kernels import KINDS
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 
 __all__ = ["EdgeTerms", "Layout", "Part", "sizes_of"]
@@ -133,6 +135,30 @@ class EdgeTerms:
             size = float(sizes_of(self.most[rows].max(initial=0.0)))
             worst = max(worst, outside(cone, values[rows]) / size)
         return worst
+
+    @functools.cached_property
+    def packed(self) -> Packed | None:
+        """Its arrays for kernels; None where these don't know its atoms or cones."""
+        layout, rows = self.layout, self.rows
+        kinds = [KINDS.get(kind, -1) for kind in layout.kinds]
+        if -1 in kinds or any(cone is not Cone.SECOND_ORDER for cone in layout.cone_kinds):
+            return None
+        over_u, over_v = rows.Mu @ self.u.S, rows.Mv @ self.v.S
+        head = [rows.Mu.shape[1], rows.Mv.shape[1], over_u.shape[1], over_v.shape[1]]
+        head += [len(rows.m), len(kinds), layout.equations, layout.inequalities]
+        rest = [*kinds, *layout.atoms, *layout.cones]
+        arrays = [over_u, over_v, rows.Mu, rows.Mv, rows.m, self.size, self.most]
+        most = np.array([self.cost_at_most])
+        return packed([*head, len(layout.cones)], rest, [most, *arrays])
+
+    @functools.cached_property
+    def cost_at_most(self) -> float:
+        """About what it costs at most: the size of its cost."""
+        slices = self.layout.slices()
+        total = float(self.most[slices[self.layout.rest]][0])
+        for kind, s in zip(self.layout.kinds, slices, strict=False):
+            total += float(sizes_of_atoms(kind, self.most[s][None], self.rows.m[s][None])[0])
+        return total
 
     @functools.cached_property
     def row_sizes(self) -> np.ndarray:

@@ -9,7 +9,7 @@ over the start's points with the heuristic at its end.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 import heapq
 import itertools
 from typing import Any, NamedTuple
@@ -17,14 +17,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.graphs.chain import Chain
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.expressions import as_cost, Cost
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
+from scene_graph_ros.geometry.optimization.graphs.path_answer import costs_at
 from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of, terms_of_edge
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.graphs.restriction import (
+    best_of_chain,
     bound_of_prefix,
     restrict,
     Restricted,
@@ -129,9 +132,7 @@ class ForwardSearch:
         if self._is_target(at):
             self._finish(key, path)
             return
-        problem = self._problem(path, self._cost_ahead(at))
-        end = (0.0, np.zeros(at.ambient_dimension))
-        value = bound_of_prefix(problem, range(len(path)), end)
+        value = self._least(path, self._cost_ahead(at))
         if value == np.inf:
             return
         key = max(key, value)
@@ -143,7 +144,7 @@ class ForwardSearch:
 
     def _finish(self, key: float, path: Path) -> None:
         try:
-            best = restrict(self._problem(path, None), range(len(path)))
+            best = self._best(path)
         except SolverError as error:
             self._floor, self._failure = min(self._floor, key), str(error)
             return
@@ -165,15 +166,35 @@ class ForwardSearch:
             self._ahead[v.id] = cost
         return self._ahead[v.id]
 
-    def _problem(self, path: Path, ahead: Cost | None) -> Problem:
-        """Return the problem of one path, with what the heuristic adds at its end."""
-        terms = []
+    def _least(self, path: Path, ahead: Cost | None) -> float:
+        """Return a bound of what a start costs, with what its heuristic says at its end."""
+        terms = self._terms_of(path, ahead)
+        chained = None if self._options.of_restriction else self._chain(path, terms).solve()
+        if chained is not None:
+            return chained.bound
+        end = (0.0, np.zeros(path[-1].v.ambient_dimension))
+        return bound_of_prefix(self._problem(path, terms), range(len(path)), end)
+
+    def _best(self, path: Path) -> Restricted:
+        terms = self._terms_of(path, None)
+        chain = None if self._options.of_restriction else self._chain(path, terms)
+        best = None if chain is None else best_of_chain(chain)
+        return best or restrict(self._problem(path, terms), range(len(path)))
+
+    def _terms_of(self, path: Path, ahead: Cost | None) -> list[EdgeTerms]:
+        """Return what edges cost, with what the heuristic adds at the end."""
         for edge in path:
             if edge.id not in self._terms:
                 self._terms[edge.id] = terms_of_edge(edge, self._source)
-            terms.append(self._terms[edge.id])
+        terms = [self._terms[edge.id] for edge in path]
         if ahead is not None:
             terms[-1] = terms_of_edge(path[-1], self._source, (ahead,))
+        return terms
+
+    def _chain(self, path: Path, terms: Sequence[EdgeTerms]) -> Chain:
+        return Chain(terms, [self._source.placed, *(e.v.placed for e in path)])
+
+    def _problem(self, path: Path, terms: Sequence[EdgeTerms]) -> Problem:
         vertices = [self._source, *(e.v for e in path)]
         network = network_of(vertices, path, vertices[0], vertices[-1])
         table = EdgeTable.of(terms)
@@ -203,8 +224,8 @@ class ForwardSearch:
             path=tuple(e.id for e in found.path),
             vertices=tuple(v.id for v in vertices),
             points=found.best.points,
-            edge_costs={e.id: e.costs_at(points, Transcription.MIP) for e in found.path},
-            vertex_costs={v.id: v.costs_at(points, Transcription.MIP) for v in vertices},
+            edge_costs=costs_at(found.path, points, Transcription.MIP),
+            vertex_costs=costs_at(vertices, points, Transcription.MIP),
             violation=found.best.violation,
             num_search_programs=self._programs,
             num_edges_solved=len(self._terms),

@@ -10,6 +10,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.given_path import solve_restriction
 from scene_graph_ros.geometry.optimization.graphs.graphviz import graphviz_string
 from scene_graph_ros.geometry.optimization.graphs.options import (
     GcsGraphvizOptions,
@@ -18,10 +19,7 @@ from scene_graph_ros.geometry.optimization.graphs.options import (
 from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
-from scene_graph_ros.geometry.optimization.graphs.shortest_path import (
-    solve_path,
-    solve_restriction,
-)
+from scene_graph_ros.geometry.optimization.graphs.shortest_path import solve_path
 from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
@@ -167,7 +165,7 @@ class GraphOfConvexSets:
                 _guessed(initial_guess, vertex) for vertex in (edges[0].u, *(e.v for e in edges))
             ]
         solver = None if options is None else options.of_restriction
-        return solve_restriction(self.vertices, edges, guess, solver)
+        return solve_restriction(edges, guess, solver)
 
     def sample_paths(
         self,

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.bounds import ProvenBound
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.later import Later, Once
 from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem, Relaxed
 from scene_graph_ros.geometry.optimization.graphs.result import (
     GraphOfConvexSetsResult,
     PathBound,
+    RelaxationAnswer,
 )
 from scene_graph_ros.geometry.optimization.graphs.search import Incumbent, Searched
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 
-__all__ = ["PathAnswer", "no_path", "with_points"]
+__all__ = ["PathAnswer", "costs_at", "no_path", "relaxation_answer", "with_points"]
 
 
 def no_path(reason: str) -> GraphOfConvexSetsResult:
@@ -25,8 +27,15 @@ def no_path(reason: str) -> GraphOfConvexSetsResult:
     return GraphOfConvexSetsResult(False, np.inf, np.inf, reason)
 
 
+def costs_at(
+    parts: Sequence[Vertex | Edge], points: dict[int, np.ndarray], used: Transcription
+) -> Mapping[int, float]:
+    """Return what edges or vertices cost at points by numbers of vertices, by their numbers."""
+    now = [(part, part.get_costs(used)) for part in parts]
+    return Later(lambda: {part.id: part.cost_at(costs, points) for part, costs in now})
+
+
 def with_points(
-    vertices: Sequence[Vertex],
     edges: Sequence[Edge],
     found: Incumbent,
     used: Transcription,
@@ -42,10 +51,36 @@ def with_points(
         path=tuple(e.id for e in path),
         vertices=tuple(v.id for v in visited),
         points=found.best.points,
-        edge_costs={e.id: e.costs_at(points, used) for e in path},
-        vertex_costs={v.id: v.costs_at(points, used) for v in visited},
+        edge_costs=costs_at(path, points, used),
+        vertex_costs=costs_at(visited, points, used),
         violation=found.best.violation,
         **others,
+    )
+
+
+def relaxation_answer(
+    edges: Sequence[Edge], problem: Problem, relaxed: Relaxed, proven: ProvenBound
+) -> RelaxationAnswer:
+    """Return what a relaxation says of edges."""
+    numbers = [e.id for e in edges]
+    flows = np.clip(relaxed.flows, 0.0, 1.0)
+    centers = [
+        (problem.sets[u].center, problem.sets[v].center)
+        for u, v in zip(problem.network.tails, problem.network.heads, strict=True)
+    ]
+    u, v = (
+        {
+            number: x + f * c[end]
+            for number, x, f, c in zip(numbers, points, flows, centers, strict=True)
+        }
+        for end, points in enumerate((relaxed.points_u, relaxed.points_v))
+    )
+    return RelaxationAnswer(
+        relaxed.cost,
+        dict(zip(numbers, flows.tolist(), strict=True)),
+        u,
+        v,
+        PathBound(proven.value, problem, proven.potentials),
     )
 
 
@@ -54,31 +89,14 @@ class PathAnswer:
 
     def __init__(
         self,
-        vertices: Sequence[Vertex],
         edges: Sequence[Edge],
         problem: Problem,
         relaxed: Relaxed,
         proven: ProvenBound,
     ) -> None:
-        self._vertices, self._edges, self._proven = vertices, edges, proven
-        numbers = [e.id for e in edges]
-        flows = np.clip(relaxed.flows, 0.0, 1.0)
-        centers = [
-            (problem.sets[u].center, problem.sets[v].center)
-            for u, v in zip(problem.network.tails, problem.network.heads, strict=True)
-        ]
+        self._edges, self._proven = edges, proven
         self._common: dict[str, Any] = {
-            "flows": dict(zip(numbers, flows.tolist(), strict=True)),
-            "phi_xu": {
-                number: x + f * c[0]
-                for number, x, f, c in zip(numbers, relaxed.points_u, flows, centers, strict=True)
-            },
-            "phi_xv": {
-                number: x + f * c[1]
-                for number, x, f, c in zip(numbers, relaxed.points_v, flows, centers, strict=True)
-            },
-            "relaxation_cost": relaxed.cost,
-            "relaxation_bound": PathBound(proven.value, problem, proven.potentials),
+            "relaxation": Once(lambda: relaxation_answer(edges, problem, relaxed, proven)),
             "num_edges_solved": len(edges),
         }
 
@@ -100,7 +118,7 @@ class PathAnswer:
                 reason = f"none of {count} rounded paths keeps its constraints"
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
         others["reason"] = f"the best of {count} rounded paths"
-        return with_points(self._vertices, self._edges, found, Transcription.RESTRICTION, others)
+        return with_points(self._edges, found, Transcription.RESTRICTION, others)
 
     def of_mixed_integer(
         self, name: str, found: Incumbent | None, bound: float
@@ -111,7 +129,7 @@ class PathAnswer:
             reason = f"solver {name!r} says that no path keeps the constraints; it is not proven"
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
         others["reason"] = f"the best path, as solver {name!r} says; solver_bound is not proven"
-        return with_points(self._vertices, self._edges, found, Transcription.MIP, others)
+        return with_points(self._edges, found, Transcription.MIP, others)
 
     def of_search(self, searched: Searched, count: int) -> GraphOfConvexSetsResult:
         """Return the best path with the search's bound."""
@@ -125,7 +143,7 @@ class PathAnswer:
         if searched.found is None:
             return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
         others["reason"] = reason
-        return with_points(self._vertices, self._edges, searched.found, Transcription.MIP, others)
+        return with_points(self._edges, searched.found, Transcription.MIP, others)
 
 
 def _what_ended(searched: Searched) -> str:

@@ -23,7 +23,7 @@ from scene_graph_ros.geometry.optimization.graphs.relaxation import PlacedFuncti
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 from scene_graph_ros.geometry.optimization.sets.point import Point
 
-__all__ = ["network_of", "problem_of", "standing_problem", "terms_of_edge"]
+__all__ = ["kept_terms", "network_of", "problem_of", "standing_problem", "terms_of_edge"]
 
 
 def network_of(
@@ -103,15 +103,27 @@ def _table(
     """Return the table of edges; what was made of them before is kept by them."""
     if places is not None:
         return table_of([_source(edge, source, used, places) for edge in edges])
-    kept = {edge.id: edge.kept_terms(used, edge.u is source) for edge in edges}
-    new = [edge for edge in edges if kept[edge.id] is None]
-    made = table_of([_source(edge, source, used, None) for edge in new])
-    for edge, terms in zip(new, made, strict=True):
+    if all(edge.kept_terms(used, edge.u is source) is None for edge in edges):
+        return _new_terms(edges, source, used)
+    return EdgeTable.of(kept_terms(edges, source, used))
+
+
+def _new_terms(edges: Sequence[Edge], source: Vertex, used: Transcription) -> EdgeTable:
+    """Return what edges cost and ask, which they keep."""
+    made = table_of([_source(edge, source, used, None) for edge in edges])
+    for edge, terms in zip(edges, made, strict=True):
         edge.keep_terms(used, edge.u is source, terms)
-        kept[edge.id] = terms
-    if len(new) == len(edges):
-        return made
-    return EdgeTable.of([terms for terms in kept.values() if terms is not None])
+    return made
+
+
+def kept_terms(edges: Sequence[Edge], source: Vertex, used: Transcription) -> list[EdgeTerms]:
+    """Return what edges cost and ask in a transcription; what was made before is kept by them."""
+    kept = [edge.kept_terms(used, edge.u is source) for edge in edges]
+    new = [k for k, terms in enumerate(kept) if terms is None]
+    if new:
+        for k, terms in zip(new, _new_terms([edges[k] for k in new], source, used), strict=True):
+            kept[k] = terms
+    return [terms for terms in kept if terms is not None]
 
 
 def problem_of(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import functools
+import itertools
 
 import numpy as np
 
@@ -13,6 +14,13 @@ from scene_graph_ros.geometry.optimization.graphs.memberships import (
     add_memberships,
     Membership,
     membership_of_box,
+)
+from scene_graph_ros.geometry.optimization.graphs.packed_terms import (
+    BOX,
+    BY_CORNERS,
+    OTHER,
+    Packed,
+    packed,
 )
 from scene_graph_ros.geometry.optimization.lift import Ball
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
@@ -178,6 +186,29 @@ class PlacedSet:
             cone, columns, factors, side = for_the_solver(block)
             found.append(Membership(cone, np.arange(len(side)), columns, factors[:, 0], side))
         return tuple(found)
+
+    @functools.cached_property
+    def has_corners(self) -> bool:
+        """Whether it is given by its least and greatest coordinates."""
+        return isinstance(self.of, Point | Hyperrectangle)
+
+    @functools.cached_property
+    def packed(self) -> Packed | None:
+        """Its arrays for kernels; None of sets with matrices, which these don't know."""
+        if self.matrices:
+            return None
+        n, k = self.S.shape
+        reach = BOX if self.is_box else BY_CORNERS if self.corners is not None else OTHER
+        low, high = _box(self.of) if self.has_corners else (np.full(n, np.nan),) * 2
+        head = [n, k, reach, len(self.f), len(self.b), len(self.balls)]
+        balls = [[len(ball.columns), ball.scale, *ball.columns.tolist()] for ball in self.balls]
+        arrays = [self.center, self.half, low, high, self.S, self.E, self.f, self.A, self.b]
+        return packed(head, list(itertools.chain(*balls)), arrays)
+
+    @functools.cached_property
+    def tells_reach(self) -> bool:
+        """Whether the packed arrays tell how far it reaches."""
+        return self.is_box or self.corners is not None
 
     def nearest(self, x: np.ndarray) -> tuple[np.ndarray | None, float]:
         """Return the nearest point of the set ``(n,)``, and how far x is outside.

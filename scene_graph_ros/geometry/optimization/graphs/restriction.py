@@ -9,6 +9,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_points
+from scene_graph_ros.geometry.optimization.graphs.chain import Chain
 from scene_graph_ros.geometry.optimization.graphs.edge_table import Columns
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
 from scene_graph_ros.geometry.optimization.graphs.memberships import add_memberships
@@ -18,10 +19,14 @@ from scene_graph_ros.geometry.optimization.graphs.relaxation import Problem
 from scene_graph_ros.geometry.optimization.solve.cone_program import ConeProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["Restricted", "bound_of_prefix", "restrict"]
+__all__ = ["Restricted", "best_of_chain", "bound_of_prefix", "restrict"]
 
 _VIOLATION = 1e-7
 """Relative to the size of a row's terms, or of a set: the most that a path may break."""
+
+
+_GAP = 1e-8
+"""Relative: what is between a path's cost and its bound, where it is not solved again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +81,21 @@ def _solve(
     return points, bound, True
 
 
+def _chain(problem: Problem, path: Sequence[int]) -> Chain:
+    network = problem.network
+    vertices = [network.source, *network.heads[list(path)].tolist()]
+    return Chain([problem.terms[e] for e in path], [problem.sets[v] for v in vertices])
+
+
 def bound_of_prefix(problem: Problem, path: Sequence[int], end: tuple[float, np.ndarray]) -> float:
     """Return a proven bound of the first edges' cost and the potential at the last vertex.
 
     Infinite where the constraints can't be kept, -infinite where nothing was found.
     """
+    if problem.solver is None:
+        chained = _chain(problem, path).solve(problem.unit, end)
+        if chained is not None:
+            return chained.bound
     try:
         _, bound, is_feasible = _solve(
             _Path(problem, path), end, "GraphOfConvexSets: a path's start"
@@ -90,6 +105,28 @@ def bound_of_prefix(problem: Problem, path: Sequence[int], end: tuple[float, np.
     if is_feasible:
         return bound
     return np.inf if bound > 0.0 else -np.inf
+
+
+def best_of_chain(chain: Chain, unit: float = 0.0) -> Restricted | None:
+    """Return the best points of a path, as `restrict` does; None where they are not found.
+
+    Costs are measured in ``unit``, in what the edges cost at most where it is 0; and in what was
+    found, if that leaves a gap.
+    """
+    best = _once(chain, unit)
+    if best is not None and 0.0 < _GAP * best.cost < best.cost - best.lower_bound:
+        again = _once(chain, best.cost)
+        if again is not None and again.cost - again.lower_bound < best.cost - best.lower_bound:
+            return again
+    return best
+
+
+def _once(chain: Chain, unit: float) -> Restricted | None:
+    chained = chain.solve(unit)
+    if chained is None:
+        return None
+    points, cost, worst = chain.place(chained.ways)
+    return Restricted(cost, chained.bound, points, worst) if worst <= _VIOLATION else None
 
 
 def _kept_functions(
@@ -119,6 +156,10 @@ def restrict(
     points break a set or a constraint, or where it was not proven that there are none.
     """
     what = "GraphOfConvexSets.solve_convex_restriction"
+    if problem.solver is None and not any(e in problem.functions for e in path):
+        best = best_of_chain(_chain(problem, path), problem.unit)
+        if best is not None:
+            return best
     of = _Path(problem, path)
     found, bound, is_feasible = _solve(of, None, what)
     if not is_feasible:

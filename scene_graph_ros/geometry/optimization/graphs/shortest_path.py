@@ -8,30 +8,30 @@ import itertools
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
+from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import (
-    balanced,
     bound_of_paths,
     Potentials,
+    potentials_of,
     ProvenBound,
 )
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
+from scene_graph_ros.geometry.optimization.graphs.few_paths import best_of_few
 from scene_graph_ros.geometry.optimization.graphs.flow_programs import on_disjoint_ways
 from scene_graph_ros.geometry.optimization.graphs.functions import (
     FunctionCost,
 )
+from scene_graph_ros.geometry.optimization.graphs.given_path import stay
 from scene_graph_ros.geometry.optimization.graphs.mixed_integer import solve_mixed_integer
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.graphs.path_answer import (
     no_path,
     PathAnswer,
-    with_points,
 )
 from scene_graph_ros.geometry.optimization.graphs.path_problem import (
     network_of,
     problem_of,
-    standing_problem,
 )
 from scene_graph_ros.geometry.optimization.graphs.relaxation import (
     Problem,
@@ -49,10 +49,8 @@ from scene_graph_ros.geometry.optimization.graphs.search import (
 )
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 from scene_graph_ros.geometry.optimization.graphs.unbounded import Places, solve_in_boxes
-from scene_graph_ros.geometry.optimization.sets.point import Point
-from scene_graph_ros.geometry.optimization.solve.solver_choice import SolverChoice
 
-__all__ = ["solve_path", "solve_restriction"]
+__all__ = ["solve_path"]
 
 _Tried = dict[tuple[int, ...], Restricted | SolverError]
 """The best points of paths, by their edges, or why none were found."""
@@ -96,24 +94,16 @@ def solve_path(
 ) -> GraphOfConvexSetsResult:
     """Return the shortest path, as `GraphOfConvexSets.solve_shortest_path` promises."""
     if source is target:
-        return _stay(source, edges, _used(options)[1], options.of_restriction)
-    forced = [e for e in edges if True in e.phi_constraints]
-    used = [e for e in edges if False not in e.phi_constraints]
-    lost = next((e for e in forced if False in e.phi_constraints), None)
-    if options.preprocessing is not False:
-        kept = network_of(vertices, used, source, target).on_simple_paths()
-        used = [used[k] for k in kept]
-        if options.of_preprocessing is not None and used:
-            network = network_of(vertices, used, source, target)
-            used = [used[k] for k in on_disjoint_ways(network, options.of_preprocessing)]
-    lost = lost or next((e for e in forced if e not in used), None)
-    if lost is not None:
-        return no_path(f"edge {lost.name!r} has to be on the path, but can't be")
-    touched = {v.id for e in used for v in (e.u, e.v)} | {source.id, target.id}
+        return stay(source, edges, _used(options)[1], options.of_restriction)
+    used = _usable(vertices, edges, (source, target), options)
+    if isinstance(used, GraphOfConvexSetsResult):
+        return used
+    touched = {v.id for e in used for v in (e.u, e.v)}
     vertices = [v for v in vertices if v.id in touched]
-    if not _leads(vertices, used, source, target):
-        return no_path(f"no edges lead from {source.name!r} to {target.name!r}")
     if all(vertex.is_bounded for vertex in vertices):
+        found = best_of_few(vertices, used, (source, target), options)
+        if found is not None:
+            return found
         return _solve(vertices, used, (source, target), options, _used(options), None)
     rough = replace(options, max_tightenings=0, max_rounded_paths=None, convex_relaxation=None)
     if options.mixed_integer is not None:
@@ -129,6 +119,32 @@ def solve_path(
         return _solve(some, kept, (source, target), chosen, _used(options), places)
 
     return solve_in_boxes(vertices, used, (source, target), frozenset(_used(options)), solve)
+
+
+def _usable(
+    vertices: Sequence[Vertex],
+    edges: Sequence[Edge],
+    ends: tuple[Vertex, Vertex],
+    options: GraphOfConvexSetsOptions,
+) -> list[Edge] | GraphOfConvexSetsResult:
+    """Return the edges that may be on a path, or that there is none."""
+    forced = [e for e in edges if True in e.phi_constraints]
+    used = [e for e in edges if False not in e.phi_constraints]
+    lost = next((e for e in forced if False in e.phi_constraints), None)
+    if options.preprocessing is not False:
+        kept = network_of(vertices, used, *ends).on_simple_paths()
+        used = [used[k] for k in kept.tolist()]
+        if options.of_preprocessing is not None and used:
+            network = network_of(vertices, used, *ends)
+            used = [used[k] for k in on_disjoint_ways(network, options.of_preprocessing)]
+    lost = lost or next((e for e in forced if e not in used), None)
+    if lost is not None:
+        return no_path(f"edge {lost.name!r} has to be on the path, but can't be")
+    # Of simple paths' edges each is on a way to the target.
+    is_sure = options.preprocessing is not False and options.of_preprocessing is None
+    if not used or not (is_sure or _leads(vertices, used, *ends)):
+        return no_path(f"no edges lead from {ends[0].name!r} to {ends[1].name!r}")
+    return used
 
 
 def _leads(
@@ -166,8 +182,8 @@ def _solve(
     least = max(options.flow_tolerance, 10.0 * tolerance)
     relaxed = relax(problem, (), tolerance)
     if relaxed.cost == np.inf:
-        return _infeasible(problem, _potentials(problem, relaxed), relaxed)
-    proven = bound_of_paths(problem, _potentials(problem, relaxed))
+        return _infeasible(problem, potentials_of(problem, relaxed), relaxed)
+    proven = bound_of_paths(problem, potentials_of(problem, relaxed))
     first: Incumbent | None = None
     cycles: set[TwoCycle] = set()
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
@@ -188,17 +204,17 @@ def _solve(
         ordered = sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into))
         tighter = relax(problem, ordered, tolerance)
         if tighter.cost == np.inf:
-            return _infeasible(problem, _potentials(problem, tighter), tighter)
+            return _infeasible(problem, potentials_of(problem, tighter), tighter)
         relaxed, before = tighter, proven
         proven = max(
-            bound_of_paths(problem, _potentials(problem, relaxed)),
+            bound_of_paths(problem, potentials_of(problem, relaxed)),
             before,
             key=lambda each: each.value,
         )
     bound = None if has_surrogates else proven
     rounded, count, failure = _round(of_paths, relaxed, bound, options, tried)
     rounded = _better(first, rounded)
-    answer = PathAnswer(vertices, used, problem, relaxed, proven)
+    answer = PathAnswer(used, problem, relaxed, proven)
     if options.convex_relaxation:
         found = answer.of_relaxation(rounded, count, failure)
         return replace(found, lower_bound=-np.inf) if has_surrogates else found
@@ -209,18 +225,6 @@ def _solve(
         return answer.of_mixed_integer(options.mixed_integer.name, exact, said)
     searched = search_paths(problem, proven, rounded, options)
     return answer.of_search(searched, count)
-
-
-def _potentials(problem: Problem, relaxed: Relaxed) -> Potentials:
-    given = Potentials(
-        relaxed.levels,
-        relaxed.slopes,
-        relaxed.visits,
-        relaxed.prizes,
-        relaxed.multipliers,
-        relaxed.cycles,
-    )
-    return balanced(problem, given, relaxed.cost < np.inf)
 
 
 def _better(first: Incumbent | None, second: Incumbent | None) -> Incumbent | None:
@@ -319,79 +323,3 @@ def _suggested(
         np.random.default_rng(options.rounding_seed),
     )
     yield from (path for path in drawn if path != main)
-
-
-def _stay(
-    vertex: Vertex, edges: Sequence[Edge], used: Transcription, solver: SolverChoice | None
-) -> GraphOfConvexSetsResult:
-    """Return the path that begins where it ends."""
-    forced = next((e for e in edges if True in e.phi_constraints), None)
-    if forced is not None:
-        return no_path(f"edge {forced.name!r} has to be on the path, which has none")
-
-    def solve(places: Places | None) -> GraphOfConvexSetsResult:
-        best = restrict(replace(standing_problem(vertex, used, places), solver=solver), (0,))
-        if not best.points:
-            return no_path(f"vertex {vertex.name!r} can't keep its constraints, which is proven")
-        return GraphOfConvexSetsResult(
-            True,
-            best.cost,
-            best.lower_bound,
-            "source and target are one vertex",
-            vertices=(vertex.id,),
-            points=best.points[:1],
-            violation=best.violation,
-        )
-
-    if vertex.is_bounded:
-        return solve(None)
-    nowhere = Vertex(-1, Point(), "the end")
-    staying = Edge(-1, vertex, nowhere, vertex.name)
-    ends = (vertex, nowhere)
-    return solve_in_boxes(
-        ends, [staying], ends, frozenset([used]), lambda _, __, places, ___: solve(places)
-    )
-
-
-def solve_restriction(
-    vertices: Sequence[Vertex],
-    active: Sequence[Edge],
-    guess: Sequence[np.ndarray] | None = None,
-    solver: SolverChoice | None = None,
-) -> GraphOfConvexSetsResult:
-    """Return the best points of a path, as `solve_convex_restriction` promises."""
-    label = "GraphOfConvexSets.solve_convex_restriction: active_edges"
-    if not active:
-        raise ConvexSetError(f"{label} must be the edges of a path, not empty")
-    for first, second in itertools.pairwise(active):
-        if first.v is not second.u:
-            raise ConvexSetError(
-                f"{label} must be a path, but {first.name!r} leads to {first.v.name!r} and"
-                f" {second.name!r} from {second.u.name!r}"
-            )
-    visited = [active[0].u, *(e.v for e in active)]
-    if len({v.id for v in visited}) < len(visited):
-        raise ConvexSetError(f"{label} visit a vertex twice: {[v.name for v in visited]}")
-    used, ends = Transcription.RESTRICTION, (visited[0], visited[-1])
-
-    def solve(places: Places | None) -> GraphOfConvexSetsResult:
-        problem = problem_of(visited, active, *ends, used, None, places)
-        problem = replace(problem, solver=solver)
-        best = restrict(problem, range(len(active)), guess)
-        if not best.points:
-            return no_path("the path can't keep its constraints, which is proven")
-        others = {"lower_bound": best.lower_bound, "reason": "the path was given"}
-        found = Incumbent(tuple(range(len(active))), best)
-        return with_points(visited, active, found, used, others)
-
-    if all(vertex.is_bounded for vertex in visited):
-        return solve(None)
-
-    def solve_in(
-        some: Sequence[Vertex], _: Sequence[Edge], places: Places, __: bool
-    ) -> GraphOfConvexSetsResult:
-        if len(some) < len(visited):
-            return no_path("the path can't keep its constraints, which is proven")
-        return solve(places)
-
-    return solve_in_boxes(visited, active, ends, frozenset([used]), solve_in)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.expressions import value_of
+from scene_graph_ros.geometry.optimization.graphs.term_kernels import KINDS, shorten_all
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram, Rows
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -160,22 +161,12 @@ def minorants_of(kind: str, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     The slopes are near the given ones.
     """
-    k, none = y.shape[1], np.zeros(len(y))
-    if kind == "squares":
-        # |w|^2 - y . w is least at y / 2; rounded up.
-        return y, 0.25 * np.sum(y * y, axis=1) * (1.0 + (k + 4) * EPSILON)
     if kind == "exponential":
         # exp(w) - y w is least at log(y).
         slope = np.maximum(y[:, 0], 0.0)
         power = np.log(np.where(slope > 0.0, slope, 1.0))
         rounding = 8.0 * EPSILON * slope * (1.0 + np.abs(power))
         return slope[:, None], slope * power - slope + rounding
-    if kind == "quotient":
-        # |w|^2 / s - q . w is least at q s / 2, where it is -|q|^2 s / 4.
-        below = -0.25 * np.sum(y[:, 1:] ** 2, axis=1) * (1.0 + (k + 4) * EPSILON)
-        return np.column_stack([np.minimum(y[:, 0], below), y[:, 1:]]), none
-    sizes = np.abs(y)
-    length = np.sum(sizes, axis=1) if kind == "norm_inf" else np.sqrt(np.sum(y * y, axis=1))
-    most = 1.0 - 4.0 * (k + 2) * EPSILON
-    factors = np.where(length > most, most / np.where(length > most, length, 1.0), 1.0)
-    return y * factors[:, None], none
+    slopes, conjugates = np.array(y), np.zeros(len(y))
+    shorten_all(KINDS[kind], slopes, conjugates)
+    return slopes, conjugates

@@ -17,13 +17,17 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
+from scene_graph_ros.geometry.optimization.graphs.later import Once
 from scene_graph_ros.geometry.optimization.graphs.path_extents import (
     Box,
     extents_of_paths,
     own_extent,
 )
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
-from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
+from scene_graph_ros.geometry.optimization.graphs.result import (
+    GraphOfConvexSetsResult,
+    RelaxationAnswer,
+)
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
@@ -250,10 +254,14 @@ def _without_bound(
             return replace(
                 found,
                 lower_bound=min(found.lower_bound, 0.0),
-                relaxation_bound=None,
+                relaxation=_unbounded(found.relaxation),
                 reason=said,
             )
     raise _refusal(vertices, boxes, "the cost goes down as far as its points are let")
+
+
+def _unbounded(of: Once[RelaxationAnswer]) -> Once[RelaxationAnswer]:
+    return Once(lambda: replace(of(), bound=None))
 
 
 def _is_at_a_guess(

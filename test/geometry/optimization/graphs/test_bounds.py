@@ -24,6 +24,8 @@ from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_paths, 
 from scene_graph_ros.geometry.optimization.graphs.edge_table import Multipliers
 from scene_graph_ros.geometry.optimization.solve import cone_program
 
+pytestmark = pytest.mark.usefixtures("both_ways_to_paths")
+
 RELAXED = GraphOfConvexSetsOptions(convex_relaxation=True)
 
 
@@ -127,7 +129,7 @@ def test_a_solution_that_does_not_solve_is_an_error_with_its_residual(monkeypatc
 
     monkeypatch.setattr(cone_program, "_ask_clarabel", ask_wrongly)
     with pytest.raises(SolverError, match=r"largest residual \d"):
-        graph.solve_shortest_path(start, end)
+        graph.solve_shortest_path(start, end, RELAXED)
 
 
 def test_a_relaxation_is_solved_with_refined_steps_where_it_is_off_without(monkeypatch):
@@ -170,7 +172,7 @@ def test_a_solver_that_breaks_is_an_error(monkeypatch):
     edge = graph.add_edge(start, end)
     edge.add_cost(norm(edge.xv - edge.xu))
     with pytest.raises(SolverError, match="the solver failed: index out of bounds"):
-        graph.solve_shortest_path(start, end)
+        graph.solve_shortest_path(start, end, RELAXED)
 
 
 def test_without_a_solver_the_error_says_what_to_install(monkeypatch):
@@ -178,4 +180,4 @@ def test_without_a_solver_the_error_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "clarabel", None)
     graph, start, end = grid()
     with pytest.raises(SolverError, match="pip install clarabel"):
-        graph.solve_shortest_path(start, end)
+        graph.solve_shortest_path(start, end, RELAXED)

@@ -33,6 +33,8 @@ from scene_graph_ros.geometry.optimization import (
 from scene_graph_ros.geometry.optimization.graphs.term_atoms import minorants_of
 from scene_graph_ros.geometry.optimization.graphs.term_cones import into_dual
 
+pytestmark = pytest.mark.usefixtures("both_ways_to_paths")
+
 ROOT_2, ROOT_3 = math.sqrt(2.0), math.sqrt(3.0)
 
 

@@ -21,9 +21,11 @@ from scene_graph_ros.geometry.optimization import (
     Vertex,
     VPolytope,
 )
-from scene_graph_ros.geometry.optimization.graphs import search, shortest_path
+from scene_graph_ros.geometry.optimization.graphs import few_paths, search, shortest_path
 from scene_graph_ros.geometry.optimization.graphs.network import Network
 from scene_graph_ros.geometry.optimization.graphs.rounding import main_path
+
+pytestmark = pytest.mark.usefixtures("both_ways_to_paths")
 
 
 def loose_graph() -> tuple[GraphOfConvexSets, Vertex, Vertex]:
@@ -98,6 +100,7 @@ def refuse(problem, path):
 def test_without_a_solved_path_the_solver_is_named(monkeypatch, most):
     """Where neither a rounded path nor one of the search is solved, the reason says who failed."""
     graph, start, end = loose_graph()
+    monkeypatch.setattr(few_paths, "_MOST_EDGES", 0)
     monkeypatch.setattr(shortest_path, "restrict", refuse)
     monkeypatch.setattr(search, "restrict", refuse)
     options = GraphOfConvexSetsOptions(convex_relaxation=bool(most))
@@ -111,6 +114,7 @@ def test_without_a_solved_path_the_solver_is_named(monkeypatch, most):
 def test_a_path_that_was_not_solved_leaves_the_search_open(monkeypatch):
     """A path without an answer may be the best one: the bound stays, and the reason says so."""
     graph, start, end = loose_graph()
+    monkeypatch.setattr(few_paths, "_MOST_EDGES", 0)
     monkeypatch.setattr(search, "restrict", refuse)
     options = GraphOfConvexSetsOptions(max_rounded_paths=1)
     result = graph.solve_shortest_path(start, end, options)

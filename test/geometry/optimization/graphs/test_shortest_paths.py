@@ -23,6 +23,8 @@ from scene_graph_ros.geometry.optimization import (
     VPolytope,
 )
 
+pytestmark = pytest.mark.usefixtures("both_ways_to_paths")
+
 
 @pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
 @pytest.mark.parametrize("n", [1, 2, 3, 4])

@@ -24,6 +24,8 @@ from scene_graph_ros.geometry.optimization import (
     Transcription,
 )
 
+pytestmark = pytest.mark.usefixtures("both_ways_to_paths")
+
 RELAXED = GraphOfConvexSetsOptions(convex_relaxation=True)
 MIP, RELAXATION, RESTRICTION = Transcription
 

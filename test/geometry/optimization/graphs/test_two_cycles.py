@@ -20,6 +20,8 @@ from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCyc
 from scene_graph_ros.geometry.optimization.graphs.one_way import split_by_direction
 from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, relax
 
+pytestmark = pytest.mark.usefixtures("both_ways_to_paths")
+
 
 def relaxed(tightenings):
     """Return options that solve the relaxation so often again."""
