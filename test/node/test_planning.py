@@ -473,7 +473,13 @@ def test_a_path_is_shown(action, client, joints, post):
     # Far from all at its beginning it is green.
     assert way.colors[0].g > way.colors[0].r
     post(0.0)
-    listener.wait_for_newest(shows(5), "the ghost where it stops")
+    stopped = listener.wait_for_newest(shows(5), "the ghost where it stops")
+    (first,) = [each for each in stopped.markers if each.ns.startswith("plan/stop/")]
+    # The post at 0 of 0.2 m and the ball of 0.1 m: it stops at -0.3, and is red.
+    assert first.pose.position.x == pytest.approx(-0.3, abs=0.01)
+    assert first.color.r > 0.8 > 0.2 > max(first.color.g, first.color.b)
+    others = [each for each in stopped.markers if "ball" in each.ns and each is not first]
+    assert all(each.color.r < each.color.b for each in others if each.action == Marker.ADD)
     post(1.0)
     whole = listener.wait_for_newest(shows(4), "the path as it was")
     assert [m.ns for m in whole.markers if m.action == Marker.DELETE]

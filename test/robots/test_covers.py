@@ -1,11 +1,18 @@
 """Balls and boxes around bodies, by which most pairs are decided, have all of the body inside."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from robot_scenes import diagram, SLIDE
+from robots import ROBOTS, URDF_ONLY
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
-from scene_graph_ros.planning import load_robot_diagram, SceneGraphCollisionChecker
+from scene_graph_ros.planning import (
+    load_robot_diagram,
+    RobotDiagramBuilder,
+    SceneGraphCollisionChecker,
+)
 
 ALL_KINDS = """
 geometries:
@@ -71,3 +78,27 @@ def test_covers_contain_their_bodies(tmp_path, of_panda):
         np.testing.assert_allclose(points.max(axis=0), upper, atol=0.02)
         assert bodies.radii[b] <= 1.001 * far.max()
     assert len(kinds) >= (5 if of_panda else 6)
+
+
+@pytest.mark.parametrize("name", ["panda", "ur5", "baxter", "talos"])
+def test_vertices_of_links_are_in_their_covers_exactly(name):
+    """In rational arithmetic, without a tolerance: a convex hull is where its vertices are."""
+    urdf = f"package://example-robot-data/robots/{(URDF_ONLY | ROBOTS)[name][0]}"
+    builder = RobotDiagramBuilder()
+    builder.add_robot(name, urdf)
+    robots = builder.build()
+    plan, inspector = SceneGraphCollisionChecker(robots).plan, robots.context.inspector()
+    bodies, count = plan.bodies, 0
+    for b, geometry in enumerate(plan.geometry_ids):
+        hull = inspector.get_convex_hull(geometry)
+        if hull is None:
+            continue
+        lower, upper = bodies.lower[b], bodies.upper[b]
+        assert (hull.vertices >= lower).all() and (hull.vertices <= upper).all()
+        center = [Fraction(x) for x in bodies.centers[b].tolist()]
+        square = Fraction(float(bodies.radii[b])) ** 2
+        for vertex in hull.vertices.tolist():
+            away = (Fraction(x) - c for x, c in zip(vertex, center, strict=True))
+            assert sum(x * x for x in away) <= square
+            count += 1
+    assert count > 200

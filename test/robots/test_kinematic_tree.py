@@ -167,6 +167,62 @@ def test_limits_of_joints_that_follow_limit_the_one_they_follow():
     np.testing.assert_allclose(tree.upper, [np.inf, 2.0, 0.2])
 
 
+LINES = """<robot name="lines"><link name="a"/><link name="b"/><link name="c"/><link name="d"/>
+  <link name="e"/>
+  <joint name="free" type="floating"><parent link="a"/><child link="b"/>
+    <origin xyz="0 0 1" rpy="0.3 -0.2 0.9"/></joint>
+  <joint name="floor" type="planar"><parent link="b"/><child link="c"/>
+    <origin xyz="1 0 0" rpy="0.1 0.5 0"/><axis xyz="0 0 1"/></joint>
+  <joint name="hinge" type="continuous"><parent link="c"/><child link="d"/>
+    <origin xyz="0.2 0 0.3" rpy="0 1 0"/><axis xyz="1 0 0"/></joint>
+  <joint name="slide" type="prismatic"><parent link="d"/><child link="e"/>
+    <origin xyz="0 0.4 0" rpy="1 0 0"/><axis xyz="0 1 0"/><limit lower="-9" upper="9"/>
+    <mimic joint="hinge" multiplier="-2" offset="0.3"/></joint></robot>"""
+
+
+def pinocchio_of_lines():
+    """Return pinocchio and its model of the same, with joints of its own for each kind."""
+    pin = pytest.importorskip("pinocchio", reason="it is what this is held to")
+    model = pin.Model()
+    places = (
+        ("free", pin.JointModelFreeFlyer(), [0.0, 0.0, 1.0], [0.3, -0.2, 0.9]),
+        ("floor", pin.JointModelPlanar(), [1.0, 0.0, 0.0], [0.1, 0.5, 0.0]),
+        ("hinge", pin.JointModelRX(), [0.2, 0.0, 0.3], [0.0, 1.0, 0.0]),
+        ("slide", pin.JointModelPY(), [0.0, 0.4, 0.0], [1.0, 0.0, 0.0]),
+    )
+    for parent, (name, kind, xyz, rpy) in enumerate(places):
+        X = pin.SE3(pin.rpy.rpyToMatrix(*rpy), np.array(xyz))
+        model.addJoint(parent, kind, X, name)
+    return pin, pin.transformJointIntoMimic(model, 3, 4, -2.0, 0.3)
+
+
+def test_floating_planar_and_mimicking_joints_are_those_of_pinocchio():
+    """Poses and Jacobians; its velocities of the first two are in the frame that moves."""
+    pin, model = pinocchio_of_lines()
+    tree, p_LQ = load_kinematic_tree(LINES), np.array([0.1, -0.2, 0.3])
+    assert tree.num_velocities == model.nv == 10
+    frame = model.addFrame(pin.Frame("Q", 4, 0, pin.SE3(np.eye(3), p_LQ), pin.FrameType.OP_FRAME))
+    data = model.createData()
+    for q in configurations(tree, 20):
+        q[:4] /= np.linalg.norm(q[:4])
+        theta = q[9]
+        turn = [np.cos(theta), np.sin(theta)]
+        positions = np.array([*q[4:7], *q[1:4], q[0], *q[7:9], *turn, q[10]])
+        theirs = pin.computeFrameJacobian(
+            model, data, positions, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        )
+        pin.framesForwardKinematics(model, data, positions)
+        (X,) = tree.link_poses(q, ["e"])
+        np.testing.assert_allclose(X, data.oMi[4].homogeneous, rtol=0.0, atol=1e-14)
+        R = pin.Quaternion(*q[:4]).toRotationMatrix()
+        to_theirs = np.zeros((10, 10))
+        to_theirs[:3, 3:6] = to_theirs[3:6, :3] = R.T
+        to_theirs[6:8, 6:8] = [turn, [-turn[1], turn[0]]]
+        to_theirs[8, 8] = to_theirs[9, 9] = 1.0
+        expected = np.roll(theirs @ to_theirs, 3, axis=0)
+        np.testing.assert_allclose(tree.jacobians(q, "e", p_LQ), expected, rtol=0.0, atol=4e-14)
+
+
 @pytest.mark.parametrize("text", [ARM, LOOSE])
 def test_jacobians_are_the_derivatives_of_poses(text):
     """Against central differences in each position, by way of the map from rates to v."""

@@ -78,6 +78,38 @@ def test_a_region_is_free_as_its_record_says(arm, spread):
     np.testing.assert_array_equal(again.A, found.region.A)
 
 
+@pytest.mark.slow
+def test_of_many_regions_at_most_delta_are_worse_than_epsilon(arm):
+    """Of 200, around seeds of their own; each is sampled by 4000 points that did not make it."""
+    rng = np.random.default_rng(21)
+    options = IrisZoOptions(
+        max_iterations=1, epsilon=0.02, delta=0.05, num_particles=200, mixing_steps=20
+    )
+    q = rng.uniform(LOW, HIGH, (500, 2))
+    seeds = q[arm.check_configs_collision_free(q)][:200]
+    shares, bounds = [], []
+    for k, seed in enumerate(seeds):
+        own = replace(options, random_seed=1000 + k)
+        found = iris_zo(arm, ball(seed), DOMAIN, own, certificate=True)
+        low, high = (
+            np.array([sign * found.region.support(sign * axis).value for axis in np.eye(2)])
+            for sign in (-1.0, 1.0)
+        )
+        inside = np.zeros((0, 2))
+        while len(inside) < 4000:
+            more = rng.uniform(low, high, (8000, 2))
+            inside = np.concatenate([inside, more[found.region.point_in_set(more, 0.0)]])
+        shares.append(1.0 - arm.check_configs_collision_free(inside[:4000]).mean())
+        bounds.append(found.share_bound)
+    worse = int((np.array(shares) > options.epsilon).sum())
+    print(f"{len(shares)} regions, {worse} worse than epsilon, the worst {max(shares):.4f}")
+    assert len(shares) == 200
+    assert worse <= options.delta * len(shares)
+    # They are not free of all collisions: the count would tell.
+    assert max(shares) > 0.0
+    assert max(bounds) <= options.epsilon
+
+
 def test_a_region_on_a_rail_ends_before_the_ball(tmp_path):
     """A ball of 0.1 m meets one of 0.2 m at 1 m from 0.7 m on; the margin is 1 cm, or nothing."""
     checker = SceneGraphCollisionChecker(diagram(tmp_path, SLIDE, BALL))
