@@ -86,7 +86,8 @@ UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_rendere
   narrowphase/propose \
   $(patsubst %,query/point/test_%.py,batch lanes_to_rows point_primitives point_convex) \
   $(patsubst %,query/distance/test_%.py,half_space_pairs mesh_contacts)) \
-  test/numerics/test_camera_hard_cases.py
+  test/numerics/test_camera_hard_cases.py \
+  $(patsubst %,test/geometry/optimization/%.py,solve/test_banded_cones graphs/test_few_paths)
 
 test-uncompiled: environment  ## test some of the core's kernels uncompiled, in about a minute
 	NUMBA_DISABLE_JIT=1 $(RUN) -m pytest -n auto -m "not slow and not compiled" $(UNCOMPILED)
