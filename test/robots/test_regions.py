@@ -20,6 +20,7 @@ from scene_graph_ros.planning import (
     IrisZoOptions,
     load_robot_diagram,
     MaxCliqueSolverViaBranchAndBound,
+    NonlinearProgram,
     plan_path,
     plan_through_regions,
     region_around,
@@ -76,6 +77,53 @@ def test_a_region_is_free_as_its_record_says(arm, spread):
         assert found.ellipsoid is not None and len(found.volumes) <= 2
     again = iris_zo(arm, ball(seed), DOMAIN, options)
     np.testing.assert_array_equal(again.A, found.region.A)
+
+
+def test_constraints_of_a_program_are_those_of_a_function(arm, spread):
+    """The same region bit for bit, also by options that were sent or changed; it keeps them."""
+    program = NonlinearProgram()
+    q = program.new_variables(2, "q")
+    program.add_constraint(q[0] * q[0] + q[1] * q[1], ub=1.0, label="disc")
+    program.add_constraint(q[1] - q[0], -0.8, 0.9, label="strip")
+    program.add_cost(q[0])
+
+    def same(points):
+        x, y = points.T
+        return np.stack([x * x + y * y - 1.0, y - x - 0.9, -(y - x) - 0.8], axis=1)
+
+    ours = IrisNpOptions(prog_with_additional_constraints=program, iteration_limit=2)
+    assert ours.prog_with_additional_constraints is program
+    np.testing.assert_allclose(ours.additional_constraints(spread), same(spread), atol=1e-12)
+    functions = IrisNpOptions(additional_constraints=same, iteration_limit=2)
+    found, expected, sent, again = (
+        iris_in_configuration_space(arm, [0.1, 0.1], each, domain=DOMAIN)
+        for each in (ours, functions, pickle.loads(pickle.dumps(ours)), replace(ours))
+    )
+    inside = spread[found.point_in_set(spread, 0.0)]
+    assert len(inside) > 100
+    assert (same(inside) <= 0.0).mean(axis=0).min() > 0.99
+    np.testing.assert_allclose(found.A, expected.A, atol=1e-9)
+    for each in (sent, again):
+        np.testing.assert_array_equal(each.A, found.A)
+
+
+def test_programs_that_make_no_sense_are_refused(arm):
+    """No program, no constraints, equations, two kinds at once, other variables."""
+    name = "prog_with_additional_constraints"
+    program = NonlinearProgram()
+    q = program.new_variables(3, "q")
+    for bad, words in ((3, f"{name} must be a NonlinearProgram, not 3"), (program, "no constr")):
+        with pytest.raises(RegionError, match=words):
+            IrisNpOptions(prog_with_additional_constraints=bad)
+    program.add_constraint(q[0], ub=1.0)
+    with pytest.raises(RegionError, match="one of additional_constraints and prog_with"):
+        IrisNpOptions(prog_with_additional_constraints=program, additional_constraints=lambda q: q)
+    options = IrisNpOptions(prog_with_additional_constraints=program)
+    with pytest.raises(RegionError, match="has 3 variables, and configurations have 2 positions"):
+        iris_in_configuration_space(arm, [0.1, 0.1], options, domain=DOMAIN)
+    program.add_constraint(q[1], 0.5, 0.5, label="level")
+    with pytest.raises(RegionError, match="'level' is an equation"):
+        IrisNpOptions(prog_with_additional_constraints=program)
 
 
 @pytest.mark.slow

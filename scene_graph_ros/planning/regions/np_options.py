@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 import math
+from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Constraints
 from scene_graph_ros.planning.regions.iris_zo_options import check_counts, check_numbers
+from scene_graph_ros.planning.regions.program_constraints import ProgramConstraints
+
+if TYPE_CHECKING:
+    from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
 
 __all__ = ["IrisNpOptions"]
 
@@ -29,6 +35,8 @@ class IrisNpOptions(IrisOptions):
     """Convex sets of configurations that are not free."""
     additional_constraints: Constraints | None = None
     """Of configurations ``(n, nq)`` returns ``(n, k)``: all at most 0 where free."""
+    prog_with_additional_constraints: NonlinearProgram | None = None
+    """The same as a program whose variables are a configuration; its costs do not count."""
     num_additional_constraint_infeasible_samples: int = 5
     """The same for constraints, where there are some; the larger of the two counts."""
     random_seed: int = 1234
@@ -52,3 +60,19 @@ class IrisNpOptions(IrisOptions):
         }
         check_counts(self, least)
         check_numbers(self, ("configuration_space_margin",), 0.0, math.inf, includes=True)
+        program = self.prog_with_additional_constraints
+        if program is None:
+            return
+        made = self.additional_constraints
+        # As `dataclasses.replace` gives it back.
+        if not isinstance(made, ProgramConstraints) or made.program is not program:
+            if made is not None:
+                raise RegionError(
+                    "IrisNpOptions: give one of additional_constraints and"
+                    " prog_with_additional_constraints"
+                )
+            object.__setattr__(self, "additional_constraints", ProgramConstraints(program))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what a worker needs: constraints as a function, as a program can't be sent."""
+        return {**self.__dict__, "prog_with_additional_constraints": None}
