@@ -18,6 +18,7 @@ __all__ = [
     "bounds_of",
     "check_by_tree",
     "check_configurations",
+    "collides_at",
 ]
 
 NO_PAIR = -1
@@ -35,7 +36,7 @@ def bounds_of(phi, gap, reach):
 
 
 @merged_kernel
-def _collides_at(held, bodies, pairs, p, k, places):
+def collides_at(held, bodies, pairs, p, k, places):
     """Tell whether a pair is nearer than its padding in configuration k.
 
     Without padding that is what ``has_collisions`` calls a collision. A first look decides all but
@@ -61,7 +62,7 @@ def _note(held, bodies, pairs, p, found, places):
     for k in range(len(found)):
         if places.sure[k] >= padding or found[k] != NO_PAIR:
             continue
-        if _collides_at(held, bodies, pairs, p, k, places):
+        if collides_at(held, bodies, pairs, p, k, places):
             found[k] = p
             count += 1
     return count

@@ -9,8 +9,9 @@ section 2.3), here from the middle to both sides, eight stretches at a time.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel, merged_kernel
+from scene_graph_ros.geometry.compiled.lanes import larger, load_lanes, store_lanes
 from scene_graph_ros.planning.bodies import place_bodies, place_still_bodies, sure_distances
-from scene_graph_ros.planning.check_kernels import NO_PAIR
+from scene_graph_ros.planning.check_kernels import collides_at, NO_PAIR
 from scene_graph_ros.planning.curve_kernels import point_on
 from scene_graph_ros.planning.edge_stretches import (
     COLLIDES,
@@ -18,6 +19,7 @@ from scene_graph_ros.planning.edge_stretches import (
     longest_of,
     MOST_STRETCHES,
     put,
+    RECENT,
     UNDECIDED,
 )
 from scene_graph_ros.planning.motion_kernels import (
@@ -26,7 +28,9 @@ from scene_graph_ros.planning.motion_kernels import (
     place_twists,
     set_motions,
 )
+from scene_graph_ros.planning.open_pairs import find_open_pairs, next_open_pair
 from scene_graph_ros.planning.pair_on_stretch import look_at_pair
+from scene_graph_ros.planning.separation_kernels import separations_at
 from scene_graph_ros.planning.still_kernels import find_near
 from scene_graph_ros.robots.tree_kernels import LANES
 
@@ -54,84 +58,98 @@ def _place_middles(tree, bodies, stretches, count, is_first, edge, motions, X_WB
             stretches.low[k], stretches.middle[k], stretches.high[k] = low, middle, high
             stretches.below[k], stretches.above[k] = middle - low, high - middle
             stretches.states[k], stretches.blockers[k] = FREE, NO_PAIR
+        else:
+            stretches.below[k] = stretches.above[k] = -1.0
         point_on(tree, edge, middle, motions.q[k])
     place_bodies(tree, bodies, motions.q, 0, X_WB, places)
-    if len(edge) == 2:
-        place_twists(tree, motions, places)
-        place_speeds(bodies, motions, places)
 
 
 @merged_kernel
-def _near_on(bodies, pairs, motions, longest, rules, first, places):
-    """Return (count, first, least): which pairs have to be looked at, and what all others keep.
+def _near_on(bodies, pairs, motions, longest, rules, places):
+    """Return (count, least): which pairs have to be looked at, and what all others keep.
 
-    That is on stretches that reach so far from their middles; ``places.near`` has these pairs, and
-    they are looked at from the row ``first`` on. Without a tree that is all pairs.
+    That is on stretches that reach so far from their middles; ``places.near`` has these pairs.
+    Without a tree that is all pairs.
     """
     part, tolerance = rules
     robots = len(bodies.joints)
     if len(bodies.nodes.radii) == 0:
-        return len(pairs.bodies), first, math.inf
+        return len(pairs.bodies), math.inf
     for a in range(robots):
         enough = longest * motions.own[a, 0] / part + margin_of(motions.own[a, 2]) + tolerance
         places.limits[a] = enough + pairs.most_paddings[a]
-    count, least, row = find_near(bodies, pairs, places, 1), math.inf, 0
+    count, least = find_near(bodies, pairs, places, 1), math.inf
     for a in range(robots):
         if pairs.most_paddings[a] > -math.inf:
             beyond = places.slacks[a] + places.limits[a] - pairs.most_paddings[a]
             least = min(least, beyond - longest * motions.own[a, 0])
-    while row < count and places.near[row] < first:
-        row += 1
-    return count, row, least
-
-
-@inlined_kernel
-def _pair_at(i, count, pairs, places):
-    """Return a pair in a round through those that have to be looked at."""
-    row = i if i < count else i - count
-    return row if count == len(pairs.bodies) else places.near[row]
+    return count, least
 
 
 @merged_kernel
-def _look(held, bodies, pairs, motions, stretches, count, limits, places):
+def _hits_again(held, bodies, pairs, stretches, count, places):
+    """Tell whether a pair that collided lately does so in one of the middles, and note it."""
+    for i in range(RECENT):
+        p = stretches.recent[i]
+        if p == NO_PAIR:
+            return False
+        a, b, padding = pairs.bodies[p, 0], pairs.bodies[p, 1], pairs.paddings[p]
+        if sure_distances(bodies, a, b, places, padding) >= padding:
+            continue
+        apart = larger(separations_at(bodies, a, b, places), load_lanes(places.sure, 0))
+        store_lanes(places.sure, 0, apart)
+        deepest = 0
+        for k in range(1, count):
+            if places.sure[k] < places.sure[deepest]:
+                deepest = k
+        if places.sure[deepest] < padding and collides_at(
+            held, bodies, pairs, p, deepest, places
+        ):
+            stretches.states[deepest], stretches.blockers[deepest] = COLLIDES, p
+            _remember(stretches, p)
+            return True
+    return False
+
+
+@inlined_kernel
+def _remember(stretches, p):
+    """Put a pair that collides before those that did lately."""
+    for i in range(RECENT):
+        p, stretches.recent[i] = stretches.recent[i], p
+        if p == stretches.recent[0]:
+            return
+
+
+@merged_kernel
+def _look(held, bodies, pairs, motions, stretches, limits, places):
     """Find how far around the middles all pairs are free: ``below`` and ``above``.
 
-    ``limits``: the rules, and beyond where nothing matters any more. Returns what all pairs keep
-    there at least. Unless it is to be measured, a collision ends it.
+    ``limits``: the rules. Returns what all pairs keep there at least. Unless it is to be measured,
+    a collision ends it.
     """
-    measures, part, tolerance, collision = limits
-    tightest = math.inf
-    for k in range(count):
-        if stretches.low[k] > collision:
-            stretches.below[k] = stretches.above[k] = -1.0
-    longest = longest_of(stretches, count)
-    near_ones, first, least = _near_on(
-        bodies, pairs, motions, longest, (part, tolerance), stretches.counts[2], places
+    measures, part, tolerance = limits
+    longest = longest_of(stretches, LANES)
+    near_ones, kept_by_others = _near_on(
+        bodies, pairs, motions, longest, (part, tolerance), places
     )
-    scale = longest / part
-    for i in range(near_ones):
-        p = _pair_at(first + i, near_ones, pairs, places)
-        way, margin, padding = motions.ways[p], motions.margins[p], pairs.paddings[p]
-        enough = scale * way + margin + tolerance + padding
-        sure = sure_distances(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places, enough)
-        if sure >= enough:
-            least = min(least, sure - padding - longest * way)
+    count, least = find_open_pairs(
+        bodies, pairs, motions, stretches, near_ones, (part, tolerance), places
+    )
+    least, taken = min(least, kept_by_others), 0
+    while count > 0:
+        p, k, rest = next_open_pair(stretches, count, taken)
+        count -= 1
+        taken += 1
+        if stretches.below[k] < 0.0:
             continue
-        for k in range(count):
-            if stretches.below[k] < 0.0:
-                continue
-            kept, nearest = look_at_pair(
-                held, bodies, pairs, motions, stretches, p, k, (part, tolerance), places
-            )
-            if nearest < tightest:
-                tightest, stretches.counts[2] = nearest, p
-            if kept == -math.inf and not measures:
-                return least
-            if kept > -math.inf:
-                least = min(least, kept)
-            if nearest < math.inf:
-                longest = longest_of(stretches, count)
-                scale = longest / part
+        kept, _ = look_at_pair(
+            held, bodies, pairs, motions, stretches, p, k, rest, (part, tolerance), places
+        )
+        if kept == -math.inf and not measures:
+            _remember(stretches, p)
+            return least
+        if kept > -math.inf:
+            least = min(least, kept)
     return least
 
 
@@ -180,11 +198,15 @@ def prove_edge(
         count = min(LANES, stretches.counts[1])
         _place_middles(tree, bodies, stretches, count, looks == 0, edge, motions, X_WB, places)
         looks += count
-        kept = _look(
-            held, bodies, pairs, motions, stretches, count,
-            (measures, part, tolerance, collision), places,
-        )  # fmt: skip
-        least = min(least, kept)
+        if measures or not _hits_again(held, bodies, pairs, stretches, count, places):
+            if len(edge) == 2:
+                place_twists(tree, motions, places)
+                place_speeds(bodies, motions, places)
+            for k in range(count):
+                if stretches.low[k] > collision:
+                    stretches.below[k] = stretches.above[k] = -1.0
+            rules = measures, part, tolerance
+            least = min(least, _look(held, bodies, pairs, motions, stretches, rules, places))
         stretches.counts[0] += count
         stretches.counts[1] -= count
         for k in range(count):
@@ -228,7 +250,7 @@ def prove_edges(
     place_still_bodies(bodies, places)
     for e in range(len(edges)):
         set_motions(tree, bodies, pairs, reaches, edges[e], motions)
-        stretches.counts[2] = 0  # What is known of an edge depends on no other one.
+        stretches.recent[:] = NO_PAIR  # What is known of an edge depends on no other one.
         statuses[e], found[e] = prove_edge(
             held, tree, bodies, pairs, motions, edges[e], X_WB, rules, stop, stretches, places,
             numbers[e],

@@ -38,7 +38,7 @@ def edge_scratch(plan: CheckerPlan) -> tuple[Any, ...]:
     joints, positions = len(plan.tree.table.kinds), plan.tree.num_positions
     return (
         new_motions(joints, positions, robots, pairs),
-        new_stretches(),
+        new_stretches(pairs),
         plan.new_places(),
     )
 

@@ -11,6 +11,7 @@ __all__ = [
     "COLLIDES",
     "FREE",
     "MOST_STRETCHES",
+    "RECENT",
     "UNDECIDED",
     "EdgeRules",
     "Stretches",
@@ -25,6 +26,10 @@ UNDECIDED = 2
 
 MOST_STRETCHES = 4096
 """Stretches of an edge that wait to be looked at; an edge that needs more stays undecided."""
+
+
+RECENT = 2
+"""Pairs that collided last, and are asked first of the next edge."""
 
 
 class EdgeRules(NamedTuple):
@@ -43,7 +48,7 @@ class Stretches(NamedTuple):
 
     ends: np.ndarray
     counts: np.ndarray
-    """Where the ring begins, how many wait, and which pair was in the way: it is asked first."""
+    """Where the ring begins, and how many wait."""
     low: np.ndarray
     middle: np.ndarray
     high: np.ndarray
@@ -54,14 +59,20 @@ class Stretches(NamedTuple):
     states: np.ndarray
     """FREE, unless a pair collides or is too near in the middle."""
     blockers: np.ndarray
+    open: np.ndarray
+    """Pairs that covers do not decide, times LANES, plus the lane."""
+    rests: np.ndarray
+    """What their covers keep beyond the padding, metres."""
+    recent: np.ndarray
+    """The pairs that collided last."""
 
 
-def new_stretches() -> Stretches:
+def new_stretches(pairs: int) -> Stretches:
     """Return scratch for one thread."""
     low, middle, high, below, above = (np.empty(LANES) for _ in range(5))
     return Stretches(
         np.empty((MOST_STRETCHES, 2)),
-        np.zeros(3, np.int64),
+        np.zeros(2, np.int64),
         low,
         middle,
         high,
@@ -69,6 +80,9 @@ def new_stretches() -> Stretches:
         above,
         np.empty(LANES, np.int64),
         np.empty(LANES, np.int64),
+        np.empty(LANES * pairs, np.int64),
+        np.empty(LANES * pairs),
+        np.full(RECENT, -1),
     )
 
 

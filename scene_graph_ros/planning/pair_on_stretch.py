@@ -109,10 +109,10 @@ def _shrink(stretches, times, p, k):
 
 
 @merged_kernel
-def look_at_pair(held, bodies, pairs, motions, stretches, p, k, limits, places):
+def look_at_pair(held, bodies, pairs, motions, stretches, p, k, rest, limits, places):
     """Leave of a stretch what a pair leaves free, by the cheapest bound that decides.
 
-    Returns what the pair keeps there at least, -inf where it collides in the middle, and how far
+    ``rest`` (m) is what its covers keep beyond the padding. Returns what the pair keeps there at least, -inf where it collides in the middle, and how far
     from the middle what is left ends, infinite where all is.
     """
     part, tolerance = limits
@@ -121,15 +121,16 @@ def look_at_pair(held, bodies, pairs, motions, stretches, p, k, limits, places):
     margin, padding = motions.margins[p], pairs.paddings[p]
     a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
     half = max(below[k], above[k])
-    need, rest = half * way / part + margin + tolerance, places.sure[k] - padding
+    need = half * way / part + margin + tolerance
     if rest >= need:
         return rest - half * way, math.inf
     if bend < math.inf and b >= len(bodies.joints):
         moved = (motions.speeds[a, k] + 0.5 * bend * half) * half
         if rest >= moved / part + margin + tolerance:
             return rest - moved, math.inf
-    apart, n = separation(bodies, a, b, places, k)
-    rest = apart - padding
+    if rest - margin >= tolerance:
+        apart, n = separation(bodies, a, b, places, k)
+        rest = apart - padding
     if rest - margin >= tolerance:
         times = _free_times(bodies, pairs, motions, p, k, places, rest, 0.0, n, part)
         if times[0] >= below[k] and times[1] >= above[k]:

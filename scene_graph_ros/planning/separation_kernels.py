@@ -3,8 +3,11 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_lanes, magnitude, smaller
+from scene_graph_ros.geometry.spatial.vectors import dot
+from scene_graph_ros.planning.separation_lanes import between_boxes
 
-__all__ = ["separation"]
+__all__ = ["separation", "separations_at"]
 
 _ROUNDING = 1e-14
 """Of the lengths that are subtracted: what rounding may add to a distance."""
@@ -76,3 +79,49 @@ def separation(bodies, a, b, places, k):
         if apart > best:
             best, n = apart, (ox, oy, oz)
     return best, n
+
+
+@inlined_kernel
+def _three(array, at, step):
+    """Return three of a body's numbers in eight configurations."""
+    return (
+        load_lanes(array, at * LANES),
+        load_lanes(array, (at + step) * LANES),
+        load_lanes(array, (at + 2 * step) * LANES),
+    )
+
+
+@inlined_kernel
+def _box_of(bodies, b, places):
+    """Return what ``between_boxes`` takes of a body in eight configurations."""
+    X, lower, upper = places.X_WG[b], bodies.lower[b], bodies.upper[b]
+    axes = _three(X, 0, 4), _three(X, 1, 4), _three(X, 2, 4)
+    half = (
+        0.5 * (upper[0] - lower[0]),
+        0.5 * (upper[1] - lower[1]),
+        0.5 * (upper[2] - lower[2]),
+    )
+    return axes, half, _three(places.centers[b], 0, 1), bodies.radii[b]
+
+
+@inlined_kernel
+def _above_half_spaces(bodies, a, b, places):
+    """Return the same as ``separations_at`` where B is a half space."""
+    axes, half, p, radius = _box_of(bodies, a, places)
+    X = places.X_WG[b]
+    n, q = _three(X, 2, 4), _three(X, 3, 4)
+    far = dot(n, (p[0] - q[0], p[1] - q[1], p[2] - q[2]))
+    along = magnitude(dot(n, axes[0])), magnitude(dot(n, axes[1])), magnitude(dot(n, axes[2]))
+    extent = smaller(dot(half, along), radius)
+    return far - extent - _ROUNDING * (magnitude(far) + extent)
+
+
+@inlined_kernel
+def separations_at(bodies, a, b, places):
+    """Return what ``separation`` says of a pair's distance in eight configurations, or more.
+
+    Never more than the truth; negative where nothing is sure.
+    """
+    if bodies.radii[b] == math.inf:
+        return _above_half_spaces(bodies, a, b, places)
+    return between_boxes(_box_of(bodies, a, places), _box_of(bodies, b, places))

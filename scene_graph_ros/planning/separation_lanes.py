@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
 )
 from scene_graph_ros.geometry.spatial.vectors import dot
 
-__all__ = ["COVER", "new_covers", "place_cover", "pose_in_cover", "separations"]
+__all__ = ["COVER", "between_boxes", "new_covers", "place_cover", "pose_in_cover", "separations"]
 
 COVER = 20
 """Numbers that are known of a body: its box's axes in W, which are its own, one after the other,
@@ -152,6 +152,20 @@ def separations(covers, at_A, at_B):
     half_A, half_B = _three_of_eight(covers, at_A, 9), _three_of_eight(covers, at_B, 9)
     p_WA, p_WB = _three_of_eight(covers, at_A, 12), _three_of_eight(covers, at_B, 12)
     radius_A, radius_B = _of_eight(covers, at_A, 15), _of_eight(covers, at_B, 15)
+    return between_boxes(
+        ((a0, a1, a2), half_A, p_WA, radius_A), ((b0, b1, b2), half_B, p_WB, radius_B)
+    )
+
+
+@inlined_kernel
+def between_boxes(A, B):
+    """Return lower bounds of the distances of eight pairs; see ``separations``.
+
+    A and B are the axes in W of a box, half its edges, its centre in W and the radius of a ball
+    around the same centre. Axes and centres are lanes; the others may be numbers.
+    """
+    (a0, a1, a2), half_A, p_WA, radius_A = A
+    (b0, b1, b2), half_B, p_WB, radius_B = B
     p = (p_WA[0] - p_WB[0], p_WA[1] - p_WB[1], p_WA[2] - p_WB[2])
     r0 = (dot(a0, b0), dot(a0, b1), dot(a0, b2))
     r1 = (dot(a1, b0), dot(a1, b1), dot(a1, b2))
