@@ -21,6 +21,7 @@ from scene_graph_ros.planning.edge_stretches import (
     put,
     RECENT,
     UNDECIDED,
+    UNFINISHED,
 )
 from scene_graph_ros.planning.motion_kernels import (
     margin_of,
@@ -219,6 +220,9 @@ def prove_edge(
                 undecided, undecided_pair = low, blocker
         if not measures and min(collision, undecided) < math.inf:
             break
+        if looks >= stop[1] and stretches.counts[1] > 0:
+            numbers[0] = numbers[1] = numbers[2] = 0.0
+            return UNFINISHED, NO_PAIR
         if stop[0] != 0:
             undecided = min(undecided, 0.0)
             break
@@ -245,7 +249,8 @@ def prove_edges(
     collides or could not be decided, what it certainly stays away from, and how many
     configurations were looked at; in ``found`` ``(n,)`` the pair. Where the rules do not ask to
     measure, an edge is left as soon as it is known not to be free, and up to where it is tells
-    nothing. Edges are undecided from when on another thread sets ``stop`` ``(1,)``.
+    nothing. Edges are undecided from when on another thread sets ``stop[0]``, and unfinished
+    after ``stop[1]`` looks.
     """
     place_still_bodies(bodies, places)
     for e in range(len(edges)):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_kernels import prove_edges
-from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE, new_stretches
+from scene_graph_ros.planning.edge_stretches import ENDLESS, EdgeRules, FREE, new_stretches
 from scene_graph_ros.planning.in_threads import in_threads
 from scene_graph_ros.planning.motion_kernels import new_motions
 
@@ -28,8 +28,11 @@ class EdgeProofs(NamedTuple):
 
 
 def new_stop() -> NDArray[np.int64]:
-    """Return what stops a proof in another thread, once its entry is 1."""
-    return np.zeros(1, dtype=np.int64)
+    """Return what stops a proof in another thread, once its first entry is 1.
+
+    The second is after how many looks an edge is left unfinished.
+    """
+    return np.array([0, ENDLESS], dtype=np.int64)
 
 
 def edge_scratch(plan: CheckerPlan) -> tuple[Any, ...]:
@@ -50,12 +53,14 @@ def prove(
     *,
     threads: int = 1,
     stop: NDArray[np.int64] | None = None,
+    scratch: tuple[Any, ...] | None = None,
 ) -> EdgeProofs:
     """Prove edges ``(n, m, nq)`` of m control points; the same for any number of threads.
 
     They must have been checked.
 
-    Whoever sets ``stop`` leaves all edges undecided that are not yet proven.
+    Whoever sets ``stop`` leaves all edges undecided that are not yet proven. ``scratch`` is that
+    of `edge_scratch`, for one thread.
     """
     n = len(edges)
     result = EdgeProofs(np.empty(n, np.int64), np.empty((n, 4)), np.empty(n, np.int64))
@@ -73,7 +78,7 @@ def prove(
             rules,
             flag,
             *(each[part] for each in result),
-            *edge_scratch(plan),
+            *(edge_scratch(plan) if scratch is None else scratch),
         )
 
     in_threads(prove_part, n, threads)

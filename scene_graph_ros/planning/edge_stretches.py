@@ -9,10 +9,12 @@ from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
     "COLLIDES",
+    "ENDLESS",
     "FREE",
     "MOST_STRETCHES",
     "RECENT",
     "UNDECIDED",
+    "UNFINISHED",
     "EdgeRules",
     "Stretches",
     "longest_of",
@@ -23,6 +25,11 @@ __all__ = [
 COLLIDES = 0
 FREE = 1
 UNDECIDED = 2
+UNFINISHED = 3
+"""Left after as many looks as were allowed."""
+
+ENDLESS = 2**62
+"""Looks that are never made."""
 
 MOST_STRETCHES = 4096
 """Stretches of an edge that wait to be looked at; an edge that needs more stays undecided."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_proofs import prove
+from scene_graph_ros.planning.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edge_stretches import COLLIDES, EdgeRules, FREE
 from scene_graph_ros.planning.planned_path import PlanFailure
 from scene_graph_ros.planning.position_limits import describe_excess
@@ -29,14 +30,15 @@ def find_troubles(
     configurations: NDArray[np.float64],
     tolerance: float,
     stop: NDArray[np.int64],
+    prover: Callable[..., EdgeProofs] = prove,
 ) -> list[EndTrouble | None]:
     """Return, for each configuration ``(n, nq)``, why no path begins or ends there, or None.
 
-    They must keep more than ``tolerance`` (m) beyond all paddings.
+    They must keep more than ``tolerance`` (m) beyond all paddings. ``prover`` does as `prove`.
     """
     points = np.repeat(configurations[:, np.newaxis], 2, axis=1)
     rules = EdgeRules(measures=False, part=1.0, tolerance=tolerance)
-    proofs = prove(checker.plan, points, rules, stop=stop)
+    proofs = prover(checker.plan, points, rules, stop=stop)
     result: list[EndTrouble | None] = []
     for row, q in enumerate(configurations):
         outside = describe_excess(checker.plan.tree, q)

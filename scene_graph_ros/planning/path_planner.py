@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_proofs import new_stop, prove
-from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE
+from scene_graph_ros.planning.edge_proofs import EdgeProofs, new_stop, prove
+from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner, OmplSearch
 from scene_graph_ros.planning.path_ends import find_troubles
@@ -26,7 +26,7 @@ from scene_graph_ros.planning.pose_goals import find_pose_goals, load_pose_kerne
 from scene_graph_ros.planning.pose_target import PoseTarget
 from scene_graph_ros.planning.position_limits import describe_excess
 from scene_graph_ros.planning.position_space import moving_positions, normalized, PositionSpace
-from scene_graph_ros.planning.stoppable import run_stoppable, Stops
+from scene_graph_ros.planning.stoppable import run_stoppable, Stops, Turns
 
 if TYPE_CHECKING:
     from scene_graph_ros.planning.roadmap import Roadmap
@@ -72,26 +72,25 @@ class _Problem(NamedTuple):
     goals: NDArray[np.float64]
     """``(m, nq)``."""
     space: PositionSpace
-    seed: int
     timeout: float | None
     progress: _Progress
-    new_search: Callable[..., PathSearch]
-    """What makes a search of a `SearchTask`."""
+    stops: Stops
+    turns: Turns | None
+    """Whom it takes turns with; without, it is in a thread of its own."""
+    search: PathSearch
 
     @property
     def search_rules(self) -> EdgeRules:
         """What counts as proven while it is looked for a path."""
         return search_rules(self.checker.tolerance)
 
-    def task(self, stop: NDArray[np.int64]) -> SearchTask:
-        """Return what a search is told."""
-        rules = self.search_rules
-        return SearchTask(self.checker.plan, self.space, rules, self.seed, stop)
-
-    @property
-    def final_rules(self) -> EdgeRules:
-        """What counts as proven in the end."""
-        return EdgeRules(False, part=0.5, tolerance=self.checker.tolerance)
+    def prove(self, *arguments: Any, **keywords: Any) -> EdgeProofs:
+        """Do as `prove` does, in turns."""
+        scratch, turns = self.search.scratch, self.turns
+        proofs = prove(*arguments, **keywords, scratch=scratch)
+        if turns is not None and (proofs.statuses == UNFINISHED).any():
+            proofs = turns.beside(lambda: prove(*arguments, **keywords, scratch=scratch))
+        return proofs
 
 
 def plan_path(
@@ -163,14 +162,30 @@ def plan_path(
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     left = None if patience is None else max(patience - spent, 0.0)
     new_search = _new_search(planner, roadmap, left)
-    problem = _Problem(checker, first, goals, space, int(seed), patience, _Progress(), new_search)
-    _load_kernels(problem)
-    problem = problem._replace(progress=_Progress(spent))
-    plan = run_stoppable(
-        lambda stops: _solve(problem, stops),
-        left,
-        lambda: None if watch is None else watch(problem.progress.now()),
-    )
+    task = SearchTask(checker.plan, space, search_rules(checker.tolerance), int(seed), new_stop())
+    search = new_search(task)
+    _load_kernels(checker, search)
+    progress = _Progress(spent)
+
+    def solve(search: PathSearch, stops: Stops, turns: Turns | None) -> Plan:
+        return _solve(
+            _Problem(checker, first, goals, space, patience, progress, stops, turns, search)
+        )
+
+    def look() -> None:
+        if watch is not None:
+            watch(progress.now())
+
+    if planner == "rrt_connect":
+        turns = Turns(left, look)
+        search.begin(turns.stops.looking, turns)
+        plan = solve(search, turns.stops, turns)
+    else:
+        plan = run_stoppable(
+            lambda stops: solve(new_search(task._replace(stop=stops.looking)), stops, None),
+            left,
+            look,
+        )
     return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
 
 
@@ -188,11 +203,16 @@ def _new_search(
     return partial(RoadmapSearch, roadmap=roadmap)
 
 
-def _load_kernels(problem: _Problem) -> None:
+def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:
     """Load what will be called, or compile it, before time is counted."""
-    plan = problem.checker.plan
-    prove(plan, np.empty((0, 2, len(problem.start))), problem.final_rules)
-    PathSearch(problem.task(new_stop())).load_kernel()
+    none = np.empty((0, 2, checker.plan.tree.num_positions))
+    prove(checker.plan, none, _final_rules(checker), scratch=search.scratch)
+    search.load_kernel()
+
+
+def _final_rules(checker: SceneGraphCollisionChecker) -> EdgeRules:
+    """Return what counts as proven in the end."""
+    return EdgeRules(False, part=0.5, tolerance=checker.tolerance)
 
 
 def _ends(
@@ -262,16 +282,17 @@ def _moving(
     return moves
 
 
-def _solve(problem: _Problem, stops: Stops) -> Plan:
+def _solve(problem: _Problem) -> Plan:
     """Return the plan; told to stop, with what there is."""
     checker, tolerance = problem.checker, problem.search_rules.tolerance
     ends = np.concatenate([problem.start[np.newaxis], problem.goals])
-    trouble, *others = find_troubles(checker, ends, tolerance, stops.proving)
+    stop = problem.stops.proving
+    trouble, *others = find_troubles(checker, ends, tolerance, stop, problem.prove)
     if trouble is not None:
         return _failed(problem, trouble.of_start, f"the start {trouble.words}")
     usable = [row for row, other in enumerate(others) if other is None]
     if usable:
-        return _search(problem, usable, stops)
+        return _search(problem, usable)
     found = [other for other in others if other is not None]
     kind = min((other.of_goal for other in found), key=lambda kind: kind.value)
     if len(found) == 1:
@@ -280,48 +301,46 @@ def _solve(problem: _Problem, stops: Stops) -> Plan:
     return _failed(problem, kind, f"none of {len(found)} goals can be reached: {words}")
 
 
-def _search(problem: _Problem, usable: Sequence[int], stops: Stops) -> Plan:
+def _search(problem: _Problem, usable: Sequence[int]) -> Plan:
     """Look for a path to one of the goals that can be used."""
     start, goals, space = problem.start, problem.goals[list(usable)], problem.space
-    search = problem.new_search(problem.task(stops.looking))
+    search = problem.search
     problem.progress.search, problem.progress.stage = search, PlanStage.SEARCHING
     for row, goal in zip(usable, goals, strict=True):
         if space.length(np.stack([start, goal + space.turns(start, goal)])) < _SAME:
-            return _proven(problem, [start[np.newaxis]], row, search, stops)
+            return _proven(problem, [start[np.newaxis]], row)
     found = search.find(start, goals)
     if found is None:
-        return _not_found(problem, search, stops)
+        return _not_found(problem)
     path, root = found
     problem.progress.stage = PlanStage.SHORTENING
-    return _proven(problem, [search.shortened(path), path], usable[root], search, stops)
+    return _proven(problem, [search.shortened(path), path], usable[root])
 
 
 def _proven(
     problem: _Problem,
     paths: Sequence[NDArray[np.float64]],
     goal: int,
-    search: PathSearch,
-    stops: Stops,
 ) -> Plan:
     """Return the first of some paths to a goal that is proven once more, edge by edge."""
     problem.progress.stage = PlanStage.PROVING
     for path in paths:
         ends = path if len(path) > 1 else np.repeat(path, 2, axis=0)
         edges = np.stack([ends[:-1], ends[1:]], axis=1)
-        rules, stop = problem.final_rules, stops.proving
-        proofs = prove(problem.checker.plan, edges, rules, stop=stop)
+        rules, stop = _final_rules(problem.checker), problem.stops.proving
+        proofs = problem.prove(problem.checker.plan, edges, rules, stop=stop)
         if (proofs.statuses == FREE).all():
             path.setflags(write=False)
             least = float(proofs.numbers[:, 2].min())
             length = problem.space.length(path)
-            sizes, edges_seen = search.tree_sizes, search.edges
+            sizes, edges_seen = problem.search.tree_sizes, problem.search.edges
             return Plan(path, max(least, 0.0), length, goal, None, None, sizes, edges_seen)
-    return _not_found(problem, search, stops, "found, but not proven once more")
+    return _not_found(problem, "found, but not proven once more")
 
 
-def _not_found(problem: _Problem, search: PathSearch, stops: Stops, what: str = "found") -> Plan:
+def _not_found(problem: _Problem, what: str = "found") -> Plan:
     """Say how far a search got."""
-    is_late = stops.looking[0] != 0
+    search, is_late = problem.search, problem.stops.looking[0] != 0
     when = f" within {problem.timeout:.10g} s" if is_late else ""
     words = f"no path was {what}{when}: {search.words}"
     kind = PlanFailure.TIMEOUT if is_late else PlanFailure.EXHAUSTED

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_proofs import edge_scratch
-from scene_graph_ros.planning.edge_stretches import EdgeRules
+from scene_graph_ros.planning.edge_stretches import ENDLESS, EdgeRules
 from scene_graph_ros.planning.growth_kernels import Trees
 from scene_graph_ros.planning.position_space import PositionSpace
 from scene_graph_ros.planning.search_kernels import search
@@ -20,9 +20,11 @@ from scene_graph_ros.planning.search_state import (
     DONE,
     EDGES,
     ENTRIES,
+    LOOKS,
     NEAR,
     NEEDS_ROOM,
     NEEDS_SAMPLES,
+    PAUSED,
     PHASE,
     ROOTS,
     SAMPLE,
@@ -32,6 +34,8 @@ from scene_graph_ros.planning.search_state import (
 )
 from scene_graph_ros.planning.shortcut_kernels import Corners
 from scene_graph_ros.planning.space_kernels import SpaceTable
+from scene_graph_ros.planning.stoppable import LOOKS as LOOKS_IN_A_TURN
+from scene_graph_ros.planning.stoppable import Turns
 
 __all__ = ["PathSearch", "SearchTask", "search_rules"]
 
@@ -73,13 +77,15 @@ class SearchTask(NamedTuple):
     """What counts as proven."""
     seed: int
     stop: NDArray[np.int64]
-    """``(1,)``: soon after it is set in another thread, the search ends."""
+    """``(2,)``: soon after its first entry is set, the search ends; see `new_stop`."""
+    turns: Turns | None = None
+    """Whom it takes turns with; without, it is in a thread of its own."""
 
 
 class PathSearch:
     """A search from one start to one of several goals; the same for the same seed.
 
-    ``tree_sizes``, ``edges`` and ``gap`` may be read meanwhile.
+    ``tree_sizes``, ``edges`` and ``gap`` may be read meanwhile. ``scratch`` is for proofs.
     """
 
     def __init__(self, task: SearchTask) -> None:
@@ -90,7 +96,9 @@ class PathSearch:
         self._path = Corners(np.empty((1, nq)), np.empty(1))
         self._samples = np.empty((0, nq))
         self._state = np.zeros(ENTRIES, dtype=np.int64)
-        self._scratch = (np.empty((3, nq)), np.empty(4), *edge_scratch(task.plan))
+        self._state[LOOKS] = ENDLESS
+        self.scratch = edge_scratch(task.plan)
+        self._own_scratch = (np.empty((3, nq)), np.empty(4))
 
     @property
     def tree_sizes(self) -> tuple[int, int]:
@@ -119,7 +127,11 @@ class PathSearch:
     def load_kernel(self) -> None:
         """Load the kernel of the search, or compile it: a time limit is for what it does."""
         self._state[PHASE], self._state[COUNT] = SHORTEN, 0
-        self._search(self._task.space.table, self._task.rules)
+        self._search_on(self._task.space.table, self._task.rules)
+
+    def begin(self, stop: NDArray[np.int64], turns: Turns) -> None:
+        """From now on stop when told to by ``stop``, and take turns."""
+        self._task = self._task._replace(stop=stop, turns=turns)
 
     def find(
         self, start: NDArray[np.float64], goals: NDArray[np.float64]
@@ -169,6 +181,21 @@ class PathSearch:
         state[ROOTS] = len(goals)
 
     def _search(self, table: SpaceTable, rules: EdgeRules) -> int:
+        """Go on until something is missing or all is done, and take turns meanwhile."""
+        turns, state = self._task.turns, self._state
+        if turns is None:
+            return self._search_on(table, rules)
+        while True:
+            state[LOOKS], before = LOOKS_IN_A_TURN, state[EDGES]
+            answer = self._search_on(table, rules)
+            if answer == PAUSED and state[EDGES] == before:
+                state[LOOKS] = 0  # no more than that edge
+                answer = turns.beside(lambda: self._search_on(table, rules))
+            if answer != PAUSED:
+                return answer
+            turns.pause()
+
+    def _search_on(self, table: SpaceTable, rules: EdgeRules) -> int:
         plan = self._task.plan
         answer: int = search(
             plan.held.places,
@@ -185,7 +212,8 @@ class PathSearch:
             self._path,
             self._samples,
             self._state,
-            *self._scratch,
+            *self._own_scratch,
+            *self.scratch,
         )
         return answer
 

@@ -62,9 +62,10 @@ class PositionSpace:
         lower, upper = tree.lower.copy(), tree.upper.copy()
         without_end = periods > 0.0
         lower[without_end], upper[without_end] = -0.5 * _TURN, 0.5 * _TURN
-        far = _extents(tree, _size_of_scene(plan))
-        lower = np.where(np.isfinite(lower), lower, np.minimum(ends.min(axis=0), upper) - far)
-        upper = np.where(np.isfinite(upper), upper, np.maximum(ends.max(axis=0), lower) + far)
+        if not np.isfinite([lower, upper]).all():
+            far = _extents(tree, _size_of_scene(plan))
+            lower = np.where(np.isfinite(lower), lower, np.minimum(ends.min(axis=0), upper) - far)
+            upper = np.where(np.isfinite(upper), upper, np.maximum(ends.max(axis=0), lower) + far)
         least, most = tree.lower.copy(), tree.upper.copy()
         for limits in (lower, upper, least, most):
             limits[~moves] = ends[0, ~moves]
@@ -160,15 +161,13 @@ def _periods(tree: KinematicTree) -> NDArray[np.float64]:
     """
     periods = np.zeros(tree.num_positions)
     kinds, starts = tree.table.kinds[1:], tree.table.starts[1:]
-    for kind, start in zip(kinds, starts, strict=True):
-        if kind == REVOLUTE and np.isinf([tree.lower[start], tree.upper[start]]).all():
-            periods[start] = _TURN
-        elif kind == PLANAR:
-            periods[start + 2] = _TURN
-    for kind, start, multiplier in zip(kinds, starts, tree.table.multipliers[1:], strict=True):
-        is_whole = kind == REVOLUTE and float(multiplier).is_integer()
-        if kind in (REVOLUTE, PRISMATIC) and not is_whole:
-            periods[start] = 0.0
+    endless = np.isinf(tree.lower) & np.isinf(tree.upper)
+    turning = starts[kinds == REVOLUTE]
+    periods[turning[endless[turning]]] = _TURN
+    periods[starts[kinds == PLANAR] + 2] = _TURN
+    multipliers = tree.table.multipliers[1:]
+    is_whole = (kinds == REVOLUTE) & (multipliers == np.round(multipliers))
+    periods[starts[((kinds == REVOLUTE) | (kinds == PRISMATIC)) & ~is_whole]] = 0.0
     return periods
 
 

@@ -3,10 +3,18 @@
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.planning.bodies import place_still_bodies
 from scene_graph_ros.planning.edge_kernels import prove_edge
-from scene_graph_ros.planning.edge_stretches import FREE
+from scene_graph_ros.planning.edge_stretches import FREE, UNFINISHED
 from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth
 from scene_graph_ros.planning.motion_kernels import set_motions
-from scene_graph_ros.planning.search_state import EDGES, PHASE, PROVE, SHORTEN, STOPPED
+from scene_graph_ros.planning.search_state import (
+    EDGES,
+    LOOKS,
+    PAUSED,
+    PHASE,
+    PROVE,
+    SHORTEN,
+    STOPPED,
+)
 from scene_graph_ros.planning.shortcut_kernels import propose_shortcut, take_shortcut
 
 __all__ = ["search"]
@@ -20,8 +28,9 @@ def search(
     """Go on with a search until something is missing, or all is done; return which.
 
     ``samples`` are configurations ``(n, nq)`` while trees grow, and pairs of random numbers
-    ``(n, 2)`` while a path is shortened. An edge that was being proven when ``stop`` was set is
-    dropped. What came before does not depend on where calls began and ended.
+    ``(n, 2)`` while a path is shortened. An edge that was being proven when ``stop`` was set, or
+    that was not finished after its looks, is dropped. What came before does not depend on where
+    calls began and ended.
     """
     place_still_bodies(bodies, places)
     while True:
@@ -37,10 +46,15 @@ def search(
             held, tree, bodies, pairs, motions, edge[:2], X_WB, rules, stop, stretches, places,
             numbers,
         )  # fmt: skip
+        if status == UNFINISHED:
+            return PAUSED
         if stop[0] != 0:
             return STOPPED
         state[EDGES] += 1
+        state[LOOKS] -= numbers[3]
         if is_growing:
             take_growth(space, trees, state, edge, status == FREE)
         else:
             take_shortcut(path, state, edge, status == FREE)
+        if state[LOOKS] <= 0:
+            return PAUSED

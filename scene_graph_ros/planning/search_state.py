@@ -10,9 +10,11 @@ __all__ = [
     "FIRST",
     "JOINED",
     "LAST",
+    "LOOKS",
     "NEAR",
     "NEEDS_ROOM",
     "NEEDS_SAMPLES",
+    "PAUSED",
     "PHASE",
     "PROVE",
     "REACHES",
@@ -36,12 +38,14 @@ __all__ = [
     COUNT,  # how many configurations the path has that is shortened
     FIRST,  # the edges of the path that a shortcut leads from
     LAST,  # and to
+    LOOKS,  # configurations that may be looked at before the next pause
     ENTRIES,
-) = range(12)
+) = range(13)
 """The entries of a search's state ``(ENTRIES,)``."""
 
 CONNECT, EXTEND, JOINED, SHORTEN = range(4)
 """Phases: walk to the other tree; step to a sample; the trees have met; shorten the path."""
 
-PROVE, DONE, NEEDS_SAMPLES, NEEDS_ROOM, STOPPED = range(5)
-"""Answers: an edge is to be proven; there is nothing left to do; what is missing; told to stop."""
+PROVE, DONE, NEEDS_SAMPLES, NEEDS_ROOM, STOPPED, PAUSED = range(6)
+"""Answers: an edge is to be proven; there is nothing left to do; what is missing; told to stop;
+enough was looked at for now."""
