@@ -187,7 +187,7 @@ def prove_edge(
     held, tree, bodies, pairs, motions, edge, X_WB, rules, stop, stretches, places, numbers
 ):
     """Return (status, pair) of an edge and write its ``numbers``; see ``prove_edges``."""
-    measures, part, tolerance = rules
+    measures, part, tolerance, asks_ends = rules
     stretches.counts[0] = stretches.counts[1] = 0
     parts = _first_parts(motions)
     for i in range(parts):
@@ -197,7 +197,7 @@ def prove_edge(
     looks = 0
     while stretches.counts[1] > 0:
         count = min(LANES, stretches.counts[1])
-        _place_middles(tree, bodies, stretches, count, looks == 0, edge, motions, X_WB, places)
+        _place_middles(tree, bodies, stretches, count, asks_ends and looks == 0, edge, motions, X_WB, places)
         looks += count
         if measures or not _hits_again(held, bodies, pairs, stretches, count, places):
             if len(edge) == 2:
@@ -206,8 +206,10 @@ def prove_edge(
             for k in range(count):
                 if stretches.low[k] > collision:
                     stretches.below[k] = stretches.above[k] = -1.0
-            rules = measures, part, tolerance
-            least = min(least, _look(held, bodies, pairs, motions, stretches, rules, places))
+            kept = _look(
+                held, bodies, pairs, motions, stretches, (measures, part, tolerance), places
+            )
+            least = min(least, kept)
         stretches.counts[0] += count
         stretches.counts[1] -= count
         for k in range(count):

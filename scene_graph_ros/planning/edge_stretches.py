@@ -35,7 +35,7 @@ MOST_STRETCHES = 4096
 """Stretches of an edge that wait to be looked at; an edge that needs more stays undecided."""
 
 
-RECENT = 2
+RECENT = 4
 """Pairs that collided last, and are asked first of the next edge."""
 
 
@@ -48,6 +48,8 @@ class EdgeRules(NamedTuple):
     """Of a distance, how much may be used up before it is measured again: what is left is kept."""
     tolerance: float
     """Metres: where less is left, an edge is undecided."""
+    asks_ends: bool = True
+    """Whether an edge's ends are looked at first; else they must be known to be free."""
 
 
 class Stretches(NamedTuple):

@@ -212,7 +212,7 @@ def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> No
 
 def _final_rules(checker: SceneGraphCollisionChecker) -> EdgeRules:
     """Return what counts as proven in the end."""
-    return EdgeRules(False, part=0.5, tolerance=checker.tolerance)
+    return EdgeRules(False, part=0.5, tolerance=checker.tolerance, asks_ends=False)
 
 
 def _ends(

@@ -65,7 +65,7 @@ measures. A tenth is kept in between: two tolerances, so that parts of edges can
 
 def search_rules(tolerance: float) -> EdgeRules:
     """Return what counts as proven while a path is looked for, for a checker's tolerance (m)."""
-    return EdgeRules(False, part=_PART, tolerance=_KEPT * tolerance)
+    return EdgeRules(False, part=_PART, tolerance=_KEPT * tolerance, asks_ends=False)
 
 
 class SearchTask(NamedTuple):
@@ -132,6 +132,7 @@ class PathSearch:
     def begin(self, stop: NDArray[np.int64], turns: Turns) -> None:
         """From now on stop when told to by ``stop``, and take turns."""
         self._task = self._task._replace(stop=stop, turns=turns)
+        self._state[LOOKS] = LOOKS_IN_A_TURN
 
     def find(
         self, start: NDArray[np.float64], goals: NDArray[np.float64]
@@ -186,14 +187,14 @@ class PathSearch:
         if turns is None:
             return self._search_on(table, rules)
         while True:
-            state[LOOKS], before = LOOKS_IN_A_TURN, state[EDGES]
+            before = int(state[EDGES])
             answer = self._search_on(table, rules)
             if answer == PAUSED and state[EDGES] == before:
-                state[LOOKS] = 0  # no more than that edge
                 answer = turns.beside(lambda: self._search_on(table, rules))
             if answer != PAUSED:
                 return answer
             turns.pause()
+            state[LOOKS] = LOOKS_IN_A_TURN
 
     def _search_on(self, table: SpaceTable, rules: EdgeRules) -> int:
         plan = self._task.plan
