@@ -32,7 +32,7 @@ from scene_graph_ros.planning.search_state import (
     TARGET,
     TREE,
 )
-from scene_graph_ros.planning.shortcut_kernels import Corners
+from scene_graph_ros.planning.shortcut_kernels import more_corners, new_corners
 from scene_graph_ros.planning.space_kernels import SpaceTable
 from scene_graph_ros.planning.stoppable import LOOKS as LOOKS_IN_A_TURN
 from scene_graph_ros.planning.stoppable import Turns
@@ -48,11 +48,11 @@ _MOST_NODES = 2**20
 _SAMPLES = 128
 """Random configurations that are made at once."""
 
-_SHORTCUTS = 40
-"""Shortcuts that are tried in a round."""
+_ROOM_FOR_CORNERS = 64
+"""Corners more than a path has at first."""
 
-_LEAST_SAVING = 0.02
-"""Of a path's length: where a round of shortcuts saves less, that was the last."""
+_LEAST_SAVING = 0.002
+"""Of a path's length: corners that save less are not cut off."""
 
 _KEPT_BY_SHORTCUTS = 1e-3
 """Metres that shortcuts keep where they are measured: the shortest paths graze corners, and who
@@ -93,7 +93,7 @@ class PathSearch:
         self._rng = np.random.default_rng(task.seed)
         nq = task.plan.tree.num_positions
         self._trees = _room(_ROOM, nq)
-        self._path = Corners(np.empty((1, nq)), np.empty(1))
+        self._path = new_corners(np.empty((0, nq)), 1, 1.0)
         self._samples = np.empty((0, nq))
         self._state = np.zeros(ENTRIES, dtype=np.int64)
         self._state[LOOKS] = ENDLESS
@@ -159,17 +159,10 @@ class PathSearch:
         kept = max(self._task.rules.tolerance, _KEPT_BY_SHORTCUTS)
         rules = self._task.rules._replace(tolerance=kept)
         self._state[PHASE], self._state[COUNT] = SHORTEN, len(path)
-        corners = path
-        while True:
-            before = self._task.space.length(corners)
-            rows = np.concatenate([corners, np.empty((_SHORTCUTS, path.shape[1]))])
-            self._path = Corners(rows, np.empty(len(rows)))
-            self._samples, self._state[SAMPLE] = self._rng.random((_SHORTCUTS, 2)), 0
-            answer = self._search(table, rules)
-            corners = rows[: self._state[COUNT]]
-            saved = before - self._task.space.length(corners)
-            if answer != NEEDS_SAMPLES or saved < _LEAST_SAVING * before:
-                return self._task.space.settled(corners)
+        self._path = new_corners(path, len(path) + _ROOM_FOR_CORNERS, _LEAST_SAVING)
+        while self._search(table, rules) == NEEDS_ROOM:
+            self._path = more_corners(self._path)
+        return self._task.space.settled(self._path.rows[: self._state[COUNT]])
 
     def _plant(self, start: NDArray[np.float64], goals: NDArray[np.float64]) -> None:
         trees = self._trees = _room(max(_ROOM, 2 * len(goals)), len(start))

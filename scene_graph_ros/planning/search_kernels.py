@@ -27,8 +27,7 @@ def search(
 ):  # fmt: skip
     """Go on with a search until something is missing, or all is done; return which.
 
-    ``samples`` are configurations ``(n, nq)`` while trees grow, and pairs of random numbers
-    ``(n, 2)`` while a path is shortened. An edge that was being proven when ``stop`` was set, or
+    ``samples`` are random configurations ``(n, nq)``. An edge that was being proven when ``stop`` was set, or
     that was not finished after its looks, is dropped. What came before does not depend on where
     calls began and ended.
     """
@@ -38,7 +37,7 @@ def search(
         if is_growing:
             answer = propose_growth(tree, space, trees, samples, longest, state, edge)
         else:
-            answer = propose_shortcut(tree, space, path, samples, state, edge)
+            answer = propose_shortcut(tree, space, path, state, edge)
         if answer != PROVE:
             return answer
         set_motions(tree, bodies, pairs, reaches, edge[:2], motions)

@@ -9,7 +9,6 @@ __all__ = [
     "EXTEND",
     "FIRST",
     "JOINED",
-    "LAST",
     "LOOKS",
     "NEAR",
     "NEEDS_ROOM",
@@ -36,11 +35,10 @@ __all__ = [
     SAMPLE,  # the next random number, or configuration
     EDGES,  # how many edges were looked at
     COUNT,  # how many configurations the path has that is shortened
-    FIRST,  # the edges of the path that a shortcut leads from
-    LAST,  # and to
+    FIRST,  # the corner of the path that is to be cut off
     LOOKS,  # configurations that may be looked at before the next pause
     ENTRIES,
-) = range(13)
+) = range(12)
 """The entries of a search's state ``(ENTRIES,)``."""
 
 CONNECT, EXTEND, JOINED, SHORTEN = range(4)
