@@ -27,7 +27,8 @@ from scene_graph_ros.planning.motion_kernels import (
     margin_of,
     place_speeds,
     place_twists,
-    set_motions,
+    set_body_motions,
+    set_pair_motions,
 )
 from scene_graph_ros.planning.open_pairs import find_open_pairs, next_open_pair
 from scene_graph_ros.planning.pair_on_stretch import look_at_pair
@@ -174,8 +175,8 @@ def _put_rest(stretches, k, measures):
 def _first_parts(motions):
     """Return in how many stretches an edge is cut at first: LANES where it is long."""
     longest = 0.0
-    for p in range(len(motions.ways)):
-        longest = max(longest, motions.ways[p])
+    for a in range(len(motions.own)):
+        longest = max(longest, motions.own[a, 0])
     parts = 2
     while parts < LANES and parts * _STRETCH < longest:
         parts += 1
@@ -184,11 +185,13 @@ def _first_parts(motions):
 
 @merged_kernel
 def prove_edge(
-    held, tree, bodies, pairs, motions, edge, X_WB, rules, stop, stretches, places, numbers
-):
+    held, tree, bodies, pairs, reaches, edge, X_WB, rules, stop, motions, stretches, places,
+    numbers,
+):  # fmt: skip
     """Return (status, pair) of an edge and write its ``numbers``; see ``prove_edges``."""
     measures, part, tolerance, asks_ends = rules
     stretches.counts[0] = stretches.counts[1] = 0
+    set_body_motions(tree, bodies, reaches, edge, motions)
     parts = _first_parts(motions)
     for i in range(parts):
         put(stretches, i / parts, (i + 1) / parts)
@@ -198,8 +201,10 @@ def prove_edge(
     while stretches.counts[1] > 0:
         count = min(LANES, stretches.counts[1])
         _place_middles(tree, bodies, stretches, count, asks_ends and looks == 0, edge, motions, X_WB, places)
-        looks += count
+        is_first, looks = looks == 0, looks + count
         if measures or not _hits_again(held, bodies, pairs, stretches, count, places):
+            if is_first:
+                set_pair_motions(tree, bodies, pairs, reaches, edge, motions)
             if len(edge) == 2:
                 place_twists(tree, motions, places)
                 place_speeds(bodies, motions, places)
@@ -256,9 +261,8 @@ def prove_edges(
     """
     place_still_bodies(bodies, places)
     for e in range(len(edges)):
-        set_motions(tree, bodies, pairs, reaches, edges[e], motions)
         stretches.recent[:] = NO_PAIR  # What is known of an edge depends on no other one.
         statuses[e], found[e] = prove_edge(
-            held, tree, bodies, pairs, motions, edges[e], X_WB, rules, stop, stretches, places,
-            numbers[e],
+            held, tree, bodies, pairs, reaches, edges[e], X_WB, rules, stop, motions, stretches,
+            places, numbers[e],
         )  # fmt: skip

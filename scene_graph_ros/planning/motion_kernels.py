@@ -25,7 +25,8 @@ __all__ = [
     "new_motions",
     "place_speeds",
     "place_twists",
-    "set_motions",
+    "set_body_motions",
+    "set_pair_motions",
     "speed_bounds",
     "time_until",
     "used_up",
@@ -166,18 +167,24 @@ def margin_of(reach):
 
 
 @inlined_kernel
-def set_motions(tree, bodies, pairs, reaches, edge, motions):
-    """Write what is known of all pairs on an edge ``(m, nq)``."""
+def set_body_motions(tree, bodies, reaches, edge, motions):
+    """Write what is known of joints and bodies on an edge ``(m, nq)``."""
     own, joints = motions.own, motions.joints
-    robots, is_straight = len(bodies.joints), len(edge) == 2
     for j in range(1, len(tree.kinds)):
         joints[j, 0], joints[j, 1], slide = _bounds_of_joint(tree, j, edge)
         X = tree.X_PJ[j]
         joints[j, 2] = slide + math.sqrt(X[0, 3] ** 2 + X[1, 3] ** 2 + X[2, 3] ** 2)
-    for a in range(robots):
+    for a in range(len(bodies.joints)):
         own[a, 0], own[a, 1], own[a, 2] = _bounds_of_body(
             tree, bodies.joints[a], 0, reaches[a], joints
         )
+
+
+@inlined_kernel
+def set_pair_motions(tree, bodies, pairs, reaches, edge, motions):
+    """Write what is known of pairs where ``motions`` has it of their bodies."""
+    own, joints = motions.own, motions.joints
+    robots, is_straight = len(bodies.joints), len(edge) == 2
     for p in range(len(pairs.bodies)):
         a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
         way, bend, reach = own[a, 0], own[a, 1], own[a, 2]

@@ -5,7 +5,6 @@ from scene_graph_ros.planning.bodies import place_still_bodies
 from scene_graph_ros.planning.edge_kernels import prove_edge
 from scene_graph_ros.planning.edge_stretches import FREE, UNFINISHED
 from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth
-from scene_graph_ros.planning.motion_kernels import set_motions
 from scene_graph_ros.planning.search_state import (
     EDGES,
     LOOKS,
@@ -40,10 +39,9 @@ def search(
             answer = propose_shortcut(tree, space, path, state, edge)
         if answer != PROVE:
             return answer
-        set_motions(tree, bodies, pairs, reaches, edge[:2], motions)
         status, _ = prove_edge(
-            held, tree, bodies, pairs, motions, edge[:2], X_WB, rules, stop, stretches, places,
-            numbers,
+            held, tree, bodies, pairs, reaches, edge[:2], X_WB, rules, stop, motions, stretches,
+            places, numbers,
         )  # fmt: skip
         if status == UNFINISHED:
             return PAUSED
