@@ -104,9 +104,7 @@ def _hits_again(held, bodies, pairs, stretches, count, places):
         for k in range(1, count):
             if places.sure[k] < places.sure[deepest]:
                 deepest = k
-        if places.sure[deepest] < padding and collides_at(
-            held, bodies, pairs, p, deepest, places
-        ):
+        if places.sure[deepest] < padding and collides_at(held, bodies, pairs, p, deepest, places):
             stretches.states[deepest], stretches.blockers[deepest] = COLLIDES, p
             _remember(stretches, p)
             return True
@@ -155,6 +153,25 @@ def _look(held, bodies, pairs, motions, stretches, limits, places):
     return least
 
 
+@merged_kernel
+def _look_at_middles(
+    held, tree, bodies, pairs, reaches, edge, motions, stretches, count, is_first, limits, places
+):
+    """Find the same where all bodies are placed; ``limits`` ends with where nothing matters."""
+    measures, part, tolerance, collision = limits
+    if not measures and _hits_again(held, bodies, pairs, stretches, count, places):
+        return math.inf
+    if is_first:
+        set_pair_motions(tree, bodies, pairs, reaches, edge, motions)
+    if len(edge) == 2:
+        place_twists(tree, motions, places)
+        place_speeds(bodies, motions, places)
+    for k in range(count):
+        if stretches.low[k] > collision:
+            stretches.below[k] = stretches.above[k] = -1.0
+    return _look(held, bodies, pairs, motions, stretches, (measures, part, tolerance), places)
+
+
 @inlined_kernel
 def _put_rest(stretches, k, measures):
     """Put what is not proven of a stretch behind those that wait; tell whether that helps."""
@@ -200,21 +217,15 @@ def prove_edge(
     looks = 0
     while stretches.counts[1] > 0:
         count = min(LANES, stretches.counts[1])
-        _place_middles(tree, bodies, stretches, count, asks_ends and looks == 0, edge, motions, X_WB, places)
+        _place_middles(
+            tree, bodies, stretches, count, asks_ends and looks == 0, edge, motions, X_WB, places
+        )
         is_first, looks = looks == 0, looks + count
-        if measures or not _hits_again(held, bodies, pairs, stretches, count, places):
-            if is_first:
-                set_pair_motions(tree, bodies, pairs, reaches, edge, motions)
-            if len(edge) == 2:
-                place_twists(tree, motions, places)
-                place_speeds(bodies, motions, places)
-            for k in range(count):
-                if stretches.low[k] > collision:
-                    stretches.below[k] = stretches.above[k] = -1.0
-            kept = _look(
-                held, bodies, pairs, motions, stretches, (measures, part, tolerance), places
-            )
-            least = min(least, kept)
+        kept = _look_at_middles(
+            held, tree, bodies, pairs, reaches, edge, motions, stretches, count, is_first,
+            (measures, part, tolerance, collision), places,
+        )  # fmt: skip
+        least = min(least, kept)
         stretches.counts[0] += count
         stretches.counts[1] -= count
         for k in range(count):

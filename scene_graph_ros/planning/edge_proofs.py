@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_kernels import prove_edges
-from scene_graph_ros.planning.edge_stretches import ENDLESS, EdgeRules, FREE, new_stretches
+from scene_graph_ros.planning.edge_stretches import EdgeRules, ENDLESS, FREE, new_stretches
 from scene_graph_ros.planning.in_threads import in_threads
 from scene_graph_ros.planning.motion_kernels import new_motions
 

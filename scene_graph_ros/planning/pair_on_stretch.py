@@ -112,8 +112,9 @@ def _shrink(stretches, times, p, k):
 def look_at_pair(held, bodies, pairs, motions, stretches, p, k, rest, limits, places):
     """Leave of a stretch what a pair leaves free, by the cheapest bound that decides.
 
-    ``rest`` (m) is what its covers keep beyond the padding. Returns what the pair keeps there at least, -inf where it collides in the middle, and how far
-    from the middle what is left ends, infinite where all is.
+    ``rest`` (m) is what its covers keep beyond the padding. Returns what the pair keeps there at
+    least, -inf where it collides in the middle, and how far from the middle what is left ends,
+    infinite where all is.
     """
     part, tolerance = limits
     below, above = stretches.below, stretches.above

@@ -20,7 +20,7 @@ from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.errors import PlanningError
 from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner, OmplSearch
 from scene_graph_ros.planning.path_ends import find_troubles
-from scene_graph_ros.planning.path_search import PathSearch, search_rules, SearchTask
+from scene_graph_ros.planning.path_search import LEAST_SAVING, PathSearch, search_rules, SearchTask
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
 from scene_graph_ros.planning.pose_goals import find_pose_goals, load_pose_kernels
 from scene_graph_ros.planning.pose_target import PoseTarget
@@ -38,6 +38,9 @@ PLANNERS = ("rrt_connect", "prm")
 
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
+
+_FINEST_SAVING = 1e-4
+"""Of a path's length: corners that save less are never cut off."""
 
 _QUOTED = 5
 """Goals of which is said what is wrong with them."""
@@ -103,6 +106,7 @@ def plan_path(
     timeout: float | None = None,
     group: str | None = None,
     roadmap: Roadmap | None = None,
+    least_saving: float = LEAST_SAVING,
     watch: Callable[[PlanProgress], None] | None = None,
 ) -> Plan:
     """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
@@ -124,9 +128,10 @@ def plan_path(
     The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000).
     An `OmplPlanner` has one of OMPL's look for the path, with our proofs of its motions.
     ``"prm"`` looks for a way through a `Roadmap`, which may be given: then it knows what was
-    proven before, and its path depends on all that the roadmap was used for. All then take
-    shortcuts (Geraerts and Overmars, *Creating High-quality Paths for Motion Planning*, 2007).
-    Each edge, and in the end each edge of the path once more, is proven as
+    proven before, and its path depends on all that the roadmap was used for. All then cut off
+    the path's corners, first where that saves most, until none saves ``least_saving`` of the
+    path's length: from 1e-4, for the shortest paths, to 1, for the path as it was found. Each
+    edge, and in the end each edge of the path once more, is proven as
     `SceneGraphCollisionChecker.measure_edge` does.
 
     Raises PlanningError naming the argument, MissingOmplError, and as
@@ -140,12 +145,7 @@ def plan_path(
         )
     if roadmap is not None and planner != "prm":
         raise PlanningError(f"a roadmap is for the planner 'prm', not for {quoted(planner)}")
-    root = as_float(seed)
-    if root is None or root < 0.0 or not root.is_integer():
-        raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
-    patience = None if timeout is None else as_float(timeout)
-    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
-        raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
+    patience, saving = _numbers(seed, timeout, least_saving)
     checker = checker.clone()  # Others may change theirs meanwhile.
     if np.ndim(start) != 1:
         raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
@@ -162,7 +162,8 @@ def plan_path(
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     left = None if patience is None else max(patience - spent, 0.0)
     new_search = _new_search(planner, roadmap, left)
-    task = SearchTask(checker.plan, space, search_rules(checker.tolerance), int(seed), new_stop())
+    rules = search_rules(checker.tolerance)
+    task = SearchTask(checker.plan, space, rules, int(seed), new_stop(), saving)
     search = new_search(task)
     _load_kernels(checker, search)
     progress = _Progress(spent)
@@ -187,6 +188,22 @@ def plan_path(
             look,
         )
     return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
+
+
+def _numbers(seed: int, timeout: float | None, least_saving: float) -> tuple[float | None, float]:
+    """Return timeout and least saving, after checking them and the seed."""
+    root = as_float(seed)
+    if root is None or root < 0.0 or not root.is_integer():
+        raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
+    patience = None if timeout is None else as_float(timeout)
+    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
+        raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
+    saving = as_float(least_saving)
+    if saving is None or not _FINEST_SAVING <= saving <= 1.0:
+        raise PlanningError(
+            f"least_saving must be from {_FINEST_SAVING:g} to 1, not {quoted(least_saving)}"
+        )
+    return patience, saving
 
 
 def _new_search(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_proofs import edge_scratch
-from scene_graph_ros.planning.edge_stretches import ENDLESS, EdgeRules
+from scene_graph_ros.planning.edge_stretches import EdgeRules, ENDLESS
 from scene_graph_ros.planning.growth_kernels import Trees
 from scene_graph_ros.planning.position_space import PositionSpace
 from scene_graph_ros.planning.search_kernels import search
@@ -37,7 +37,7 @@ from scene_graph_ros.planning.space_kernels import SpaceTable
 from scene_graph_ros.planning.stoppable import LOOKS as LOOKS_IN_A_TURN
 from scene_graph_ros.planning.stoppable import Turns
 
-__all__ = ["PathSearch", "SearchTask", "search_rules"]
+__all__ = ["LEAST_SAVING", "PathSearch", "SearchTask", "search_rules"]
 
 _ROOM = 256
 """Nodes that trees have room for at first; it is doubled as they grow."""
@@ -51,7 +51,7 @@ _SAMPLES = 128
 _ROOM_FOR_CORNERS = 64
 """Corners more than a path has at first."""
 
-_LEAST_SAVING = 0.002
+LEAST_SAVING = 0.002
 """Of a path's length: corners that save less are not cut off."""
 
 _KEPT_BY_SHORTCUTS = 1e-3
@@ -78,6 +78,8 @@ class SearchTask(NamedTuple):
     seed: int
     stop: NDArray[np.int64]
     """``(2,)``: soon after its first entry is set, the search ends; see `new_stop`."""
+    least_saving: float = LEAST_SAVING
+    """Of a path's length: corners that save less are not cut off."""
     turns: Turns | None = None
     """Whom it takes turns with; without, it is in a thread of its own."""
 
@@ -159,7 +161,7 @@ class PathSearch:
         kept = max(self._task.rules.tolerance, _KEPT_BY_SHORTCUTS)
         rules = self._task.rules._replace(tolerance=kept)
         self._state[PHASE], self._state[COUNT] = SHORTEN, len(path)
-        self._path = new_corners(path, len(path) + _ROOM_FOR_CORNERS, _LEAST_SAVING)
+        self._path = new_corners(path, len(path) + _ROOM_FOR_CORNERS, self._task.least_saving)
         while self._search(table, rules) == NEEDS_ROOM:
             self._path = more_corners(self._path)
         return self._task.space.settled(self._path.rows[: self._state[COUNT]])

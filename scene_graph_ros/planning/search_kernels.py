@@ -26,9 +26,9 @@ def search(
 ):  # fmt: skip
     """Go on with a search until something is missing, or all is done; return which.
 
-    ``samples`` are random configurations ``(n, nq)``. An edge that was being proven when ``stop`` was set, or
-    that was not finished after its looks, is dropped. What came before does not depend on where
-    calls began and ended.
+    ``samples`` are random configurations ``(n, nq)``. An edge that was being proven when ``stop``
+    was set, or that was not finished after its looks, is dropped. What came before does not
+    depend on where calls began and ended.
     """
     place_still_bodies(bodies, places)
     while True:
