@@ -12,7 +12,7 @@ from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecke
 from scene_graph_ros.planning.edge_proofs import EdgeProofs, prove
 from scene_graph_ros.planning.edge_stretches import COLLIDES, EdgeRules, FREE
 from scene_graph_ros.planning.planned_path import PlanFailure
-from scene_graph_ros.planning.position_limits import describe_excess
+from scene_graph_ros.planning.position_limits import beyond_limits, describe_excess
 
 __all__ = ["EndTrouble", "find_troubles", "pair_words"]
 
@@ -39,7 +39,11 @@ def find_troubles(
     points = np.repeat(configurations[:, np.newaxis], 2, axis=1)
     rules = EdgeRules(measures=False, part=1.0, tolerance=tolerance)
     proofs = prover(checker.plan, points, rules, stop=stop)
-    result: list[EndTrouble | None] = []
+    result: list[EndTrouble | None] = [None] * len(configurations)
+    is_outside = beyond_limits(checker.plan.tree, configurations)
+    if (proofs.statuses == FREE).all() and not is_outside.any():
+        return result
+    result.clear()
     for row, q in enumerate(configurations):
         outside = describe_excess(checker.plan.tree, q)
         status, pair = int(proofs.statuses[row]), int(proofs.pairs[row])

@@ -42,6 +42,9 @@ _SAME = 1e-12
 _FINEST_SAVING = 1e-4
 """Of a path's length: corners that save less are never cut off."""
 
+_loaded: set[str] = set()
+"""What is loaded or compiled."""
+
 _QUOTED = 5
 """Goals of which is said what is wrong with them."""
 
@@ -221,10 +224,13 @@ def _new_search(
 
 
 def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:
-    """Load what will be called, or compile it, before time is counted."""
+    """Load what will be called, or compile it, before time is counted, once in a process."""
+    if "search" in _loaded:
+        return
     none = np.empty((0, 2, checker.plan.tree.num_positions))
     prove(checker.plan, none, _final_rules(checker), scratch=search.scratch)
     search.load_kernel()
+    _loaded.add("search")
 
 
 def _final_rules(checker: SceneGraphCollisionChecker) -> EdgeRules:
@@ -291,7 +297,9 @@ def _moving(
     """Return ``(nq,)`` which positions may change, after checking that no others have to."""
     tree = checker.plan.tree
     moves = moving_positions(tree, group)
-    for row, column in np.argwhere(~moves & (goals != start)):
+    stays = ~moves & (goals != start)
+    if stays.any():
+        row, column = np.argwhere(stays)[0]
         raise PlanningError(
             f"position {tree.position_names[column]!r} is not of group {group!r} and must stay at"
             f" {start[column]:.10g}; in goal {row} it is {goals[row, column]:.10g}"

@@ -92,7 +92,7 @@ class PathSearch:
 
     def __init__(self, task: SearchTask) -> None:
         self._task = task
-        self._rng = np.random.default_rng(task.seed)
+        self._rng: np.random.Generator | None = None
         nq = task.plan.tree.num_positions
         self._trees = _room(_ROOM, nq)
         self._path = new_corners(np.empty((0, nq)), 1, 1.0)
@@ -150,6 +150,8 @@ class PathSearch:
             if answer == DONE:
                 return self._joined()
             if answer == NEEDS_SAMPLES:
+                if self._rng is None:
+                    self._rng = np.random.default_rng(self._task.seed)
                 self._samples = self._task.space.samples(self._rng, _SAMPLES)
                 self._state[SAMPLE] = 0
             elif answer != NEEDS_ROOM or not self._grow():

@@ -57,6 +57,9 @@ class PositionSpace:
         """
         tree = plan.tree
         kinds, starts = tree.table.kinds[1:], tree.table.starts[1:]
+        is_plain = (kinds <= PRISMATIC).all() and np.isfinite([tree.lower, tree.upper]).all()
+        if is_plain:
+            return cls._within_limits(tree, ends[0], moves)
         quaternions = starts[kinds == FLOATING]
         periods = _periods(tree)
         lower, upper = tree.lower.copy(), tree.upper.copy()
@@ -75,6 +78,15 @@ class PositionSpace:
         turning = quaternions[moves[quaternions]]
         table = SpaceTable(weights, np.where(moves, periods, 0.0), quaternions)
         return cls(lower, upper, least, most, turning, table)
+
+    @classmethod
+    def _within_limits(
+        cls, tree: KinematicTree, start: NDArray[np.float64], moves: NDArray[np.bool_]
+    ) -> PositionSpace:
+        """Return the space of a tree whose joints have one position each, and limits."""
+        lower, upper = np.where(moves, [tree.lower, tree.upper], start)
+        table = SpaceTable(np.ones(len(start)), np.zeros(len(start)), np.empty(0, np.int64))
+        return cls(lower, upper, lower, upper, table.quaternions, table)
 
     @property
     def longest_step(self) -> float:
@@ -133,6 +145,8 @@ class PositionSpace:
 def normalized(tree: KinematicTree, q: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return configurations ``(n, nq)`` with quaternions of length 1."""
     result = q.copy()
+    if FLOATING not in tree.table.kinds[1:]:
+        return result
     for s in tree.table.starts[tree.table.kinds == FLOATING]:
         result[:, s : s + 4] /= np.linalg.norm(q[:, s : s + 4], axis=1)[:, np.newaxis]
     return result
