@@ -58,6 +58,8 @@ class BodyTable(NamedTuple):
     """``(b, 3)``: the box's corners in G."""
     upper: np.ndarray
     """``(b, 3)``."""
+    inner: np.ndarray
+    """``(b, INNER)``: what is inside each."""
     measure: int
     """The address of PAIR_DISTANCE."""
     nodes: StillNodes

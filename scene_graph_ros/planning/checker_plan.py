@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.bodies import BodyTable, new_places, PairTable, Places
+from scene_graph_ros.planning.inner_covers import inner_covers
 from scene_graph_ros.planning.still_tree import no_nodes, still_nodes
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
@@ -136,6 +137,7 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
         radii,
         lower,
         upper,
+        inner_covers(table, rows, centers),
         PAIR_DISTANCE.address(),
         no_nodes(),
     )

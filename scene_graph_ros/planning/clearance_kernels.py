@@ -80,7 +80,7 @@ def _example() -> NearTable:
     poses, points = np.zeros((1, 3, 4)), np.zeros((1, 3))
     tree = TreeTable(rows, rows, poses, rows, rows, numbers, numbers, rows, poses)
     nodes = StillNodes(points, numbers, rows, rows)
-    bodies = BodyTable(rows, rows, poses, poses, points, numbers, points, points, 0, nodes)
+    bodies = BodyTable(rows, rows, poses, poses, points, numbers, points, points, points, 0, nodes)
     table = np.zeros((1, 1), np.int64)
     two = np.zeros((1, 2), np.int64)
     pairs = PairTable(two, flags, numbers, numbers, rows, rows, table, numbers)

@@ -30,7 +30,12 @@ from scene_graph_ros.planning.motion_kernels import (
     set_body_motions,
     set_pair_motions,
 )
-from scene_graph_ros.planning.open_pairs import find_open_pairs, next_open_pair
+from scene_graph_ros.planning.open_pairs import (
+    deepest_of,
+    find_open_pairs,
+    next_open_pair,
+    surely_collides,
+)
 from scene_graph_ros.planning.pair_on_stretch import look_at_pair
 from scene_graph_ros.planning.separation_kernels import separations_at
 from scene_graph_ros.planning.still_kernels import find_near
@@ -100,11 +105,14 @@ def _hits_again(held, bodies, pairs, stretches, count, places):
             continue
         apart = larger(separations_at(bodies, a, b, places), load_lanes(places.sure, 0))
         store_lanes(places.sure, 0, apart)
-        deepest = 0
-        for k in range(1, count):
-            if places.sure[k] < places.sure[deepest]:
-                deepest = k
-        if places.sure[deepest] < padding and collides_at(held, bodies, pairs, p, deepest, places):
+        deepest = deepest_of(places.sure, count)
+        if places.sure[deepest] >= padding:
+            continue
+        if surely_collides(bodies, pairs, p, places):
+            deepest, is_hit = deepest_of(places.work[2], count), True
+        else:
+            is_hit = collides_at(held, bodies, pairs, p, deepest, places)
+        if is_hit:
             stretches.states[deepest], stretches.blockers[deepest] = COLLIDES, p
             _remember(stretches, p)
             return True
@@ -132,9 +140,10 @@ def _look(held, bodies, pairs, motions, stretches, limits, places):
     near_ones, kept_by_others = _near_on(
         bodies, pairs, motions, longest, (part, tolerance), places
     )
-    count, least = find_open_pairs(
-        bodies, pairs, motions, stretches, near_ones, (part, tolerance), places
-    )
+    count, least = find_open_pairs(bodies, pairs, motions, stretches, near_ones, limits, places)
+    if count < 0:
+        _remember(stretches, -1 - count)
+        return least
     least, taken = min(least, kept_by_others), 0
     while count > 0:
         p, k, rest = next_open_pair(stretches, count, taken)

@@ -12,12 +12,16 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_lanes,
 )
 from scene_graph_ros.planning.bodies import sure_distances
-from scene_graph_ros.planning.edge_stretches import longest_of
+from scene_graph_ros.planning.edge_stretches import COLLIDES, longest_of
+from scene_graph_ros.planning.inner_covers import farthest_apart
 from scene_graph_ros.planning.separation_kernels import separations_at
 from scene_graph_ros.planning.still_kernels import least_of
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = ["find_open_pairs", "next_open_pair"]
+
+_SURE = 1e-9
+"""Metres: overlaps that are less deep are measured, as poses are rounded."""
 
 _DEEPEST_FIRST = 16
 """Pairs that are taken in order of how deep their covers are in each other."""
@@ -45,12 +49,35 @@ def _keep_open(stretches, p, count, slacks, rests):
 
 
 @inlined_kernel
+def deepest_of(numbers, count):
+    """Return the lane of the least of the first numbers, the first where there are several."""
+    best = 0
+    for k in range(1, count):
+        if numbers[k] < numbers[best]:
+            best = k
+    return best
+
+
+@inlined_kernel
+def surely_collides(bodies, pairs, p, places):
+    """Tell whether what is inside two bodies overlaps in any lane: ``work[2]`` has how much."""
+    most = farthest_apart(bodies, pairs.bodies[p, 0], pairs.bodies[p, 1], places)
+    limit = pairs.paddings[p] - pairs.touching[p] - _SURE
+    if all_of(most >= limit):
+        return False
+    store_lanes(places.work[2], 0, most)
+    return True
+
+
+@inlined_kernel
 def find_open_pairs(bodies, pairs, motions, stretches, near_ones, rules, places):
     """Return (count, least): how many pairs and lanes are open, and what all others keep.
 
     Written to ``stretches.open``, with what the covers keep beyond the padding in ``rests``.
+    Unless all is to be measured, a collision that is certain ends it: then the count is -1, less
+    the pair.
     """
-    part, tolerance = rules
+    measures, part, tolerance = rules
     half = larger(load_lanes(stretches.below, 0), load_lanes(stretches.above, 0))
     is_over = half < 0.0
     longest = longest_of(stretches, LANES)
@@ -73,6 +100,10 @@ def find_open_pairs(bodies, pairs, motions, stretches, near_ones, rules, places)
         kept = select(is_over | is_open, math.inf, apart - padding - moved)
         least = min(least, least_of(kept))
         if not all_of(apart >= needs):
+            if not measures and surely_collides(bodies, pairs, p, places):
+                k = deepest_of(places.work[2], LANES)
+                stretches.states[k], stretches.blockers[k] = COLLIDES, p
+                return -1 - p, least
             store_lanes(places.work[0], 0, apart - needs)
             store_lanes(places.work[1], 0, apart - padding)
             open_ones = _keep_open(stretches, p, open_ones, places.work[0], places.work[1])

@@ -76,5 +76,5 @@ def test_a_search_in_short_turns_finds_the_same_path(checker, monkeypatch, looks
 @pytest.mark.parametrize("saving", [0.0, 1e-5, 1.5, float("nan"), "much", None])
 def test_a_saving_that_means_nothing_is_refused(checker, saving):
     """It is a part of the length, and not so small that there is no end."""
-    with pytest.raises(PlanningError, match="least_saving must be from 0.0001 to 1, not"):
+    with pytest.raises(PlanningError, match=r"least_saving must be from 0\.0001 to 1, not"):
         plan_path(checker, START, GOAL, least_saving=saving)
