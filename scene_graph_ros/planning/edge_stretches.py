@@ -35,7 +35,7 @@ MOST_STRETCHES = 4096
 """Stretches of an edge that wait to be looked at; an edge that needs more stays undecided."""
 
 
-RECENT = 4
+RECENT = 8
 """Pairs that collided last, and are asked first of the next edge."""
 
 

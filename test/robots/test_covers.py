@@ -48,9 +48,18 @@ def extremes(shape, hull, ways):
     return rim + shape.length * ups
 
 
+def supports(points, is_hull, ways):
+    """Return how far a shape reaches along ways ``(n, 3)``, given what ``extremes`` returns."""
+    return (ways @ points.T).max(axis=1) if is_hull else (ways * points).sum(axis=1)
+
+
 @pytest.mark.parametrize("of_panda", [True, False], ids=["panda", "all kinds"])
 def test_covers_contain_their_bodies(tmp_path, of_panda):
-    """To rounding; and are not larger than by what a box or its ball has to be."""
+    """To rounding; and are not larger than by what a box or its ball has to be.
+
+    Of two convex bodies one contains the other where it reaches farther in all directions: so it
+    does with what is taken to be inside. That is as large as it may be where 2006 directions tell.
+    """
     robots = (
         load_robot_diagram("config/scenes/panda_cell.yaml")
         if of_panda
@@ -67,8 +76,10 @@ def test_covers_contain_their_bodies(tmp_path, of_panda):
         kinds.add(type(shape))
         if isinstance(shape, HalfSpace):
             assert bodies.radii[b] == np.inf and bodies.upper[b, 2] == 0.0
+            assert (bodies.inner[b, [0, 4]] == -np.inf).all()
             continue
-        points = extremes(shape, inspector.get_convex_hull(geometry), ways)
+        hull = inspector.get_convex_hull(geometry)
+        points = extremes(shape, hull, ways)
         lower, upper, ball = bodies.lower[b], bodies.upper[b], bodies.centers[b]
         rounding = 1e-15 * np.abs(points).max()
         assert (points >= lower - rounding).all() and (points <= upper + rounding).all()
@@ -77,6 +88,12 @@ def test_covers_contain_their_bodies(tmp_path, of_panda):
         np.testing.assert_allclose(points.min(axis=0), lower, atol=0.02)
         np.testing.assert_allclose(points.max(axis=0), upper, atol=0.02)
         assert bodies.radii[b] <= 1.001 * far.max()
+        beyond = supports(points, hull is not None, ways) - ways @ ball
+        radius, half, rest = bodies.inner[b, 0], bodies.inner[b, 1:4], bodies.inner[b, 4]
+        assert (beyond >= radius - rounding).all()
+        assert (beyond >= np.abs(ways) @ half + rest - rounding).all()
+        if not plan.held.table.exact[bodies.rows[b]]:
+            assert radius >= 0.7 * beyond.min() > 0.0
     assert len(kinds) >= (5 if of_panda else 6)
 
 
