@@ -11,7 +11,8 @@ downloads these sources and plans for all 700; ``--count 3`` for the first 3 of 
 ``--problems FILE`` nothing is downloaded: the file has the sources, or the problems alone. Times
 are of the processor, for one call of `plan_path` each, shortcuts and proofs included. ``--ompl``
 adds OMPL's RRT-Connect with our proofs, and the same with MuJoCo's checks of samples, which
-``make peers`` installs; of paths of the latter it is counted how many collide.
+``make peers`` installs; of paths of the latter it is counted how many collide. ``--savings`` plans
+with several values of ``least_saving`` instead, to see what shorter paths cost.
 """
 
 from __future__ import annotations
@@ -52,6 +53,7 @@ from scene_graph_ros.planning import (
     RobotDiagram,
     SceneGraphCollisionChecker,
 )
+from scene_graph_ros.planning.path_search import LEAST_SAVING
 from scene_graph_ros.robots import RobotModel, SemanticModel
 from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot
 
@@ -229,7 +231,12 @@ class _Run(NamedTuple):
 _Way = Callable[[Problem, float], _Run]
 
 
-def _proven(problem: Problem, timeout: float, planner: str | OmplPlanner) -> _Run:
+def _proven(
+    problem: Problem,
+    timeout: float,
+    planner: str | OmplPlanner = "rrt_connect",
+    least_saving: float = LEAST_SAVING,
+) -> _Run:
     begin = time.process_time()
     plan = plan_path(
         problem.checker,
@@ -238,6 +245,7 @@ def _proven(problem: Problem, timeout: float, planner: str | OmplPlanner) -> _Ru
         group="arm",
         timeout=timeout,
         planner=planner,
+        least_saving=least_saving,
     )
     seconds = time.process_time() - begin
     return _Run(problem.kind, seconds, plan.length, plan.least_clearance, plan.reason)
@@ -258,12 +266,16 @@ def _sampled(problem: Problem, timeout: float, *, shortened: bool) -> _Run:
     return _Run(problem.kind, seconds, length, least, None, hits)
 
 
-_OURS: dict[str, _Way] = {"": partial(_proven, planner="rrt_connect")}
+_OURS: dict[str, _Way] = {"": _proven}
 _WITH_OMPL: dict[str, _Way] = {
     **_OURS,
     "OMPL, our proofs": partial(_proven, planner=OmplPlanner("RRTConnect")),
     "OMPL, MuJoCo's samples, not shortened": partial(_sampled, shortened=False),
     "OMPL, MuJoCo's samples": partial(_sampled, shortened=True),
+}
+_SAVINGS: dict[str, _Way] = {
+    f"least_saving={saving:g}": partial(_proven, least_saving=saving)
+    for saving in (1.0, 0.1, 0.03, 0.01, 0.005, 0.002, 0.001, 0.0005, 0.0001)
 }
 
 
@@ -288,6 +300,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "--count", type=int, help="problems of each set, if not all; 20 in the cell"
     )
     parser.add_argument("--ompl", action="store_true", help="beside OMPL's planner")
+    parser.add_argument(
+        "--savings", action="store_true", help="ours with several values of least_saving"
+    )
     parser.add_argument("--timeout", type=float, default=10.0, help="seconds for each")
     parser.add_argument("--picture", type=Path, help="a file for the shares solved by time")
     options = parser.parse_args(arguments)
@@ -297,7 +312,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             problems = shelf_problems(options.count or 20)
         else:
             problems = moveit_problems(archive, options.count)
-        runs = _print_table(problems, options.timeout, _WITH_OMPL if options.ompl else _OURS)
+        ways = _SAVINGS if options.savings else _WITH_OMPL if options.ompl else _OURS
+        runs = _print_table(problems, options.timeout, ways)
     if options.picture is not None:
         _draw(runs, options.picture)
 

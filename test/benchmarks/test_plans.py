@@ -125,3 +125,13 @@ def test_ompl_is_beside_ours(archive, capsys, monkeypatch, tmp_path):
     with Picture.open(drawn) as picture:
         colours = {colour for _, colour in picture.convert("RGB").getcolors(1 << 20)}
     assert (31, 119, 180) in colours  # ours
+
+
+def test_savings_are_compared(archive, capsys):
+    """A row for each, with a path that is no longer than those that need not save as much."""
+    main(["--problems", str(archive), "--count", "1", "--timeout", "100", "--savings"])
+    lines = capsys.readouterr().out.splitlines()
+    rows = [lines[lines.index(f"{name}:") + 1].split() for name in plans._SAVINGS]
+    assert len(rows) > 5 and all(row[:2] == ["cans", "1/1"] for row in rows)
+    lengths = [float(row[4]) for row in rows]
+    assert lengths == sorted(lengths, reverse=True)
