@@ -1,12 +1,13 @@
 """Contact polygons of pairs of elements: where they are, before anything is placed in the world.
 
-A polygon is a row of ``polygons`` (P, 35): up to eight corners, the unit normal into the pair's
-first body, the pressure as gradient and constant, the area, the centroid; and a row of ``labels``
-(P, 3): its number of corners, the elements of the first and the second body (-1: rigid).
-``counts`` says how many polygons there are, and in [1] whether there was no room for one.
+What is found goes into a ``Work``, which kernels also work in.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.cutting.clip import (
@@ -41,6 +42,7 @@ __all__ = [
     "NORMAL",
     "SURFACES",
     "WIDTH",
+    "Work",
     "add_cut_by_level",
     "add_triangle",
     "cut_by_plane",
@@ -53,14 +55,32 @@ __all__ = [
 ]
 
 NORMAL, FIELD, AREA, CENTROID, WIDTH = 24, 27, 31, 32, 35
-"""Where a row of ``polygons`` has what, and how long it is."""
+"""Where a row of polygons has what, and how long it is."""
 COUNT, FULL, SURFACES = 0, 1, 2
-"""Where ``counts`` has what: polygons so far, whether there was no room, surfaces."""
+"""Where ``Work.counts`` has what."""
 MOVED_WIDTH = 38
 """What is kept of an element that was moved into another frame: x, y and z of its corners (12);
 gradient and constant of its pressure, or plane of a triangle (4); centre and half extents of its
 box (6); planes of a tetrahedron as in the table (16)."""
 BOX, _PLANES = 16, 22
+
+
+class Work(NamedTuple):
+    """Contact polygons so far, and what they are computed in."""
+
+    moved: NDArray[np.float64]
+    """(MOVED_WIDTH,) an element that was moved into another frame."""
+    buffer: NDArray[np.float64]
+    """A ``polygon_buffer``: two polygons, the first of them what is to be cut."""
+    heights: NDArray[np.float64]
+    """(8,) those of a polygon's corners above a plane."""
+    polygons: NDArray[np.float64]
+    """(P, WIDTH) a row each: up to eight corners, the unit normal into the pair's first body, the
+    pressure as gradient and constant, the area, the centroid."""
+    labels: NDArray[np.int64]
+    """(P, 3) number of corners, elements of the first and the second body (-1: rigid)."""
+    counts: NDArray[np.int64]
+    """(3,) how many polygons there are, whether there was no room for one, surfaces."""
 
 
 @lean_kernel
@@ -89,8 +109,9 @@ def move_element(elements, planes, e, is_triangle, R_AB, p_AB, moved):
 
 
 @lean_kernel
-def _keep(polygon, count, normal, field, first, second, narrow, polygons, labels, counts):
-    """Add a polygon, unless it is narrower than ``narrow`` (m)."""
+def _keep(polygon, count, normal, field, elements, narrow, work):
+    """Add a polygon of two elements (first, second), unless it is narrower than ``narrow`` (m)."""
+    polygons, labels, counts = work.polygons, work.labels, work.counts
     count = drop_short_edges(polygon, count, narrow)
     if count == 0:
         return
@@ -118,7 +139,7 @@ def _keep(polygon, count, normal, field, first, second, narrow, polygons, labels
     for k in range(4):
         polygons[row, FIELD + k] = field[k]
     polygons[row, AREA] = area
-    labels[row, 0], labels[row, 1], labels[row, 2] = count, first, second
+    labels[row, 0], labels[row, 1], labels[row, 2] = count, elements[0], elements[1]
 
 
 @lean_kernel
@@ -219,27 +240,21 @@ def slice_by_level(elements, a, b, moved, slack, polygon):
 
 
 @lean_kernel
-def add_cut_by_level(
-    elements, a, b, moved, count, cutting, slack, narrow, buffer, heights, polygons, labels, counts
-):
+def add_cut_by_level(elements, a, b, count, cutting, slack, narrow, work):
     """Add the part of p_A = p_B inside two tetrahedra, in A.
 
     Args:
         elements: as for ``slice_by_level``.
         a: the same.
         b: the same.
-        moved: the same.
         count: what it returned, with
         cutting: which is not -1.
         slack: metres.
         narrow: metres.
-        buffer: a ``polygon_buffer`` with the cut in its first half.
-        heights: (8,) scratch.
-        polygons: rows that it adds to, described in this module,
-        labels: their labels,
-        counts: and how many there are.
+        work: b is in ``moved``, the cut in the first half of ``buffer``.
 
     """
+    moved, buffer = work.moved, work.buffer
     g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
     g_B = (moved[12], moved[13], moved[14])
     n = subtract(g_A, g_B)
@@ -250,7 +265,9 @@ def add_cut_by_level(
         return
     if not pressure_grows_along(scale(-1.0, n), squared, g_B):
         return
-    side, count = clip_by_tetrahedron(buffer, count, n, moved[_PLANES:], cutting, slack, heights)
+    side, count = clip_by_tetrahedron(
+        buffer, count, n, moved[_PLANES:], cutting, slack, work.heights
+    )
     if count == 0:
         return
     # The flatter field is the one that rounding of positions moves less.
@@ -258,7 +275,7 @@ def add_cut_by_level(
     if B_squared < A_squared:
         field = (g_B[0], g_B[1], g_B[2], moved[15])
     normal = scale(1.0 / math.sqrt(squared), n)
-    _keep(buffer[side], count, normal, field, a, b, narrow, polygons, labels, counts)
+    _keep(buffer[side], count, normal, field, (a, b), narrow, work)
 
 
 @inlined_kernel
@@ -286,61 +303,50 @@ def meet_triangle(elements, planes, a, moved, slack, polygon):
 
 
 @lean_kernel
-def add_triangle(
-    elements, planes, a, moved, cutting, slack, narrow, buffer, heights, polygons, labels, counts
-):
+def add_triangle(elements, planes, a, cutting, slack, narrow, work):
     """Add the part of a rigid triangle inside tetrahedron a, in A.
 
-    ``buffer`` has the triangle in its first half, and ``cutting`` is what ``meet_triangle`` said
-    of it, not -1. The rest is as for ``add_cut_by_level``.
+    The triangle is in ``moved`` and in the first half of ``buffer``, and ``cutting`` is what
+    ``meet_triangle`` said of it, not -1. The rest is as for ``add_cut_by_level``.
     """
+    moved, buffer = work.moved, work.buffer
     n = (moved[12], moved[13], moved[14])
     g = (elements[a, 16], elements[a, 17], elements[a, 18])
     if not pressure_grows_along(n, 1.0, g):
         return
-    side, count = clip_by_tetrahedron(buffer, 3, n, planes[a], cutting, slack, heights)
+    side, count = clip_by_tetrahedron(buffer, 3, n, planes[a], cutting, slack, work.heights)
     if count > 0:
         field = (g[0], g[1], g[2], elements[a, 19])
-        _keep(buffer[side], count, n, field, a, -1, narrow, polygons, labels, counts)
+        _keep(buffer[side], count, n, field, (a, -1), narrow, work)
 
 
 @lean_kernel
-def cut_by_plane(elements, a, n, offset, slack, narrow, buffer, polygons, labels, counts):
-    """Add the cut of a tetrahedron with the boundary n . x + offset = 0 of a rigid half space.
+def cut_by_plane(elements, a, plane, slack, narrow, work):
+    """Add the cut of a tetrahedron with the boundary of a rigid half space.
 
-    In the tetrahedron's frame A; n is the outward unit normal of the half space.
+    ``plane`` is (n, offset), n . x + offset = 0, in the tetrahedron's frame A; n is the outward
+    unit normal of the half space.
     """
+    n, offset = plane
+    polygon = work.buffer[0]
     f = _all_snapped(_values(elements[a], n, offset), slack)
     mask = side_mask(f)
     if mask in (0, 15):
         return
-    count = slice_tetrahedron(elements[a], f, mask, buffer[0])
+    count = slice_tetrahedron(elements[a], f, mask, polygon)
     field = (elements[a, 16], elements[a, 17], elements[a, 18], elements[a, 19])
-    _keep(buffer[0], count, n, field, a, -1, narrow, polygons, labels, counts)
+    _keep(polygon, count, n, field, (a, -1), narrow, work)
 
 
 @lean_kernel
-def cut_by_slab(
-    elements,
-    a,
-    slab,
-    g_B,
-    c_B,
-    n,
-    offset,
-    slack,
-    narrow,
-    buffer,
-    heights,
-    polygons,
-    labels,
-    counts,
-):
+def cut_by_slab(elements, a, slab, field_B, plane, slack, narrow, work):
     """Add the part of p_A = p_B in a tetrahedron of A and a compliant half space B, in A.
 
-    ``slab`` is the half space's element, g_B . x + c_B its field, n its outward unit normal and
-    n . x + offset <= 0 what it fills, its margin included. All in A.
+    ``slab`` is the half space's element, ``field_B`` its pressure (g, c), g . x + c, and ``plane``
+    is (n, offset): n its outward unit normal and n . x + offset <= 0 what it fills, its margin
+    included. All in A.
     """
+    (g_B, c_B), (n, offset), buffer = field_B, plane, work.buffer
     g_A = (elements[a, 16], elements[a, 17], elements[a, 18])
     f = _excess(elements[a], g_B, c_B)
     d = subtract(g_A, g_B)
@@ -360,7 +366,7 @@ def cut_by_slab(
     normal = scale(1.0 / length, d)
     count = slice_tetrahedron(elements[a], f, mask, buffer[0])
     side, count = clip_by_half_space(
-        buffer, 0, count, normal, scale(-1.0, n), -offset, slack, heights
+        buffer, 0, count, normal, scale(-1.0, n), -offset, slack, work.heights
     )
     if count == 0:
         return
@@ -368,23 +374,24 @@ def cut_by_slab(
         field = (g_A[0], g_A[1], g_A[2], elements[a, 19])
     else:
         field = (g_B[0], g_B[1], g_B[2], c_B)
-    _keep(buffer[side], count, normal, field, a, slab, narrow, polygons, labels, counts)
+    _keep(buffer[side], count, normal, field, (a, slab), narrow, work)
 
 
 @lean_kernel
-def cut_triangle_by_slab(
-    elements, t, slab, field, n, offset, slack, narrow, buffer, heights, polygons, labels, counts
-):
+def cut_triangle_by_slab(elements, t, slab, field, plane, slack, narrow, work):
     """Add the part of a rigid triangle in a compliant half space, in the triangle's frame B.
 
-    ``slab`` is the half space's element, ``field`` its pressure, n its outward unit normal and
-    n . x + offset <= 0 what it fills, its margin included. The law of its pressure goes on below
-    the slab. All in B; the half space is the first body.
+    ``slab`` is the half space's element, ``field`` its pressure, four numbers, and ``plane`` as
+    for ``cut_by_slab``. The law of its pressure goes on below the slab. All in B; the half space
+    is the first body.
     """
+    (n, offset), buffer = plane, work.buffer
     normal = (elements[t, 16], elements[t, 17], elements[t, 18])
     if not pressure_grows_along(normal, 1.0, (field[0], field[1], field[2])):
         return
     _lay_triangle(elements[t], buffer[0])
-    side, count = clip_by_half_space(buffer, 0, 3, normal, scale(-1.0, n), -offset, slack, heights)
+    side, count = clip_by_half_space(
+        buffer, 0, 3, normal, scale(-1.0, n), -offset, slack, work.heights
+    )
     if count > 0:
-        _keep(buffer[side], count, normal, field, slab, -1, narrow, polygons, labels, counts)
+        _keep(buffer[side], count, normal, field, (slab, -1), narrow, work)

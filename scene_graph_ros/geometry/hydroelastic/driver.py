@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.hydroelastic.clipping import (
     MOVED_WIDTH,
     SURFACES,
     WIDTH,
+    Work,
 )
 from scene_graph_ros.geometry.hydroelastic.element_table import ElementTable
 from scene_graph_ros.geometry.hydroelastic.pairs import (
@@ -62,13 +63,16 @@ _FIRST_CAPACITY = 4096
 
 
 @inlined_kernel
-def _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, polygons, labels, counts):
+def _add_pair(table, a, b, X_WA, X_WB, work):
     """Add the polygons of rows a and b; a is a volume or else a compliant half space.
+
+    Poses are (R, p).
 
     Returns:
         whether they are in the frame of b, instead of a.
 
     """
+    (R_WA, p_WA), (R_WB, p_WB) = X_WA, X_WB
     kind_A, kind_B = table.kind[a], table.kind[b]
     body_A, body_B = table.body[a], table.body[b]
     R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
@@ -76,37 +80,31 @@ def _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, polygons, labels, co
     slack = CONTACT_TIE * size
     narrow = CONTACT_RESOLUTION * size + PLACED_RESOLUTION * max(norm(p_WA), norm(p_WB))
     if kind_A == COMPLIANT_HALF_SPACE:
-        R_BA, p_BA = relative_pose(R_WB, p_WB, R_WA, p_WA)
-        half_space_and_surface(
-            table, table.element_start[body_A], table.margin[a], body_B, R_BA, p_BA,
-            slack, narrow, scratch, polygons, labels, counts,
-        )  # fmt: skip
+        X_BA = relative_pose(R_WB, p_WB, R_WA, p_WA)
+        slab, margin = table.element_start[body_A], table.margin[a]
+        half_space_and_surface(table, slab, margin, body_B, X_BA, slack, narrow, work)
         return True
     if kind_B in (COMPLIANT_VOLUME, RIGID_SURFACE):
         is_rigid = kind_B == RIGID_SURFACE
-        volume_and_other(
-            table, body_A, body_B, is_rigid, R_AB, p_AB,
-            slack, narrow, scratch, polygons, labels, counts,
-        )  # fmt: skip
+        volume_and_other(table, body_A, body_B, is_rigid, (R_AB, p_AB), slack, narrow, work)
         return False
     slab, margin = -1, 0.0
     if kind_B == COMPLIANT_HALF_SPACE:
         slab, margin = table.element_start[body_B], table.margin[b]
-    half_space_and_volume(
-        table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, polygons, labels, counts
-    )
+    half_space_and_volume(table, body_A, slab, margin, (R_AB, p_AB), slack, narrow, work)
     return False
 
 
 @lean_kernel
-def _find_polygons(table, X_WG, pairs, begin, scratch, polygons, labels, surfaces, counts):
-    """Add the polygons of pairs from ``begin`` on.
+def _find_polygons(table, X_WG, pairs, begin, surfaces, work):
+    """Add the polygons of pairs from ``begin`` on, and their surfaces.
 
     Returns:
         how many pairs are done: fewer than all where there was no more room for polygons;
         nothing is kept of the pair that failed.
 
     """
+    counts = work.counts
     for k in range(begin, len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
         kind_j = table.kind[j]
@@ -114,10 +112,10 @@ def _find_polygons(table, X_WG, pairs, begin, scratch, polygons, labels, surface
             kind_j in (COMPLIANT_VOLUME, COMPLIANT_HALF_SPACE)
         )
         a, b = (j, i) if flipped else (i, j)
-        R_WA, p_WA = load_rotation(X_WG, a), load_translation(X_WG, a)
-        R_WB, p_WB = load_rotation(X_WG, b), load_translation(X_WG, b)
+        X_WA = load_rotation(X_WG, a), load_translation(X_WG, a)
+        X_WB = load_rotation(X_WG, b), load_translation(X_WG, b)
         before = counts[COUNT]
-        in_B = _add_pair(table, a, b, R_WA, p_WA, R_WB, p_WB, scratch, polygons, labels, counts)
+        in_B = _add_pair(table, a, b, X_WA, X_WB, work)
         if counts[FULL]:
             counts[COUNT] = before
             return k
@@ -134,29 +132,33 @@ class _Scratch:
     """Memory of the first loop, kept from query to query by one thread at a time."""
 
     def __init__(self) -> None:
-        self.counts = np.zeros(3, np.int64)
-        self.moved = np.empty(MOVED_WIDTH)
-        self.buffer = np.empty((2, POLYGON_CORNERS, 3))
-        self.heights = np.empty(POLYGON_CORNERS)
-        self.polygons = np.empty((_FIRST_CAPACITY, WIDTH))
-        self.labels = np.empty((_FIRST_CAPACITY, 3), np.int64)
+        self.work = Work(
+            moved=np.empty(MOVED_WIDTH),
+            buffer=np.empty((2, POLYGON_CORNERS, 3)),
+            heights=np.empty(POLYGON_CORNERS),
+            polygons=np.empty((_FIRST_CAPACITY, WIDTH)),
+            labels=np.empty((_FIRST_CAPACITY, 3), np.int64),
+            counts=np.zeros(3, np.int64),
+        )
 
     def begin(self) -> None:
         """Forget what was found."""
-        self.counts[:] = 0
+        self.work.counts[:] = 0
 
     def grow(self) -> None:
         """Double the room for polygons."""
-        kept, self.counts[FULL] = self.counts[COUNT], 0
-        for name in ("polygons", "labels"):
-            old = getattr(self, name)
-            new = np.empty((2 * len(old), old.shape[1]), old.dtype)
-            new[:kept] = old[:kept]
-            setattr(self, name, new)
+        work = self.work
+        work.counts[FULL] = 0
+        polygons, labels = (
+            _twice(old, work.counts[COUNT]) for old in (work.polygons, work.labels)
+        )
+        self.work = work._replace(polygons=polygons, labels=labels)
 
-    def arrays(self) -> tuple[NDArray[Any], ...]:
-        """Return what the pairs' loops need beside the results."""
-        return self.moved, self.buffer, self.heights
+
+def _twice(old: NDArray[Any], kept: int) -> NDArray[Any]:
+    new = np.empty((2 * len(old), old.shape[1]), old.dtype)
+    new[:kept] = old[:kept]
+    return new
 
 
 _kept = _Scratch()
@@ -198,14 +200,12 @@ def _solve(
     surfaces = np.empty((len(pairs), SURFACE_WIDTH), np.int64)
     done = 0
     while done < len(pairs):
-        done = _find_polygons(
-            table, X_WG, pairs, done, scratch.arrays(), scratch.polygons, scratch.labels,
-            surfaces, scratch.counts,
-        )  # fmt: skip
-        if scratch.counts[FULL]:
+        done = _find_polygons(table, X_WG, pairs, done, surfaces, scratch.work)
+        if scratch.work.counts[FULL]:
             scratch.grow()
-    found = scratch.counts[SURFACES]
+    work = scratch.work
+    found = work.counts[SURFACES]
     arrays = place_polygons(
-        table.margin, X_WG, surfaces[:found], scratch.polygons, scratch.labels, triangles
+        table.margin, X_WG, surfaces[:found], work.polygons, work.labels, triangles
     )
     return Patches(arrays, table.gradients, X_WG[surfaces[:found, :2]])

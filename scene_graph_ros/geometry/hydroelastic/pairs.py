@@ -34,9 +34,7 @@ __all__ = ["half_space_and_surface", "half_space_and_volume", "volume_and_other"
 
 
 @inlined_kernel
-def volume_and_other(
-    table, body_A, body_B, is_rigid, R_AB, p_AB, slack, narrow, scratch, polygons, labels, counts
-):
+def volume_and_other(table, body_A, body_B, is_rigid, X_AB, slack, narrow, work):
     """Add the polygons of volume A and another body, a volume or a rigid surface, in A.
 
     Args:
@@ -44,17 +42,13 @@ def volume_and_other(
         body_A: a compliant volume.
         body_B: a compliant volume or, if
         is_rigid: a rigid surface.
-        R_AB: rotation.
-        p_AB: translation.
+        X_AB: (R_AB, p_AB).
         slack: metres, what counts as zero.
         narrow: metres, what is too narrow to keep.
-        scratch: (moved, buffer, heights).
-        polygons: rows that it adds to, described in ``clipping``,
-        labels: their labels,
-        counts: and how many there are.
+        work: what it adds to, see ``clipping``.
 
     """
-    moved, buffer, heights = scratch
+    (R_AB, p_AB), moved, polygon = X_AB, work.moved, work.buffer[0]
     elements, planes, boxes = table.elements, table.planes, table.boxes
     node_boxes, left, right = table.node_boxes, table.node_left, table.node_right
     R_BA, p_BA = transpose(R_AB), scale(-1.0, rotate_inverse(R_AB, p_AB))
@@ -68,7 +62,7 @@ def volume_and_other(
             node_boxes, left, right, stack_B, depth_B, node_boxes, root_A, R_BA, absolute, p_BA,
             slack,
         )  # fmt: skip
-        if node_B < 0 or counts[FULL]:
+        if node_B < 0 or work.counts[FULL]:
             return
         first_B = -1 - left[node_B]
         for b in range(first_B, first_B + right[node_B]):
@@ -87,32 +81,23 @@ def volume_and_other(
                     if is_apart(boxes, a, moved, BOX, slack):
                         continue
                     if is_rigid:
-                        cutting = meet_triangle(elements, planes, a, moved, slack, buffer[0])
+                        cutting = meet_triangle(elements, planes, a, moved, slack, polygon)
                         if cutting >= 0:
-                            add_triangle(
-                                elements, planes, a, moved, cutting, slack, narrow, buffer,
-                                heights, polygons, labels, counts,
-                            )  # fmt: skip
+                            add_triangle(elements, planes, a, cutting, slack, narrow, work)
                         continue
-                    count, cutting = slice_by_level(elements, a, b, moved, slack, buffer[0])
+                    count, cutting = slice_by_level(elements, a, b, moved, slack, polygon)
                     if cutting >= 0:
-                        add_cut_by_level(
-                            elements, a, b, moved, count, cutting, slack, narrow, buffer,
-                            heights, polygons, labels, counts,
-                        )  # fmt: skip
+                        add_cut_by_level(elements, a, b, count, cutting, slack, narrow, work)
 
 
 @inlined_kernel
-def half_space_and_volume(
-    table, body_A, slab, margin, R_AB, p_AB, slack, narrow, scratch, polygons, labels, counts
-):
+def half_space_and_volume(table, body_A, slab, margin, X_AB, slack, narrow, work):
     """Add the polygons, in A, of volume A and half space B.
 
     ``slab`` is the element of a compliant half space, -1 of a rigid one; ``margin`` the former's.
     The rest is as for ``volume_and_other``.
     """
-    _, buffer, heights = scratch
-    elements = table.elements
+    (R_AB, p_AB), elements = X_AB, table.elements
     n = (R_AB[2], R_AB[5], R_AB[8])
     offset = -dot(n, p_AB)
     g, c = (0.0, 0.0, 0.0), 0.0
@@ -128,31 +113,24 @@ def half_space_and_volume(
             table.node_boxes, table.node_left, table.node_right, stack, depth,
             scale(-1.0, n), margin - offset, slab < 0, slack,
         )  # fmt: skip
-        if node < 0 or counts[FULL]:
+        if node < 0 or work.counts[FULL]:
             return
         first = -1 - table.node_left[node]
         for a in range(first, first + table.node_right[node]):
             if slab < 0:
-                cut_by_plane(
-                    elements, a, n, offset, slack, narrow, buffer, polygons, labels, counts
-                )
+                cut_by_plane(elements, a, (n, offset), slack, narrow, work)
             else:
-                cut_by_slab(
-                    elements, a, slab, g, c, n, offset - margin, slack, narrow, buffer, heights,
-                    polygons, labels, counts,
-                )  # fmt: skip
+                plane = (n, offset - margin)
+                cut_by_slab(elements, a, slab, (g, c), plane, slack, narrow, work)
 
 
 @inlined_kernel
-def half_space_and_surface(
-    table, slab, margin, body_B, R_BA, p_BA, slack, narrow, scratch, polygons, labels, counts
-):
+def half_space_and_surface(table, slab, margin, body_B, X_BA, slack, narrow, work):
     """Add the polygons, in B, of compliant half space A with element ``slab`` and rigid surface B.
 
     The rest is as for ``half_space_and_volume``.
     """
-    _, buffer, heights = scratch
-    elements = table.elements
+    (R_BA, p_BA), elements = X_BA, table.elements
     n = (R_BA[2], R_BA[5], R_BA[8])
     offset = -dot(n, p_BA) - margin
     g = rotate(R_BA, (elements[slab, 16], elements[slab, 17], elements[slab, 18]))
@@ -165,11 +143,8 @@ def half_space_and_surface(
             table.node_boxes, table.node_left, table.node_right, stack, depth,
             scale(-1.0, n), -offset, False, slack,
         )  # fmt: skip
-        if node < 0 or counts[FULL]:
+        if node < 0 or work.counts[FULL]:
             return
         first = -1 - table.node_left[node]
         for t in range(first, first + table.node_right[node]):
-            cut_triangle_by_slab(
-                elements, t, slab, field, n, offset, slack, narrow, buffer, heights,
-                polygons, labels, counts,
-            )  # fmt: skip
+            cut_triangle_by_slab(elements, t, slab, field, (n, offset), slack, narrow, work)
