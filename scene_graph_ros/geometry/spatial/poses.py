@@ -37,7 +37,6 @@ __all__ = [
     "quaternions_from_poses",
     "refuse_pose",
     "rotation_from_rpy",
-    "rpy_from_rotation",
     "to_pose_array",
 ]
 
@@ -194,16 +193,6 @@ def rotation_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
             [-sp, cp * sr, cp * cr],
         ]
     )
-
-
-def rpy_from_rotation(R: ArrayLike) -> NDArray[np.float64]:
-    """Return (roll, pitch, yaw) of a rotation; at pitch = +-90 degrees roll is chosen as 0."""
-    R = np.asarray(R, dtype=np.float64)
-    horizontal = math.hypot(R[0, 0], R[1, 0])
-    pitch = math.atan2(-R[2, 0], horizontal)
-    if horizontal * horizontal > ROTATION_DEFECT * ROTATION_DEFECT:
-        return np.array([math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])])
-    return np.array([0.0, pitch, math.atan2(-R[0, 1], R[1, 1])])
 
 
 def pose_from_xyz_rpy(xyz: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Poses:

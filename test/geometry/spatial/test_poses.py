@@ -30,7 +30,6 @@ from scene_graph_ros.geometry.spatial.poses import (
     poses_from_quaternions,
     quaternions_from_poses,
     rotation_from_rpy,
-    rpy_from_rotation,
 )
 from scene_graph_ros.geometry.tolerances import (
     MAX_COORDINATE,
@@ -271,13 +270,6 @@ def test_rpy_is_fixed_axis(rpy, image_of_x, image_of_y):
     R = rotation_from_rpy(rpy)
     assert np.allclose(R[:, 0], image_of_x, rtol=0.0, atol=1e-15)
     assert np.allclose(R[:, 1], image_of_y, rtol=0.0, atol=1e-15)
-
-
-@given(ANGLES, st.floats(-math.pi / 2, math.pi / 2), ANGLES)
-def test_rpy_round_trip(roll, pitch, yaw):
-    """The angles of a rotation give the rotation back, also at the poles."""
-    R = rotation_from_rpy((roll, pitch, yaw))
-    assert np.allclose(rotation_from_rpy(rpy_from_rotation(R)), R, rtol=0.0, atol=2e-6)
 
 
 @given(st.tuples(COORDINATES, COORDINATES, COORDINATES), st.tuples(ANGLES, ANGLES, ANGLES))
