@@ -26,6 +26,8 @@ from scene_graph_ros.planning.trajectories import (
     find_excess,
     MotionLimits,
     PiecewisePolynomial,
+    retime,
+    Retimer,
     TrajectoryError,
 )
 
@@ -192,6 +194,34 @@ def test_curves_are_retimed(tmp_path):
     straight = time_curve(checker, line, limits, at=[0.0, 0.0], retimer="ruckig")
     assert straight.is_success, straight.reason
     assert straight.stops == 1
+
+
+class Halved(Retimer):
+    """A retimer of one's own: as fast as may be, and then half as fast."""
+
+    def motion(self, path, limits):
+        """Return it."""
+        return retime(path, limits).scale_time(2.0)
+
+
+class Careless(Retimer):
+    """One that is four times as fast as may be."""
+
+    def motion(self, path, limits):
+        """Return it."""
+        return retime(path, limits).scale_time(0.25)
+
+
+def test_a_retimer_of_ones_own_is_checked_as_well(tmp_path):
+    """What keeps limits is taken as it is; what is too fast is slowed down until it keeps them."""
+    checker, limits = cart(tmp_path, -0.5, 0.5)
+    way = [[0.0, 0.0], [2.0, 0.0]]
+    # Two metres at 1 m/s and 2 m/s^2: 2 / 1 + 1 / 2 s.
+    for retimer, seconds in ((Halved(), 5.0), (Careless(), 2.5)):
+        timed = time_path(checker, way, limits, retimer=retimer)
+        assert timed.is_success, timed.reason
+        assert timed.duration == pytest.approx(seconds, rel=1e-6)
+        assert find_excess(timed.trajectory, limits) is None
 
 
 def test_what_a_retimer_does_not_find_is_told(tmp_path, monkeypatch):

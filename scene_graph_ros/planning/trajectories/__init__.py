@@ -16,6 +16,7 @@ from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import 
     PathParameterizedTrajectory,
 )
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.planning.trajectories.retimer import Retimer, RetimingError
 from scene_graph_ros.planning.trajectories.time_optimal import retime
 from scene_graph_ros.planning.trajectories.trajectory import Trajectory
 from scene_graph_ros.planning.trajectories.trajectory_points import TrajectoryPoints
@@ -29,6 +30,8 @@ __all__ = [
     "MotionLimits",
     "PathParameterizedTrajectory",
     "PiecewisePolynomial",
+    "Retimer",
+    "RetimingError",
     "Trajectory",
     "TrajectoryError",
     "TrajectoryPoints",
