@@ -84,7 +84,7 @@ UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_rendere
   $(patsubst %,tables/test_%.py,held_table hull_blocks vertex_scan) broadphase/test_aabb.py \
   $(patsubst %,narrowphase/test_%.py,cores lane_cores questions) \
   narrowphase/propose \
-  $(patsubst %,query/point/test_%.py,batch lanes_to_rows point_primitives point_convex) \
+  $(patsubst %,query/point/test_%.py,batch edge_lanes lanes_to_rows point_primitives point_convex) \
   $(patsubst %,query/distance/test_%.py,half_space_pairs mesh_contacts)) \
   test/numerics/test_camera_hard_cases.py \
   $(patsubst %,test/geometry/optimization/%.py,solve/test_banded_cones graphs/test_few_paths)
