@@ -1,9 +1,10 @@
-"""How long answers about a Panda's configurations, edges and clearances take in the demo's cell.
+"""How long answers take in the demo's cell: about a Panda's configurations, and what would be if.
 
     python -m benchmarks.messages planning
 
 Joint states and poses of objects come at 200 Hz meanwhile, and contacts and markers are listened
-to. The client is a process of its own: this module, run with ``--ask``.
+to. The client is a process of its own: this module, run with ``--ask``. It asks again as soon as
+it has an answer. The first row says how many updates there are while nobody asks.
 """
 
 from __future__ import annotations
@@ -25,7 +26,11 @@ __all__ = ["planning"]
 
 _RATE = 200.0
 _CONFIGURATIONS, _EDGES = 1000, 100
-_QUESTIONS = 5
+_QUESTIONS = 8
+_WHAT_IF, _NEAR = 100, 0.05
+"""Places of a ball that are asked about at once; metres up to which distances are."""
+_QUIET = 3.0
+"""Seconds without a question."""
 _LENGTH = 1.25
 """rad: edges are no longer."""
 
@@ -35,6 +40,10 @@ _LIMITS = (2.8, 1.7, 2.8, 3.0, 2.8, 3.7, 2.8)
 
 _SEED = 5
 
+_Job = tuple[str, Any, str, Callable[[], Any], Callable[[Any], float]]
+"""What is asked in words, the service and its name, what makes a request, and what says how much
+of the answer is free."""
+
 
 def planning(is_quick: bool) -> None:
     """Print the times from a request to its answer, at the client."""
@@ -42,6 +51,10 @@ def planning(is_quick: bool) -> None:
     head = f"{'milliseconds from request to answer':36} {'median':>7} {'99 %':>7} {'worst':>7}"
     print(f"{head}  updates/s")
     with demo_cell(rate=_RATE) as (isolation, _, listener):
+        before, begin = len(listener.arrivals), time.monotonic()
+        time.sleep(_QUIET)
+        rate = (len(listener.arrivals) - before) / (time.monotonic() - begin)
+        print(f"{'nothing':36} {'':23} {rate:10.0f}", flush=True)
         child = isolation.start(
             *("benchmarks.messages.planning", "--ask", str(count)),
             stdout=subprocess.PIPE,
@@ -55,6 +68,40 @@ def planning(is_quick: bool) -> None:
             median, high = np.percentile(values, (50, 99))
             figures = f"{median:7.2f} {high:7.2f} {values.max():7.2f} {rate:10.0f}"
             print(f"{answer['what']:36} {figures}  {answer['free']:.0%} free", flush=True)
+
+
+def _what_if_jobs(rng: np.random.Generator) -> list[_Job]:
+    """Return questions about a ball that might be elsewhere over the table."""
+    from scene_graph_msgs.msg import QueryOptions, WhatIf
+    from scene_graph_msgs.srv import ComputeSignedDistancePairwise, HasCollisions
+
+    def somewhere(places: int) -> Any:
+        poses = np.zeros((places, 7))
+        poses[:, :3], poses[:, 6] = rng.uniform((0.3, -0.5, 0.46), (0.9, 0.5, 0.8), (places, 3)), 1
+        what_if = WhatIf(frames=["objects/ball"], poses=poses.ravel().tolist())
+        return QueryOptions(what_if=what_if, with_names=False)
+
+    def collisions(places: int) -> Any:
+        return HasCollisions.Request(options=somewhere(places))
+
+    def distances() -> Any:
+        options = somewhere(_WHAT_IF)
+        return ComputeSignedDistancePairwise.Request(options=options, max_distance=[_NEAR])
+
+    def free(response: Any) -> float:
+        return 1.0 - float(np.mean(response.has_collisions))
+
+    def apart(response: Any) -> float:
+        return float((np.array(response.table.distance) > 0.0).mean())
+
+    return [
+        ("collisions if a ball were elsewhere", HasCollisions, "has_collisions",
+         lambda: collisions(1), free),
+        (f"the same, of {_WHAT_IF} places", HasCollisions, "has_collisions",
+         lambda: collisions(_WHAT_IF), free),
+        (f"distances up to {_NEAR} m of them", ComputeSignedDistancePairwise,
+         "compute_signed_distance_pairwise", distances, apart),
+    ]  # fmt: skip
 
 
 def _ask(count: int) -> None:
@@ -99,18 +146,18 @@ def _ask(count: int) -> None:
         near = np.array(table.row)[np.array(table.distance) <= 0.0]
         return 1.0 - len(np.unique(near)) / _CONFIGURATIONS
 
-    jobs: list[tuple[str, Any, str, Callable[[], Any]]] = [
+    jobs: list[_Job] = [
         (f"{_CONFIGURATIONS} configurations", CheckConfigurations, "check_configurations",
-         lambda: configurations(with_collisions=False)),
+         lambda: configurations(with_collisions=False), free_outcomes),
         ("the same, with pairs and depths", CheckConfigurations, "check_configurations",
-         lambda: configurations(with_collisions=True)),
-        (f"{_EDGES} edges, proven", CheckEdges, "check_edges", edges),
+         lambda: configurations(with_collisions=True), free_outcomes),
+        (f"{_EDGES} edges, proven", CheckEdges, "check_edges", edges, free_outcomes),
         (f"clearances of {_CONFIGURATIONS} up to 0.1 m", CheckClearance, "check_clearance",
-         lambda: clearances(with_jacobians=False)),
+         lambda: clearances(with_jacobians=False), kept_distances),
         ("the same, with Jacobians", CheckClearance, "check_clearance",
-         lambda: clearances(with_jacobians=True)),
+         lambda: clearances(with_jacobians=True), kept_distances),
     ]  # fmt: skip
-    for what, kind, name, make in jobs:
+    for what, kind, name, make, told in [*jobs, *_what_if_jobs(rng)]:
         client = node.create_client(kind, f"/scene_graph/{name}")
         client.wait_for_service()
         times, free = [], []
@@ -126,7 +173,6 @@ def _ask(count: int) -> None:
                 continue
             if response.status.code:
                 raise RuntimeError(f"{name}: {response.status.message}")
-            told = kept_distances if kind is CheckClearance else free_outcomes
             free.append(told(response))
             times.append(elapsed * 1e3)
         answer = {"what": what, "times": times[1:], "free": float(np.mean(free))}
