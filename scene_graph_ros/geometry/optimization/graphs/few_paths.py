@@ -35,7 +35,7 @@ __all__ = ["best_of_few"]
 _MOST_LOOKS = 2000
 """Edges that are looked at for paths, until there are too many."""
 
-_MOST_EDGES = 400
+_MOST_EDGES = 160
 """All paths together have no more of them: that takes about as long as a relaxation."""
 
 
