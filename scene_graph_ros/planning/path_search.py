@@ -51,7 +51,7 @@ _SAMPLES = 128
 _ROOM_FOR_CORNERS = 64
 """Corners more than a path has at first."""
 
-LEAST_SAVING = 0.002
+LEAST_SAVING = 0.005
 """Of a path's length: corners that save less are not cut off."""
 
 _KEPT_BY_SHORTCUTS = 1e-3
