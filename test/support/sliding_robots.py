@@ -12,7 +12,7 @@ from scene_graph_msgs import srv
 from scene_graph_msgs.msg import QueryOptions
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
-from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.world.inputs import message_type
 from scene_graph_ros.node.world.scenes import SceneLoader
 from scene_graph_ros.node.world.world import World
@@ -71,11 +71,11 @@ def answer(world: World, name: str, limits: dict[str, int] | None = None, **fiel
     """Return what a query service answers; raises what it would refuse a request for."""
     options = fields.get("options", QueryOptions())
     snapshot = world.snapshot
-    asked = Asked(
+    scope = QueryScope(
         snapshot,
         options_from_msg(options, snapshot.names),
         lambda parameter: {"query_threads": 1, **(limits or {})}.get(parameter, 10**6),
     )
     response = getattr(srv, name).Response()
-    QUERIES[name].handler(getattr(srv, name).Request(**fields), response, asked)
+    QUERIES[name].handler(getattr(srv, name).Request(**fields), response, scope)
     return response

@@ -27,7 +27,7 @@ from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import suggestion
 from scene_graph_ros.node.effects.camera_frame import optical_frame, parent_of
-from scene_graph_ros.node.services.queries import Asked
+from scene_graph_ros.node.services.queries import QueryScope
 from scene_graph_ros.node.world.world import WorldSnapshot
 
 __all__ = ["render_images"]
@@ -42,26 +42,26 @@ class _View(NamedTuple):
     frame_id: str
 
 
-def render_images(request: Any, response: Any, asked: Asked) -> None:
+def render_images(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer RenderImages."""
-    snapshot, forms = asked.snapshot, _forms(request.images)
+    snapshot, forms = scope.snapshot, _forms(request.images)
     view = _view(request, snapshot)
     core, engine = _renderer(request.renderer, view.camera.core, snapshot)
     lens = core.intrinsics
-    pixels = lens.width * lens.height * len(asked.options.configurations)
+    pixels = lens.width * lens.height * len(scope.options.configurations)
     # What the scene has may cost what it costs.
     cost = cost_of_pixel(engine) if request.renderer.type else 1
-    asked.require("max_pixels_per_request", pixels * cost, "pixels")
+    scope.require("max_pixels_per_request", pixels * cost, "pixels")
     kinds = frozenset().union(*(form.kinds for form in forms.values()))
     named: dict[str, Any] = {"stamp_ns": snapshot.stamp, "frame_id": view.frame_id}
 
-    def answer(world: QueryObject) -> tuple[Any, NDArray[np.float64]]:
-        X_WC = world.snapshot.pose_in_world(view.parent) @ view.X_PC
+    def answer(query: QueryObject) -> tuple[Any, NDArray[np.float64]]:
+        X_WC = query.snapshot.pose_in_world(view.parent) @ view.X_PC
         depth_range = view.camera.depth_range
-        images = engine.render(world.snapshot, core, X_WC, kinds, depth_range)
+        images = engine.render(query.snapshot, core, X_WC, kinds, depth_range)
         return {name: image_to_msg(f, lens, images, **named) for name, f in forms.items()}, X_WC
 
-    answers = asked.each(answer)
+    answers = scope.each(answer)
     for name in forms:
         setattr(response, name, [messages[name] for messages, _ in answers])
     response.poses = poses_to_msg(np.array([X_WC for _, X_WC in answers]))

@@ -19,10 +19,10 @@ from msg_adapters.trajectories import (
 from scene_graph_msgs.action import PlanPath
 from scene_graph_ros.node.runtime.goals import Goal
 from scene_graph_ros.node.services.plan_goals import (
-    asked_plan,
-    AskedPlan,
     CancelledError,
+    checked_goal,
     patience,
+    PlanGoal,
 )
 from scene_graph_ros.node.world.planned_path import PlannedPath
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
@@ -54,7 +54,7 @@ def plan(
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
     robots = snapshot.robots.planning(core)
-    asked = asked_plan(goal.request, robots, robots.present(snapshot.positions), limit)
+    wanted = checked_goal(goal.request, robots, robots.present(snapshot.positions), limit)
     result = PlanPath.Result(
         status=ok_status(),
         scene_version=snapshot.scene_version,
@@ -66,23 +66,23 @@ def plan(
             raise CancelledError.of_search(progress)
         goal.tell(_feedback(progress))
 
-    path, checker = None, robots.checker(core, **asked.paddings)
+    path, checker = None, robots.checker(core, **wanted.paddings)
     try:
         found = plan_path(
             checker,
-            asked.start,
-            asked.goals,
+            wanted.start,
+            wanted.goals,
             seed=goal.request.seed,
             timeout=patience(goal.request.timeout, limit),
-            group=asked.group,
+            group=wanted.group,
             watch=watch,
         )
         _tell(found, result)
         if found.is_success:
             result.path = configurations_to_msg(
-                robots.positions, found.configurations, asked.moving
+                robots.positions, found.configurations, wanted.moving
             )
-            path = _planned(goal, robots, asked, checker, found, result, limit)
+            path = _planned(goal, robots, wanted, checker, found, result, limit)
     except CancelledError as cancelled:
         result.failure, result.reason = PlanPath.Result.CANCELED, str(cancelled)
     result.seconds = time.monotonic() - begin
@@ -92,7 +92,7 @@ def plan(
 def _planned(
     goal: Goal,
     robots: PlanningRobots,
-    asked: AskedPlan,
+    wanted: PlanGoal,
     checker: SceneGraphCollisionChecker,
     found: Plan,
     result: Any,
@@ -102,12 +102,12 @@ def _planned(
     q, times = found.configurations, None
     ends = q if len(q) > 1 else np.repeat(q, 2, axis=0)
     curves = np.stack([ends[:-1], ends[1:]], axis=1)
-    if asked.limits is not None:
-        timed = _timed(goal, asked, asked.limits, checker, found, limit)
+    if wanted.limits is not None:
+        timed = _timed(goal, wanted, wanted.limits, checker, found, limit)
         if timed.points is None or timed.trajectory is None:
             result.failure, result.reason = PlanPath.Result.NOT_TIMED, timed.reason or ""
             return None
-        columns = asked.moving
+        columns = wanted.moving
         result.trajectory = joint_trajectory_to_msg(
             [robots.positions.short(column) for column in columns], timed.points.of(columns)
         )
@@ -115,12 +115,12 @@ def _planned(
         q, times = timed.points.positions, timed.trajectory.breaks
         curves = timed.trajectory.control_points
     names = robots.positions.names
-    return PlannedPath(goal.id, q, curves, times, names, asked.moving, **asked.paddings)
+    return PlannedPath(goal.id, q, curves, times, names, wanted.moving, **wanted.paddings)
 
 
 def _timed(
     goal: Goal,
-    asked: AskedPlan,
+    wanted: PlanGoal,
     limits: MotionLimits,
     checker: SceneGraphCollisionChecker,
     found: Plan,
@@ -149,8 +149,8 @@ def _timed(
         checker,
         found.configurations,
         limits,
-        rise_time=asked.rise_time,
-        retimer=asked.retimer,
+        rise_time=wanted.rise_time,
+        retimer=wanted.retimer,
         timeout=patience,
         watch=watch,
     )

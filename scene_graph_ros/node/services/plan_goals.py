@@ -26,7 +26,7 @@ from scene_graph_ros.planning.trajectories import MotionLimits
 from scene_graph_ros.planning.trajectories.retimer import Retimer
 from scene_graph_ros.robots.tree_kernels import FLOATING
 
-__all__ = ["AskedPlan", "CancelledError", "asked_plan", "patience"]
+__all__ = ["CancelledError", "PlanGoal", "checked_goal", "patience"]
 
 
 class CancelledError(Exception):
@@ -42,7 +42,7 @@ class CancelledError(Exception):
         )
 
 
-class AskedPlan(NamedTuple):
+class PlanGoal(NamedTuple):
     """What a goal says, checked."""
 
     start: NDArray[np.float64]
@@ -59,12 +59,12 @@ class AskedPlan(NamedTuple):
     retimer: Retimer
 
 
-def asked_plan(
+def checked_goal(
     request: Any,
     robots: PlanningRobots,
     present: NDArray[np.float64],
     limit: Callable[[str], Any],
-) -> AskedPlan:
+) -> PlanGoal:
     """Return what a goal says, checked, of robots that are at ``present`` ``(nq,)``."""
     count = count_rows(request.start) + count_rows(request.goals) + len(request.pose_goals)
     require(limit, "max_robot_configurations_per_request", count, "configurations")
@@ -85,7 +85,7 @@ def asked_plan(
         limits = _limits(request.limits, robots, moving)
     rise_time = rise_time_from_msg(request.rise_time, "rise_time")
     retimer = _retimer(limit("retimer") if request.with_trajectory else "time_optimal")
-    return AskedPlan(starts[0], goals, group, moving, paddings, limits, rise_time, retimer)
+    return PlanGoal(starts[0], goals, group, moving, paddings, limits, rise_time, retimer)
 
 
 def _goals(

@@ -21,7 +21,7 @@ from scene_graph_msgs.srv import CheckEdges
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
-from scene_graph_ros.node.services.queries import Asked
+from scene_graph_ros.node.services.queries import QueryScope
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.planning import ClearanceColumns, EdgeMeasure, SceneGraphCollisionChecker
 from scene_graph_ros.planning.position_limits import beyond_limits
@@ -60,28 +60,28 @@ class _Found(NamedTuple):
 class _Question(NamedTuple):
     """What both services are asked about: configurations, worlds and margins."""
 
-    asked: Asked
+    scope: QueryScope
     robots: PlanningRobots
     q: NDArray[np.float64]
     """``(n, nq)``."""
     paddings: dict[str, float]
 
-    def checker(self, world: QueryObject) -> SceneGraphCollisionChecker:
+    def checker(self, query: QueryObject) -> SceneGraphCollisionChecker:
         """Return the checker for one configuration of what_if."""
-        return self.robots.checker(world.snapshot, **self.paddings)
+        return self.robots.checker(query.snapshot, **self.paddings)
 
     @property
     def threads(self) -> int:
         """How many share the rows: one, where they share the worlds."""
-        asked = self.asked
-        return int(asked.limit("query_threads")) if len(asked.options.configurations) == 1 else 1
+        scope = self.scope
+        return int(scope.limit("query_threads")) if len(scope.options.configurations) == 1 else 1
 
 
-def check_clearance(request: Any, response: Any, asked: Asked) -> None:
+def check_clearance(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer CheckClearance. A configuration costs about as much as an edge, and counts as one."""
-    count = count_rows(request.configurations) * len(asked.options.configurations)
-    asked.require("max_edges_per_request", count, "configurations")
-    question = _question(request, request.configurations, "configurations", asked)
+    count = count_rows(request.configurations) * len(scope.options.configurations)
+    scope.require("max_edges_per_request", count, "configurations")
+    question = _question(request, request.configurations, "configurations", scope)
     influence = request.influence_distance
     if not 0.0 <= influence <= MAX_COORDINATE:
         raise MessageError(
@@ -89,36 +89,36 @@ def check_clearance(request: Any, response: Any, asked: Asked) -> None:
         )
     width = question.q.shape[1] if request.with_jacobians else 0
 
-    def answer(world: QueryObject) -> list[ClearanceColumns]:
-        checker, parts = question.checker(world), []
+    def answer(query: QueryObject) -> list[ClearanceColumns]:
+        checker, parts = question.checker(query), []
         for first in range(0, max(len(question.q), 1), _CLEARANCES):
             rows = question.q[first : first + _CLEARANCES]
             part = checker.calc_clearance_columns(rows, influence)
-            asked.tally.add(len(part.distance) * (1 + width // _COLUMNS))
+            scope.tally.add(len(part.distance) * (1 + width // _COLUMNS))
             parts.append(part._replace(configuration=part.configuration + first))
         return parts
 
     parts = [
-        part._replace(configuration=part.configuration + world * len(question.q))
-        for world, answers in enumerate(asked.each(answer))
+        part._replace(configuration=part.configuration + number * len(question.q))
+        for number, answers in enumerate(scope.each(answer))
         for part in answers
     ]
     response.clearances = clearance_table_to_msg(
         ClearanceColumns(*(np.concatenate(column) for column in zip(*parts, strict=True))),
         question.robots.tree.position_names if request.with_jacobians else None,
-        asked.legend,
+        scope.legend,
     )
 
 
-def check_configurations(request: Any, response: Any, asked: Asked) -> None:
+def check_configurations(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer CheckConfigurations."""
-    count = count_rows(request.configurations) * len(asked.options.configurations)
-    asked.require("max_robot_configurations_per_request", count, "configurations")
-    question = _question(request, request.configurations, "configurations", asked)
+    count = count_rows(request.configurations) * len(scope.options.configurations)
+    scope.require("max_robot_configurations_per_request", count, "configurations")
+    question = _question(request, request.configurations, "configurations", scope)
     beyond = beyond_limits(question.robots.tree, question.q).any(axis=1)
 
-    def answer(world: QueryObject) -> _Found:
-        checker = question.checker(world)
+    def answer(query: QueryObject) -> _Found:
+        checker = question.checker(query)
         if not request.with_collisions:
             free = checker.check_configs_collision_free(question.q, threads=question.threads)
             return _Found(_unless(beyond, free))
@@ -129,22 +129,22 @@ def check_configurations(request: Any, response: Any, asked: Asked) -> None:
         collisions = _Collisions(rows, list(found.pairs), depths, [0.0] * len(rows))
         return _Found(_unless(beyond, free), collisions)
 
-    _respond(response, asked.each(answer), asked)
+    _respond(response, scope.each(answer), scope)
 
 
-def check_edges(request: Any, response: Any, asked: Asked) -> None:
+def check_edges(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer CheckEdges."""
     rows = count_rows(request.ends)
-    count = rows // 2 * len(asked.options.configurations)
-    asked.require("max_edges_per_request", count, "edges")
-    question = _question(request, request.ends, "ends", asked)
+    count = rows // 2 * len(scope.options.configurations)
+    scope.require("max_edges_per_request", count, "edges")
+    question = _question(request, request.ends, "ends", scope)
     if len(question.q) % 2:
         raise MessageError(f"ends has {len(question.q)} rows; an edge has two")
     edges = question.q.reshape(-1, 2, question.q.shape[1])
     beyond = beyond_limits(question.robots.tree, edges).any(axis=(1, 2))
 
-    def answer(world: QueryObject) -> _Found:
-        checker = question.checker(world)
+    def answer(query: QueryObject) -> _Found:
+        checker = question.checker(query)
         if not request.with_measures:
             statuses = checker.edge_statuses(edges, threads=question.threads)
             return _Found(_unless(beyond, statuses))
@@ -155,18 +155,18 @@ def check_edges(request: Any, response: Any, asked: Asked) -> None:
             np.array([(each.alpha, each.least_clearance) for each in measures]).reshape(-1, 2),
         )
 
-    answers = asked.each(answer)
-    _respond(response, answers, asked)
+    answers = scope.each(answer)
+    _respond(response, answers, scope)
     measures = np.concatenate([each.measures for each in answers])
     response.proven_up_to = float64s_to_msg(measures[:, 0])
     response.least_clearances = float64s_to_msg(measures[:, 1])
 
 
-def _question(request: Any, rows: Any, field: str, asked: Asked) -> _Question:
+def _question(request: Any, rows: Any, field: str, scope: QueryScope) -> _Question:
     """Return what is asked; raises UnknownIdError, NameConflictError and MessageError."""
-    snapshot = asked.snapshot
+    snapshot = scope.snapshot
     robots = snapshot.robots.planning(snapshot.query.snapshot)
-    for frame in asked.options.configurations[0]:
+    for frame in scope.options.configurations[0]:
         if frame in robots.link_frames:
             raise MessageError(
                 f"what_if.frames: {quoted(snapshot.names.frame_path(frame))} is a link of a robot,"
@@ -178,7 +178,7 @@ def _question(request: Any, rows: Any, field: str, asked: Asked) -> _Question:
         name: padding_from_msg(getattr(request, name), name)
         for name in ("environment_padding", "self_padding")
     }
-    return _Question(asked, robots, q, paddings)
+    return _Question(scope, robots, q, paddings)
 
 
 def _unless(beyond: Any, outcomes: NDArray[Any]) -> NDArray[np.uint8]:
@@ -198,7 +198,7 @@ def _collisions_of(
     return _Collisions(*(list(column) for column in zip(*found, strict=True))) if found else _NONE
 
 
-def _respond(response: Any, answers: Sequence[_Found], asked: Asked) -> None:
+def _respond(response: Any, answers: Sequence[_Found], scope: QueryScope) -> None:
     """Fill in the outcomes and collisions of all configurations of what_if."""
     response.outcomes = uint8s_to_msg(np.concatenate([each.outcomes for each in answers]))
     rows, pairs, depths, at = [], [], [], []
@@ -209,4 +209,4 @@ def _respond(response: Any, answers: Sequence[_Found], asked: Asked) -> None:
         depths += each.collisions.depths
         at += each.collisions.at
         first += len(each.outcomes)
-    response.collisions = collision_table_to_msg(rows, pairs, depths, at, asked.legend)
+    response.collisions = collision_table_to_msg(rows, pairs, depths, at, scope.legend)

@@ -15,7 +15,6 @@ import numpy as np
 
 from msg_adapters.errors import MessageError, UnavailableError
 from msg_adapters.poses import poses_to_msg
-from msg_adapters.properties import role_from_msg
 from msg_adapters.queries import (
     candidates_to_msg,
     flags_to_msg,
@@ -28,7 +27,6 @@ from msg_adapters.queries import (
     signed_distance_pair_to_msg,
     signed_distances_to_msg,
 )
-from msg_adapters.scene import frames_to_msg, geometries_to_msg, source_to_msg
 from msg_adapters.status import status_from_exception
 from scene_graph_msgs.msg import SignedDistancePair
 from scene_graph_ros.geometry.errors import (
@@ -45,13 +43,12 @@ from scene_graph_ros.node.services.tally import (
     signed_distances_within,
     Tally,
 )
-from scene_graph_ros.node.world.intake import UNSTAMPED
 from scene_graph_ros.node.world.world import WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.world.kept_regions import KeptRegions
 
-__all__ = ["QUERIES", "Asked", "Query"]
+__all__ = ["QUERIES", "Query", "QueryScope"]
 
 T = TypeVar("T")
 
@@ -69,7 +66,7 @@ def _no_text(resource: str) -> tuple[str, str]:
 
 
 @dataclass
-class Asked:
+class QueryScope:
     """What a handler answers from: a snapshot, the options of the request, and the limits.
 
     ``regions`` returns what keeps regions, ``text`` the path and the text of a file; ``tally``
@@ -107,14 +104,14 @@ class Asked:
         threads = self.limit("query_threads")
         return ask_what_if(self.snapshot.query, configurations, question, threads=threads)
 
-    def ask(self, world: QueryObject, question: Callable[..., T], *arguments: Hashable) -> T:
+    def ask(self, query: QueryObject, question: Callable[..., T], *arguments: Hashable) -> T:
         """Return what a method of ``QueryObject`` answers about one of the configurations.
 
         About the world as it is, threads that ask the same share the answer.
         """
-        if world is self.snapshot.query:
+        if query is self.snapshot.query:
             return self.snapshot.ask(question, *arguments)
-        return question(world, *arguments)
+        return question(query, *arguments)
 
     @property
     def legend(self) -> Any:
@@ -126,42 +123,42 @@ class Asked:
         require(self.limit, parameter, count, what)
 
 
-Handler = Callable[[Any, Any, Asked], None]
+Handler = Callable[[Any, Any, QueryScope], None]
 
 
-def _possible_pairs(asked: Asked) -> int:
+def _possible_pairs(scope: QueryScope) -> int:
     """Bound the number of pairs that the scene has, all configurations together."""
-    anchored = np.asarray(asked.snapshot.query.snapshot.proximity.is_anchored)
+    anchored = np.asarray(scope.snapshot.query.snapshot.proximity.is_anchored)
     count, moving = len(anchored), int(np.count_nonzero(~anchored.astype(bool)))
     pairs = moving * (count - moving) + moving * (moving - 1) // 2
-    return pairs * len(asked.options.configurations)
+    return pairs * len(scope.options.configurations)
 
 
-def penetration(request: Any, response: Any, asked: Asked) -> None:
+def penetration(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer ComputePointPairPenetration."""
     question = QueryObject.compute_point_pair_penetration
-    tables = asked.each(lambda world: asked.tally.counted(asked.ask(world, question)))
-    response.table = point_contacts_to_msg(tables, asked.legend)
+    tables = scope.each(lambda query: scope.tally.counted(scope.ask(query, question)))
+    response.table = point_contacts_to_msg(tables, scope.legend)
 
 
-def signed_distances(request: Any, response: Any, asked: Asked) -> None:
+def signed_distances(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer ComputeSignedDistancePairwise."""
     limit = limit_from_msg(request.max_distance, "max_distance")
     if np.isinf(limit):
-        asked.require("max_rows_per_response", _possible_pairs(asked), "pairs of the scene")
-    tally, pairs = asked.tally, _possible_pairs(asked)
+        scope.require("max_rows_per_response", _possible_pairs(scope), "pairs of the scene")
+    tally, pairs = scope.tally, _possible_pairs(scope)
     question = QueryObject.compute_signed_distance_pairwise_closest_points
 
-    def answer(world: QueryObject) -> SignedDistancePairs:
+    def answer(query: QueryObject) -> SignedDistancePairs:
         if pairs > tally.most_rows:
-            return signed_distances_within(world, limit, tally)
-        return tally.counted(asked.ask(world, question, limit))
+            return signed_distances_within(query, limit, tally)
+        return tally.counted(scope.ask(query, question, limit))
 
-    tables = asked.each(answer)
-    response.table = signed_distances_to_msg(tables, asked.legend)
+    tables = scope.each(answer)
+    response.table = signed_distances_to_msg(tables, scope.legend)
 
 
-def signed_distance_pairs(request: Any, response: Any, asked: Asked) -> None:
+def signed_distance_pairs(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer ComputeSignedDistancePair: each pair has a status of its own."""
     if len(request.geometries_a) != len(request.geometries_b):
         raise MessageError(
@@ -174,137 +171,80 @@ def signed_distance_pairs(request: Any, response: Any, asked: Asked) -> None:
         *zip(request.geometries_a, request.geometries_b, strict=True),
         *zip(request.ids_a, request.ids_b, strict=True),
     ]
-    count = len(wanted) * len(asked.options.configurations)
-    asked.require("max_pairs_per_request", count, "pairs")
-    names = asked.snapshot.names
-    for pairs in asked.each(lambda world: [_pair(world, a, b, names) for a, b in wanted]):
+    count = len(wanted) * len(scope.options.configurations)
+    scope.require("max_pairs_per_request", count, "pairs")
+    names = scope.snapshot.names
+    for pairs in scope.each(lambda query: [_pair(query, a, b, names) for a, b in wanted]):
         response.pairs.extend(pairs)
 
 
-def _pair(world: QueryObject, a: Any, b: Any, names: Any) -> SignedDistancePair:
+def _pair(query: QueryObject, a: Any, b: Any, names: Any) -> SignedDistancePair:
     """Answer for one pair; what it can't be answered for is its own status, not the request's."""
     try:
         id_A, id_B = sorted((names.geometry_id(a), names.geometry_id(b)))
     except (UnknownIdError, NameConflictError) as error:
         return SignedDistancePair(status=status_from_exception(error))
     try:
-        record = world.compute_signed_distance_pair_closest_points(id_A, id_B)
+        record = query.compute_signed_distance_pair_closest_points(id_A, id_B)
     except (UnsupportedPairError, ValueError) as error:
         return SignedDistancePair(
             status=status_from_exception(error),
             geometry_a=names.geometry_name(id_A),
             geometry_b=names.geometry_name(id_B),
         )
-    snapshot = world.snapshot
+    snapshot = query.snapshot
     return signed_distance_pair_to_msg(
         record, names, snapshot.pose_in_world(id_A), snapshot.pose_in_world(id_B)
     )
 
 
-def point_distances(request: Any, response: Any, asked: Asked) -> None:
+def point_distances(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer ComputeSignedDistanceToPoint."""
-    count = len(request.points) // 3 * len(asked.options.configurations)
-    asked.require("max_points_per_request", count, "points")
+    count = len(request.points) // 3 * len(scope.options.configurations)
+    scope.require("max_points_per_request", count, "points")
     points = points_from_msg(request.points)
     threshold = limit_from_msg(request.threshold, "threshold")
     if np.isinf(threshold):
-        geometries = len(asked.snapshot.query.snapshot.proximity.ids)
-        asked.require("max_rows_per_response", count * geometries, "points times geometries")
+        geometries = len(scope.snapshot.query.snapshot.proximity.ids)
+        scope.require("max_rows_per_response", count * geometries, "points times geometries")
     # Many points of one configuration are shared, or else the configurations.
-    threads = asked.limit("query_threads") if len(asked.options.configurations) == 1 else 1
-    tables = asked.each(
-        lambda world: points_within(world, points, threshold, threads, asked.tally)
+    threads = scope.limit("query_threads") if len(scope.options.configurations) == 1 else 1
+    tables = scope.each(
+        lambda query: points_within(query, points, threshold, threads, scope.tally)
     )
-    response.table = point_distances_to_msg(tables, asked.legend)
+    response.table = point_distances_to_msg(tables, scope.legend)
 
 
-def candidates(request: Any, response: Any, asked: Asked) -> None:
+def candidates(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer FindCollisionCandidates."""
     question = QueryObject.find_collision_candidates
-    tables = asked.each(lambda world: asked.tally.counted(asked.ask(world, question)))
-    response.table = candidates_to_msg(tables, asked.legend)
+    tables = scope.each(lambda query: scope.tally.counted(scope.ask(query, question)))
+    response.table = candidates_to_msg(tables, scope.legend)
 
 
-def collisions(request: Any, response: Any, asked: Asked) -> None:
+def collisions(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer HasCollisions."""
     question = QueryObject.has_collisions
-    response.has_collisions = flags_to_msg(asked.each(lambda world: asked.ask(world, question)))
+    response.has_collisions = flags_to_msg(scope.each(lambda query: scope.ask(query, question)))
 
 
-def poses(request: Any, response: Any, asked: Asked) -> None:
+def poses(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer GetPoseInWorld."""
-    names = asked.snapshot.names
+    names = scope.snapshot.names
     wanted: list[Any] = [names.frame_id(frame) for frame in request.frames]
     wanted += [names.geometry_id(reference) for reference in request.geometries]
-    count = len(wanted) * len(asked.options.configurations)
-    asked.require("max_rows_per_response", count, "poses")
-    X_W = asked.each(lambda world: [world.snapshot.pose_in_world(item) for item in wanted])
+    count = len(wanted) * len(scope.options.configurations)
+    scope.require("max_rows_per_response", count, "poses")
+    X_W = scope.each(lambda query: [query.snapshot.pose_in_world(item) for item in wanted])
     response.poses = poses_to_msg(np.array(X_W).reshape(-1, 4, 4))
 
 
-def describe(request: Any, response: Any, asked: Asked) -> None:
-    """Answer DescribeScene."""
-    snapshot = asked.snapshot
-    inspector, names = snapshot.inspector, snapshot.names
-    chosen = list(snapshot.records.values())
-    if request.source:
-        source_id = names.source_id(request.source)
-        chosen = [record for record in chosen if record.id == source_id]
-    role = role_from_msg(request.role) if request.role else None
-    pose_topics = asked.pose_topics(snapshot)
-    configuration_topics = asked.configuration_topics(snapshot)
-    for record in sorted(chosen, key=lambda record: record.id):
-        stamp = snapshot.source_stamps.get(record.name, UNSTAMPED)
-        response.sources.append(
-            source_to_msg(
-                record.id,
-                record.name,
-                pose_topic=pose_topics.get(record.name, ""),
-                pose_type=record.pose_type,
-                configuration_topic=configuration_topics.get(record.name, ""),
-                stamp_ns=max(stamp, 0),
-            )
-        )
-    frames = sorted(f for record in chosen for f in inspector.frames_for_source(record.id))
-    response.frames = frames_to_msg(
-        inspector, names, frames, snapshot.query.snapshot.pose_in_world
-    )
-    geometries = sorted(
-        geometry
-        for record in chosen
-        for geometry in inspector.get_geometries_for_source(record.id)
-        if role is None or role in inspector.get_roles(geometry)
-    )
-    response.geometries = geometries_to_msg(
-        inspector,
-        names,
-        geometries,
-        with_shapes=request.with_shapes,
-        with_properties=request.with_properties,
-    )
-    if snapshot.cameras:
-        # Imported with the first camera.
-        from msg_adapters.cameras import scene_camera_to_msg
-
-        owners = {record.name for record in chosen}
-        response.cameras = [
-            scene_camera_to_msg(camera)
-            for _, camera in sorted(snapshot.cameras.items())
-            if camera.source in owners
-        ]
-    renderers = snapshot.query.snapshot.state.renderers
-    if renderers:
-        from msg_adapters.renderers import renderer_to_msg
-
-        response.renderers = [renderer_to_msg(*each) for each in sorted(renderers.items())]
-
-
-def filtered(request: Any, response: Any, asked: Asked) -> None:
+def filtered(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer IsCollisionFiltered."""
     if len(request.a) != len(request.b):
         raise MessageError(f"a has {len(request.a)} entries, b {len(request.b)}")
-    asked.require("max_pairs_per_request", len(request.a), "pairs")
-    names, inspector = asked.snapshot.names, asked.snapshot.inspector
+    scope.require("max_pairs_per_request", len(request.a), "pairs")
+    names, inspector = scope.snapshot.names, scope.snapshot.inspector
     response.is_filtered = flags_to_msg(
         inspector.collision_filtered(names.geometry_id(a), names.geometry_id(b))
         for a, b in zip(request.a, request.b, strict=True)
@@ -314,9 +254,9 @@ def filtered(request: Any, response: Any, asked: Asked) -> None:
 def _on_demand(name: str, module_name: str = "surface_queries") -> Handler:
     """Return a handler of a module of the node, which is imported when it is first called."""
 
-    def handler(request: Any, response: Any, asked: Asked) -> None:
+    def handler(request: Any, response: Any, scope: QueryScope) -> None:
         module = importlib.import_module(f"scene_graph_ros.node.services.{module_name}")
-        getattr(module, name)(request, response, asked)
+        getattr(module, name)(request, response, scope)
 
     return handler
 
@@ -352,7 +292,7 @@ QUERIES: dict[str, Query] = {
     "ComputeSignedDistancePair": Query(signed_distance_pairs, "signed_distance"),
     "ComputeSignedDistancePairwise": Query(signed_distances, "signed_distance"),
     "ComputeSignedDistanceToPoint": Query(point_distances, "point_distance"),
-    "DescribeScene": Query(describe),
+    "DescribeScene": Query(_on_demand("describe", "scene_description")),
     "FindCollisionCandidates": Query(candidates),
     "GetDeformableConfigurations": Query(_on_demand("deformable_configurations")),
     "GetPoseInWorld": Query(poses),

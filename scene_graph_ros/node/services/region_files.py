@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
     regions_to_yaml,
 )
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.node.services.queries import Asked
+from scene_graph_ros.node.services.queries import QueryScope
 from scene_graph_ros.node.services.region_queries import ignored_geometry, kept_region
 from scene_graph_ros.scene_files.yaml_document import parse_yaml
 
@@ -25,14 +25,14 @@ __all__ = ["load_regions", "save_regions"]
 _ENDINGS = (".yaml", ".yml")
 
 
-def load_regions(request: Any, response: Any, asked: Asked) -> None:
+def load_regions(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer LoadRegions."""
     if bool(request.resource) == bool(request.text):
         raise MessageError("either resource or text says the regions, and the other is empty")
-    where, text = asked.text(request.resource) if request.resource else ("text", request.text)
+    where, text = scope.text(request.resource) if request.resource else ("text", request.text)
     document = parse_yaml(text, where).data
     found = regions_from_document(document, where, request.child_name or None)
-    ignored, kept = ignored_geometry(request.ignored, asked), []
+    ignored, kept = ignored_geometry(request.ignored, scope), []
     for name, region in found.items():
         if region.ambient_dimension != 3:
             raise MessageError(
@@ -40,17 +40,17 @@ def load_regions(request: Any, response: Any, asked: Asked) -> None:
                 " here is a region of the world, which has 3"
             )
         whole = canonical_name("region", request.prefix + name)
-        kept.append(kept_region(whole, region, ignored, where, asked))
-    most = asked.limit("max_regions")
-    asked.regions().keep(kept, replace=request.replace, most=most)
+        kept.append(kept_region(whole, region, ignored, where, scope))
+    most = scope.limit("max_regions")
+    scope.regions().keep(kept, replace=request.replace, most=most)
     response.names = [each.name for each in kept]
 
 
-def save_regions(request: Any, response: Any, asked: Asked) -> None:
+def save_regions(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer SaveRegions."""
-    kept = asked.regions().named(request.names)
+    kept = scope.regions().named(request.names)
     faces = sum(len(each.region.b) for each in kept)
-    asked.require("max_rows_per_response", faces, "faces of the regions")
+    scope.require("max_rows_per_response", faces, "faces of the regions")
     regions = {each.name: each.region for each in kept}
     text = regions_to_yaml(regions, request.child_name or None)
     if len(text) > MAX_TEXT_BYTES:
@@ -59,12 +59,12 @@ def save_regions(request: Any, response: Any, asked: Asked) -> None:
         )
     response.text = text
     if request.file:
-        response.path = str(_write(request.file, text, bool(request.replace), asked))
+        response.path = str(_write(request.file, text, bool(request.replace), scope))
 
 
-def _write(file: str, text: str, replace: bool, asked: Asked) -> Path:
+def _write(file: str, text: str, replace: bool, scope: QueryScope) -> Path:
     """Write a file of the folder for regions as a whole, or not at all; return its path."""
-    folder = asked.limit("regions_folder")
+    folder = scope.limit("regions_folder")
     if not folder:
         raise UnavailableError("the parameter regions_folder names no folder to write files to")
     is_plain = file.isprintable() and not file.startswith(".") and Path(file).name == file

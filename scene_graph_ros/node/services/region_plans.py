@@ -31,10 +31,10 @@ from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.goals import Goal
 from scene_graph_ros.node.services.plan_goals import (
-    asked_plan,
-    AskedPlan,
     CancelledError,
+    checked_goal,
     patience,
+    PlanGoal,
 )
 from scene_graph_ros.node.services.plan_watch import NoPlanError, PlanWatch
 from scene_graph_ros.node.services.tally import require
@@ -81,7 +81,7 @@ class _Work(NamedTuple):
     """What a goal is worked on with."""
 
     goal: Goal
-    asked: AskedPlan
+    wanted: PlanGoal
     rules: RegionTrajectoryRules
     robots: PlanningRobots
     checker: SceneGraphCollisionChecker
@@ -126,7 +126,7 @@ def plan(
             " joints may be"
         )
     robots = snapshot.robots.planning(core)
-    asked = asked_plan(request, robots, robots.present(snapshot.positions), limit)
+    wanted = checked_goal(request, robots, robots.present(snapshot.positions), limit)
     rules = rules_from_msg(request.regions, "regions")
     require(
         limit,
@@ -135,12 +135,12 @@ def plan(
         "regions.num_particles",
     )
     more = {
-        **asked.paddings,
-        "environment_padding": asked.paddings["environment_padding"] + rules.growth_padding,
+        **wanted.paddings,
+        "environment_padding": wanted.paddings["environment_padding"] + rules.growth_padding,
     }
-    checker, padded = (robots.checker(core, **each) for each in (asked.paddings, more))
+    checker, padded = (robots.checker(core, **each) for each in (wanted.paddings, more))
     watch = PlanWatch(goal, patience(request.timeout, limit))
-    work = _Work(goal, asked, rules, robots, checker, padded, watch, limit)
+    work = _Work(goal, wanted, rules, robots, checker, padded, watch, limit)
     path = None
     try:
         watch.look()
@@ -166,7 +166,7 @@ def _regions(work: _Work, text: Callable[[str], tuple[str, str]]) -> _Regions:
         raise MessageError("regions.seeds has positions, and regions are given, too: give either")
     if not given.resource and not given.text and not has_seeds:
         return _along_path(work)
-    goals = work.asked.goals
+    goals = work.wanted.goals
     if not isinstance(goals, np.ndarray):
         raise MessageError(
             "pose_goals must be empty where regions are given or grow around seeds: goals say"
@@ -190,7 +190,7 @@ def _read(work: _Work, text: str, where: str, goal: NDArray[np.float64]) -> _Reg
     require(work.limit, "max_regions", len(found), where)
     if not found:
         raise MessageError(f"{where} has no regions")
-    size = len(work.asked.moving)
+    size = len(work.wanted.moving)
     for name, region in found.items():
         if region.ambient_dimension != size:
             raise MessageError(
@@ -213,7 +213,7 @@ def _check_ends(
     work: _Work, checker: SceneGraphCollisionChecker, goal: NDArray[np.float64]
 ) -> None:
     """Raise NoPlanError where start or goal are not free, or beyond limits."""
-    ends = np.stack([work.asked.start, goal])
+    ends = np.stack([work.wanted.start, goal])
     first, last = find_troubles(checker, ends, checker.tolerance, new_stop())
     if first is not None:
         raise NoPlanError(first.of_start.value, f"the start {first.words}")
@@ -227,11 +227,11 @@ def _around_seeds(work: _Work, goal: NDArray[np.float64]) -> _Regions:
     count = count_rows(message)
     require(work.limit, "max_regions", count, "regions.seeds: rows")
     seeds = configurations_from_msg(
-        message, work.robots.positions, work.asked.start, "regions.seeds"
+        message, work.robots.positions, work.wanted.start, "regions.seeds"
     )
     moved = np.ones(seeds.shape[1], dtype=np.bool_)
-    moved[work.asked.moving] = False
-    for column in np.flatnonzero((seeds != work.asked.start).any(axis=0) & moved):
+    moved[work.wanted.moving] = False
+    for column in np.flatnonzero((seeds != work.wanted.start).any(axis=0) & moved):
         name = work.robots.positions.names[column]
         raise MessageError(f"regions.seeds: {quoted(name)} is not of the group")
     _check_ends(work, work.padded, goal)
@@ -242,7 +242,7 @@ def _around_seeds(work: _Work, goal: NDArray[np.float64]) -> _Regions:
             _grown(
                 f"regions.seeds, row {row}",
                 lambda seed=seed: region_around(  # type: ignore[misc]
-                    work.padded, seed, options=work.options, group=work.asked.group
+                    work.padded, seed, options=work.options, group=work.wanted.group
                 ),
             )
         )
@@ -253,11 +253,11 @@ def _along_path(work: _Work) -> _Regions:
     """Return regions along a path that is looked for first."""
     found = plan_path(
         work.padded,
-        work.asked.start,
-        work.asked.goals,
+        work.wanted.start,
+        work.wanted.goals,
         seed=work.goal.request.seed,
         timeout=work.watch.left,
-        group=work.asked.group,
+        group=work.wanted.group,
         watch=work.watch.follow,
     )
     if found.failure is not None:
@@ -266,7 +266,7 @@ def _along_path(work: _Work) -> _Regions:
     path = found.configurations
     regions = _grown(
         "regions along a path",
-        lambda: regions_along(work.padded, path, options=work.options, group=work.asked.group),
+        lambda: regions_along(work.padded, path, options=work.options, group=work.wanted.group),
     )
     grown = [each.region for each in regions]
     return _of_grown(grown, path[-1], found.goal or 0)._replace(edges=found.edges)
@@ -291,7 +291,7 @@ def _of_grown(regions: list[HPolyhedron], goal: NDArray[np.float64], row: int) -
 
 def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
     """Return the trajectory, of which the result is told; raises NoPlanError without one."""
-    watch, asked, limits = work.watch, work.asked, work.asked.limits
+    watch, wanted, limits = work.watch, work.wanted, work.wanted.limits
     assert limits is not None, "with_trajectory"
     watch.turn_to(_STATES.SOLVING)
     found = _solved(work, given, limits.velocities)
@@ -302,15 +302,15 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
         work.checker,
         trajectory,
         limits,
-        at=asked.start,
-        rise_time=asked.rise_time,
-        retimer=asked.retimer,
+        at=wanted.start,
+        rise_time=wanted.rise_time,
+        retimer=wanted.retimer,
         timeout=watch.left,
         watch=watch.look,
     )
     if timed.points is None or timed.trajectory is None:
         raise NoPlanError(_F.NOT_TIMED, timed.reason or "")
-    positions, columns = work.robots.positions, asked.moving
+    positions, columns = work.robots.positions, wanted.moving
     result.failure, result.goal, result.edges = _F.NONE, given.row, given.edges
     result.least_clearance = found.least_clearance
     result.trajectory = joint_trajectory_to_msg(
@@ -333,7 +333,7 @@ def _planned(work: _Work, given: _Regions, result: Any) -> PlannedPath:
         timed.trajectory.breaks,
         positions.names,
         columns,
-        **asked.paddings,
+        **wanted.paddings,
     )
 
 
@@ -350,11 +350,11 @@ def _solved(work: _Work, given: _Regions, velocities: NDArray[np.float64]) -> Re
     try:
         found = plan_through_regions(
             given.regions,
-            work.asked.start,
+            work.wanted.start,
             given.goal,
             velocities=velocities,
             checker=work.checker,
-            group=work.asked.group,
+            group=work.wanted.group,
             options=options,
             **work.rules.curves,
         )

@@ -38,20 +38,20 @@ from scene_graph_ros.geometry.optimization import (
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import CONTACT_RESOLUTION
-from scene_graph_ros.node.services.queries import Asked
+from scene_graph_ros.node.services.queries import QueryScope
 from scene_graph_ros.node.world.kept_regions import KeptRegion
 
 __all__ = ["check_regions", "grow_region", "ignored_geometry", "kept_region", "remove_regions"]
 
 
-def grow_region(request: Any, response: Any, asked: Asked) -> None:
+def grow_region(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer GrowRegion."""
     name = canonical_name("region", request.name) if request.name else ""
-    ignored = ignored_geometry(request.ignored, asked)
+    ignored = ignored_geometry(request.ignored, scope)
     seed = point_from_msg(request.seed, "seed")
-    domain = _domain(request, seed, asked)
-    options = _options(request, asked)
-    obstacles = _obstacles(asked, ignored, seed)
+    domain = _domain(request, seed, scope)
+    options = _options(request, scope)
+    obstacles = _obstacles(scope, ignored, seed)
     try:
         found = iris(
             [each.convex_set for each in obstacles],
@@ -61,21 +61,23 @@ def grow_region(request: Any, response: Any, asked: Asked) -> None:
             certificate=True,
         )
     except SampleError as error:
-        geometry = asked.snapshot.names.geometry_path(obstacles[error.obstacle].geometry_id)
+        geometry = scope.snapshot.names.geometry_path(obstacles[error.obstacle].geometry_id)
         raise MessageError(f"seed {seed.tolist()} touches {geometry}, to rounding") from None
     except SolverError as error:
         raise MessageError(f"seed {seed.tolist()}: no region could be grown: {error}") from None
-    _fill(response, found, obstacles, asked)
+    _fill(response, found, obstacles, scope)
     is_late = found.reason == "termination_func"
     response.reason = "time" if is_late else found.reason
     response.region = region_to_msg(name, found.region)
     if name:
-        kept = kept_region(name, found.region, ignored, "region", asked)
-        most = asked.limit("max_regions")
-        asked.regions().keep([kept], replace=request.replace, most=most)
+        kept = kept_region(name, found.region, ignored, "region", scope)
+        most = scope.limit("max_regions")
+        scope.regions().keep([kept], replace=request.replace, most=most)
 
 
-def _fill(response: Any, found: IrisRegion, obstacles: list[SceneObstacle], asked: Asked) -> None:
+def _fill(
+    response: Any, found: IrisRegion, obstacles: list[SceneObstacle], scope: QueryScope
+) -> None:
     response.ellipsoid_volumes = list(found.volumes)
     if found.ellipsoid is not None:
         x, y, z = found.ellipsoid.center.tolist()
@@ -83,10 +85,10 @@ def _fill(response: Any, found: IrisRegion, obstacles: list[SceneObstacle], aske
     ids = [int(obstacles[each.obstacle].geometry_id) for each in found.separations]
     response.separated_ids = int64s_to_msg(ids)
     response.separating_faces = uint32s_to_msg([each.row for each in found.separations])
-    response.geometries = legend(asked.legend, ids)
+    response.geometries = legend(scope.legend, ids)
 
 
-def _domain(request: Any, seed: NDArray[np.float64], asked: Asked) -> HPolyhedron:
+def _domain(request: Any, seed: NDArray[np.float64], scope: QueryScope) -> HPolyhedron:
     """Return where a region may be; it has the seed in it."""
     lower, upper = (
         point_from_msg(getattr(request, field), field) for field in ("domain_min", "domain_max")
@@ -98,7 +100,7 @@ def _domain(request: Any, seed: NDArray[np.float64], asked: Asked) -> HPolyhedro
             )
         if not low <= at <= high:
             raise MessageError(f"seed.{axis} {at} is outside the domain, from {low} to {high}")
-    asked.require(
+    scope.require(
         "max_faces_per_region", 6 + len(request.domain_b), "domain_b: faces of the region"
     )
     faces = region_from_msg(request.domain_a, request.domain_b, "domain_a", "domain_b")
@@ -109,8 +111,8 @@ def _domain(request: Any, seed: NDArray[np.float64], asked: Asked) -> HPolyhedro
     return HPolyhedron.make_box(lower, upper).intersection(faces)
 
 
-def _options(request: Any, asked: Asked) -> IrisOptions:
-    longest = float(asked.limit("max_planning_time"))
+def _options(request: Any, scope: QueryScope) -> IrisOptions:
+    longest = float(scope.limit("max_planning_time"))
     if not 0.0 <= request.time_limit < math.inf:
         raise MessageError(f"time_limit must be a number from 0 on, not {request.time_limit}")
     for field in ("termination_threshold", "relative_termination_threshold"):
@@ -130,21 +132,21 @@ def _options(request: Any, asked: Asked) -> IrisOptions:
 
 
 def _obstacles(
-    asked: Asked, ignored: frozenset[GeometryId], seed: NDArray[np.float64]
+    scope: QueryScope, ignored: frozenset[GeometryId], seed: NDArray[np.float64]
 ) -> list[SceneObstacle]:
     """Return what collides in all configurations; raises MessageError for a seed that is in it."""
-    count = len(asked.snapshot.query.snapshot.proximity.ids)
-    asked.require("max_pairs_per_request", count * len(asked.options.configurations), "obstacles")
+    count = len(scope.snapshot.query.snapshot.proximity.ids)
+    scope.require("max_pairs_per_request", count * len(scope.options.configurations), "obstacles")
 
     tol = CONTACT_RESOLUTION * max(1.0, float(np.abs(seed).max()))
 
-    def of(world: QueryObject) -> list[tuple[Any, SceneObstacle]]:
-        found = scene_obstacles(world, ignored)
-        snapshot = world.snapshot
+    def of(query: QueryObject) -> list[tuple[Any, SceneObstacle]]:
+        found = scene_obstacles(query, ignored)
+        snapshot = query.snapshot
         poses = dict(zip(snapshot.proximity.geometry_ids, snapshot.X_WG, strict=True))
         for geometry_id, convex_set in found:
             if not convex_set.is_empty() and convex_set.point_in_set(seed, tol):
-                raise MessageError(_collision(world, geometry_id, seed, asked))
+                raise MessageError(_collision(query, geometry_id, seed, scope))
         # What is where it was in another configuration is the same obstacle.
         places = [
             poses[each.geometry_id].tobytes() if each.geometry_id in poses else b""
@@ -154,75 +156,75 @@ def _obstacles(
             ((each.geometry_id, place), each) for each, place in zip(found, places, strict=True)
         ]
 
-    return list({key: each for found in asked.each(of) for key, each in found}.values())
+    return list({key: each for found in scope.each(of) for key, each in found}.values())
 
 
 def _collision(
-    world: QueryObject, geometry_id: GeometryId, seed: NDArray[np.float64], asked: Asked
+    query: QueryObject, geometry_id: GeometryId, seed: NDArray[np.float64], scope: QueryScope
 ) -> str:
     """Say that a seed is in a geometry, and how deep, or in what it counts as."""
-    path = asked.snapshot.names.geometry_path(geometry_id)
-    found = world.compute_signed_distance_to_point(seed, 0.0)
+    path = scope.snapshot.names.geometry_path(geometry_id)
+    found = query.compute_signed_distance_to_point(seed, 0.0)
     depth = max((-each.distance for each in found if each.id_G == geometry_id), default=0.0)
     if depth > 0.0:
         return f"seed {seed.tolist()} is {1e3 * depth:.4g} mm deep in {path}"
     return f"seed {seed.tolist()} is in or at the convex hull of {path}, by which it counts"
 
 
-def check_regions(request: Any, response: Any, asked: Asked) -> None:
+def check_regions(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer CheckRegions."""
-    extra = ignored_geometry(request.ignored, asked)
+    extra = ignored_geometry(request.ignored, scope)
     regions = [
         kept_region(
             each.name,
             region_from_msg(each.a, each.b, f"regions[{k}].a", f"regions[{k}].b"),
             frozenset(),
             f"regions[{k}]",
-            asked,
+            scope,
         )
         for k, each in enumerate(request.regions)
     ]
     asks_all = not request.names and not request.regions
-    kept = asked.regions().named(request.names) if request.names or asks_all else []
+    kept = scope.regions().named(request.names) if request.names or asks_all else []
     regions = [*kept, *regions]
-    count = len(asked.snapshot.query.snapshot.proximity.ids) + 1
-    count *= len(regions) * len(asked.options.configurations)
-    asked.require("max_pairs_per_request", count, "regions times geometries")
-    if asks_all and not extra and asked.options.configurations == ({},):
-        followed = asked.regions().follow(asked.snapshot).regions
+    count = len(scope.snapshot.query.snapshot.proximity.ids) + 1
+    count *= len(regions) * len(scope.options.configurations)
+    scope.require("max_pairs_per_request", count, "regions times geometries")
+    if asks_all and not extra and scope.options.configurations == ({},):
+        followed = scope.regions().follow(scope.snapshot).regions
         rows: list[Any] = [cuts for _, (_, cuts) in sorted(followed.items())]
         response.names = sorted(followed)
     else:
-        tables = asked.each(
-            lambda world: [
-                asked.tally.counted(each.test.cuts(world, ignored=each.ignored | extra))
+        tables = scope.each(
+            lambda query: [
+                scope.tally.counted(each.test.cuts(query, ignored=each.ignored | extra))
                 for each in regions
             ]
         )
         rows = [cuts for table in tables for cuts in table]
         response.names = [each.name for each in regions]
     response.outcomes = uint8s_to_msg([outcome_of(cuts) for cuts in rows])
-    response.cuts = region_cuts_to_msg(rows, asked.legend)
+    response.cuts = region_cuts_to_msg(rows, scope.legend)
 
 
-def remove_regions(request: Any, response: Any, asked: Asked) -> None:
+def remove_regions(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer RemoveRegions."""
-    response.names = asked.regions().remove(request.names)
+    response.names = scope.regions().remove(request.names)
 
 
-def ignored_geometry(message: Any, asked: Asked) -> frozenset[GeometryId]:
+def ignored_geometry(message: Any, scope: QueryScope) -> frozenset[GeometryId]:
     """Return the geometries of a set, those of its frames among them."""
-    given = geometry_set_from_msg(message, asked.snapshot.names)
-    inspector = asked.snapshot.inspector
+    given = geometry_set_from_msg(message, scope.snapshot.names)
+    inspector = scope.snapshot.inspector
     of_frames = (g for f in given.frame_ids() for g in inspector.get_geometries(f))
     return frozenset({*given.geometry_ids(), *of_frames})
 
 
 def kept_region(
-    name: str, region: HPolyhedron, ignored: frozenset[GeometryId], field: str, asked: Asked
+    name: str, region: HPolyhedron, ignored: frozenset[GeometryId], field: str, scope: QueryScope
 ) -> KeptRegion:
     """Return a region that can be kept; raises MessageError for one that is not a bounded one."""
-    asked.require("max_faces_per_region", len(region.b), f"{field}: faces of the region")
+    scope.require("max_faces_per_region", len(region.b), f"{field}: faces of the region")
     if region.is_empty():
         raise MessageError(
             f"{field} {quoted(name)} is empty: no point is on the inside of all faces"

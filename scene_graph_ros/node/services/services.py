@@ -31,9 +31,9 @@ from scene_graph_ros.node.runtime.names import service_name
 from scene_graph_ros.node.runtime.requests import Answer, RequestLoop, Respond
 from scene_graph_ros.node.services.bodies import prepare
 from scene_graph_ros.node.services.plan_action import PlanAction
-from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.services.request_counts import RequestCounts
-from scene_graph_ros.node.services.waiting import Awaited, Later, Waiting
+from scene_graph_ros.node.services.waiting import PendingAnswer, PoseRequirement, Waiting
 from scene_graph_ros.node.world.edits import EDITS, Tools
 from scene_graph_ros.node.world.scene import Edit
 from scene_graph_ros.node.world.world import World, WorldSnapshot
@@ -144,24 +144,24 @@ class Services:
 
         def answer(request: Any, respond: Respond) -> None:
             try:
-                asked = self._asked(request)
-                awaited = self._awaited(asked)
-                if awaited is not None and not self._can_wait(awaited):
-                    raise _stale(awaited, asked.snapshot)
+                scope = self._scope(request)
+                requirement = self._unmet_requirement(scope)
+                if requirement is not None and not self._can_wait(requirement):
+                    raise _stale(requirement, scope.snapshot)
             except Exception as error:  # noqa: BLE001 - every request is answered
                 respond(self._refuse(name, kind.Response(), error))
                 return
-            if awaited is None:
-                respond(self._answer(name, request, asked))
+            if requirement is None:
+                respond(self._answer(name, request, scope))
             else:
-                later = partial(self._answer_later, name, request)
-                self._wait(name, Later(awaited, later, respond))
+                late_answer = partial(self._answer_later, name, request)
+                self._wait(name, PendingAnswer(requirement, late_answer, respond))
 
         return answer
 
-    def _asked(self, request: Any) -> Asked:
+    def _scope(self, request: Any) -> QueryScope:
         """Return what a request is answered from now. Raises what ``options_from_msg`` does."""
-        asked = Asked(
+        scope = QueryScope(
             self._world.snapshot,
             NO_OPTIONS,
             self._host.parameter,
@@ -170,33 +170,33 @@ class Services:
             self._host.regions,
             self._tools.scene_text,
         )
-        asked.read_options(request)
-        return asked
+        scope.read_options(request)
+        return scope
 
-    def _can_wait(self, awaited: Awaited) -> bool:
-        return awaited.seconds > 0.0 and self._host.is_running()
+    def _can_wait(self, requirement: PoseRequirement) -> bool:
+        return requirement.seconds > 0.0 and self._host.is_running()
 
-    def _wait(self, name: str, later: Later) -> None:
+    def _wait(self, name: str, pending: PendingAnswer) -> None:
         """Answer later, or refuse where too many wait for poses already."""
         limit = self._host.parameter("max_waiting_requests")
-        if not self._waiting.add(later, limit):
+        if not self._waiting.add(pending, limit):
             error = TooLargeError(
                 f"{limit} requests wait for poses already, and max_waiting_requests is {limit}"
             )
-            later.send(self._refuse(name, getattr(scene_graph_msgs.srv, name).Response(), error))
+            pending.send(self._refuse(name, getattr(scene_graph_msgs.srv, name).Response(), error))
 
     def _answer_later(self, name: str, request: Any) -> Any:
         """Return the response to a request that has waited: its names are those of by now."""
         try:
-            asked = self._asked(request)
-            awaited = self._awaited(asked)
-            if awaited is not None:
-                raise _stale(awaited, asked.snapshot)
+            scope = self._scope(request)
+            requirement = self._unmet_requirement(scope)
+            if requirement is not None:
+                raise _stale(requirement, scope.snapshot)
         except Exception as error:  # noqa: BLE001 - every request is answered
             return self._refuse(name, getattr(scene_graph_msgs.srv, name).Response(), error)
-        return self._answer(name, request, asked)
+        return self._answer(name, request, scope)
 
-    def _answer(self, name: str, request: Any, asked: Asked) -> Any:
+    def _answer(self, name: str, request: Any, scope: QueryScope) -> Any:
         query, kind = QUERIES[name], getattr(scene_graph_msgs.srv, name)
         response = kind.Response()
         try:
@@ -204,8 +204,8 @@ class Services:
             if lack:
                 raise UnavailableError(f"not yet: {lack}")
             begin = time.perf_counter()
-            query.handler(request, response, asked)
-            self._finish(response, asked.snapshot)
+            query.handler(request, response, scope)
+            self._finish(response, scope.snapshot)
             if query.effect:
                 self._effects.record(query.effect, time.perf_counter() - begin)
         except Exception as error:  # noqa: BLE001 - every request is answered
@@ -300,14 +300,16 @@ class Services:
             self._host.node.get_logger().error(f"{name} failed:\n{details}")
         return response
 
-    def _awaited(self, asked: Asked) -> Awaited | None:
+    def _unmet_requirement(self, scope: QueryScope) -> PoseRequirement | None:
         """Return what poses a request waits for, None where those there are will do."""
-        options = asked.options
+        options = scope.options
         if options.minimal_stamp_ns <= 0:
             return None
         seconds = min(options.timeout_ns * 1e-9, float(self._host.parameter("max_wait")))
-        awaited = Awaited(options.minimal_stamp_ns, options.minimal_stamp_sources, seconds)
-        return None if awaited.is_met(asked.snapshot) else awaited
+        requirement = PoseRequirement(
+            options.minimal_stamp_ns, options.minimal_stamp_sources, seconds
+        )
+        return None if requirement.is_met(scope.snapshot) else requirement
 
 
 def _details(error: Exception) -> str:
@@ -316,7 +318,7 @@ def _details(error: Exception) -> str:
     return f"{where}{type(error).__name__}: {quoted(str(error))}"
 
 
-def _stale(awaited: Awaited, snapshot: WorldSnapshot) -> StaleError:
-    lag = (awaited.stamp - snapshot.stamp) * 1e-9
-    waited = f", after {awaited.seconds:.3f} s of waiting" if awaited.seconds > 0.0 else ""
+def _stale(requirement: PoseRequirement, snapshot: WorldSnapshot) -> StaleError:
+    lag = (requirement.stamp - snapshot.stamp) * 1e-9
+    waited = f", after {requirement.seconds:.3f} s of waiting" if requirement.seconds > 0.0 else ""
     return StaleError(f"minimal_stamp is {lag:.6f} s newer than the newest poses{waited}")

@@ -16,56 +16,56 @@ from msg_adapters.errors import MessageError
 from msg_adapters.queries import point_contacts_to_msg
 from scene_graph_ros.geometry.query.query_object import QueryObject
 from scene_graph_ros.geometry.query.representation import as_representation
-from scene_graph_ros.node.services.queries import Asked
+from scene_graph_ros.node.services.queries import QueryScope
 
 __all__ = ["contact_surfaces", "deformable_configurations", "deformable_contact"]
 
 
-def contact_surfaces(request: Any, response: Any, asked: Asked) -> None:
+def contact_surfaces(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer ComputeContactSurfaces."""
     if request.with_gradients and not request.with_faces:
         raise MessageError("with_gradients is about faces, and with_faces is false")
     representation = as_representation(request.representation)
-    tally = asked.tally
+    tally = scope.tally
 
-    def answer(world: QueryObject) -> tuple[Any, Any]:
+    def answer(query: QueryObject) -> tuple[Any, Any]:
         rest: Any = ()
         if request.with_fallback:
             question = QueryObject.compute_contact_surfaces_with_fallback
-            table, rest = asked.ask(world, question, representation)
+            table, rest = scope.ask(query, question, representation)
         else:
-            table = asked.ask(world, QueryObject.compute_contact_surfaces, representation)
+            table = scope.ask(query, QueryObject.compute_contact_surfaces, representation)
         faces = len(table.face_areas) if request.with_faces else 0
         tally.add(len(table) + len(rest), faces)
         return table, rest
 
-    answers = asked.each(answer)
+    answers = scope.each(answer)
     tables = [table for table, _ in answers]
     response.table = contact_surfaces_to_msg(
         tables,
-        asked.legend,
+        scope.legend,
         with_faces=request.with_faces,
         with_gradients=request.with_gradients,
     )
     if request.with_fallback:
-        response.contacts = point_contacts_to_msg([rest for _, rest in answers], asked.legend)
+        response.contacts = point_contacts_to_msg([rest for _, rest in answers], scope.legend)
 
 
-def deformable_contact(request: Any, response: Any, asked: Asked) -> None:
+def deformable_contact(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer ComputeDeformableContact."""
-    tally = asked.tally
+    tally = scope.tally
 
-    def answer(world: QueryObject) -> Any:
-        contact = asked.ask(world, QueryObject.compute_deformable_contact)
+    def answer(query: QueryObject) -> Any:
+        contact = scope.ask(query, QueryObject.compute_deformable_contact)
         tally.add(len(contact), sum(surface.num_contact_points for surface in contact))
         return contact
 
-    response.table = deformable_contacts_to_msg(asked.each(answer), asked.legend)
+    response.table = deformable_contacts_to_msg(scope.each(answer), scope.legend)
 
 
-def deformable_configurations(request: Any, response: Any, asked: Asked) -> None:
+def deformable_configurations(request: Any, response: Any, scope: QueryScope) -> None:
     """Answer GetDeformableConfigurations."""
-    snapshot = asked.snapshot
+    snapshot = scope.snapshot
     names, inspector = snapshot.names, snapshot.inspector
     if request.geometries:
         ids = [names.geometry_id(reference) for reference in request.geometries]
@@ -75,11 +75,11 @@ def deformable_configurations(request: Any, response: Any, asked: Asked) -> None
         ids = sorted(inspector.get_all_deformable_geometry_ids())
     positions = [snapshot.query.get_configurations_in_world(g) for g in ids]
     vertices = sum(len(each) for each in positions)
-    asked.require("max_rows_per_response", vertices, "vertices of the answer")
+    scope.require("max_rows_per_response", vertices, "vertices of the answer")
     labels = dict(zip(_labels(ids, snapshot), positions, strict=True))
     response.geometries = [names.geometry_name(g) for g in ids]
     response.configurations = configurations_to_msg(
-        labels, stamp_ns=snapshot.stamp, frame_id=asked.limit("world_frame")
+        labels, stamp_ns=snapshot.stamp, frame_id=scope.limit("world_frame")
     )
     if request.with_reference_meshes:
         meshes = [inspector.get_reference_mesh(g) for g in ids]

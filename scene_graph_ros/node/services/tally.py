@@ -66,15 +66,15 @@ class Tally:
 
 
 def points_within(
-    world: QueryObject, points: NDArray[np.float64], threshold: float, threads: int, tally: Tally
+    query: QueryObject, points: NDArray[np.float64], threshold: float, threads: int, tally: Tally
 ) -> PointDistances:
     """Measure points; raises TooLargeError as soon as the answer has too many rows."""
-    blocks = point_distance_blocks(world, points, threshold, rows=tally.most_rows, threads=threads)
+    blocks = point_distance_blocks(query, points, threshold, rows=tally.most_rows, threads=threads)
     return joined([tally.counted(block) for block in blocks])
 
 
 def signed_distances_within(
-    world: QueryObject, max_distance: float, tally: Tally
+    query: QueryObject, max_distance: float, tally: Tally
 ) -> SignedDistancePairs:
     """Measure all pairs; raises TooLargeError as soon as the answer has too many rows.
 
@@ -82,7 +82,7 @@ def signed_distances_within(
     all memory.
     """
     rows = tally.most_rows
-    apart = apart_from_context(world)
+    apart = apart_from_context(query)
     for distance in widening_distances(apart, max_distance):
         attempt = tally.copy()
         for block in signed_distance_blocks(apart, distance, rows=rows):

@@ -1,7 +1,7 @@
 """Requests that wait for poses: kept aside, and answered when the poses or the deadline come.
 
-Nobody waits inside a thread: what answers a request keeps a ``Later`` here in place of a response
-and goes back to other work; the response is sent when an update or the alarm says so.
+Nobody waits inside a thread: what answers a request keeps a ``PendingAnswer`` here in place of a
+response and goes back to other work; the response is sent when an update or the alarm says so.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import Any
 
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 
-__all__ = ["Awaited", "Later", "Waiting"]
+__all__ = ["PendingAnswer", "PoseRequirement", "Waiting"]
 
 
 @dataclass(frozen=True)
-class Awaited:
+class PoseRequirement:
     """The poses that a request needs: as new as ``stamp`` (ns), of ``sources`` or of any."""
 
     stamp: int
@@ -34,16 +34,16 @@ class Awaited:
 
 
 @dataclass(eq=False)
-class Later:
+class PendingAnswer:
     """Stands for a response that is not there yet; ``answer`` makes it."""
 
-    awaited: Awaited
+    requirement: PoseRequirement
     answer: Callable[[], Any]
     send: Callable[[Any], None]
     deadline: float = field(init=False)
 
     def __post_init__(self) -> None:
-        self.deadline = time.monotonic() + self.awaited.seconds
+        self.deadline = time.monotonic() + self.requirement.seconds
 
     def finish(self) -> None:
         """Make the response and send it."""
@@ -69,20 +69,20 @@ class Waiting:
         self._world, self._is_running = world, is_running
         self._post, self._set_alarm = post, set_alarm
         self._lock = threading.Lock()
-        self._waiting: list[Later] = []
+        self._waiting: list[PendingAnswer] = []
 
-    def add(self, later: Later, limit: int) -> bool:
+    def add(self, pending: PendingAnswer, limit: int) -> bool:
         """Answer a request when its time has come; return False where ``limit`` wait already."""
         with self._lock:
             if len(self._waiting) >= limit:
                 return False
-            self._keep([*self._waiting, later])
+            self._keep([*self._waiting, pending])
             self._arm()
         # What came between the look at the world and this is answered now.
         self._release()
         return True
 
-    def _keep(self, waiting: list[Later]) -> None:
+    def _keep(self, waiting: list[PendingAnswer]) -> None:
         """Let these wait, and have the world tell of what they wait for."""
         if waiting and not self._waiting:
             self._world.watch(self._release)
@@ -101,22 +101,24 @@ class Waiting:
         with self._lock:
             waiting = self._waiting
             self._keep([])
-        for later in waiting:
-            later.finish()
+        for pending in waiting:
+            pending.finish()
 
     def _release(self) -> None:
         """Answer whom the newest snapshot is new enough for, and whose time is over."""
         snapshot, now, runs = self._world.snapshot, time.monotonic(), self._is_running()
         with self._lock:
-            ready: list[Later] = []
-            others: list[Later] = []
-            for later in self._waiting:
-                is_ready = not runs or now >= later.deadline or later.awaited.is_met(snapshot)
-                (ready if is_ready else others).append(later)
+            ready: list[PendingAnswer] = []
+            others: list[PendingAnswer] = []
+            for pending in self._waiting:
+                is_ready = (
+                    not runs or now >= pending.deadline or pending.requirement.is_met(snapshot)
+                )
+                (ready if is_ready else others).append(pending)
             self._keep(others)
-        for later in ready:
-            self._post(later.finish)
+        for pending in ready:
+            self._post(pending.finish)
 
     def _arm(self) -> None:
         if self._waiting:
-            self._set_alarm(min(later.deadline for later in self._waiting), self._on_alarm)
+            self._set_alarm(min(pending.deadline for pending in self._waiting), self._on_alarm)

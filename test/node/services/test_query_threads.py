@@ -16,7 +16,7 @@ from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.query.candidates import ask as candidates
 from scene_graph_ros.geometry.query.distance import ask as distance
 from scene_graph_ros.geometry.query.penetration import ask as penetration
-from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
@@ -58,13 +58,13 @@ def world():
 def answer(world, name, fields, options, threads):
     """Return the response to a request."""
     limits = {"query_threads": threads}
-    asked = Asked(
+    scope = QueryScope(
         world.snapshot,
         options_from_msg(options, world.snapshot.names),
         lambda parameter: limits.get(parameter, 10**6),
     )
     response = getattr(srv, name).Response()
-    QUERIES[name].handler(getattr(srv, name).Request(**fields), response, asked)
+    QUERIES[name].handler(getattr(srv, name).Request(**fields), response, scope)
     return response
 
 

@@ -29,7 +29,7 @@ from scene_graph_ros.geometry.optimization import (
 )
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.runtime.parameters import defaults
-from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.world.inputs import message_type
 from scene_graph_ros.node.world.kept_regions import KeptRegions
 from scene_graph_ros.node.world.scenes import SceneLoader
@@ -65,14 +65,14 @@ class Node:
         request, response = kind.Request(**fields), kind.Response()
         snapshot = self.world.snapshot
         options = options_from_msg(fields.get("options", QueryOptions()), snapshot.names)
-        asked = Asked(
+        scope = QueryScope(
             snapshot,
             options,
             self.values.__getitem__,
             regions=lambda: self.regions,
             text=self.loader.text,
         )
-        QUERIES[service].handler(request, response, asked)
+        QUERIES[service].handler(request, response, scope)
         return response
 
     def grow(self, x=0.0, y=0.0, z=0.0, **fields):

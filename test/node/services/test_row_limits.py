@@ -14,7 +14,7 @@ from scene_graph_ros.geometry.query import blocks
 from scene_graph_ros.geometry.query.distance import ask as distance_ask
 from scene_graph_ros.geometry.query.penetration import ask as penetration
 from scene_graph_ros.geometry.query.point import ask as point
-from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.world.world import World
 from scene_graph_ros.scene_files import load_scene_text
 
@@ -72,14 +72,14 @@ def ask(world, name, options=None, limit=LIMIT, **fields):
     """Return the response to a request, of a node whose rows are limited."""
     limits = {"query_threads": 1, "max_rows_per_response": limit}
     snapshot = world.snapshot
-    asked = Asked(
+    scope = QueryScope(
         snapshot,
         options_from_msg(options or QueryOptions(), snapshot.names),
         lambda parameter: limits.get(parameter, 10**6),
         world.records,
     )
     response = getattr(srv, name).Response()
-    QUERIES[name].handler(getattr(srv, name).Request(**fields), response, asked)
+    QUERIES[name].handler(getattr(srv, name).Request(**fields), response, scope)
     return response
 
 

@@ -18,7 +18,7 @@ from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.perception import ImageKind
 from scene_graph_ros.node.effects.camera_frame import CameraFrame
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
-from scene_graph_ros.node.services.queries import Asked, QUERIES
+from scene_graph_ros.node.services.queries import QUERIES, QueryScope
 from scene_graph_ros.node.world.edits import EDITS, Tools
 from scene_graph_ros.node.world.inputs import message_type
 from scene_graph_ros.node.world.scenes import SceneLoader
@@ -77,16 +77,16 @@ class Clients:
         """Return what DescribeScene tells of cameras."""
         service = scene_graph_msgs.srv.DescribeScene
         response = service.Response()
-        asked = Asked(self.world.snapshot, NO_OPTIONS, lambda name: 10**9)
-        QUERIES["DescribeScene"].handler(service.Request(**fields), response, asked)
+        scope = QueryScope(self.world.snapshot, NO_OPTIONS, lambda name: 10**9)
+        QUERIES["DescribeScene"].handler(service.Request(**fields), response, scope)
         return response.cameras
 
     def renderers(self):
         """Return what DescribeScene tells of renderers, by name."""
         service = scene_graph_msgs.srv.DescribeScene
         response = service.Response()
-        asked = Asked(self.world.snapshot, NO_OPTIONS, lambda name: 10**9)
-        QUERIES["DescribeScene"].handler(service.Request(), response, asked)
+        scope = QueryScope(self.world.snapshot, NO_OPTIONS, lambda name: 10**9)
+        QUERIES["DescribeScene"].handler(service.Request(), response, scope)
         return {each.name: each for each in response.renderers}
 
     def refusal(self, action, *arguments):
@@ -241,8 +241,8 @@ def test_a_camera_chooses_a_renderer_of_its_scene(clients):
     snapshot = clients.world.snapshot
     response = scene_graph_msgs.srv.RenderImages.Response()
     request = scene_graph_msgs.srv.RenderImages.Request(camera="lens", images=["color"])
-    asked = Asked(snapshot, NO_OPTIONS, lambda name: 10**9)
-    QUERIES["RenderImages"].handler(request, response, asked)
+    scope = QueryScope(snapshot, NO_OPTIONS, lambda name: 10**9)
+    QUERIES["RenderImages"].handler(request, response, scope)
     assert bytes(response.color[0].data[:3]) == b"\xff\xff\xff"
 
 
