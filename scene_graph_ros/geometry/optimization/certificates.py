@@ -13,7 +13,7 @@ from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
 from scene_graph_ros.geometry.optimization.solve.cones import holds, is_cut
 from scene_graph_ros.geometry.optimization.solve.cutting import Cut, rows_with_cuts
 
-__all__ = ["Certificate", "Decision"]
+__all__ = ["Certificate", "Decision", "ExactRows", "length_bound"]
 
 Weights = tuple[Fraction, ...]
 
@@ -73,7 +73,7 @@ class Certificate:
         is_of_directions = self.question == "is_bounded" and self.kind != "farkas"
         start = lift.directions if is_of_directions else lift.rows
         cuts = () if self.kind == "recession" else self.cuts
-        rows = _ExactRows(rows_with_cuts(lift, cuts, start))
+        rows = ExactRows(rows_with_cuts(lift, cuts, start))
         check = getattr(self, f"_verify_{self.kind}")
         return bool(check(rows, of))
 
@@ -82,17 +82,16 @@ class Certificate:
             return False
         if self.question != "contained_in":
             return True
-        other = _ExactRows(of[1].lift().rows)
+        other = ExactRows(of[1].lift().rows)
         return any(
-            _dot(row, self.exact) > side + Fraction(self.tol) * _length_bound(row)
+            _dot(row, self.exact) > side + Fraction(self.tol) * length_bound(row)
             for row, side in zip(other.A, other.b, strict=True)
         )
 
-    def _verify_farkas(self, rows: _ExactRows, _of: tuple[Any, ...]) -> bool:
-        has_signs = all(w >= 0 for w in self.exact[rows.split :])  # type: ignore[operator]
-        return has_signs and not any(rows.sums(self.exact)) and _dot(self.exact, rows.b) < 0
+    def _verify_farkas(self, rows: ExactRows, _of: tuple[Any, ...]) -> bool:
+        return rows.contradict(self.exact)
 
-    def _verify_recession(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
+    def _verify_recession(self, rows: ExactRows, of: tuple[Any, ...]) -> bool:
         lift = shared_point([of[0].lift()], of[0].ambient_dimension)
         rates = [_dot(row, self.exact) for row in rows.A]
         return (
@@ -104,12 +103,12 @@ class Certificate:
             and all(holds(matrix, self.exact) for matrix in lift.matrices)  # type: ignore[arg-type]
         )
 
-    def _verify_multipliers(self, rows: _ExactRows, of: tuple[Any, ...]) -> bool:
+    def _verify_multipliers(self, rows: ExactRows, of: tuple[Any, ...]) -> bool:
         if self.question == "contained_in":
             other = of[1].lift().rows
-            goals = _ExactRows(other)
+            goals = ExactRows(other)
             return all(
-                rows.implies(weights, row, side + Fraction(self.tol) * _length_bound(row))
+                rows.implies(weights, row, side + Fraction(self.tol) * length_bound(row))
                 for weights, row, side in zip(self.exact, goals.A, goals.b, strict=True)
             )
         n = of[0].ambient_dimension
@@ -136,17 +135,17 @@ def _dot(a: Sequence[Any], b: Sequence[Any]) -> Fraction:
     return sum((x * y for x, y in zip(a, b, strict=True) if x and y), _ZERO)
 
 
-def _length_bound(row: Sequence[Fraction]) -> Fraction:
+def length_bound(row: Sequence[Fraction]) -> Fraction:
     """Return the length of a row to rounding: a tolerance is known no better."""
     return Fraction(float(np.linalg.norm([float(v) for v in row])))
 
 
 def _is_point(lift: Lift, x: Any) -> bool:
     """Tell whether x fulfils all rows of a lift and is in all its cones."""
-    return _ExactRows(lift.rows).hold(x) and all(holds(cone, x) for cone in lift.cones)
+    return ExactRows(lift.rows).hold(x) and all(holds(cone, x) for cone in lift.cones)
 
 
-class _ExactRows:
+class ExactRows:
     """Rows as fractions."""
 
     def __init__(self, rows: Any) -> None:
@@ -158,6 +157,15 @@ class _ExactRows:
         """Tell whether a point fulfils all."""
         slacks = [side - _dot(row, x) for row, side in zip(self.A, self.b, strict=True)]
         return not any(slacks[: self.split]) and all(s >= 0 for s in slacks)
+
+    def height(self, i: int, x: Any) -> Fraction:
+        """Return the left side of row i at a point."""
+        return _dot(self.A[i], x)
+
+    def contradict(self, weights: Any) -> bool:
+        """Tell whether the weighted sum has no variables and a negative right side."""
+        has_signs = all(w >= 0 for w in weights[self.split :])
+        return has_signs and not any(self.sums(weights)) and _dot(weights, self.b) < 0
 
     def sums(self, weights: Any) -> list[Fraction]:
         """Return the weighted sum of the rows."""

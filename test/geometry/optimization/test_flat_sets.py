@@ -1,6 +1,5 @@
 """Sets with flat faces: closed forms, agreement between kinds, proofs, conventions and errors."""
 
-from fractions import Fraction
 import math
 
 from hypothesis import given, settings
@@ -8,15 +7,6 @@ from hypothesis import strategies as st
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry import (
-    Box,
-    Convex,
-    GeometryFrame,
-    GeometryInstance,
-    HalfSpace,
-    SceneGraph,
-    Sphere,
-)
 from scene_graph_ros.geometry.optimization import (
     AffineSubspace,
     ConvexSetError,
@@ -198,49 +188,6 @@ def test_corners_in_the_plane_go_around():
     np.testing.assert_array_equal(corners, [[-1, 0], [0, -1], [1, 0], [0, 1]])
 
 
-def test_reduction_keeps_the_set_and_says_why():
-    """A box with each face twice, in rows of other lengths, and a plane through a corner."""
-    box = HPolyhedron.make_unit_box(3)
-    A = np.vstack([box.A, 2.0 * box.A, np.ones((1, 3))])
-    b = np.concatenate([box.b, 2.0 * box.b, [3.0]])
-    whole = HPolyhedron(A, b)
-    reduced, why = whole.reduce_inequalities(0.0, certificate=True)
-    assert len(reduced.b) == 6
-    assert reduced.contained_in(whole, 0.0)
-    assert set(why.removed) == whole.find_redundant(0.0)
-    assert set(why.removed) | set(why.kept) == set(range(13))
-    exact = [[Fraction(v) for v in (*row, side)] for row, side in zip(A, b, strict=True)]
-    for i, weights in why.removed.items():
-        assert all(w >= 0 for w in weights)
-        assert not any(weights[k] for k in why.removed)
-        sums = [sum(w * row[k] for w, row in zip(weights, exact, strict=True)) for k in range(4)]
-        assert sums[:3] == exact[i][:3]
-        assert sums[3] <= exact[i][3]
-    for i, x in why.kept.items():
-        over = [sum(a * v for a, v in zip(row, (*x, -1), strict=True)) for row in exact]
-        assert [k for k in why.kept if over[k] > 0] == [i]
-
-
-def test_reduction_of_an_empty_set_is_empty():
-    """Rows that contradict each other stay, those beside them go."""
-    empty = HPolyhedron([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]], [-1.0, -1.0, 5.0])
-    reduced = empty.reduce_inequalities()
-    assert reduced.is_empty(certificate=True).certificate.verify(reduced)
-    assert len(reduced.b) == 2
-
-
-def test_a_tolerance_is_a_distance():
-    """A face 1e-3 outside counts at 1e-2 and not at 1e-4, whatever the length of its row."""
-    for length in (1e-10, 1.0, 1e10):
-        far = HPolyhedron([[1.0], [-1.0], [length]], [1.0, 1.0, length * (1.0 - 1e-3)])
-        assert far.find_redundant(1e-2) != set()
-        assert 2 not in far.find_redundant(1e-4)
-        half_line = HPolyhedron([[length]], [length])
-        assert half_line.point_in_set([1.0 + 1e-9])
-        assert not half_line.point_in_set([1.0 + 1e-7])
-        assert half_line.point_in_set([1.0 + 1e-7], 1e-6)
-
-
 @pytest.mark.parametrize("k", [0, 1, 2, 3])
 def test_affine_hulls(k):
     """Of hulls of k + 1 points, of the same by faces, in space, at three sizes."""
@@ -339,67 +286,6 @@ def test_chebyshev_centers():
         HPolyhedron([[1.0, 0.0]], [1.0]).chebyshev_center()
     with pytest.raises(ConvexSetError, match="empty"):
         HPolyhedron([[1.0], [-1.0]], [-1.0, -1.0]).chebyshev_center()
-
-
-def scene():
-    """A box, a floor, a tetrahedron and a ball, seen from a turned frame."""
-    graph = SceneGraph()
-    source = graph.register_source("s")
-    frame = graph.register_frame(source, GeometryFrame("f"))
-    X_WF = np.eye(4)
-    X_WF[:3, :3] = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
-    X_WF[:3, 3] = [1.0, 2.0, 3.0]
-    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
-    ids = {}
-    for name, shape in {
-        "box": Box(2.0, 4.0, 6.0),
-        "floor": HalfSpace(),
-        "hull": Convex(vertices=corners),
-        "ball": Sphere(0.5),
-    }.items():
-        ids[name] = graph.register_geometry(
-            source, frame, GeometryInstance(np.eye(4), shape, name)
-        )
-    context = graph.create_default_context()
-    context.set_frame_poses(source, {frame: X_WF})
-    return graph.query_object(context), ids, frame
-
-
-def test_sets_of_registered_geometry():
-    """The box of 2 x 4 x 6, turned by 90 degrees about z, is 4 x 2 x 6 about (1, 2, 3)."""
-    query, ids, frame = scene()
-    truth = HPolyhedron.make_box([-1.0, 1.0, 0.0], [3.0, 3.0, 6.0])
-    for kind in (HPolyhedron, VPolytope):
-        made = kind(query, ids["box"])
-        made = HPolyhedron(made) if kind is VPolytope else made
-        assert made.contained_in(truth, 1e-14)
-        assert truth.contained_in(made, 1e-14)
-        assert kind(query, ids["box"], frame).point_in_set([0.99, 1.99, 2.99])
-        assert kind(query, ids["hull"]).calc_volume() == pytest.approx(1 / 6)
-        with pytest.raises(ConvexSetError, match="not a Sphere"):
-            kind(query, ids["ball"])
-    floor = HPolyhedron(query, ids["floor"])
-    assert floor.point_in_set([0.0, 0.0, 3.0]) and not floor.point_in_set([0.0, 0.0, 3.1])
-    assert not floor.is_bounded()
-    center = Point(query, ids["ball"], maximum_allowable_radius=0.5)
-    np.testing.assert_array_equal(center.x, [1.0, 2.0, 3.0])
-    with pytest.raises(ConvexSetError, match=r"radius at most 0\.4"):
-        Point(query, ids["ball"], maximum_allowable_radius=0.4)
-
-
-def test_shapes_of_sets(tmp_path):
-    """A box back and forth, a tetrahedron, a point; the file of a tetrahedron has 4 faces."""
-    shape, X_WG = Hyperrectangle([0.0, 0.0, 0.0], [1.0, 2.0, 3.0]).to_shape_with_pose()
-    assert shape == Box(1.0, 2.0, 3.0)
-    np.testing.assert_array_equal(X_WG[:3, 3], [0.5, 1.0, 1.5])
-    hull, _ = simplex(3).to_shape_with_pose()
-    assert isinstance(hull, Convex)
-    assert Point([1.0, 2.0, 3.0]).to_shape_with_pose()[0] == Sphere(0.0)
-    with pytest.raises(ConvexSetError, match="3 dimensions, the set has 2"):
-        simplex(2).to_shape_with_pose()
-    VPolytope(simplex(3)).write_obj(tmp_path / "s.obj")
-    lines = (tmp_path / "s.obj").read_text().splitlines()
-    assert [line[0] for line in lines] == ["v"] * 4 + ["f"] * 4
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
+from scene_graph_ros.geometry.optimization.certificates import (
+    Certificate,
+    Decision,
+    ExactRows,
+    length_bound,
+)
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.sets.quick_answers import rows_that_follow
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest, find_point
@@ -38,6 +43,34 @@ class Reduction:
     removed: dict[int, tuple[Fraction, ...]]
     kept: dict[int, tuple[Fraction, ...]]
 
+    def verify(self, polyhedron: Any, tol: float = 1e-9) -> bool:
+        """Tell whether this is shown of a polyhedron and the tolerance asked, in fractions.
+
+        That each kept row is needed is not shown of an empty set.
+        """
+        rows = ExactRows(polyhedron.lifted.rows)
+        is_each_row_there = sorted([*self.removed, *self.kept]) == list(range(len(rows.b)))
+        return (
+            is_each_row_there
+            and all(
+                not any(weights[k] for k in self.removed)
+                and (
+                    rows.contradict(weights)
+                    or rows.implies(weights, rows.A[i], _moved(rows, i, tol))
+                )
+                for i, weights in self.removed.items()
+            )
+            and all(self._is_needed(rows, i, tol) for i in self.kept if self.kept[i])
+        )
+
+    def _is_needed(self, rows: ExactRows, i: int, tol: float) -> bool:
+        """Tell whether the point of a row is beyond it, moved out, and fulfils the others."""
+        heights = [rows.height(k, self.kept[i]) for k in self.kept]
+        return all(
+            height > _moved(rows, k, tol) if k == i else height <= rows.b[k]
+            for k, height in zip(self.kept, heights, strict=True)
+        )
+
 
 def checked_tolerance(tol: Any, label: str = "contained_in") -> float:
     """Return a finite tolerance. Raises ConvexSetError."""
@@ -45,6 +78,11 @@ def checked_tolerance(tol: Any, label: str = "contained_in") -> float:
     if number is None or not np.isfinite(number):
         raise ConvexSetError(f"{label}: tol must be a finite number, not {quoted(tol)}")
     return number
+
+
+def _moved(rows: ExactRows, i: int, tol: float) -> Fraction:
+    """Return the right side of row i, moved out by a distance."""
+    return rows.b[i] + Fraction(tol) * length_bound(rows.A[i])
 
 
 def _moved_out(row: np.ndarray, side: float, tol: float) -> Fraction:
