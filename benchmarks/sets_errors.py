@@ -1,19 +1,19 @@
 """Error against time of questions about convex sets: ``python -m benchmarks.sets_errors``.
 
-Each question is asked of turned and shifted boxes of several sizes, and of several widths along
-one of their axes; the truth follows from their construction. One thread, the least processor time
-of some calls, each with the making of its sets. Writes ``sets_errors.csv`` and
+Each question is asked of turned and shifted boxes in several dimensions, of several sizes, and of
+several widths along one of their axes; the truth follows from their construction. What is decided
+is asked without and with a certificate, which is checked in the same time. One thread, the least
+processor time of some calls, each with the making of its sets. Writes ``sets_errors.csv`` and
 ``sets_errors.png``; without pydrake only ours, which it says.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 import csv
 from dataclasses import dataclass
 import itertools
-import logging
 import math
 import os
 from pathlib import Path
@@ -25,60 +25,31 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import numpy as np  # noqa: E402
 
-from benchmarks.machine import machine  # noqa: E402
-from scene_graph_ros.geometry.optimization import (  # noqa: E402
-    GraphOfConvexSets,
-    GraphOfConvexSetsOptions,
-    HPolyhedron,
-    Hyperellipsoid,
-    Hyperrectangle,
-    norm,
-    Point,
-    VPolytope,
+from benchmarks.known_boxes import (  # noqa: E402
+    Box,
+    box_of,
+    DECISIONS,
+    DIMENSIONS_OF,
+    error_of,
+    QUESTIONS,
 )
+from benchmarks.machine import machine  # noqa: E402
+from benchmarks.sets_engines import Ask, DRAKE, engines, OURS, PROVEN  # noqa: E402
 
-__all__ = ["QUESTIONS", "Row", "main", "measure"]
+__all__ = ["Row", "main", "measure"]
 
 _DOCS = Path(__file__).parents[1] / "docs"
+DIMENSIONS = (2, 3, 7, 14)
 SIZES = (1e-6, 1e-3, 1.0, 1e3, 1e6)
 """Metres."""
 WIDTHS = (1.0, 1e-2, 1e-4)
 """Of the box along one axis, beside the others."""
 _REPEATS = 3
+_FLOOR = 1e-17
+"""Smaller errors are drawn there."""
 
-QUESTIONS = (
-    "Chebyshev centre",
-    "projection",
-    "bounding box",
-    "vertices",
-    "volume",
-    "inscribed ellipsoid",
-    "circumscribed ellipsoid",
-    "scaling to touch",
-    "shortest path",
-)
-
-
-@dataclass(frozen=True)
-class Box:
-    """``|Q (x - center)| <= half``: rows A, b, and corners ``(8, 3)``."""
-
-    Q: np.ndarray
-    center: np.ndarray
-    half: np.ndarray
-    size: float
-
-    @property
-    def rows(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return ``A (6, 3)`` and ``b (6,)``."""
-        A = np.concatenate([self.Q, -self.Q])
-        return A, A @ self.center + np.tile(self.half, 2)
-
-    @property
-    def corners(self) -> np.ndarray:
-        """Return the corners."""
-        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
-        return self.center + (signs * self.half) @ self.Q
+_MARKS = {2: "o", 3: "s", 7: "^", 14: "D"}
+_COLORS = {OURS: "C0", PROVEN: "C2", DRAKE: "C1"}
 
 
 @dataclass(frozen=True)
@@ -87,202 +58,122 @@ class Row:
 
     engine: str
     question: str
+    dimension: int
     size: float
     width: float
     error: float
     seconds: float
 
 
-def box_of(size: float, width: float) -> Box:
-    """Return a box that is turned by a fixed random turn."""
-    Q, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3)))
-    return Box(Q, size * np.array([0.3, -0.2, 0.5]), size * np.array([1.0, 0.6, width]), size)
-
-
-_BEYOND = np.array([0.1, 0.2, 0.05])
-"""Of the size: how far beyond a corner points and balls are."""
-
-
-def error_of(question: str, box: Box, answer: Any) -> float:
-    """Return how far an answer is from the truth of the construction, beside its size."""
-    A, b = box.rows
-    beyond = box.size * float(np.linalg.norm(_BEYOND))
-    log_volume = float(np.log(box.half).sum())
-    if question == "Chebyshev centre":
-        return abs(float((b - A @ answer).min()) / float(box.half.min()) - 1.0)
-    if question == "projection":
-        return abs(answer / beyond - 1.0)
-    if question == "bounding box":
-        reach = np.abs(box.Q.T) @ box.half
-        truth = np.concatenate([box.center - reach, box.center + reach])
-        return float(np.abs(answer - truth).max()) / box.size
-    if question == "vertices":
-        apart = np.linalg.norm(box.corners[:, None] - answer[None], axis=2)
-        return float(max(apart.min(axis=0).max(), apart.min(axis=1).max())) / box.size
-    if question == "volume":
-        return abs(answer / (8.0 * float(np.prod(box.half))) - 1.0)
-    if question == "inscribed ellipsoid":
-        return abs(answer - log_volume)
-    if question == "circumscribed ellipsoid":
-        return abs(answer - log_volume - 1.5 * math.log(3.0))
-    if question == "scaling to touch":
-        return abs(answer / (beyond / (0.01 * box.size)) - 1.0)
-    return abs(answer / (10.0 * box.size) - 1.0)
-
-
-def _far(box: Box) -> np.ndarray:
-    """Return the point beyond a corner."""
-    return box.center + (box.half + box.size * _BEYOND) @ box.Q
-
-
-def _ours(question: str, box: Box) -> Any:
-    A, b = box.rows
-    if question == "Chebyshev centre":
-        return HPolyhedron(A, b).chebyshev_center()
-    if question == "projection":
-        found = HPolyhedron(A, b).projection(_far(box)[None])
-        return float(found.distances[0]) if found is not None else math.nan
-    if question == "bounding box":
-        around = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(HPolyhedron(A, b))
-        return np.concatenate([around.lb, around.ub]) if around is not None else np.nan
-    if question == "vertices":
-        return VPolytope(HPolyhedron(A, b)).vertices
-    if question == "volume":
-        return HPolyhedron(A, b).calc_volume()
-    if question == "inscribed ellipsoid":
-        return -np.linalg.slogdet(HPolyhedron(A, b).maximum_volume_inscribed_ellipsoid().A)[1]
-    if question == "circumscribed ellipsoid":
-        around = Hyperellipsoid.minimum_volume_circumscribed_ellipsoid(box.corners)
-        return -np.linalg.slogdet(around.A)[1]
-    if question == "scaling to touch":
-        ball = Hyperellipsoid.make_hypersphere(0.01 * box.size, _far(box))
-        return ball.minimum_uniform_scaling_to_touch(HPolyhedron(A, b))[0]
-    graph = GraphOfConvexSets()
-    s, m, t = (graph.add_vertex(each) for each in _stations(box, Point, HPolyhedron))
-    for u, v in ((s, m), (m, t)):
-        edge = graph.add_edge(u, v)
-        edge.add_cost(norm(edge.xv - edge.xu))
-    options = GraphOfConvexSetsOptions(convex_relaxation=True)
-    return graph.solve_shortest_path(s, t, options).cost
-
-
-def _stations(box: Box, point: Any, polyhedron: Any) -> list[Any]:
-    """Return two points 8 sizes apart and a slab 3 away from their line: two sides of 5."""
-    along, across, up = box.Q
-    rows = np.stack([up, -up, across, -across, along, -along])
-    mid = box.center
-    width = box.half[2]
-    # It begins 3 sizes above the straight way's middle, and is as thick as the box.
-    reach = box.size * np.array([3.0, -3.0, 0.0, 0.0, 0.0, 0.0])
-    reach += np.array([width, 0.0, box.size, box.size, box.size, box.size])
-    ends = [mid - 4.0 * box.size * along, mid + 4.0 * box.size * along]
-    return [point(ends[0]), polyhedron(rows, reach + rows @ mid), point(ends[1])]
-
-
-def _drakes_path(box: Box, drake: Any) -> float:
-    from pydrake.solvers import Binding, Cost, L2NormCost
-
-    graph = drake.GraphOfConvexSets()
-    sets = _stations(box, drake.Point, drake.HPolyhedron)
-    s, m, t = (graph.AddVertex(each) for each in sets)
-    for u, v in ((s, m), (m, t)):
-        edge = graph.AddEdge(u, v)
-        length = L2NormCost(np.concatenate([-np.eye(3), np.eye(3)], axis=1), np.zeros(3))
-        edge.AddCost(Binding[Cost](length, np.concatenate([edge.xu(), edge.xv()])))
-    options = drake.GraphOfConvexSetsOptions()
-    options.convex_relaxation, options.max_rounded_paths = True, 5
-    found = graph.SolveShortestPath(s, t, options)
-    return float(found.get_optimal_cost()) if found.is_success() else math.nan
-
-
-def _drake() -> Callable[[str, Box], Any] | None:
-    try:
-        import pydrake.geometry.optimization as drake
-    except ImportError:
-        return None
-    logging.getLogger("drake").setLevel(logging.CRITICAL)
-
-    def around(of: Any) -> np.ndarray:
-        box = drake.Hyperrectangle.MaybeCalcAxisAlignedBoundingBox(of)
-        return np.concatenate([box.lb(), box.ub()])
-
-    def log_volume(ellipsoid: Any) -> float:
-        return -float(np.linalg.slogdet(ellipsoid.A())[1])
-
-    def touch(of: Any, box: Box) -> float:
-        ball = drake.Hyperellipsoid.MakeHypersphere(0.01 * box.size, _far(box))
-        return float(ball.MinimumUniformScalingToTouch(of)[0])
-
-    answers: dict[str, Callable[[Any, Box], Any]] = {
-        "Chebyshev centre": lambda of, _: of.ChebyshevCenter(),
-        "projection": lambda of, box: float(of.Projection(_far(box)[:, None])[0][0]),
-        "bounding box": lambda of, _: around(of),
-        "vertices": lambda of, _: drake.VPolytope(of).vertices().T,
-        "volume": lambda of, _: drake.VPolytope(of).CalcVolume(),
-        "inscribed ellipsoid": lambda of, _: log_volume(of.MaximumVolumeInscribedEllipsoid()),
-        "scaling to touch": touch,
-    }
-
-    def ask(question: str, box: Box) -> Any:
-        if question == "shortest path":
-            return _drakes_path(box, drake)
-        if question == "circumscribed ellipsoid":
-            of_points = drake.Hyperellipsoid.MinimumVolumeCircumscribedEllipsoid
-            return log_volume(of_points(box.corners.T))
-        return answers[question](drake.HPolyhedron(*box.rows), box)
-
-    return ask
-
-
 def measure(
-    sizes: tuple[float, ...] = SIZES, widths: tuple[float, ...] = WIDTHS, repeats: int = _REPEATS
+    sizes: tuple[float, ...] = SIZES,
+    widths: tuple[float, ...] = WIDTHS,
+    dimensions: tuple[int, ...] = DIMENSIONS,
+    repeats: int = _REPEATS,
 ) -> Iterator[Row]:
     """Ask each engine each question of each box."""
-    drake = _drake()
-    engines = {"ours": _ours} if drake is None else {"ours": _ours, "Drake": drake}
-    for question, size, width in itertools.product(QUESTIONS, sizes, widths):
-        box = box_of(size, width)
-        for name, ask in engines.items():
-            best, error = math.inf, math.nan
-            for _ in range(repeats):
-                begin = time.process_time()
-                try:
-                    answer = ask(question, box)
-                # Drake ends the process in some of its failures.
-                except (RuntimeError, SystemExit, ValueError, TypeError):
-                    break
-                best = min(best, time.process_time() - begin)
-                error = error_of(question, box, answer)
-            yield Row(name, question, size, width, error, best)
+    asked = engines()
+    for question, n in itertools.product(QUESTIONS, dimensions):
+        if n not in DIMENSIONS_OF.get(question, dimensions):
+            continue
+        for size, width in itertools.product(sizes, widths):
+            box = box_of(size, width, n)
+            for name, (ask, of) in asked.items():
+                if of is None or question in of:
+                    error, seconds = _ask(ask, question, box, repeats)
+                    yield Row(name, question, n, size, width, error, seconds)
+
+
+def _ask(ask: Ask, question: str, box: Box, repeats: int) -> tuple[float, float]:
+    """Return the error of the answer and the least time of a call, of a decision among many."""
+    _make(box)
+    count = len(box.cases[question]) if question in DECISIONS else 1
+    best, error = math.inf, math.nan
+    for _ in range(repeats):
+        begin = time.process_time()
+        try:
+            answer: Any = ask(question, box)
+        # Drake ends the process in some of its failures.
+        except (RuntimeError, SystemExit, ValueError, TypeError):
+            break
+        best = min(best, (time.process_time() - begin) / count)
+        error = error_of(question, box, answer)
+    return error, best
+
+
+def _make(box: Box) -> None:
+    """Compute what is asked with, which is kept, before the time begins."""
+    _ = box.cases, box.walls, box.stations, box.hull_points
 
 
 def _picture(rows: list[Row], path: Path) -> None:
+    """Draw error against time, a panel for each question."""
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
-    figure = Figure(figsize=(11.0, 9.0), layout="constrained")
-    axes = figure.subplots(3, 3, sharex=True, sharey=True)
-    engines = list(dict.fromkeys(row.engine for row in rows))
-    for axis, question in zip(axes.flat, QUESTIONS, strict=True):
-        for engine, mark, color in zip(engines, "os", ("C0", "C1"), strict=False):
-            of = [row for row in rows if (row.engine, row.question) == (engine, question)]
-            found = [row for row in of if math.isfinite(row.error)]
-            failed = len(of) - len(found)
+    figure = Figure(figsize=(14.0, 8.6), layout="constrained")
+    axes = figure.subplots(3, 5, sharex=True, sharey=True)
+    for axis, question in zip(axes.flat, QUESTIONS, strict=False):
+        of = [row for row in rows if row.question == question]
+        for engine, n in itertools.product(_COLORS, _MARKS):
+            found = [r for r in of if (r.engine, r.dimension) == (engine, n)]
+            found = [r for r in found if math.isfinite(r.error)]
             axis.plot(
                 [1e3 * row.seconds for row in found],
-                [max(row.error, 1e-17) for row in found],
-                mark,
-                color=color,
-                alpha=0.75,
-                label=f"{engine}, {failed} of {len(of)} failed" if failed else engine,
+                [max(row.error, _FLOOR) for row in found],
+                _MARKS[n],
+                color=_COLORS[engine],
+                alpha=0.6,
+                markersize=5,
             )
+        failed = sum(row.engine == DRAKE and not math.isfinite(row.error) for row in of)
         axis.set(xscale="log", yscale="log", title=question)
+        if failed:
+            note = f"and {failed} without an answer"
+            axis.text(
+                0.97,
+                0.95,
+                note,
+                color=_COLORS[DRAKE],
+                ha="right",
+                va="top",
+                fontsize=8,
+                transform=axis.transAxes,
+            )
         axis.grid(alpha=0.3)
-        axis.legend(fontsize=8)
-    for axis in axes[-1]:
+    last = axes.flat[-1]
+    last.axis("off")
+    present = {row.engine for row in rows}
+    handles = [
+        Line2D([], [], marker="o", linestyle="", color=color, label=name)
+        for name, color in _COLORS.items()
+        if name in present
+    ]
+    handles += [
+        Line2D([], [], marker=mark, linestyle="", color="0.4", label=f"{n} dimensions")
+        for n, mark in _MARKS.items()
+    ]
+    last.legend(handles=handles, loc="center", frameon=False)
+    axes[-2, -1].tick_params(labelbottom=True)
+    for axis in axes[-1, :-1]:
         axis.set_xlabel("CPU time (ms)")
     for axis in axes[:, 0]:
         axis.set_ylabel("relative error")
     figure.savefig(path, dpi=100)
+
+
+def _table(rows: list[Row]) -> Iterator[str]:
+    """Say the worst error and the median time of each question, engine and dimension."""
+    for question, engine, n in itertools.product(QUESTIONS, _COLORS, _MARKS):
+        of = [r for r in rows if (r.question, r.engine, r.dimension) == (question, engine, n)]
+        found = [r for r in of if math.isfinite(r.error)]
+        if of:
+            worst = max((r.error for r in found), default=math.nan)
+            middle = 1e3 * float(np.median([r.seconds for r in found])) if found else math.nan
+            yield (
+                f"{question:24} {engine:22} {n:2}D worst {worst:.1e}, median {middle:.3f} ms,"
+                f" failed {len(of) - len(found)} of {len(of)}"
+            )
 
 
 def main() -> None:
@@ -291,25 +182,23 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=_DOCS, help="folder to write to")
     options = parser.parse_args()
     load = os.getloadavg()[0]
-    if _drake() is None:
+    if DRAKE not in engines():
         print("pydrake is not installed, so only ours is measured; make peers installs it")
     rows = list(measure())
     with (options.out / "sets_errors.csv").open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(("engine", "question", "size", "width", "relative error", "seconds"))
+        writer.writerow(
+            ("engine", "question", "dimension", "size", "width", "relative error", "seconds")
+        )
         writer.writerows(
-            (r.engine, r.question, repr(r.size), repr(r.width), repr(r.error), repr(r.seconds))
+            (
+                *(r.engine, r.question, r.dimension),
+                *(f"{v:.4g}" for v in (r.size, r.width, r.error, r.seconds)),
+            )
             for r in rows
         )
-    for question, engine in itertools.product(QUESTIONS, dict.fromkeys(r.engine for r in rows)):
-        of = [r for r in rows if (r.engine, r.question) == (engine, question)]
-        found = [r for r in of if math.isfinite(r.error)]
-        worst = max((r.error for r in found), default=math.nan)
-        middle = 1e3 * float(np.median([r.seconds for r in found])) if found else math.nan
-        print(
-            f"{question:24} {engine:6} worst {worst:.1e}, median {middle:.3f} ms, failed"
-            f" {len(of) - len(found)} of {len(of)}"
-        )
+    for line in _table(rows):
+        print(line)
     _picture(rows, options.out / "sets_errors.png")
     print(machine(load), end="")
 
