@@ -17,7 +17,13 @@ from msg_adapters.properties import (
     resolve_files,
     role_to_msg,
 )
-from msg_adapters.shapes import resolve_file, Resolver, shape_from_msg, shape_to_msg
+from msg_adapters.shapes import (
+    resolve_file,
+    Resolver,
+    shape_from_msg,
+    shape_kind_to_msg,
+    shape_to_msg,
+)
 from msg_adapters.stamps import stamp_to_msg
 from scene_graph_msgs.msg import (
     CollisionFilterStatement,
@@ -211,7 +217,7 @@ def geometries_to_msg(
         shape = inspector.get_shape(geometry_id)
         description = GeometryDescription(
             name=inspector.get_name(geometry_id),
-            shape=shape_to_msg(shape) if with_shapes else ShapeMsg(kind=int(shape.kind)),
+            shape=shape_to_msg(shape) if with_shapes else ShapeMsg(kind=shape_kind_to_msg(shape)),
             pose=pose_to_msg(inspector.get_pose_in_frame(geometry_id)),
             roles=[_role_to_msg(properties, with_properties) for properties in roles],
         )

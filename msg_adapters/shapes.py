@@ -23,6 +23,7 @@ from scene_graph_ros.geometry.shapes.convex import Convex
 from scene_graph_ros.geometry.shapes.cylinder import Cylinder
 from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
 from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.shapes.mesh import Mesh
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -36,6 +37,7 @@ __all__ = [
     "plane_to_msg",
     "resolve_file",
     "shape_from_msg",
+    "shape_kind_to_msg",
     "shape_to_msg",
     "solid_primitive_from_msg",
     "solid_primitive_to_msg",
@@ -54,6 +56,11 @@ _PRIMITIVES: dict[int, tuple[type[Shape], tuple[str, ...]]] = {
     ShapeMsg.HALF_SPACE: (HalfSpace, ()),
 }
 _MESHES: dict[int, type[MeshShape]] = {ShapeMsg.CONVEX: Convex, ShapeMsg.MESH: Mesh}
+# By which constant of the message; those stay, whatever the order of ShapeKind becomes.
+_KINDS: dict[ShapeKind, int] = {
+    **{cls.kind: kind for kind, (cls, _) in _PRIMITIVES.items()},
+    **{cls.kind: kind for kind, cls in _MESHES.items()},
+}
 
 
 def resolve_file(resource: str) -> Path:
@@ -117,9 +124,14 @@ def _faces(triangles: Sequence[int], name: str) -> NDArray[np.int64] | None:
     return np.array(triangles, dtype=np.int64).reshape(-1, 3) if len(triangles) else None
 
 
+def shape_kind_to_msg(shape: Shape) -> int:
+    """Return the constant of ``scene_graph_msgs/Shape`` that says what a shape is."""
+    return _KINDS[shape.kind]
+
+
 def shape_to_msg(shape: Shape) -> ShapeMsg:
     """Return the message of a shape; files are named as ``file://`` resources."""
-    kind = int(shape.kind)
+    kind = shape_kind_to_msg(shape)
     if kind in _PRIMITIVES:
         _, fields = _PRIMITIVES[kind]
         return ShapeMsg(kind=kind, dimensions=[float(getattr(shape, f)) for f in fields])

@@ -5,10 +5,41 @@ import re
 import tokenize
 
 from scene_graph_ros.geometry.compiled import kernel
+from scene_graph_ros.geometry.query.distance.closed_forms import CLOSED_FORMS as PAIRS
+from scene_graph_ros.geometry.query.point.closed_forms import CLOSED_FORMS as POINTS
+from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "recipes.md").read_text()
 NARROWPHASE = "scene_graph_ros/geometry/narrowphase/"
+HULLS = {"CONVEX", "MESH"}
+FLAT_HULLS = {"HALF_SPACE", *HULLS}
+WITHOUT_A_NAME = {
+    "msg_adapters/markers.py": {"MESH"},
+    "geometry/broadphase/extents.py": HULLS,
+    "geometry/deformable/rigid_surface.py": {"BOX", "HALF_SPACE", "MESH"},
+    "geometry/meshes/tessellate/__init__.py": {"HALF_SPACE"},
+    "geometry/model/hydroelastic_properties.py": {"BOX", *HULLS},
+    "geometry/optimization/iris/scene_obstacles.py": HULLS,
+    "geometry/perception/exact/normals.py": FLAT_HULLS,
+    "geometry/perception/exact/parametrization.py": FLAT_HULLS,
+    "geometry/perception/exact/ray_intervals.py": FLAT_HULLS,
+    "geometry/perception/surfaces.py": HULLS,
+    "geometry/query/distance/dispatch.py": {"CONVEX"},
+    "geometry/query/distance/fcl_engine.py": {"MESH"},
+    "geometry/query/distance/local_surface.py": HULLS,
+    "planning/checker_plan.py": HULLS,
+    "planning/inner_covers.py": HULLS,
+    "views/skins.py": {"SPHERE", *HULLS},
+}
+"""Shapes that files of the recipe do not name: they get what is left, such as what holds of hulls,
+or have nothing there. Any other that a file does not name was forgotten."""
+WITH_POINTS = (
+    "geometry/query/point/dispatch.py",
+    "geometry/query/point/many_points_one_shape.py",
+    "geometry/query/point/one_point_many_shapes.py",
+)
+"""They name what has no closed form, and leave meshes to their triangles."""
 KINDS_OF_CORES = {"BOX", "CYLINDER", "ELLIPSOID", "HULL", "SEGMENT", "TRIANGLE"}
 
 
@@ -23,13 +54,16 @@ def files_with(names, folder):
     for path in (ROOT / folder).rglob("*.py"):
         if not any(name in path.read_text() for name in names):
             continue
-        with path.open("rb") as source:
-            words = {
-                t.string for t in tokenize.tokenize(source.readline) if t.type == tokenize.NAME
-            }
+        words = words_of(path)
         if words & names:
             found.add(path.relative_to(ROOT).as_posix())
     return found
+
+
+def words_of(path):
+    """Return the names in a file, without strings and comments."""
+    with path.open("rb") as source:
+        return {t.string for t in tokenize.tokenize(source.readline) if t.type == tokenize.NAME}
 
 
 def are_named(files, text):
@@ -38,17 +72,50 @@ def are_named(files, text):
     assert not missing
 
 
-def test_every_file_that_a_shape_takes_is_named():
-    """An ellipsoid has all that a shape may have; where it is a core there is a recipe of that."""
+def files_of_shapes():
+    """Return the files that know kinds of shapes: an ellipsoid has all that a shape may have."""
     names = {"Ellipsoid", "ELLIPSOID"}
     files = files_with(names, "scene_graph_ros") | files_with(names, "msg_adapters")
-    files = {file for file in files if not file.startswith(NARROWPHASE)}
+    # A core that it is has a recipe of its own. Those with the shape's name are of it alone. The
+    # image of a ball is an ellipsoid, whatever shapes there are.
+    return {
+        file
+        for file in files
+        if not file.startswith(NARROWPHASE)
+        and not file.endswith(("/ellipsoid.py", "/point_ellipsoid.py", "/sets/affine_ball.py"))
+    }
+
+
+def test_every_file_that_a_shape_takes_is_named():
+    """Each that knows kinds of shapes."""
+    files = files_of_shapes()
     assert len(files) > 20
-    # Those that have the shape's name are called <shape> in the recipe.
-    named = {file for file in files if file.endswith(("/ellipsoid.py", "/point_ellipsoid.py"))}
-    # The image of a ball is an ellipsoid, whatever shapes there are.
-    of_no_shape = {"scene_graph_ros/geometry/optimization/sets/affine_ball.py"}
-    are_named(files - named - of_no_shape, section("A shape"))
+    are_named(files, section("A shape"))
+
+
+def test_every_file_that_a_shape_takes_knows_every_shape():
+    """A shape that was forgotten somewhere would be answered for as if it were another."""
+    missing = {}
+    for file in files_of_shapes():
+        words, name = words_of(ROOT / file), file.removeprefix("scene_graph_ros/")
+        without = set()
+        for kind in ShapeKind:
+            title = kind.name.title().replace("_", "")
+            known = {kind.name, f"_{kind.name}", f"{kind.name}_KIND", title, f"{title}Spec"}
+            if not words & known:
+                without.add(kind.name)
+        missing[name] = without
+    points = {kind.name for kind in POINTS} | {"MESH"}
+    expected = {**WITHOUT_A_NAME, **dict.fromkeys(WITH_POINTS, points)}
+    assert {name: kinds for name, kinds in missing.items() if kinds} == expected
+
+
+def test_every_shape_has_a_closed_form_with_half_spaces():
+    """A half space is no core, so no other algorithm answers for it."""
+    half_space = ShapeKind.HALF_SPACE
+    others = set(ShapeKind) - {half_space}
+    pairs = {tuple(sorted((kind, half_space))) for kind in others}
+    assert pairs <= set(PAIRS)
 
 
 def test_every_file_that_a_core_takes_is_named():

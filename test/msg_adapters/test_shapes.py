@@ -60,11 +60,29 @@ def test_a_primitive_has_its_documented_dimensions(
     assert shapes.shape_from_msg(msg) == shape
 
 
+KINDS = {
+    "SPHERE": 0,
+    "CAPSULE": 1,
+    "BOX": 2,
+    "CYLINDER": 3,
+    "ELLIPSOID": 4,
+    "HALF_SPACE": 5,
+    "CONVEX": 6,
+    "MESH": 7,
+}
+"""The first eight, which stay: recordings and other versions have them."""
+
+
 def test_the_kinds_of_messages_are_those_of_the_core() -> None:
-    """All eight constants have the name and number of the core's enumeration."""
-    assert {kind.name: int(kind) for kind in ShapeKind} == {
-        name: getattr(ShapeMsg, name) for name in ShapeKind.__members__
-    }
+    """All have the names of the core's enumeration, and keep the numbers that they had."""
+    assert {name: getattr(ShapeMsg, name) for name in KINDS} == KINDS
+    constants = [getattr(ShapeMsg, name) for name in ShapeKind.__members__]
+    assert sorted(constants) == list(range(len(ShapeKind)))
+    examples = [shape for shape, _, _ in PRIMITIVES]
+    examples += [Convex(vertices=VERTICES), Mesh(vertices=VERTICES, faces=FACES)]
+    assert {shape.kind for shape in examples} == set(ShapeKind)
+    for shape in examples:
+        assert shapes.shape_kind_to_msg(shape) == getattr(ShapeMsg, shape.kind.name)
 
 
 @pytest.mark.parametrize(
