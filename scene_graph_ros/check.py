@@ -24,7 +24,8 @@ from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.demand import count_compliant, count_deformable
 from scene_graph_ros.node.runtime.names import NODE_NAME
-from scene_graph_ros.node.runtime.parameters import PARAMETERS, validate
+from scene_graph_ros.node.runtime.parameter_checks import validate
+from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.topic_names import topic_problems
 from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.source_topics import SourceTopic, topics_of

@@ -12,7 +12,8 @@ from pathlib import Path
 import re
 
 from scene_graph_ros.node.runtime.names import service_name
-from scene_graph_ros.node.runtime.parameters import Parameter, PARAMETERS
+from scene_graph_ros.node.runtime.parameter import Parameter
+from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.world.edits import EDITS
 
 __all__ = ["TABLES", "parameters", "services", "written"]

@@ -2,5 +2,5 @@
 
 Only this folder imports rclpy. ``world`` keeps what is known, ``effects`` publish it, ``services``
 answer requests, and ``runtime`` is what all of them run on; ``server`` puts them together.
-``runtime.parameters`` and ``runtime.names`` can be read without rclpy.
+``runtime.parameters``, its checks and ``runtime.names`` can be read without rclpy.
 """

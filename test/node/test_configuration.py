@@ -15,7 +15,8 @@ import pytest
 import yaml
 
 from scene_graph_ros.node.runtime import names
-from scene_graph_ros.node.runtime.parameters import defaults, PARAMETERS, validate
+from scene_graph_ros.node.runtime.parameter_checks import validate
+from scene_graph_ros.node.runtime.parameters import defaults, PARAMETERS
 
 ROOT = Path(__file__).parents[2]
 LAUNCH = ROOT / "launch" / "scene_graph.launch.py"
@@ -196,7 +197,8 @@ def test_parameters_can_be_read_without_ros():
     """The table of parameters and the names of effects import no rclpy."""
     program = (
         "import sys\n"
-        "import scene_graph_ros.node.runtime.parameters, scene_graph_ros.node.runtime.names\n"
+        "import scene_graph_ros.node.runtime.parameter_checks\n"
+        "import scene_graph_ros.node.runtime.names\n"
         "import scene_graph_ros.node.effects.declarations\n"
         "assert 'rclpy' not in sys.modules\n"
     )

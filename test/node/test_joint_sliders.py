@@ -13,7 +13,7 @@ import pytest
 from sensor_msgs.msg import JointState
 from websockets.exceptions import InvalidStatus
 
-from scene_graph_ros.node.runtime.parameters import validate
+from scene_graph_ros.node.runtime.parameter_checks import validate
 
 URDF = """<?xml version="1.0"?>
 <robot name="arm">

@@ -14,7 +14,9 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
-from scene_graph_ros.node.runtime.parameters import Parameter, PARAMETERS, validate
+from scene_graph_ros.node.runtime.parameter import Parameter
+from scene_graph_ros.node.runtime.parameter_checks import validate
+from scene_graph_ros.node.runtime.parameters import PARAMETERS
 
 __all__ = ["NodeParameters", "descriptor"]
 

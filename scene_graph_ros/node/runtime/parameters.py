@@ -1,62 +1,16 @@
 """The node's parameters as data: readable, and checkable, without rclpy.
 
-A set of values is accepted or refused as a whole; `validate` says why. ``main`` and the node
-declare exactly this table, ``config/scene_graph.yaml`` and the launch file are tested against it.
+A set of values is accepted or refused as a whole; `validate` of `parameter_checks` says why.
+``main`` and the node declare exactly this table, ``config/scene_graph.yaml`` and the launch file
+are tested against it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-import math
-from typing import Any
-
 from scene_graph_ros.geometry.accuracy import Accuracy
-from scene_graph_ros.views.loopback import is_loopback
-from scene_graph_ros.views.origins import origins_of
+from scene_graph_ros.node.runtime.parameter import Parameter, Value
 
-__all__ = ["PARAMETERS", "Parameter", "defaults", "validate"]
-
-Value = bool | int | float | str
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """One parameter; its type is that of its default."""
-
-    name: str
-    default: Value
-    description: str
-    minimum: float | None = None
-    maximum: float | None = None
-    choices: tuple[str, ...] = ()
-    read_only: bool = False
-
-    def problem(self, value: Any) -> str | None:
-        """Say what is wrong with ``value`` for this parameter alone, or return None."""
-        if not _has_type(value, self.default):
-            wanted = _TYPE_NAMES[type(self.default)]
-            return f"{self.name} must be {wanted}, not {value!r}"
-        if self.choices and value not in self.choices:
-            return f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}"
-        if isinstance(value, (bool, str)):
-            return None
-        if not math.isfinite(value):
-            return f"{self.name} must be finite, not {value!r}"
-        if self.minimum is not None and value < self.minimum:
-            return f"{self.name} must be at least {self.minimum}, not {value!r}"
-        if self.maximum is not None and value > self.maximum:
-            return f"{self.name} must be at most {self.maximum}, not {value!r}"
-        return None
-
-
-_TYPE_NAMES = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
-
-
-def _has_type(value: Any, default: Value) -> bool:
-    # A bool is an int to Python, but not to ROS; neither is an integer a double.
-    return type(value) is type(default)
-
+__all__ = ["PARAMETERS", "defaults"]
 
 PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
@@ -375,40 +329,3 @@ PARAMETERS: tuple[Parameter, ...] = (
 def defaults() -> dict[str, Value]:
     """Return the default of each parameter by name."""
     return {parameter.name: parameter.default for parameter in PARAMETERS}
-
-
-_BY_NAME = {parameter.name: parameter for parameter in PARAMETERS}
-
-
-def validate(values: Mapping[str, Any], current: Mapping[str, Any] | None = None) -> list[str]:
-    """List what is wrong with ``values`` set together on top of ``current``; empty if nothing is.
-
-    ``current`` holds the values of the other parameters, their defaults where it is None.
-    Names that this table does not know are wrong, too.
-    """
-    problems = []
-    for name, value in values.items():
-        parameter = _BY_NAME.get(name)
-        problem = f"unknown parameter {name}" if parameter is None else parameter.problem(value)
-        if problem is not None:
-            problems.append(problem)
-    if problems:
-        return problems
-    merged = {**defaults(), **(current or {}), **values}
-    if merged["min_update_rate"] > merged["max_update_rate"]:
-        problems.append(
-            f"min_update_rate {merged['min_update_rate']} must not be greater than "
-            f"max_update_rate {merged['max_update_rate']}"
-        )
-    if not merged["browser_token"] and not is_loopback(merged["browser_host"]):
-        problems.append(
-            f"browser_host {merged['browser_host']!r} is reached from other machines: "
-            "give a browser_token, too"
-        )
-    if merged["browser_control"] and not merged["browser_token"]:
-        problems.append("browser_control lets pages move joints: give a browser_token, too")
-    try:
-        origins_of(merged["browser_origins"])
-    except ValueError as error:
-        problems.append(f"browser_origins: {error}")
-    return problems

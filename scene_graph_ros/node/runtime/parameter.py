@@ -1,0 +1,49 @@
+"""One parameter of the node: its default, and what values it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import math
+from typing import Any
+
+__all__ = ["Parameter", "Value"]
+
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One parameter; its type is that of its default."""
+
+    name: str
+    default: Value
+    description: str
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[str, ...] = ()
+    read_only: bool = False
+
+    def problem(self, value: Any) -> str | None:
+        """Say what is wrong with ``value`` for this parameter alone, or return None."""
+        if not _has_type(value, self.default):
+            wanted = _TYPE_NAMES[type(self.default)]
+            return f"{self.name} must be {wanted}, not {value!r}"
+        if self.choices and value not in self.choices:
+            return f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}"
+        if isinstance(value, (bool, str)):
+            return None
+        if not math.isfinite(value):
+            return f"{self.name} must be finite, not {value!r}"
+        if self.minimum is not None and value < self.minimum:
+            return f"{self.name} must be at least {self.minimum}, not {value!r}"
+        if self.maximum is not None and value > self.maximum:
+            return f"{self.name} must be at most {self.maximum}, not {value!r}"
+        return None
+
+
+_TYPE_NAMES = {bool: "true or false", int: "an integer", float: "a number", str: "a string"}
+
+
+def _has_type(value: Any, default: Value) -> bool:
+    # A bool is an int to Python, but not to ROS; neither is an integer a double.
+    return type(value) is type(default)
