@@ -19,18 +19,12 @@ from scene_graph_ros.geometry.model.inspector import SceneGraphInspector
 from scene_graph_ros.geometry.model.instance import checked_shape, GeometryInstance
 from scene_graph_ros.geometry.model.no_copies import NotCopied
 from scene_graph_ros.geometry.model.owner import ModelOwner
-from scene_graph_ros.geometry.model.perception_properties import (
-    check_appearance,
-    check_illustration,
-)
-from scene_graph_ros.geometry.model.properties import (
-    GeometryProperties,
-    ProximityProperties,
-)
+from scene_graph_ros.geometry.model.properties import GeometryProperties
 from scene_graph_ros.geometry.model.proximity import read_mesh_data
-from scene_graph_ros.geometry.model.records import GeometryRecord, WORLD_FRAME_ID
+from scene_graph_ros.geometry.model.records import WORLD_FRAME_ID
 from scene_graph_ros.geometry.model.reference_meshes import make_deformable, read_embedded_meshes
 from scene_graph_ros.geometry.model.renderer_registry import RendererRegistry
+from scene_graph_ros.geometry.model.role_data import read_for_role, read_looks
 from scene_graph_ros.geometry.model.roles import Role, RoleAssign
 from scene_graph_ros.geometry.model.state import GeometryState, ROLES
 from scene_graph_ros.geometry.shapes.shape import Shape
@@ -224,7 +218,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         registration.check_instance(geometry)
         if geometry.properties(Role.PROXIMITY) is not None:
             read_mesh_data(geometry.shape())
-        _check_looks(geometry.shape(), geometry.properties, geometry.name())
+        read_looks(geometry.shape(), geometry.properties, geometry.name())
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, parent, geometry)
 
@@ -264,7 +258,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         registration.check_instance(geometry)
         registration.check_deformable_frame(owner.state, source_id, frame_id)
         made = make_deformable(geometry, resolution_hint, reference_mesh)
-        _check_looks(geometry.shape(), geometry.properties, geometry.name(), deforms=True)
+        read_looks(geometry.shape(), geometry.properties, geometry.name(), deforms=True)
         read_embedded_meshes(geometry.properties(role) for role in ROLES)
         with owner.changing() as state:
             return registration.add_geometry(state, source_id, frame_id, geometry, made)
@@ -288,7 +282,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         """
         owner = self._owner(context)
         owner.state.require_source(source_id)
-        _read_files(owner.state.geometry(geometry_id), properties)
+        read_for_role(owner.state.geometry(geometry_id), properties)
         with owner.changing() as state:
             alteration.assign_role(state, source_id, geometry_id, properties, assign)
 
@@ -350,7 +344,7 @@ class SceneGraph(RendererRegistry, NotCopied):
         if record.deformable is None and Role.PROXIMITY in record.properties:
             read_mesh_data(checked_shape(shape, record.name))
         if record.deformable is None:
-            _check_looks(checked_shape(shape, record.name), record.properties.get, record.name)
+            read_looks(checked_shape(shape, record.name), record.properties.get, record.name)
         with owner.changing() as state:
             alteration.change_shape(state, source_id, geometry_id, shape, X_FG)
 
@@ -390,32 +384,3 @@ class SceneGraph(RendererRegistry, NotCopied):
         """Rename a geometry. Raises NameConflictError if one of its roles has that name."""
         with self._owner(context).changing() as state:
             alteration.rename_geometry(state, source_id, geometry_id, name)
-
-
-def _read_files(record: GeometryRecord, properties: GeometryProperties) -> None:
-    """Read what a geometry needs for a role, before its model is locked for the change."""
-    deforms = record.deformable is not None
-    # Whoever gives something else is told when it is assigned.
-    of_role = {getattr(properties, "role", Role.UNASSIGNED): properties}
-    _check_looks(record.shape, of_role.get, record.name, deforms=deforms)
-    if deforms:
-        read_embedded_meshes([properties])
-    elif isinstance(properties, ProximityProperties):
-        read_mesh_data(record.shape)
-
-
-def _check_looks(
-    shape: Shape,
-    properties_of: Callable[[Role], GeometryProperties | None],
-    name: str,
-    *,
-    deforms: bool = False,
-) -> None:
-    """Read what cameras and people are to see. Raises MeshError and PropertyError."""
-    for role, check in (
-        (Role.PERCEPTION, check_appearance),
-        (Role.ILLUSTRATION, check_illustration),
-    ):
-        properties = properties_of(role)
-        if properties is not None:
-            check(shape, properties, name, deforms=deforms)
