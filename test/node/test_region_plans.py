@@ -10,7 +10,7 @@ import re
 from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 import numpy as np
-from plan_goals import Planner, Sent
+from plan_goals import at, Planner, Sent
 import pytest
 from sliding_robots import rail_scene
 from visualization_msgs.msg import Marker, MarkerArray
@@ -34,11 +34,6 @@ def action(client, start_node, tmp_path_factory):
     planner = Planner(client)
     yield planner
     planner.destroy()
-
-
-def at(*rails):
-    """Return configurations."""
-    return RobotConfigurations(names=["rail"], positions=list(map(float, rails)))
 
 
 def intervals(**ends):

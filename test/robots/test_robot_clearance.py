@@ -1,12 +1,18 @@
 """Tables of clearances: every kind of joint, many checkers and threads, rows that are appended."""
 
 from concurrent.futures import ThreadPoolExecutor
+import itertools
 
 import numpy as np
 import pytest
 from robot_scenes import BALL, diagram, DRONE, SLIDE
 
-from scene_graph_ros.planning import RobotCollisionType, SceneGraphCollisionChecker
+from scene_graph_ros.planning import (
+    CollisionCheckerError,
+    RobotClearance,
+    RobotCollisionType,
+    SceneGraphCollisionChecker,
+)
 
 _BOX = '<collision><geometry><box size="0.3 0.2 0.1"/></geometry></collision>'
 # It rolls on a plane, turns about y, slides along x; a finger slides half as far the other way.
@@ -122,3 +128,33 @@ def test_many_configurations_have_the_tables_of_each(tmp_path):
     np.testing.assert_array_equal(columns.collision_type, types)
     assert len(set(types)) == 2
     assert [len(each) for each in checker.calc_clearance_columns(q[:0], 3.0)] == [0] * 6
+
+
+def test_clearance_tables_grow():
+    """Rows may be appended; what is there is read-only but by its own name."""
+    table = RobotClearance(2)
+    assert table.size == 0 and table.num_positions == 2 and table.jacobians.shape == (0, 2)
+    table.reserve(1)
+    for row in range(20):
+        table.append(1, row, RobotCollisionType.SELF_COLLISION, 0.1 * row, [row, -row])
+    assert table.size == 20 and table.robot_indices == (1,) * 20
+    assert table.other_indices == tuple(range(20))
+    np.testing.assert_array_equal(table.distances, 0.1 * np.arange(20))
+    table.mutable_jacobians[3] = 7.0
+    np.testing.assert_array_equal(table.jacobians[3:5], [[7.0, 7.0], [4.0, -4.0]])
+    with pytest.raises(ValueError, match="read-only"):
+        table.jacobians[0] = 1.0
+    kind = RobotCollisionType.SELF_COLLISION
+    with pytest.raises(CollisionCheckerError, match=r"jacobian must have shape \(2,\), not \(3,"):
+        table.append(0, 1, kind, 0.0, [0.0] * 3)
+    with pytest.raises(CollisionCheckerError, match="collision_type must be a RobotCollisionType"):
+        table.append(0, 1, 2, 0.0, [0.0] * 2)
+
+
+def test_kinds_of_collisions_may_be_updated():
+    """One or both, from each of the four."""
+    for value, around, own in itertools.product(range(4), *[(None, True, False)] * 2):
+        kind = RobotCollisionType(value)
+        new = kind.make_updated(in_environment_collision=around, in_self_collision=own)
+        assert bool(new.value & 1) == (bool(value & 1) if around is None else around)
+        assert bool(new.value & 2) == (bool(value & 2) if own is None else own)

@@ -2,12 +2,45 @@
 
 from __future__ import annotations
 
+from geometry_msgs.msg import Quaternion, Transform, Vector3
 from rclpy.action import ActionClient
+from sensor_msgs.msg import JointState, MultiDOFJointState
 from spinning import wait_until
 
 from scene_graph_msgs.action import PlanPath
+from scene_graph_msgs.msg import RobotConfigurations
 
-__all__ = ["Planner", "Sent"]
+__all__ = ["Planner", "Sent", "at", "post_publisher", "rail_publisher"]
+
+
+def at(*rails):
+    """Return configurations of the ball on the rail of `sliding_robots.rail_scene`."""
+    return RobotConfigurations(names=["rail"], positions=list(map(float, rails)))
+
+
+def rail_publisher(client):
+    """Return a function that publishes where that ball is."""
+    publisher = client.publisher(JointState, "/joint_states")
+
+    def publish(rail):
+        message = JointState(name=["rail"], position=[float(rail)])
+        message.header.stamp = client.now()
+        publisher.publish(message)
+
+    return publish
+
+
+def post_publisher(client):
+    """Return a function that puts the post in its way somewhere else."""
+    publisher = client.publisher(MultiDOFJointState, "/around/poses")
+
+    def put(x):
+        pose = Transform(translation=Vector3(x=float(x)), rotation=Quaternion(w=1.0))
+        message = MultiDOFJointState(joint_names=["post"], transforms=[pose])
+        message.header.stamp = client.now()
+        publisher.publish(message)
+
+    return put
 
 
 class Planner:

@@ -3,34 +3,29 @@
 from __future__ import annotations
 
 import struct
-from types import SimpleNamespace
 
-from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Twist, Vector3
+from geometry_msgs.msg import Quaternion, Twist, Vector3
 import numpy as np
+from pose_wires import (
+    assert_places,
+    assert_same,
+    known,
+    MULTI,
+    STAMP,
+    Target,
+    taught,
+    transform,
+    wire_of,
+)
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import JointState, MultiDOFJointState
-from tf_messages import tf_message_class
 
 from msg_adapters.poses import (
-    joints_from_msg,
-    pose_stamped_to_msg,
     poses_from_multi_dof_joint_state,
-    poses_from_pose_stamped,
-    poses_from_tf,
-    poses_from_transform_stamped,
 )
 from msg_adapters.stamps import stamp_to_msg
-from msg_adapters.wire.poses import _Places, Layout, PoseWire
-
-MULTI = "sensor_msgs/msg/MultiDOFJointState"
-CLASSES = {
-    MULTI: MultiDOFJointState,
-    "sensor_msgs/msg/JointState": JointState,
-    "geometry_msgs/msg/PoseStamped": PoseStamped,
-    "geometry_msgs/msg/TransformStamped": TransformStamped,
-}
-STAMP = 1_234_567_890_987_654_321
+from msg_adapters.wire.poses import _Places, Layout
 
 
 @pytest.fixture
@@ -39,109 +34,12 @@ def rng():
     return np.random.default_rng(7)
 
 
-def transform(rng):
-    """Return a transform with seven distinct numbers and a unit quaternion."""
-    p, q = rng.normal(size=3), rng.normal(size=4)
-    q /= np.linalg.norm(q)
-    return Transform(
-        translation=Vector3(**dict(zip("xyz", p.tolist(), strict=True))),
-        rotation=Quaternion(**dict(zip("xyzw", q.tolist(), strict=True))),
-    )
-
-
 def multi(rng, names, stamp=STAMP, frame_id="world"):
     """Return a message of named transforms."""
     message = MultiDOFJointState(joint_names=names, transforms=[transform(rng) for _ in names])
     message.header.stamp = stamp_to_msg(stamp)
     message.header.frame_id = frame_id
     return message
-
-
-def stamped(rng, child="tool", stamp=STAMP):
-    """Return a stamped transform."""
-    message = TransformStamped(child_frame_id=child, transform=transform(rng))
-    message.header.stamp = stamp_to_msg(stamp)
-    message.header.frame_id = "base"
-    return message
-
-
-def pose(rng):
-    """Return a stamped pose."""
-    message = PoseStamped()
-    t = transform(rng)
-    message.pose.position.x, message.pose.position.y = t.translation.x, t.translation.y
-    message.pose.orientation = t.rotation
-    message.header.stamp = stamp_to_msg(STAMP + int(rng.integers(1000)))
-    message.header.frame_id = "map"
-    return message
-
-
-def wire_of(pose_type, serialize=serialize_message, kind=None):
-    """Return a wire that knows nothing yet."""
-    kind = kind or CLASSES[pose_type]
-    return PoseWire(pose_type, serialize, lambda data: deserialize_message(data, kind))
-
-
-def taught(pose_type, *messages):
-    """Return a wire that has seen each message twice."""
-    wire = wire_of(pose_type, kind=type(messages[0]))
-    for message in messages * 2:
-        data = serialize_message(message)
-        if wire.find(data) is None:
-            wire.learn(data, message)
-    return wire
-
-
-def known(wire, message):
-    """Return the bytes of a message and its layout, which must be known.
-
-    The serializer leaves anything between fields, which it may take a few messages to see.
-    """
-    for _ in range(20):
-        data = serialize_message(message)
-        layout = wire.find(data)
-        if layout is not None:
-            return data, layout
-        wire.learn(data, message)
-    raise AssertionError("the message is not known")
-
-
-def assert_same(batch, expected):
-    """Compare everything in two batches of poses, to the last bit."""
-    assert batch.names == expected.names
-    assert batch.parents == expected.parents
-    assert batch.stamps_ns.tolist() == expected.stamps_ns.tolist()
-    np.testing.assert_array_equal(batch.X_PF, expected.X_PF)
-    assert batch.refused == expected.refused
-
-
-class Target:
-    """Rows to place poses in, more than there are and in another order than those."""
-
-    def __init__(self, count):
-        self.rows = np.arange(count, 0, -1)
-        self.X_PF = np.full((count + 2, 4, 4), 7.0)
-        self.stamps = np.full(count + 2, STAMP)
-
-    def place(self, layout, data, earliest=STAMP, latest=STAMP + 100):
-        """Place the poses of a message."""
-        limits = (STAMP + 50, earliest, latest)
-        return layout.place_poses(data, self.rows, limits, self.X_PF, self.stamps)
-
-    @property
-    def is_untouched(self):
-        """Whether nothing was written."""
-        return bool(np.all(self.X_PF == 7.0) and np.all(self.stamps == STAMP))
-
-
-def assert_places(layout, data, expected):
-    """Compare the poses that are placed in one go with a batch, to the last bit."""
-    target = Target(len(expected.names))
-    assert target.place(layout, data)
-    assert target.X_PF[target.rows].tobytes() == expected.X_PF.tobytes()
-    assert target.stamps[target.rows].tolist() == expected.stamps_ns.tolist()
-    assert np.all(target.X_PF[[0, -1]] == 7.0)
-    assert np.all(target.stamps[[0, -1]] == STAMP)
 
 
 # Names whose ends fall on every residue of 8 bytes, so that all paddings occur.
@@ -323,116 +221,6 @@ def test_a_truncated_message_is_not_known(rng):
     wire = taught(MULTI, multi(rng, ["a"]))
     data = serialize_message(multi(rng, ["a"]))
     assert all(wire.find(data[:length]) is None for length in range(len(data)))
-
-
-def test_pose_stamped(rng):
-    """The name of the frame comes from the scene, not from the message."""
-    wire = taught("geometry_msgs/msg/PoseStamped", pose(rng))
-    later = pose(rng)
-    data, layout = known(wire, later)
-    assert_same(layout.poses(data, ("cup",)), poses_from_pose_stamped(later, "cup"))
-
-
-def test_pose_stamped_round_trip():
-    """What the adapter writes, it reads back."""
-    X = np.eye(4)
-    X[:3, 3] = (1.0, 2.0, 3.0)
-    message = pose_stamped_to_msg(X, stamp_ns=5, frame_id="map")
-    wire = taught("geometry_msgs/msg/PoseStamped", message)
-    data, layout = known(wire, message)
-    np.testing.assert_array_equal(layout.poses(data, ("cup",)).X_PF[0], X)
-
-
-def test_transform_stamped(rng):
-    """The child's name is part of the layout."""
-    wire = taught("geometry_msgs/msg/TransformStamped", stamped(rng))
-    later = stamped(rng, stamp=STAMP + 5)
-    data, layout = known(wire, later)
-    assert_same(layout.poses(data), poses_from_transform_stamped(later))
-    assert_places(layout, data, poses_from_transform_stamped(later))
-    assert wire.find(serialize_message(stamped(rng, child="toot"))) is None
-
-
-class Transforms(SimpleNamespace):
-    """A list of stamped transforms: what a TFMessage is, where tf2_msgs is not installed."""
-
-    def __init__(self, transforms):
-        super().__init__(transforms=transforms)
-
-
-def bytes_of_transforms(message):
-    """Serialize a list of stamped transforms as CDR does, little-endian."""
-    data = struct.pack("<I", len(message.transforms))
-
-    def aligned(size):
-        return data + b"\0" * (-len(data) % size)
-
-    for t in message.transforms:
-        stamp = t.header.stamp
-        data = aligned(4) + struct.pack("<iI", stamp.sec, stamp.nanosec)
-        for text in (t.header.frame_id, t.child_frame_id):
-            encoded = text.encode() + b"\0"
-            data = aligned(4) + struct.pack("<I", len(encoded)) + encoded
-        p, q = t.transform.translation, t.transform.rotation
-        data = aligned(8) + struct.pack("<7d", p.x, p.y, p.z, q.x, q.y, q.z, q.w)
-    return b"\0\1\0\0" + data
-
-
-def test_transforms_with_stamps_and_names_between_their_numbers(rng):
-    """Each transform has a stamp of its own, and one too old leaves all to be judged alone."""
-    names = ["a", "bcd", "efghij", "kl"]
-
-    def message(*stamps):
-        parts = zip(names, stamps, strict=True)
-        return Transforms([stamped(rng, name, STAMP + stamp) for name, stamp in parts])
-
-    first = message(1, 2, 3, 4)
-    wire = PoseWire("tf2_msgs/msg/TFMessage", bytes_of_transforms, lambda data: first)
-    for _ in range(2):
-        wire.learn(bytes_of_transforms(first), first)
-    later = message(9, 7, 0, 8)
-    data = bytes_of_transforms(later)
-    layout = wire.find(data)
-    assert_same(layout.poses(data), poses_from_tf(later))
-    assert_places(layout, data, poses_from_tf(later))
-    late = bytes_of_transforms(message(9, 7, 8, -1))
-    target = Target(4)
-    assert not target.place(wire.find(late), late)
-    assert target.is_untouched
-
-
-def test_transforms_with_stamps_of_their_own(rng):
-    """As a TFMessage has them: several stamps, names between the numbers."""
-    kind = tf_message_class()
-    names = ["a", "bcd", "efghij"]
-    message = kind(transforms=[stamped(rng, name, STAMP + i) for i, name in enumerate(names)])
-    wire = taught("tf2_msgs/msg/TFMessage", message)
-    message.transforms = [stamped(rng, name, STAMP - i) for i, name in enumerate(names)]
-    data, layout = known(wire, message)
-    assert layout.stamp(data) == STAMP
-    assert_same(layout.poses(data), poses_from_tf(SimpleNamespace(transforms=message.transforms)))
-
-
-@pytest.mark.parametrize("extras", [False, True])
-def test_joint_positions(rng, extras):
-    """Positions are read, velocities and efforts are not looked at."""
-
-    def joints(positions, stamp):
-        message = JointState(name=["hip", "knee", "ankle"], position=positions)
-        message.header.stamp = stamp_to_msg(stamp)
-        if extras:
-            message.velocity = rng.normal(size=3).tolist()
-            message.effort = rng.normal(size=3).tolist()
-        return message
-
-    wire = taught("sensor_msgs/msg/JointState", joints([1.0, 2.0, 3.0], 5))
-    for positions in ([0.25, -0.5, 0.75], [0.25, float("nan"), 0.75]):
-        later = joints(positions, STAMP)
-        data, layout = known(wire, later)
-        batch, expected = layout.joints(data), joints_from_msg(later)
-        assert (batch.names, batch.stamp_ns) == (expected.names, expected.stamp_ns)
-        assert batch.positions.tolist() == expected.positions.tolist()
-        assert batch.refused == expected.refused
 
 
 def test_a_message_without_the_serializers_surplus_is_read(rng):
