@@ -45,6 +45,8 @@ def largest_image(inner: Any, outer: Any) -> tuple[np.ndarray, np.ndarray]:
             raise ConvexSetError(
                 f"{label}: {name} is flat; work in the coordinates of its AffineSubspace"
             )
+    if not inner.ambient_dimension:
+        return np.zeros((0, 0)), np.zeros(0)
     (X, from_X, scale_X), (Y, from_Y, scale_Y) = _about_own_middle(inner), _about_own_middle(outer)
     try:
         W = np.eye(len(from_X))
@@ -187,5 +189,6 @@ def _drawn_inside(
     size = np.abs(outer.A) @ (np.abs(t) + np.abs(center)) + np.abs(outer.b) + np.abs(reach)
     rounding = 16.0 * (len(t) + 2) * EPSILON * size
     slack, over = outer.b - outer.A @ center, reach + rounding - outer.b
-    share = float(np.max(over / (slack + over), where=over > 0.0, initial=0.0))
+    is_over = over > 0.0
+    share = float((over[is_over] / (slack + over)[is_over]).max(initial=0.0))
     return (1.0 - share) * T, center + (1.0 - share) * (t - center)

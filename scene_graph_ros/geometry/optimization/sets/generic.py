@@ -13,6 +13,7 @@ from scene_graph_ros.geometry.optimization.solve.cutting import (
     maximize_in_cones,
     Reached,
 )
+from scene_graph_ros.geometry.optimization.solve.maximize import maximize
 from scene_graph_ros.geometry.optimization.solve.nearest_by_support import nearest_by_support
 
 __all__ = ["check_gaps", "inner_point", "nearest_in_form", "project_on_set", "support_of_lift"]
@@ -77,6 +78,8 @@ def nearest_in_form(asked: Any, A: np.ndarray, p: np.ndarray) -> tuple[float, np
     )
     whole = joined([lift.placed(np.arange(e), E.shape[1]), nearness])
     w = A @ (inner[:n] - p)
+    if not w.any():
+        return 0.0, p.copy(), 0.0
     start = np.concatenate([inner, p, w, [2.0 * np.linalg.norm(w) + 1e-300]])
     box = _box_cuts(whole)
     c = np.zeros(E.shape[1])
@@ -99,8 +102,9 @@ def _checked(
 ) -> tuple[float, np.ndarray, float]:
     x = reached.x[: asked.ambient_dimension]
     distance = float(np.linalg.norm(A @ (x - p)))
-    gap = max(0.0, distance + reached.upper)
-    _check_gap(gap, size, asked, p)
+    gap = min(max(0.0, distance + reached.upper), distance)
+    if distance > _AT_SURFACE * float((np.abs(A) @ (np.abs(x) + np.abs(p))).max(initial=0.0)):
+        _check_gap(gap, size, asked, p)
     return distance, x, gap
 
 
@@ -112,24 +116,78 @@ def _check_gap(gap: float, size: float, asked: Any, p: np.ndarray) -> None:
         )
 
 
+def _is_near(p: np.ndarray, found: tuple[float, np.ndarray, float]) -> bool:
+    """Tell whether a nearest point is known as well as promised, or its distance can't be."""
+    distance, x, gap = found
+    size = float(np.abs(np.append(p, x)).max(initial=0.0))
+    return distance <= _AT_SURFACE * size or gap <= _PROMISED * size
+
+
 def check_gaps(asked: Any, points: Any, nearest: Any, distances: Any, gaps: Any) -> None:
     """Raise SolverError where a gap of a nearest point is larger than promised."""
     for p, x, distance, gap in zip(points, nearest, distances, gaps, strict=True):
-        size = float(np.abs(np.append(p, x)).max(initial=0.0))
-        if distance > _AT_SURFACE * size:
-            _check_gap(gap, size, asked, p)
+        if not _is_near(p, (distance, x, gap)):
+            _check_gap(gap, float(np.abs(np.append(p, x)).max(initial=0.0)), asked, p)
+
+
+def _nearest_of_unbounded(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray, float]:
+    """Return the nearest point by one method, and where that falls short by another one.
+
+    Of matrices, planes show supports of a part of the set less well than the distance.
+    """
+    methods = [_nearest_of_part, lambda asked, p: nearest_in_form(asked, np.eye(len(p)), p)]
+    best, failure = None, None
+    for method in reversed(methods) if asked.lifted.matrices else methods:
+        try:
+            found = method(asked, p)
+        except SolverError as error:
+            failure = error
+            continue
+        if _is_near(p, found):
+            return found
+        best = found if best is None or found[2] < best[2] else best
+    if best is None:
+        assert failure is not None
+        raise failure
+    return best
+
+
+def _nearest_of_part(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray, float]:
+    """Return what `nearest_by_support` does of an unbounded set: of what is in a box about p.
+
+    The box is wide enough to hold a point of the set, so also the nearest one.
+    """
+    inner, cuts = inner_point(asked, "projection")
+    n, e = asked.ambient_dimension, asked.lifted.num_variables
+    width = 2.0 * float(np.abs(inner[:n] - p).max())
+    if width == 0.0:
+        return 0.0, p.copy(), 0.0
+    unit = np.eye(n, e)
+    walls = np.concatenate([unit, -unit]), np.append(p + width, width - p)
+    part = joined([asked.lifted, Lift(np.zeros((0, e)), np.zeros(0), *walls)])
+
+    def reach(d: np.ndarray) -> tuple[float, np.ndarray, float]:
+        c = np.append(d, np.zeros(e - n))
+        if part.cones:
+            found = maximize_in_cones(part, c, inner, cuts)
+            return found.value, found.x[:n], max(0.0, found.upper - found.value)
+        best = maximize(part.rows, c, inner)
+        return best.value, best.x[:n], best.gap
+
+    return nearest_by_support(reach, p)
 
 
 def project_on_set(asked: Any, points: np.ndarray) -> Projection:
-    """Return the nearest points of a set: by its supports if these are finite, else by cuts."""
+    """Return the nearest points of a set by its supports, or those of its part near the point."""
     n = asked.ambient_dimension
-    if asked.is_bounded():
-        found = [nearest_by_support(asked.support, p) for p in points] if n else []
-        found = found or [(0.0, p, 0.0) for p in points]
-        distances, nearest, gaps = zip(*found, strict=True) if found else ((), (), ())
-        check_gaps(asked, points, nearest, distances, gaps)
+    if not n:
+        found = [(0.0, p, 0.0) for p in points]
+    elif asked.is_bounded():
+        found = [nearest_by_support(asked.support, p) for p in points]
     else:
-        found = [nearest_in_form(asked, np.eye(n), p) for p in points]
+        found = [_nearest_of_unbounded(asked, p) for p in points]
+    distances, nearest, gaps = zip(*found, strict=True) if found else ((), (), ())
+    check_gaps(asked, points, nearest, distances, gaps)
     return Projection(
         np.array([f[0] for f in found]),
         np.array([f[1] for f in found]).reshape(len(points), n),

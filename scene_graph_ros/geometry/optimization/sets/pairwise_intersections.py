@@ -94,8 +94,8 @@ def compute_pairwise_intersections(
     is_there = _meet_all(A, B, (boxes_A, boxes_B), pairs, offsets)
     pairs, offsets = pairs[is_there], offsets[is_there]
     if is_one_list:
-        pairs = np.stack([pairs, pairs[:, ::-1]], axis=1).reshape(-1, 2)
-        offsets = np.stack([offsets, 0.0 - offsets], axis=1).reshape(-1, n)
+        pairs = np.stack([pairs, pairs[:, ::-1]], axis=1).reshape(2 * len(pairs), 2)
+        offsets = np.stack([offsets, 0.0 - offsets], axis=1).reshape(len(pairs), n)
     return [(i, j) for i, j in pairs.tolist()], list(offsets)
 
 

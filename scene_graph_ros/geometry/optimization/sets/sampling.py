@@ -93,8 +93,9 @@ def draw_many(
     if n == 0:
         return UniformSamples(np.zeros((wanted, 0)), float(wanted), chains)
     found = inscribed(polyhedron)
-    slack = polyhedron.b - polyhedron.A @ found.center
-    rows = (polyhedron.A @ found.B) / slack[:, None]
+    named = polyhedron.A.any(axis=1)
+    A, b = polyhedron.A[named], polyhedron.b[named]
+    rows = (A @ found.B) / (b - A @ found.center)[:, None]
     columns = np.ascontiguousarray(rows.T)
     ways = generator.normal(size=(chains, n))
     reach = generator.random(chains) ** (1.0 / n) / np.linalg.norm(ways, axis=1)

@@ -64,7 +64,8 @@ def shortened(u: np.ndarray) -> np.ndarray:
 
 def _in_ball(w: np.ndarray) -> np.ndarray:
     """Return a vector of at most unit length, as exactly as floats can say."""
-    u = w / np.linalg.norm(w)
+    u = w / np.abs(w).max()
+    u /= np.linalg.norm(u)
     return u * (1.0 - 4.0 * len(u) * EPSILON)
 
 

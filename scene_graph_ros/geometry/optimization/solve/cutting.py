@@ -57,6 +57,13 @@ _CLOSE = 1e-11
 _GAP = 1e-11
 """Relative to the first gap of an optimum: where cutting ends."""
 
+_UNAIDED = 20
+"""Rounds after which the solver of cone programs is asked where to cut balls, once."""
+
+_MOST_PROOFS = 4
+"""Rounds in which rows without room between them are asked for a point exactly, which may take
+long; after them only where floats see that point in the cones, and in the last round."""
+
 _MOST_IDLE = 10
 """Rounds in a row that took less than a tenth of the gap away: rounding is what is left."""
 
@@ -133,39 +140,72 @@ def find_in_cones(lift: Lift, first: Sequence[Cut] = ()) -> Found:
     if not lift.cones:
         proof = find_point(lift.rows)
         return Found(proof.kind, proof.vector, (), 0.0)
-    cones = lift.cones
-    cuts = [Cut(k, u) for k, cone in enumerate(cones) for u in first_cuts(cone)] + list(first)
-    best, x_best = np.inf, np.zeros(lift.num_variables)
-    if lift.matrices:
-        proposed = propose(lift, None)
-        point = None if proposed is None else exact_point(lift.rows, proposed.x)
-        if point is not None and _is_in_cones(cones, point):
+    search = _Search(lift, first)
+    found = search.take_proposal(None) if lift.matrices else None
+    for k in range(_MOST_ROUNDS):
+        if found is not None or not search.goes_on:
+            break
+        found = search.take_round()
+        if found is None and k == _UNAIDED and not lift.matrices:
+            found = search.take_proposal(search.x)
+    return found or search.last()
+
+
+class _Search:
+    """Rows and the cuts so far, and the point that was nearest to being in all cones."""
+
+    def __init__(self, lift: Lift, first: Sequence[Cut]) -> None:
+        self.lift = lift
+        self.cuts = [Cut(k, u) for k, cone in enumerate(lift.cones) for u in first_cuts(cone)]
+        self.cuts += first
+        self.goes_on, self.proofs = True, 0
+        self.x = self.x_best = np.zeros(lift.num_variables)
+        self.best = np.inf
+
+    def take_proposal(self, about: np.ndarray | None) -> Found | None:
+        """Take the point that the solver of cone programs proposes, or the cuts."""
+        proposed = propose(self.lift, None, about)
+        point = None if proposed is None else exact_point(self.lift.rows, proposed.x)
+        if point is not None and _is_in_cones(self.lift.cones, point):
             return Found("point", point, (), 0.0)
-        cuts += proposed_cuts(lift, proposed)
-    for _ in range(_MOST_ROUNDS):
-        rows = rows_with_cuts(lift, cuts)
+        self.cuts += proposed_cuts(self.lift, proposed)
+        return None
+
+    def take_round(self) -> Found | None:
+        """Ask for the deepest point within rows and cuts, and cut it off."""
+        cones, rows = self.lift.cones, rows_with_cuts(self.lift, self.cuts)
         deepest = find_deepest(rows)
-        x = deepest.x
-        if deepest.radius <= 0.0:
-            proof = find_point(rows)
-            if proof.kind == "farkas" or _is_in_cones(cones, proof.vector):
-                return Found(proof.kind, proof.vector, tuple(cuts), 0.0)
-            x = np.array([float(v) for v in proof.vector])
-        outside = max(excess(cone, x) for cone in cones)
-        if outside <= 0.0:
-            proof = _proof_at(rows, x)
-            if proof.kind == "farkas" or _is_in_cones(cones, proof.vector):
-                return Found(proof.kind, proof.vector, tuple(cuts), 0.0)
-        if outside < best:
-            best, x_best = outside, x
-        if best <= _CLOSE and deepest.radius <= _CLOSE * deepest.cap:
-            break
-        added = _cuts(cones, x, -_CLOSE)
-        if not added:
-            break
-        cuts += added
-    vector = tuple(Fraction(v) for v in x_best.tolist())
-    return Found("undecided", vector, tuple(cuts), max(best, 0.0))
+        self.x = deepest.x
+        outside, has_room = self._excess(), deepest.radius > 0.0
+        if outside <= 0.0 if has_room else outside <= _CLOSE or self.proofs < _MOST_PROOFS:
+            self.proofs += not has_room
+            proof = _proof_at(rows, self.x) if has_room else find_point(rows)
+            if self._is_proof(proof):
+                return Found(proof.kind, proof.vector, tuple(self.cuts), 0.0)
+            self.x = np.array([float(v) for v in proof.vector])
+            outside = self._excess()
+        if outside < self.best:
+            self.best, self.x_best = outside, self.x
+        is_small = deepest.radius <= _CLOSE * deepest.cap
+        added = _cuts(cones, self.x, -_CLOSE)
+        self.goes_on = bool(added) and not (self.best <= _CLOSE and is_small)
+        self.cuts += added if self.goes_on else []
+        return None
+
+    def last(self) -> Found:
+        """Return what is known when no more rounds are taken."""
+        if self.proofs >= _MOST_PROOFS:
+            proof = find_point(rows_with_cuts(self.lift, self.cuts))
+            if self._is_proof(proof):
+                return Found(proof.kind, proof.vector, tuple(self.cuts), 0.0)
+        vector = tuple(Fraction(v) for v in self.x_best.tolist())
+        return Found("undecided", vector, tuple(self.cuts), max(self.best, 0.0))
+
+    def _excess(self) -> float:
+        return max(excess(cone, self.x) for cone in self.lift.cones)
+
+    def _is_proof(self, proof: Proof) -> bool:
+        return proof.kind == "farkas" or _is_in_cones(self.lift.cones, proof.vector)
 
 
 def _proof_at(rows: Rows, x: np.ndarray) -> Proof:
@@ -198,7 +238,7 @@ def maximize_in_cones(
     """Return the largest ``c . x``, from a point inside, until the bound is near."""
     cuts, best = list(cuts), Reached(float(c @ inner), inner, np.inf, None)
     if lift.matrices:
-        cuts += proposed_cuts(lift, propose(lift, c))
+        cuts += proposed_cuts(lift, propose(lift, c, inner))
     size, idle, is_proposed = 0.0, 0, bool(lift.matrices)
     for _ in range(_MOST_ROUNDS):
         optimum = maximize(rows_with_cuts(lift, cuts), c, inner)
@@ -227,7 +267,7 @@ def maximize_in_cones(
         if idle > _MOST_IDLE:
             # Where planes are nearly parallel cuts at corners between them say little.
             is_proposed, idle = True, 0
-            added += proposed_cuts(lift, propose(lift, c))
+            added += proposed_cuts(lift, propose(lift, c, inner))
         if not added:
             break
         cuts += added

@@ -36,13 +36,18 @@ class Proposal:
     planes: list[tuple[int, np.ndarray]]
 
 
-def propose(lift: Lift, c: np.ndarray | None) -> Proposal | None:
+def propose(lift: Lift, c: np.ndarray | None, about: np.ndarray | None = None) -> Proposal | None:
     """Return where ``c . x`` is largest, without c where rows and cones are furthest away.
 
+    The solver's origin is the point ``about (k,)``, so that what is far away keeps its digits.
     None where the solver fails, also for goals without a largest value.
     """
     size = lift.num_variables
-    blocks = blocks_of(lift, np.arange(size))
+    origin = np.zeros(size) if about is None else about
+    blocks = [
+        (cone, k, matrix, side + matrix @ origin[k])
+        for cone, k, matrix, side in blocks_of(lift, np.arange(size))
+    ]
     scaled, sizes, _ = equilibrated([for_the_solver(block) for block in blocks], size)
     goal = np.zeros(size) if c is None else -c * sizes
     if c is None:
@@ -66,7 +71,7 @@ def propose(lift: Lift, c: np.ndarray | None) -> Proposal | None:
         weights, axes = np.linalg.eigh(multipliers)
         kept = weights > _LEAST_WEIGHT * max(float(weights[-1]), 0.0)
         planes += [(number, axis) for axis in axes.T[kept]]
-    return Proposal(sizes * found.x[:size], planes)
+    return Proposal(origin + sizes * found.x[:size], planes)
 
 
 def _matrix(dual: np.ndarray) -> np.ndarray:

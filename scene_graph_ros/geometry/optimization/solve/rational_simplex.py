@@ -111,13 +111,17 @@ class RationalSimplex:
             self._replace(place, row, weights)
         return place >= 0
 
+    def _entries_of(self, row: int) -> tuple[int, int]:
+        """Return how many entries a row has, and itself: with few first, numbers stay small."""
+        return int(np.count_nonzero(self.A[row])), row
+
     def load_basis(self, basis: np.ndarray, x: np.ndarray) -> bool:
         """Take these rows as basis and the point where they meet; tell whether they do in one.
 
         Where places are -1 the point has the coordinates of x.
         """
         self.restart(x)
-        for row in sorted(int(i) for i in basis if i >= 0):
+        for row in sorted((int(i) for i in basis if i >= 0), key=self._entries_of):
             if not self.enter(row):
                 return False
         # Of the basis's places only those with rows ask for a move.
