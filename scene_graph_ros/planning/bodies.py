@@ -25,10 +25,11 @@ from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
 from scene_graph_ros.planning.still_kernels import least_of, WORD
 from scene_graph_ros.planning.still_tree import StillNodes
-from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints
+from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints, TreeTable
 
 __all__ = [
     "BodyTable",
+    "CheckedTables",
     "PairTable",
     "Places",
     "distance_at",
@@ -85,6 +86,20 @@ class PairTable(NamedTuple):
     """``(r, b)``: the pair of each robot's body with each in that tree, or -1."""
     most_paddings: np.ndarray
     """``(r,)`` metres: the largest padding of a robot's body with any in that tree."""
+
+
+class CheckedTables(NamedTuple):
+    """All that kernels read of what is checked."""
+
+    held: np.ndarray
+    """Where the scene's shape table is."""
+    tree: TreeTable
+    bodies: BodyTable
+    pairs: PairTable
+    reaches: np.ndarray
+    """``(r,)`` metres: the largest distance of a robot body's points from its joint's origin."""
+    X_WB: np.ndarray
+    """``(4, 4)``: the robots' root link."""
 
 
 class Places(NamedTuple):
@@ -174,7 +189,7 @@ def _from_box(bodies, a, b, places):
 
 
 @inlined_kernel
-def _between_centers(bodies, a, b, places):
+def _between_centers(a, b, places):
     """Return how far two balls' centres are apart, squared, for LANES configurations."""
     center, other = places.centers[a], places.centers[b]
     x = load_lanes(center, 0) - load_lanes(other, 0)
@@ -191,7 +206,7 @@ def sure_distances(bodies, a, b, places, enough):
     more is found out than that it is ``enough``.
     """
     radii = bodies.radii[a] + bodies.radii[b]
-    squares = _between_centers(bodies, a, b, places)
+    squares = _between_centers(a, b, places)
     least = math.sqrt(least_of(squares)) - radii
     if least >= enough:
         return least

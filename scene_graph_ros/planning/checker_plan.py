@@ -15,7 +15,7 @@ from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tolerances import OSCULATION
-from scene_graph_ros.planning.bodies import BodyTable, new_places, PairTable, Places
+from scene_graph_ros.planning.bodies import BodyTable, CheckedTables, new_places, PairTable, Places
 from scene_graph_ros.planning.inner_covers import inner_covers
 from scene_graph_ros.planning.still_tree import no_nodes, still_nodes
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
@@ -54,6 +54,12 @@ class CheckerPlan(NamedTuple):
     """``(b,)``: the body of each row of the scene's proximity arrays."""
     carried: tuple[tuple[Any, ...], ...]
     """``(r,)``: the frames between each robot body's link and the body, from the link on."""
+
+    @property
+    def checked(self) -> CheckedTables:
+        """What kernels read of it."""
+        tree, held = self.tree, self.held.places
+        return CheckedTables(held, tree.table, self.bodies, self.pairs, self.reaches, tree.X_WB)
 
     def ids(self, pair: int) -> tuple[Any, Any]:
         """Return the geometry ids of a pair, in the order of the scene's own queries."""

@@ -51,15 +51,16 @@ _FINEST = 1e-9
 
 
 @inlined_kernel
-def _place_middles(tree, bodies, stretches, count, is_first, edge, motions, X_WB, places):
-    """Place all bodies as in the middles of stretches, and first as at the edge's ends."""
+def _place_middles(checked, edge, scratch, count, asks_ends):
+    """Place all bodies as in the middles of stretches, or as at the edge's ends if it asks."""
+    motions, stretches, places = scratch
     for k in range(LANES):
         place = (stretches.counts[0] + min(k, count - 1)) % MOST_STRETCHES
         low, high = stretches.ends[place, 0], stretches.ends[place, 1]
         middle = 0.5 * (low + high)
-        if is_first and low == 0.0:
+        if asks_ends and low == 0.0:
             middle = 0.0
-        elif is_first and high == 1.0:
+        elif asks_ends and high == 1.0:
             middle = 1.0
         if k < count:
             stretches.low[k], stretches.middle[k], stretches.high[k] = low, middle, high
@@ -67,8 +68,8 @@ def _place_middles(tree, bodies, stretches, count, is_first, edge, motions, X_WB
             stretches.states[k], stretches.blockers[k] = FREE, NO_PAIR
         else:
             stretches.below[k] = stretches.above[k] = -1.0
-        point_on(tree, edge, middle, motions.q[k])
-    place_bodies(tree, bodies, motions.q, 0, X_WB, places)
+        point_on(checked.tree, edge, middle, motions.q[k])
+    place_bodies(checked.tree, checked.bodies, motions.q, 0, checked.X_WB, places)
 
 
 @merged_kernel
@@ -94,8 +95,9 @@ def _near_on(bodies, pairs, motions, longest, rules, places):
 
 
 @merged_kernel
-def _hits_again(held, bodies, pairs, stretches, count, places):
+def _hits_again(checked, stretches, count, places):
     """Tell whether a pair that collided lately does so in one of the middles, and note it."""
+    bodies, pairs = checked.bodies, checked.pairs
     for i in range(RECENT):
         p = stretches.recent[i]
         if p == NO_PAIR:
@@ -111,7 +113,7 @@ def _hits_again(held, bodies, pairs, stretches, count, places):
         if surely_collides(bodies, pairs, p, places):
             deepest, is_hit = deepest_of(places.work[2], count), True
         else:
-            is_hit = collides_at(held, bodies, pairs, p, deepest, places)
+            is_hit = collides_at(checked.held, bodies, pairs, p, deepest, places)
         if is_hit:
             stretches.states[deepest], stretches.blockers[deepest] = COLLIDES, p
             _remember(stretches, p)
@@ -129,12 +131,14 @@ def _remember(stretches, p):
 
 
 @merged_kernel
-def _look(held, bodies, pairs, motions, stretches, limits, places):
+def _look(checked, scratch, limits):
     """Find how far around the middles all pairs are free: ``below`` and ``above``.
 
     ``limits``: the rules. Returns what all pairs keep there at least. Unless it is to be measured,
     a collision ends it.
     """
+    motions, stretches, places = scratch
+    bodies, pairs = checked.bodies, checked.pairs
     measures, part, tolerance = limits
     longest = longest_of(stretches, LANES)
     near_ones, kept_by_others = _near_on(
@@ -151,9 +155,7 @@ def _look(held, bodies, pairs, motions, stretches, limits, places):
         taken += 1
         if stretches.below[k] < 0.0:
             continue
-        kept, _ = look_at_pair(
-            held, bodies, pairs, motions, stretches, p, k, rest, (part, tolerance), places
-        )
+        kept, _ = look_at_pair(checked, scratch, p, k, rest, (part, tolerance))
         if kept == -math.inf and not measures:
             _remember(stretches, p)
             return least
@@ -163,22 +165,22 @@ def _look(held, bodies, pairs, motions, stretches, limits, places):
 
 
 @merged_kernel
-def _look_at_middles(
-    held, tree, bodies, pairs, reaches, edge, motions, stretches, count, is_first, limits, places
-):
+def _look_at_middles(checked, edge, scratch, count, is_first, limits):
     """Find the same where all bodies are placed; ``limits`` ends with where nothing matters."""
+    motions, stretches, places = scratch
     measures, part, tolerance, collision = limits
-    if not measures and _hits_again(held, bodies, pairs, stretches, count, places):
+    if not measures and _hits_again(checked, stretches, count, places):
         return math.inf
     if is_first:
-        set_pair_motions(tree, bodies, pairs, reaches, edge, motions)
+        tree, bodies = checked.tree, checked.bodies
+        set_pair_motions(tree, bodies, checked.pairs, checked.reaches, edge, motions)
     if len(edge) == 2:
-        place_twists(tree, motions, places)
-        place_speeds(bodies, motions, places)
+        place_twists(checked.tree, motions, places)
+        place_speeds(checked.bodies, motions, places)
     for k in range(count):
         if stretches.low[k] > collision:
             stretches.below[k] = stretches.above[k] = -1.0
-    return _look(held, bodies, pairs, motions, stretches, (measures, part, tolerance), places)
+    return _look(checked, scratch, (measures, part, tolerance))
 
 
 @inlined_kernel
@@ -210,14 +212,12 @@ def _first_parts(motions):
 
 
 @merged_kernel
-def prove_edge(
-    held, tree, bodies, pairs, reaches, edge, X_WB, rules, stop, motions, stretches, places,
-    numbers,
-):  # fmt: skip
+def prove_edge(checked, edge, rules, stop, scratch, numbers):
     """Return (status, pair) of an edge and write its ``numbers``; see ``prove_edges``."""
+    motions, stretches, _ = scratch
     measures, part, tolerance, asks_ends = rules
     stretches.counts[0] = stretches.counts[1] = 0
-    set_body_motions(tree, bodies, reaches, edge, motions)
+    set_body_motions(checked.tree, checked.bodies, checked.reaches, edge, motions)
     parts = _first_parts(motions)
     for i in range(parts):
         put(stretches, i / parts, (i + 1) / parts)
@@ -226,14 +226,10 @@ def prove_edge(
     looks = 0
     while stretches.counts[1] > 0:
         count = min(LANES, stretches.counts[1])
-        _place_middles(
-            tree, bodies, stretches, count, asks_ends and looks == 0, edge, motions, X_WB, places
-        )
+        _place_middles(checked, edge, scratch, count, asks_ends and looks == 0)
         is_first, looks = looks == 0, looks + count
-        kept = _look_at_middles(
-            held, tree, bodies, pairs, reaches, edge, motions, stretches, count, is_first,
-            (measures, part, tolerance, collision), places,
-        )  # fmt: skip
+        limits = measures, part, tolerance, collision
+        kept = _look_at_middles(checked, edge, scratch, count, is_first, limits)
         least = min(least, kept)
         stretches.counts[0] += count
         stretches.counts[1] -= count
@@ -266,23 +262,19 @@ def prove_edge(
 
 
 @lean_kernel
-def prove_edges(
-    held, tree, bodies, pairs, reaches, edges, X_WB, rules, stop, statuses, numbers, found,
-    motions, stretches, places,
-):  # fmt: skip
+def prove_edges(checked, edges, rules, stop, proofs, scratch):
     """Prove edges ``(n, m, nq)`` to be free, or find where they collide; see ``point_on``.
 
-    Writes statuses ``(n,)``; in ``numbers`` ``(n, 4)`` up to where an edge is proven, where it
-    collides or could not be decided, what it certainly stays away from, and how many
-    configurations were looked at; in ``found`` ``(n,)`` the pair. Where the rules do not ask to
-    measure, an edge is left as soon as it is known not to be free, and up to where it is tells
-    nothing. Edges are undecided from when on another thread sets ``stop[0]``, and unfinished
-    after ``stop[1]`` looks.
+    Writes of each edge its status; as numbers up to where it is proven, where it collides or could
+    not be decided, what it certainly stays away from, and how many configurations were looked at;
+    and the pair. ``checked`` is a ``CheckedTables``, ``proofs`` an ``EdgeProofs``.
+
+    Where the rules do not ask to measure, an edge is left as soon as it is known not to be free,
+    and up to where it is tells nothing. Edges are undecided from when on another thread sets
+    ``stop[0]``, and unfinished after ``stop[1]`` looks.
     """
-    place_still_bodies(bodies, places)
+    statuses, numbers, found = proofs
+    place_still_bodies(checked.bodies, scratch.places)
     for e in range(len(edges)):
-        stretches.recent[:] = NO_PAIR  # What is known of an edge depends on no other one.
-        statuses[e], found[e] = prove_edge(
-            held, tree, bodies, pairs, reaches, edges[e], X_WB, rules, stop, motions, stretches,
-            places, numbers[e],
-        )  # fmt: skip
+        scratch.stretches.recent[:] = NO_PAIR  # What is known of an edge depends on no other one.
+        statuses[e], found[e] = prove_edge(checked, edges[e], rules, stop, scratch, numbers[e])

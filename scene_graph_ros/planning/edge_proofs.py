@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_kernels import prove_edges
-from scene_graph_ros.planning.edge_stretches import EdgeRules, ENDLESS, FREE, new_stretches
+from scene_graph_ros.planning.edge_stretches import (
+    EdgeRules,
+    EdgeScratch,
+    ENDLESS,
+    FREE,
+    new_stretches,
+)
 from scene_graph_ros.planning.in_threads import in_threads
 from scene_graph_ros.planning.motion_kernels import new_motions
 
@@ -35,11 +41,11 @@ def new_stop() -> NDArray[np.int64]:
     return np.array([0, ENDLESS], dtype=np.int64)
 
 
-def edge_scratch(plan: CheckerPlan) -> tuple[Any, ...]:
-    """Return the last arguments of kernels that prove edges, for one thread."""
+def edge_scratch(plan: CheckerPlan) -> EdgeScratch:
+    """Return what kernels that prove edges write to, for one thread."""
     pairs, robots = len(plan.pairs.bodies), len(plan.bodies.joints)
     joints, positions = len(plan.tree.table.kinds), plan.tree.num_positions
-    return (
+    return EdgeScratch(
         new_motions(joints, positions, robots, pairs),
         new_stretches(pairs),
         plan.new_places(),
@@ -53,7 +59,7 @@ def prove(
     *,
     threads: int = 1,
     stop: NDArray[np.int64] | None = None,
-    scratch: tuple[Any, ...] | None = None,
+    scratch: EdgeScratch | None = None,
 ) -> EdgeProofs:
     """Prove edges ``(n, m, nq)`` of m control points; the same for any number of threads.
 
@@ -68,17 +74,12 @@ def prove(
 
     def prove_part(part: slice) -> None:
         prove_edges(
-            plan.held.places,
-            plan.tree.table,
-            plan.bodies,
-            plan.pairs,
-            plan.reaches,
+            plan.checked,
             edges[part],
-            plan.tree.X_WB,
             rules,
             flag,
-            *(each[part] for each in result),
-            *(edge_scratch(plan) if scratch is None else scratch),
+            EdgeProofs(result.statuses[part], result.numbers[part], result.pairs[part]),
+            edge_scratch(plan) if scratch is None else scratch,
         )
 
     in_threads(prove_part, n, threads)
@@ -92,9 +93,14 @@ class EdgeProver:
         """Take what `prove` takes."""
         self._edge = np.empty((1, 2, plan.tree.num_positions))
         self._proof = EdgeProofs(np.empty(1, np.int64), np.empty((1, 4)), np.empty(1, np.int64))
-        before = (plan.held.places, plan.tree.table, plan.bodies, plan.pairs, plan.reaches)
-        after = (plan.tree.X_WB, rules, stop, *self._proof, *edge_scratch(plan))
-        self._arguments = (*before, self._edge, *after)
+        self._arguments = (
+            plan.checked,
+            self._edge,
+            rules,
+            stop,
+            self._proof,
+            edge_scratch(plan),
+        )
 
     def is_free(self, first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
         """Tell whether the edge between two configurations ``(nq,)`` is proven free."""

@@ -1,10 +1,14 @@
 """The stretches of an edge that wait to be proven free, and those that are looked at."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.planning.bodies import Places
+from scene_graph_ros.planning.motion_kernels import Motions
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
@@ -16,6 +20,7 @@ __all__ = [
     "UNDECIDED",
     "UNFINISHED",
     "EdgeRules",
+    "EdgeScratch",
     "Stretches",
     "longest_of",
     "new_stretches",
@@ -34,7 +39,6 @@ ENDLESS = 2**62
 MOST_STRETCHES = 4096
 """Stretches of an edge that wait to be looked at; an edge that needs more stays undecided."""
 
-
 RECENT = 8
 """Pairs that collided last, and are asked first of the next edge."""
 
@@ -50,6 +54,14 @@ class EdgeRules(NamedTuple):
     """Metres: where less is left, an edge is undecided."""
     asks_ends: bool = True
     """Whether an edge's ends are looked at first; else they must be known to be free."""
+
+
+class EdgeScratch(NamedTuple):
+    """What proofs of edges write to; of one thread."""
+
+    motions: Motions
+    stretches: Stretches
+    places: Places
 
 
 class Stretches(NamedTuple):

@@ -30,26 +30,28 @@ def _in_world(pairs, p, k, places, n):
 
 
 @inlined_kernel
-def _slack(held, bodies, pairs, p, phi, error):
+def _slack(checked, p, phi, error):
     """Return how far a normal may be off the direction of the distance, infinite where unknown.
 
     Of two convex bodies, d apart, no two points are nearer to each other along that direction.
     So points that are ``phi`` apart, and in the bodies to within ``error``, are apart along a
     direction whose cosine with it is at least ``1 - 3 error / phi``.
     """
-    table, a, b = borrowed_table(held), pairs.bodies[p, 0], pairs.bodies[p, 1]
-    if not 0.0 < phi < math.inf or table.exact[bodies.rows[a]] or table.exact[bodies.rows[b]]:
+    table, rows = borrowed_table(checked.held), checked.bodies.rows
+    a, b = checked.pairs.bodies[p, 0], checked.pairs.bodies[p, 1]
+    if not 0.0 < phi < math.inf or table.exact[rows[a]] or table.exact[rows[b]]:
         return math.inf
     return math.sqrt(8.0 * error / phi)
 
 
 @merged_kernel
-def _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin):
+def _free_way(checked, p, k, places, need, margin):
     """Return (rest, slack, n): how much nearer than now a pair may come, -inf where it collides.
 
     At least ``need``, where it is that. Never more than the truth. ``n`` is a unit vector in W
     out of B into A; see ``_slack``.
     """
+    held, bodies, pairs = checked.held, checked.bodies, checked.pairs
     padding = pairs.paddings[p]
     limit, reach = padding - pairs.touching[p], max(padding + need, 0.0)
     phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
@@ -63,21 +65,24 @@ def _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin):
         least, _ = bounds_of(phi, gap, reach)
     slack = math.inf
     if least - padding < need:
-        slack = _slack(held, bodies, pairs, p, phi, gap + margin)
+        slack = _slack(checked, p, phi, gap + margin)
     return least - padding, slack, _in_world(pairs, p, k, places, nhat)
 
 
 @inlined_kernel
-def _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part):
+def _free_times(checked, scratch, p, k, rest, slack, n, part):
     """Return when a pair may have used up a part of its rest, before and behind the middle.
 
     That is (before, behind, backwards, forwards, bend); the last three say how fast at most.
     """
+    motions = scratch.motions
     way, bend, may = motions.ways[p], motions.bends[p], part * (rest - motions.margins[p])
     before = behind = may / way if way > 0.0 else math.inf
     if slack >= 1.0 or bend == math.inf:
         return before, behind, way, way, math.inf
-    forwards, backwards = speed_bounds(bodies, pairs, p, k, motions, places, n, slack)
+    forwards, backwards = speed_bounds(
+        checked.bodies, checked.pairs, p, k, motions, scratch.places, n, slack
+    )
     before = max(before, time_until(may, backwards, bend))
     behind = max(behind, time_until(may, forwards, bend))
     return before, behind, backwards, forwards, bend
@@ -109,13 +114,15 @@ def _shrink(stretches, times, p, k):
 
 
 @merged_kernel
-def look_at_pair(held, bodies, pairs, motions, stretches, p, k, rest, limits, places):
+def look_at_pair(checked, scratch, p, k, rest, limits):
     """Leave of a stretch what a pair leaves free, by the cheapest bound that decides.
 
     ``rest`` (m) is what its covers keep beyond the padding. Returns what the pair keeps there at
     least, -inf where it collides in the middle, and how far from the middle what is left ends,
     infinite where all is.
     """
+    motions, stretches, places = scratch
+    bodies, pairs = checked.bodies, checked.pairs
     part, tolerance = limits
     below, above = stretches.below, stretches.above
     way, bend = motions.ways[p], motions.bends[p]
@@ -133,14 +140,14 @@ def look_at_pair(held, bodies, pairs, motions, stretches, p, k, rest, limits, pl
         apart, n = separation(bodies, a, b, places, k)
         rest = apart - padding
     if rest - margin >= tolerance:
-        times = _free_times(bodies, pairs, motions, p, k, places, rest, 0.0, n, part)
+        times = _free_times(checked, scratch, p, k, rest, 0.0, n, part)
         if times[0] >= below[k] and times[1] >= above[k]:
             return _kept(motions, stretches, p, k, rest, times), math.inf
-    rest, slack, n = _free_way(held, bodies, pairs, p, k, places, need, tolerance, margin)
+    rest, slack, n = _free_way(checked, p, k, places, need, margin)
     if rest >= need:
         return rest - half * way, math.inf
     if rest - margin >= tolerance:
-        times = _free_times(bodies, pairs, motions, p, k, places, rest, slack, n, part)
+        times = _free_times(checked, scratch, p, k, rest, slack, n, part)
         nearest = _shrink(stretches, times, p, k)
         return _kept(motions, stretches, p, k, rest, times), nearest
     is_collision = rest == -math.inf

@@ -13,7 +13,7 @@ from scene_graph_ros.planning.edge_proofs import edge_scratch
 from scene_graph_ros.planning.edge_stretches import EdgeRules, ENDLESS
 from scene_graph_ros.planning.growth_kernels import Trees
 from scene_graph_ros.planning.position_space import PositionSpace
-from scene_graph_ros.planning.search_kernels import search
+from scene_graph_ros.planning.search_kernels import search, SearchTables
 from scene_graph_ros.planning.search_state import (
     CONNECT,
     COUNT,
@@ -194,24 +194,20 @@ class PathSearch:
             state[LOOKS] = LOOKS_IN_A_TURN
 
     def _search_on(self, table: SpaceTable, rules: EdgeRules) -> int:
-        plan = self._task.plan
         answer: int = search(
-            plan.held.places,
-            plan.tree.table,
-            plan.bodies,
-            plan.pairs,
-            plan.reaches,
-            plan.tree.X_WB,
+            self._task.plan.checked,
             rules,
             self._task.stop,
-            table,
-            self._task.space.longest_step,
-            self._trees,
-            self._path,
-            self._samples,
-            self._state,
-            *self._own_scratch,
-            *self.scratch,
+            SearchTables(
+                table,
+                self._task.space.longest_step,
+                self._trees,
+                self._path,
+                self._samples,
+                self._state,
+                *self._own_scratch,
+            ),
+            self.scratch,
         )
         return answer
 

@@ -172,7 +172,7 @@ def _retimed(problem: TimingProblem, stops: Stops) -> TimedPath:
         times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
         if not sizes.any():
             return not_free(problem, trajectory, proofs, excess)
-        _shrink(corners, sizes, largest, _places(problem, sampled, times))
+        _shrink(corners, sizes, largest, _places(sampled, times))
 
 
 def _proven_sizes(
@@ -192,7 +192,7 @@ def _proven_sizes(
     return sizes
 
 
-def _places(problem: TimingProblem, sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
+def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
     """Return where on the rounded path a trajectory is at times, s."""
     # With a rise time it is at the mean of what was before.
     before = np.array(times) / sampled.factor - 0.5 * sampled.rise_time

@@ -1,10 +1,16 @@
 """The search for a path, and for a shorter one: edges are proposed, proven and taken, compiled."""
 
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
 from scene_graph_ros.planning.bodies import place_still_bodies
 from scene_graph_ros.planning.edge_kernels import prove_edge
 from scene_graph_ros.planning.edge_stretches import FREE, UNFINISHED
-from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth
+from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth, Trees
 from scene_graph_ros.planning.search_state import (
     EDGES,
     LOOKS,
@@ -14,23 +20,41 @@ from scene_graph_ros.planning.search_state import (
     SHORTEN,
     STOPPED,
 )
-from scene_graph_ros.planning.shortcut_kernels import propose_shortcut, take_shortcut
+from scene_graph_ros.planning.shortcut_kernels import Corners, propose_shortcut, take_shortcut
+from scene_graph_ros.planning.space_kernels import SpaceTable
 
-__all__ = ["search"]
+__all__ = ["SearchTables", "search"]
+
+
+class SearchTables(NamedTuple):
+    """What a search has found so far, and what it is about to try."""
+
+    space: SpaceTable
+    longest: float
+    """rad and m: the longest step of a tree."""
+    trees: Trees
+    path: Corners
+    samples: np.ndarray
+    """``(n, nq)``: random configurations."""
+    state: np.ndarray
+    """``(ENTRIES,)``: see ``search_state``."""
+    edge: np.ndarray
+    """``(3, nq)``: the ends of an edge to be proven, and room for one more."""
+    numbers: np.ndarray
+    """``(4,)``: what a proof tells of it."""
 
 
 @lean_kernel
-def search(
-    held, tree, bodies, pairs, reaches, X_WB, rules, stop, space, longest, trees, path, samples,
-    state, edge, numbers, motions, stretches, places,
-):  # fmt: skip
+def search(checked, rules, stop, grown, scratch):
     """Go on with a search until something is missing, or all is done; return which.
 
-    ``samples`` are random configurations ``(n, nq)``. An edge that was being proven when ``stop``
-    was set, or that was not finished after its looks, is dropped. What came before does not
-    depend on where calls began and ended.
+    ``checked`` is a ``CheckedTables``, ``grown`` a ``SearchTables``. An edge that was being proven
+    when ``stop`` was set, or that was not finished after its looks, is dropped. What came before
+    does not depend on where calls began and ended.
     """
-    place_still_bodies(bodies, places)
+    tree = checked.tree
+    space, longest, trees, path, samples, state, edge, numbers = grown
+    place_still_bodies(checked.bodies, scratch.places)
     while True:
         is_growing = state[PHASE] != SHORTEN
         if is_growing:
@@ -39,10 +63,7 @@ def search(
             answer = propose_shortcut(tree, space, path, state, edge)
         if answer != PROVE:
             return answer
-        status, _ = prove_edge(
-            held, tree, bodies, pairs, reaches, edge[:2], X_WB, rules, stop, motions, stretches,
-            places, numbers,
-        )  # fmt: skip
+        status, _ = prove_edge(checked, edge[:2], rules, stop, scratch, numbers)
         if status == UNFINISHED:
             return PAUSED
         if stop[0] != 0:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import time
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,26 @@ _BITS = 62
 
 _STEPS = 20_000
 """Branches between looks at the clock: some hundredths of a second."""
+
+
+class _Branches(NamedTuple):
+    """Where a search is; rows by how many vertices the clique has by then."""
+
+    candidates: NDArray[np.int64]
+    """``(n + 1, words)``: bits of the vertices that may still join."""
+    colored: NDArray[np.int64]
+    """``(n + 1, n)``: vertices to branch on, by their colours."""
+    colors: NDArray[np.int64]
+    left: NDArray[np.int64]
+    """``(n + 1,)``: how many of them are left, -1 where they are not yet coloured."""
+    stack: NDArray[np.int64]
+    """``(n,)``: the clique's vertices."""
+    best: NDArray[np.int64]
+    """``(n,)``: those of the largest clique so far."""
+    sizes: NDArray[np.int64]
+    """How many vertices the clique has, and the largest one."""
+    is_new: NDArray[np.int64]
+    """Whether that was found here."""
 
 
 def largest_clique(
@@ -44,10 +65,11 @@ def largest_clique(
     stack, best = np.zeros((2, n), dtype=np.int64)
     sizes = np.array([0, int(clique.sum())], dtype=np.int64)
     is_new = np.zeros(1, dtype=np.int64)
-    state = (candidates, colored, colors, left, stack, best, sizes, is_new)
+    branches = _Branches(candidates, colored, colors, left, stack, best, sizes, is_new)
+    scratch = np.zeros((2, words), dtype=np.int64)
     is_done = False
     while not is_done:
-        is_done = bool(_search(rows, *state, np.zeros((2, words), dtype=np.int64), _STEPS))
+        is_done = bool(_search(rows, branches, scratch, _STEPS))
         if deadline is not None and time.monotonic() > deadline:
             break
     if not is_new[0]:
@@ -112,14 +134,9 @@ def _color(rows, candidates, order, colors, least, uncolored, independent):
 
 
 @kernel
-def _search(
-    rows, candidates, colored, colors, left, stack, best, sizes, is_new, scratch, most_steps
-):
-    """Take some branches; return whether all are done. All but ``rows`` is kept between calls.
-
-    Depth ``sizes[0]`` has ``left`` vertices to branch on, -1 where they are not yet coloured;
-    ``sizes[1]`` is the size of the best clique.
-    """
+def _search(rows, branches, scratch, most_steps):
+    """Take some branches; return whether all are done."""
+    candidates, colored, colors, left, stack, best, sizes, is_new = branches
     for _ in range(most_steps):
         depth = sizes[0]
         if left[depth] < 0:

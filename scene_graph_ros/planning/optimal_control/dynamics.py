@@ -166,7 +166,7 @@ class Dynamics:
         x, u = ca.SX.sym("x", self.num_states), ca.SX.sym("u", self.num_inputs)
         t, p = ca.SX.sym("t"), ca.SX.sym("p", len(self.parameters))
         failures = []
-        for given in ((x, u, t, p), (_unpacked(ca, x), _unpacked(ca, u), t, _unpacked(ca, p))):
+        for given in ((x, u, t, p), (_unpacked(x), _unpacked(u), t, _unpacked(p))):
             try:
                 with warnings.catch_warnings():
                     warnings.filterwarnings("ignore", message="\\s*casadi: a numpy function")
@@ -210,7 +210,7 @@ class Dynamics:
         return NumpyFunction("f", (n, m, 1, k), n, value, parts)
 
 
-def _unpacked(ca: Any, symbols: Any) -> NDArray[Any]:
+def _unpacked(symbols: Any) -> NDArray[Any]:
     """Return an array of symbols."""
     result = np.empty(symbols.shape[0], dtype=object)
     for k in range(len(result)):

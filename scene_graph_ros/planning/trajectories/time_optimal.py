@@ -15,7 +15,10 @@ from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import 
 )
 from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
 from scene_graph_ros.planning.trajectories.polynomials_of import Polynomials, polynomials_of
-from scene_graph_ros.planning.trajectories.time_optimal_kernels import fastest_squared_speeds
+from scene_graph_ros.planning.trajectories.time_optimal_kernels import (
+    fastest_squared_speeds,
+    Stretches,
+)
 
 __all__ = ["GRID_POINTS", "retime", "straight_segments"]
 
@@ -105,17 +108,11 @@ class _Stretches:
         """Return the fastest trajectory."""
         count = len(self.steps)
         caps, most, x = self._caps(), np.empty(count + 1), np.empty(count + 1)
-        fastest_squared_speeds(
-            self.steps,
-            self.straight,
-            self.rates,
-            self.first,
-            self.second,
-            np.array(self.limits.accelerations),
-            caps,
-            most,
-            x,
+        limits = np.array(self.limits.accelerations)
+        stretches = Stretches(
+            self.steps, self.straight, self.rates, self.first, self.second, limits
         )
+        fastest_squared_speeds(stretches, caps, most, x)
         s, squares = self._with_peaks(x)
         return motion_of_speeds(self.path, s, np.sqrt(squares))
 

@@ -10,10 +10,13 @@ s there.
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 
-__all__ = ["fastest_squared_speeds"]
+__all__ = ["Stretches", "fastest_squared_speeds"]
 
 _BISECTIONS = 200
 """At most, for a squared speed; doubles end that before, unless it is next to 0."""
@@ -22,19 +25,35 @@ _CLOSE = 1e-15
 """Relative: squared speeds that are so near are one."""
 
 
+class Stretches(NamedTuple):
+    """The n stretches of a path between nodes, and what bounds accelerations along them."""
+
+    steps: np.ndarray
+    """``(n,)``: how long they are, of s."""
+    straight: np.ndarray
+    """``(n,)``: whether they have no curvature."""
+    rates: np.ndarray
+    """``(n,)``: up to what |u| may be along the straight ones, and change."""
+    first: np.ndarray
+    """``(n, 2, j)``: q' at both ends."""
+    second: np.ndarray
+    """``(n, 2, j)``: q''."""
+    limits: np.ndarray
+    """``(j,)``: of accelerations."""
+
+
 @inlined_kernel
-def _rates(k, x, most, steps, first, second, limits):
+def _rates(k, x, most, stretches):
     """Return the least and the largest u at node k with squared speed x; none where least > most.
 
-    ``most`` is the largest squared speed at the next node. ``first`` and ``second`` ``(n, 2, j)``
-    are q' and q'' at both ends of each stretch.
+    ``most`` is the largest squared speed at the next node.
     """
-    h = steps[k]
+    h, limits = stretches.steps[k], stretches.limits
     low, high = -x / (2.0 * h), (most - x) / (2.0 * h)
     for j in range(len(limits)):
         limit = limits[j]
         for end in range(2):
-            c, b = first[k, end, j], second[k, end, j]
+            c, b = stretches.first[k, end, j], stretches.second[k, end, j]
             if end == 1:
                 c += 2.0 * h * b  # x is x + 2 h u there
             b *= x
@@ -48,12 +67,12 @@ def _rates(k, x, most, steps, first, second, limits):
 
 
 @inlined_kernel
-def _most_before(k, cap, most, steps, first, second, limits):
+def _most_before(k, cap, most, stretches):
     """Return the largest squared speed at node k, up to ``cap``, from which a next one is within.
 
     Those are an interval from 0 on: standing still is always within the limits.
     """
-    low, high = _rates(k, cap, most, steps, first, second, limits)
+    low, high = _rates(k, cap, most, stretches)
     if low <= high:
         return cap
     good, bad = 0.0, cap
@@ -61,7 +80,7 @@ def _most_before(k, cap, most, steps, first, second, limits):
         if bad - good <= _CLOSE * good:
             break
         x = 0.5 * (good + bad)
-        low, high = _rates(k, x, most, steps, first, second, limits)
+        low, high = _rates(k, x, most, stretches)
         if low <= high:
             good = x
         else:
@@ -70,26 +89,26 @@ def _most_before(k, cap, most, steps, first, second, limits):
 
 
 @lean_kernel
-def fastest_squared_speeds(steps, straight, rates, first, second, limits, caps, most, x):
+def fastest_squared_speeds(stretches, caps, most, x):
     """Write the squared speed at each of the nodes ``(n + 1,)`` of a path; ``most`` is scratch.
 
-    ``straight`` ``(n,)`` tells the stretches without curvature, along which |u| may be up to
-    ``rates`` ``(n,)``, and change: their peaks are left to the caller. ``caps`` ``(n + 1,)`` are
-    the largest squared speeds by the limits of velocity, 0 where it has to stop.
+    Peaks along straight stretches are left to the caller. ``caps`` ``(n + 1,)`` are the largest
+    squared speeds by the limits of velocity, 0 where it has to stop.
     """
+    steps, straight, rates = stretches.steps, stretches.straight, stretches.rates
     n = len(steps)
     most[n] = caps[n]
     for k in range(n - 1, -1, -1):
         if straight[k]:
             most[k] = min(caps[k], most[k + 1] + 2.0 * rates[k] * steps[k])
         else:
-            most[k] = _most_before(k, caps[k], most[k + 1], steps, first, second, limits)
+            most[k] = _most_before(k, caps[k], most[k + 1], stretches)
     x[0] = most[0]
     for k in range(n):
         if straight[k]:
             x[k + 1] = min(most[k + 1], x[k] + 2.0 * rates[k] * steps[k])
         else:
-            low, high = _rates(k, x[k], most[k + 1], steps, first, second, limits)
+            low, high = _rates(k, x[k], most[k + 1], stretches)
             # Rounding may leave an empty interval where there is a point.
             u = max(low, high) if low > high else high
             x[k + 1] = min(max(x[k] + 2.0 * steps[k] * u, 0.0), most[k + 1])

@@ -77,19 +77,24 @@ def _write_fading(p, carried, axis, start, x, fades, beta, alpha):
 
 
 @lean_kernel
-def plan_motion(
-    axes, optimum, points, widths, final, x0, eta, derivatives, fades, s2, x, beta, alpha, motion
-):
-    """Write the best motion after points ``(p, k, 2)``.
+def plan_motion(axes, optimum, wanted, scratch, motion):
+    """Write the best motion after wanted points.
 
-    ``axes`` are T and its inverse ``(2, 2, 2)``; ``optimum`` has the modes, the gains of
-    positions, what carries the state, and the series ``(4, k, 2)``. ``x0`` ``(4,)`` is the start.
-    ``eta`` ``(k,)``, ``derivatives`` ``(k, k)`` and ``fades`` ``(p,)`` are scratch. Written are
-    ``s2`` and ``x`` ``(2, p, k, 2)``, ``beta`` and ``alpha`` ``(p, 2)``, and what ``motion`` has:
-    twice the modes ``(p, 4, 2)``, and the points ``(p, k, 2)`` of the centre of mass.
+    Args:
+        axes: T and its inverse ``(2, 2, 2)``.
+        optimum: the modes, the gains of positions, what carries the state, and the series
+            ``(4, k, 2)``.
+        wanted: points ``(p, k, 2)``, segments' widths ``(p,)``, the final point ``(2,)`` and the
+            state ``(4,)`` at the start.
+        scratch: eta ``(k,)``, derivatives ``(k, k)`` and fades ``(p,)``.
+        motion: written are s2 and x ``(2, p, k, 2)``, beta and alpha ``(p, 2)``, twice the modes
+            ``(p, 4, 2)``, and the points ``(p, k, 2)`` of the centre of mass.
+
     """
     rates, firsts, carries, series = optimum
-    modes, com = motion
+    points, widths, final, x0 = wanted
+    eta, derivatives, fades = scratch
+    s2, x, beta, alpha, modes, com = motion
     T, inverse = axes[0], axes[1]
     segments, count = len(widths), points.shape[1]
     for axis in range(2):

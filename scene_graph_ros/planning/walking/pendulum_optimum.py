@@ -133,8 +133,11 @@ class PendulumOptimum:
         fades, eta = np.empty(segments, dtype=np.complex128), np.empty(count)
         final = points[-1, -1]
         plan_motion(
-            *(axes, optimum, points, widths, final, x0, eta, derivatives, fades),
-            *(s2, x, beta, alpha, (modes, com)),
+            axes,
+            optimum,
+            (points, widths, final, x0),
+            (eta, derivatives, fades),
+            (s2, x, beta, alpha, modes, com),
         )
         return Motion(s2, beta, modes, com)
 
