@@ -12,6 +12,7 @@ from scene_graph_ros.geometry.optimization import (
     HPolyhedron,
     Hyperellipsoid,
     Hyperrectangle,
+    Intersection,
     MinkowskiSum,
     Point,
     Spectrahedron,
@@ -30,7 +31,7 @@ def test_sets_without_dimensions_meet():
     assert image.ambient_dimension == 0 and not image.is_empty()
 
 
-@pytest.mark.filterwarnings("error")
+@pytest.mark.filterwarnings("error::RuntimeWarning")
 def test_rows_without_variables_take_no_part():
     """Beside a box, ``0 . x <= 0`` changes neither samples nor the largest image."""
     box = HPolyhedron.make_unit_box(2)
@@ -113,3 +114,15 @@ def test_hulls_without_room_between_their_rows_are_asked_exactly_only_a_few_time
     # Of radii of about 1, at coordinates of 1e6: some 1e-14 of these.
     certificate = decision.certificate
     assert certificate.gap < 1e-8 if certificate.kind == "undecided" else certificate.verify()
+
+
+def test_a_direction_from_no_known_point_proves_nothing():
+    """Two pipes that touch along a line, to rounding: if they do, it goes on for ever."""
+    round_ = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    beside = [np.sqrt(2.0), np.sqrt(2.0), 0.0]
+    both = Intersection(Hyperellipsoid(round_, np.zeros(3)), Hyperellipsoid(round_, beside))
+    assert both.is_empty(certificate=True).certificate.kind == "undecided"
+    is_bounded, certificate = both.is_bounded(certificate=True)
+    assert not is_bounded
+    assert certificate.kind == "undecided"
+    assert not certificate.verify()

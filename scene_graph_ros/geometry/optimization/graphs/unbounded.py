@@ -62,7 +62,8 @@ def solve_in_boxes(
     """Return what ``solve`` says of the sets in boxes, with a bound that holds beyond them.
 
     It takes vertices, edges, bounded sets, and whether any path will do. Where nothing bounds a
-    set, paths in guessed boxes count if they keep away from the sides; their bound is 0.
+    set, paths in guessed boxes count if they keep away from the sides; their bound is 0. So it is
+    where no path was found in any of these.
 
     Raises ConvexSetError, which names the vertex, where a bounded set is needed.
     """
@@ -72,8 +73,8 @@ def solve_in_boxes(
         if _has_functions(vertices, edges, used):
             return _without_bound(vertices, edges, boxes, solve)
         found = _some_path(vertices, edges, boxes, solve)
-        if found is None:
-            raise _refusal(vertices, boxes, "no path was found whose cost bounds its points")
+        if not found.is_success:
+            return _without_path(vertices, boxes, found)
         limit = found.cost * (1.0 + _MORE) or 1.0
         narrower = extents_of_paths(vertices, edges, ends, used, limit)
         if _endless(vertices, narrower) is not None:
@@ -220,17 +221,45 @@ def _some_path(
     edges: Sequence[Edge],
     boxes: Mapping[int, Box],
     solve: Solve,
-) -> GraphOfConvexSetsResult | None:
-    """Return a path, the first that is found in guessed boxes."""
-    for factor in _GUESSES:
+) -> GraphOfConvexSetsResult:
+    """Return a path, the first that is found in guessed boxes; else what was said of the last.
+
+    Rounded paths may all break constraints that others keep: these are searched then.
+    """
+    last, failure = None, None
+    for factor, is_any in itertools.product(_GUESSES, (True, False)):
+        if not is_any and last is not None and last.lower_bound == math.inf:
+            continue
         guessed = _guessed(vertices, boxes, factor)
         try:
-            found = solve(*_in_boxes(vertices, edges, (), guessed), True)
-        except SolverError:
+            last = solve(*_in_boxes(vertices, edges, (), guessed), is_any)
+        except SolverError as error:
+            failure = error
             continue
-        if found.is_success and found.cost < math.inf:
-            return found
-    return None
+        if last.is_success and last.cost < math.inf:
+            return last
+    if last is None:
+        assert failure is not None
+        raise failure
+    return last
+
+
+def _without_path(
+    vertices: Sequence[Vertex], boxes: Mapping[int, Box], found: GraphOfConvexSetsResult
+) -> GraphOfConvexSetsResult:
+    """Return what was said of the largest guessed boxes, with a bound that holds beyond them."""
+    endless = _endless(vertices, boxes)
+    assert endless is not None
+    said = (
+        f"{found.reason}, in boxes up to {max(_GUESSES):g} times as large as what is bounded; the"
+        f" set of vertex {endless[0].name!r} goes on along coordinate {endless[1]}"
+    )
+    return replace(
+        found,
+        lower_bound=min(found.lower_bound, 0.0),
+        relaxation=_unbounded(found.relaxation),
+        reason=said,
+    )
 
 
 def _without_bound(

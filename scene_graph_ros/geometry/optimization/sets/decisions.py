@@ -41,6 +41,11 @@ def is_bounded(asked: Any) -> Decision:
         empty = is_empty((asked,), "is_bounded")
         if empty.value:
             return Decision(True, empty.certificate)
+        if not isinstance(way, list) and empty.certificate.kind == "undecided":
+            # The direction leads on from a point of the set, of which none was found.
+            gap = empty.certificate.gap
+            shown = Certificate("undecided", way, "is_bounded", (asked,), gap=gap)  # type: ignore[arg-type]
+            return Decision(False, shown)
         if not isinstance(way, list):
             point = empty.certificate.exact
             shown = Certificate("recession", way, "is_bounded", (asked,), point=point)  # type: ignore[arg-type]

@@ -278,3 +278,36 @@ def test_graphs_that_are_made_while_they_are_searched_take_bounded_sets():
     implicit.plane = implicit.gcs.add_vertex(PLANE, "plane")
     with pytest.raises(ConvexSetError, match=r"'plane'.* is unbounded; intersect it with a box"):
         implicit.solve_shortest_path(start, implicit.plane)
+
+
+def test_without_a_path_in_any_box_that_is_said():
+    """Above one diagonal and below one further down: no box that is guessed has a path."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([4.0, 0.0]))
+    middle = graph.add_vertex(PLANE)
+    first, last = joined(graph, start, middle), joined(graph, middle, end)
+    first.add_constraint(first.xv[1] - first.xv[0] >= 2.0)
+    last.add_constraint(last.xu[1] - last.xu[0] <= 0.0)
+    for result in (
+        graph.solve_shortest_path(start, end),
+        graph.solve_convex_restriction([first, last]),
+    ):
+        assert not result.is_success
+        assert result.lower_bound == 0.0
+        assert "is proven" in result.reason or "keeps" in result.reason, result.reason
+        assert f"vertex {middle.name!r} goes on along coordinate 0" in result.reason
+
+
+def test_rounded_paths_that_break_what_is_asked_are_not_the_last_word():
+    """The relaxation goes straight; an edge that has to be on the path is on another one."""
+    graph = GraphOfConvexSets()
+    start, end = graph.add_vertex(Point([0.0, 0.0])), graph.add_vertex(Point([4.0, 0.0]))
+    near, far = (graph.add_vertex(HPolyhedron([[0.0, -1.0]], [-y])) for y in (1.0, 2.0))
+    for u, v in ((start, near), (near, end), (near, far), (far, end)):
+        joined(graph, u, v)
+    for edge in graph.edges:
+        if edge.u is near and edge.v is far:
+            edge.add_phi_constraint(True)
+    result = graph.solve_shortest_path(start, end)
+    # Up to y = 2 and down again, each half 2 along.
+    check(result, 2.0 * math.hypot(2.0, 2.0))
