@@ -54,25 +54,16 @@ def diagnostic_array_to_msg(
     return DiagnosticArray(header=Header(stamp=stamp_to_msg(stamp_ns)), status=list(statuses))
 
 
-def effect_to_msg(
-    name: str,
-    *,
-    is_on: bool,
-    reason: str,
-    topics: Iterable[str] = (),
-    count: int = 0,
-    mean_seconds: float = 0.0,
-    max_seconds: float = 0.0,
-) -> EffectStatus:
-    """Return what the node tells about one effect."""
+def effect_to_msg(report: Any) -> EffectStatus:
+    """Return what the node's ``EffectReport`` tells about one effect."""
     return EffectStatus(
-        name=name,
-        is_on=bool(is_on),
-        reason=reason,
-        topics=list(topics),
-        count=int(count),
-        mean_seconds=float(mean_seconds),
-        max_seconds=float(max_seconds),
+        name=report.name,
+        is_on=bool(report.is_on),
+        reason=report.reason,
+        topics=list(report.topics),
+        count=int(report.count),
+        mean_seconds=float(report.mean_seconds),
+        max_seconds=float(report.max_seconds),
     )
 
 

@@ -172,16 +172,7 @@ class Diagnostics:
         )
 
     def _effect(self, report: EffectReport) -> DiagnosticStatus:
-        message = effect_to_msg(
-            report.name,
-            is_on=report.is_on,
-            reason=report.reason,
-            topics=report.topics,
-            count=report.count,
-            mean_seconds=report.mean_seconds,
-            max_seconds=report.max_seconds,
-        )
-        status = effect_to_diagnostic(message, f"{self._name}: effect")
+        status = effect_to_diagnostic(effect_to_msg(report), f"{self._name}: effect")
         values = {**report.counters, "failures": report.failures}
         extra = diagnostic_status_to_msg("", DiagnosticStatus.OK, "", values)
         status.values = [*status.values, *extra.values]

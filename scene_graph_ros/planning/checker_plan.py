@@ -50,8 +50,6 @@ class CheckerPlan(NamedTuple):
     geometry_ids: tuple[Any, ...]
     owners: NDArray[np.int64]
     """``(b,)``: the link (row of the tree), or -1 for what is around the robots."""
-    body_of_row: NDArray[np.int64]
-    """``(b,)``: the body of each row of the scene's proximity arrays."""
     carried: tuple[tuple[Any, ...], ...]
     """``(r,)``: the frames between each robot body's link and the body, from the link on."""
 
@@ -158,7 +156,6 @@ def make_plan(snapshot: Snapshot, tree: KinematicTree, links: Mapping[int, int])
         np.empty((len(robots), 4, 4)),
         tuple(ids[row] for row in rows),
         owners,
-        _inverse(rows),
         tuple(carriers[row][1] for row in robots),
     )
     return placed(plan, snapshot)

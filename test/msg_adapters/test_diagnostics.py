@@ -1,6 +1,7 @@
 """Diagnostics and effects."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -55,13 +56,15 @@ def test_an_effect_is_told_as_message_and_as_diagnostics(
     """All it says is in both, also when the times are numbers of numpy."""
     effect = over_the_wire(
         diagnostics.effect_to_msg(
-            "point_contact",
-            is_on=np.True_,
-            reason="12 geometries have the proximity role",
-            topics=("/s/contacts", "/s/contact_markers"),
-            count=np.int64(7),
-            mean_seconds=np.float64(0.00125),
-            max_seconds=np.float64(0.0025),
+            SimpleNamespace(
+                name="point_contact",
+                is_on=np.True_,
+                reason="12 geometries have the proximity role",
+                topics=("/s/contacts", "/s/contact_markers"),
+                count=np.int64(7),
+                mean_seconds=np.float64(0.00125),
+                max_seconds=np.float64(0.0025),
+            )
         )
     )
     assert effect == EffectStatus(

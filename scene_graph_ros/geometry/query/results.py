@@ -32,7 +32,6 @@ __all__ = [
 ]
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Record = TypeVar("Record")
 
 

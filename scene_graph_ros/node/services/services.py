@@ -269,18 +269,7 @@ class Services:
     def _list_effects(self, request: Any, response: Any) -> ListEffects.Response:
         self.counts.answered()
         response.status = ok_status()
-        response.effects = [
-            effect_to_msg(
-                report.name,
-                is_on=report.is_on,
-                reason=report.reason,
-                topics=report.topics,
-                count=report.count,
-                mean_seconds=report.mean_seconds,
-                max_seconds=report.max_seconds,
-            )
-            for report in self._effects.reports()
-        ]
+        response.effects = [effect_to_msg(report) for report in self._effects.reports()]
         return response
 
     def _finish(self, response: Any, snapshot: WorldSnapshot) -> None:

@@ -50,7 +50,6 @@ class Subgraph(JoinedEdges):
     ) -> None:
         super().__init__(graph, variables, variables, name)
         self._regions, self._variables = tuple(regions), variables
-        self._h_min, self._h_max = durations
         self._velocity_bounds: list[tuple[np.ndarray, np.ndarray]] = []
         self._derivative_bounds: list[tuple[int, np.ndarray, np.ndarray]] = []
         self._vertices: list[Vertex] = []

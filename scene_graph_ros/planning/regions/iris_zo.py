@@ -125,7 +125,6 @@ class _Rounds:
         self._options = options
         self._generator = np.random.default_rng(options.random_seed)
         self._ellipsoids = self._tests = 0
-        self._error = 0.0
 
     def attempt(self, B: NDArray[np.float64], center: NDArray[np.float64]) -> Attempt:
         """Return the domain cut by faces around an ellipsoid, whose centre is free, tested."""

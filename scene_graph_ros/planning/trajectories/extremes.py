@@ -24,10 +24,8 @@ class Peak(NamedTuple):
 
     bounds: NDArray[np.float64]
     """``(n,)``: what each entry's ratio is nowhere above: proven."""
-    ratios: NDArray[np.float64]
-    """``(n,)``: what it is at ``times``."""
     times: NDArray[np.float64]
-    """``(n,)``."""
+    """``(n,)``: where it is so large, to 1e-12 of it or of the limit."""
 
 
 def largest_ratios(
@@ -65,4 +63,4 @@ def largest_ratios(
         middle = 0.5 * (low[is_open] + high[is_open])
         low, high = np.concatenate([low[is_open], middle]), np.concatenate([middle, high[is_open]])
         control, entry = np.concatenate([left, right]), np.tile(entry[is_open], 2)
-    return Peak(np.maximum(bounds, best), best, times)
+    return Peak(np.maximum(bounds, best), times)
