@@ -4,8 +4,11 @@ Two trees are walked one after the other: first one against the whole of the oth
 turned, then, for each element that is left, the other against the box of that element, which by
 then is aligned, so that most of the tests are six comparisons.
 
-The trees are those of ``meshes.bvh.build_bvh``, many of them in one set of arrays: boxes as
-centre and half extents (N, 6), children (or ``-1 - first`` of a leaf, with ``right`` elements).
+The trees are those of ``meshes.bvh.build_bvh``, many of them in one set of arrays: a ``tree`` is
+(boxes, left, right) with boxes as centre and half extents ``(N, 6)`` and children ``(N,)``, or
+``-1 - first`` of a leaf, which has ``right`` elements. A walk keeps a ``traversal_stack`` of nodes
+still to be looked at, at first the root, and its depth. Each step returns (depth, node): the new
+depth and the leaf, -1 at the end.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
@@ -71,30 +74,23 @@ def boxes_meet(boxes_A, a, boxes_B, b, R, absolute, p, slack):
 
 
 @lean_kernel
-def next_leaf_near_box(boxes_A, left, right, stack, depth, boxes_B, b, R, absolute, p, slack):
-    """Go on to the next leaf of A's tree whose box may meet box b, which is turned.
+def next_leaf_near_box(tree, stack, depth, other, turned, slack):
+    """Go on to the next leaf of A's tree whose box may meet one that is turned.
 
     Args:
-        boxes_A: (N, 6) of all trees.
-        left: (N,).
-        right: (N,).
-        stack: a ``traversal_stack`` of nodes still to be looked at, at first the root.
+        tree: A's.
+        stack: nodes.
         depth: how many.
-        boxes_B: (n, 6) of which row b is meant.
-        b: row.
-        R: R_AB.
-        absolute: of its entries.
-        p: p_AB.
-        slack: metres.
-
-    Returns:
-        (depth, node): the stack's new depth and the leaf, -1 at the end.
+        other: (boxes, b): row b of B's boxes.
+        turned: (R_AB, the magnitudes of its entries, p_AB).
+        slack: metres by which boxes are taken as larger.
 
     """
+    (boxes, left, right), (boxes_B, b), (R, absolute, p) = tree, other, turned
     while depth > 0:
         depth -= 1
         node = stack[depth]
-        if not boxes_meet(boxes_A, node, boxes_B, b, R, absolute, p, slack):
+        if not boxes_meet(boxes, node, boxes_B, b, R, absolute, p, slack):
             continue
         if left[node] < 0:
             return depth, node
@@ -114,23 +110,9 @@ def is_apart(boxes, row, box, at, slack):
 
 
 @inlined_kernel
-def next_leaf_at_box(boxes, left, right, stack, depth, box, at, slack):
-    """Go on to the next leaf whose box meets an aligned one.
-
-    Args:
-        boxes: (N, 6) of all trees.
-        left: (N,).
-        right: (N,).
-        stack: a ``traversal_stack`` of nodes still to be looked at, at first the root.
-        depth: how many.
-        box: array that has centre and half extents from
-        at: this entry on.
-        slack: metres.
-
-    Returns:
-        (depth, node): the stack's new depth and the leaf, -1 at the end.
-
-    """
+def next_leaf_at_box(tree, stack, depth, box, at, slack):
+    """Go on to the next leaf whose box meets an aligned one, entries ``at`` on of ``box``."""
+    boxes, left, right = tree
     while depth > 0:
         depth -= 1
         node = stack[depth]
@@ -144,24 +126,13 @@ def next_leaf_at_box(boxes, left, right, stack, depth, box, at, slack):
 
 
 @lean_kernel
-def next_leaf_above_plane(boxes, left, right, stack, depth, n, offset, both, slack):
+def next_leaf_above_plane(tree, stack, depth, plane, both, slack):
     """Go on to the next leaf whose box reaches into ``n . x + offset >= 0``.
 
-    Args:
-        boxes: (N, 6) of all trees.
-        left: (N,).
-        right: (N,).
-        stack: a ``traversal_stack`` of nodes still to be looked at, at first the root.
-        depth: how many.
-        n: unit vector.
-        offset: metres.
-        both: whether the box must reach below the plane, too.
-        slack: metres.
-
-    Returns:
-        (depth, node): the stack's new depth and the leaf, -1 at the end.
-
+    ``plane`` is (n, offset), a unit vector and metres. With ``both`` the box must reach below it,
+    too.
     """
+    (boxes, left, right), (n, offset) = tree, plane
     while depth > 0:
         depth -= 1
         node = stack[depth]

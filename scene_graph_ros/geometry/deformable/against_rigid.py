@@ -167,11 +167,11 @@ def surface_faces(tree, body, tree_B, surface, R, p, slack, resolution):
     scratch = np.empty(12), np.empty(16), np.empty(POLYGON_CORNERS)
     walk, stack_B = (traversal_stack(), np.empty(3, np.int64)), traversal_stack()
     R_GW, p_GO = transpose(R), scale(-1.0, rotate_inverse(R, p))
-    absolute = absolute_rotation(R_GW)
+    turned, other = (R_GW, absolute_rotation(R_GW), p_GO), (tree[0], 0)
     stack_B[0], depth = 0, 1
     while True:
         depth, leaf = next_leaf_near_box(
-            boxes_B, left_B, right_B, stack_B, depth, tree[0], 0, R_GW, absolute, p_GO, slack
+            (boxes_B, left_B, right_B), stack_B, depth, other, turned, slack
         )
         if leaf < 0:
             return rows[:count]

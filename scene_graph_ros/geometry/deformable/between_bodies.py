@@ -140,11 +140,12 @@ def deformable_faces(tree, body_A, tree_B, body_B, shift, slack, resolution):
     rows, count, buffer, box = new_rows(), 0, polygon_buffer(), np.empty(6)
     scratch = np.empty(12), np.empty(12), np.empty(16), np.empty(POLYGON_CORNERS)
     walk, stack_B = (traversal_stack(), np.empty(3, np.int64)), traversal_stack()
-    absolute, back = absolute_rotation(_IDENTITY), scale(-1.0, shift)
+    turned = _IDENTITY, absolute_rotation(_IDENTITY), scale(-1.0, shift)
+    other = tree[0], 0
     stack_B[0], depth = 0, 1
     while True:
         depth, leaf = next_leaf_near_box(
-            boxes_B, left_B, right_B, stack_B, depth, tree[0], 0, _IDENTITY, absolute, back, slack
+            (boxes_B, left_B, right_B), stack_B, depth, other, turned, slack
         )
         if leaf < 0:
             return rows[:count]

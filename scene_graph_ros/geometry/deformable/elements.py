@@ -78,7 +78,7 @@ def next_near(tree, boxes, is_solid, walk, box, slack):
             state[1] += 1
             if is_solid[t] and not is_apart(boxes, t, box, 0, slack):
                 return t
-        state[0], node = next_leaf_at_box(nodes, left, right, stack, state[0], box, 0, slack)
+        state[0], node = next_leaf_at_box((nodes, left, right), stack, state[0], box, 0, slack)
         if node < 0:
             return -1
         state[1] = -1 - left[node]

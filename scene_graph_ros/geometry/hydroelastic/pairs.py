@@ -50,18 +50,17 @@ def volume_and_other(table, body_A, body_B, is_rigid, X_AB, slack, narrow, work)
     """
     (R_AB, p_AB), moved, polygon = X_AB, work.moved, work.buffer[0]
     elements, planes, boxes = table.elements, table.planes, table.boxes
-    node_boxes, left, right = table.node_boxes, table.node_left, table.node_right
+    node_boxes, left, right = tree = table.node_boxes, table.node_left, table.node_right
     R_BA, p_BA = transpose(R_AB), scale(-1.0, rotate_inverse(R_AB, p_AB))
     absolute = absolute_rotation(R_BA)
+    turned = R_BA, absolute, p_BA
     stack_A, stack_B = traversal_stack(), traversal_stack()
     root_A = table.node_start[body_A]
+    other = node_boxes, root_A
     stack_B[0] = table.node_start[body_B]
     depth_B = 1
     while depth_B > 0:
-        depth_B, node_B = next_leaf_near_box(
-            node_boxes, left, right, stack_B, depth_B, node_boxes, root_A, R_BA, absolute, p_BA,
-            slack,
-        )  # fmt: skip
+        depth_B, node_B = next_leaf_near_box(tree, stack_B, depth_B, other, turned, slack)
         if node_B < 0 or work.counts[FULL]:
             return
         first_B = -1 - left[node_B]
@@ -71,9 +70,7 @@ def volume_and_other(table, body_A, body_B, is_rigid, X_AB, slack, narrow, work)
             move_element(elements, planes, b, is_rigid, R_AB, p_AB, moved)
             stack_A[0], depth = root_A, 1
             while depth > 0:
-                depth, node = next_leaf_at_box(
-                    node_boxes, left, right, stack_A, depth, moved, BOX, slack
-                )
+                depth, node = next_leaf_at_box(tree, stack_A, depth, moved, BOX, slack)
                 if node < 0:
                     break
                 first = -1 - left[node]
@@ -104,15 +101,12 @@ def half_space_and_volume(table, body_A, slab, margin, X_AB, slack, narrow, work
     if slab >= 0:
         g = rotate(R_AB, (elements[slab, 16], elements[slab, 17], elements[slab, 18]))
         c = elements[slab, 19] - dot(g, p_AB)
-    stack = traversal_stack()
+    tree, stack = (table.node_boxes, table.node_left, table.node_right), traversal_stack()
     stack[0] = table.node_start[body_A]
-    depth = 1
+    depth, below = 1, (scale(-1.0, n), margin - offset)
     while depth > 0:
         # A rigid plane only cuts what reaches to both of its sides.
-        depth, node = next_leaf_above_plane(
-            table.node_boxes, table.node_left, table.node_right, stack, depth,
-            scale(-1.0, n), margin - offset, slab < 0, slack,
-        )  # fmt: skip
+        depth, node = next_leaf_above_plane(tree, stack, depth, below, slab < 0, slack)
         if node < 0 or work.counts[FULL]:
             return
         first = -1 - table.node_left[node]
@@ -135,14 +129,11 @@ def half_space_and_surface(table, slab, margin, body_B, X_BA, slack, narrow, wor
     offset = -dot(n, p_BA) - margin
     g = rotate(R_BA, (elements[slab, 16], elements[slab, 17], elements[slab, 18]))
     field = (g[0], g[1], g[2], elements[slab, 19] - dot(g, p_BA))
-    stack = traversal_stack()
+    tree, stack = (table.node_boxes, table.node_left, table.node_right), traversal_stack()
     stack[0] = table.node_start[body_B]
-    depth = 1
+    depth, below = 1, (scale(-1.0, n), -offset)
     while depth > 0:
-        depth, node = next_leaf_above_plane(
-            table.node_boxes, table.node_left, table.node_right, stack, depth,
-            scale(-1.0, n), -offset, False, slack,
-        )  # fmt: skip
+        depth, node = next_leaf_above_plane(tree, stack, depth, below, False, slack)
         if node < 0 or work.counts[FULL]:
             return
         first = -1 - table.node_left[node]

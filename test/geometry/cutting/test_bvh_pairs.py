@@ -54,7 +54,7 @@ def test_turned_boxes_that_meet_are_found(seed):
     R9, p3 = tuple(R.ravel()), tuple(p)
     found = _collect(
         lambda stack, depth: next_leaf_near_box(
-            *tree, stack, depth, other, 0, R9, absolute_rotation(R9), p3, 0.0
+            tree, stack, depth, (other, 0), (R9, absolute_rotation(R9), p3), 0.0
         ),
         tree,
         order,
@@ -89,7 +89,7 @@ def test_aligned_box_finds_exactly_what_its_leaves_have():
     boxes, tree, order = _tree(rng, 80)
     item = np.array([9.0, 0.2, 0.1, -0.1, 0.2, 0.3, 0.1])  # the box begins at entry 1
     found = _collect(
-        lambda stack, depth: next_leaf_at_box(*tree, stack, depth, item, 1, 0.0), tree, order
+        lambda stack, depth: next_leaf_at_box(tree, stack, depth, item, 1, 0.0), tree, order
     )
     overlap = (np.abs(boxes[:, :3] - item[1:4]) <= boxes[:, 3:] + item[4:]).all(axis=1)
     assert set(np.flatnonzero(overlap)) <= found
@@ -103,7 +103,9 @@ def test_plane_finds_what_reaches_above_it(both):
     boxes, tree, order = _tree(rng, 80)
     n = np.array([0.48, -0.6, 0.64])
     found = _collect(
-        lambda stack, depth: next_leaf_above_plane(*tree, stack, depth, tuple(n), -0.2, both, 0.0),
+        lambda stack, depth: next_leaf_above_plane(
+            tree, stack, depth, (tuple(n), -0.2), both, 0.0
+        ),
         tree,
         order,
     )
