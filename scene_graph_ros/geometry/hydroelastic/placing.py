@@ -9,12 +9,12 @@ and force and moment of a surface are exact, as is dividing a polygon about its 
 the pressure is negative, in a margin, the face is cut at zero pressure before it is integrated.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.cutting.clip import clip_by_values
 from scene_graph_ros.geometry.cutting.polygons import POLYGON_CORNERS
 from scene_graph_ros.geometry.hydroelastic.clipping import AREA, CENTROID, FIELD, NORMAL
@@ -106,97 +106,163 @@ def pressed(polygon, pressures, count, normal, part, part_pressures):
     return integrate_pressure(part, part_pressures, kept, normal)
 
 
-@lean_kernel
-def _place_vertex(x, p, R_WF, p_WF, v, vertices_W, pressure):
-    store_vector(vertices_W, v, add(p_WF, rotate(R_WF, x)))
-    pressure[v] = p
+class _Cut(NamedTuple):
+    """What bodies cut out of each other."""
+
+    margin: NDArray[np.float64]
+    """``(n,)`` metres."""
+    X_WG: NDArray[np.float64]
+    """``(n, 4, 4)``."""
+    surfaces: NDArray[np.int64]
+    """``(s, 6)``: see ``ROW_M``."""
+    polygons: NDArray[np.float64]
+    """Rows as in ``clipping``, in the frame of one of the bodies."""
+    labels: NDArray[np.int64]
+    """Theirs: how many corners, and the elements of the first and the second body."""
+
+
+class _Columns(NamedTuple):
+    """Those of ``Patches`` but the first, for s surfaces with v vertices and f faces."""
+
+    totals: NDArray[np.float64]
+    """``(s, 10)``: area (m^2), centroid (m), force (N) and moment about the centroid (N m)."""
+    vertex_start: NDArray[np.int64]
+    face_start: NDArray[np.int64]
+    vertices_W: NDArray[np.float64]
+    """``(v, 3)`` metres."""
+    pressure: NDArray[np.float64]
+    """``(v,)`` pascals."""
+    corners: NDArray[np.int64]
+    """``(f, 3)`` of triangles, else the first ``(f, 1)``; they count from the surface's first."""
+    normals_W: NDArray[np.float64]
+    areas: NDArray[np.float64]
+    centroids_W: NDArray[np.float64]
+    pressures: NDArray[np.float64]
+    elements: NDArray[np.int64]
+    """``(f, 2)``: of M and N."""
+
+
+class _Scratch(NamedTuple):
+    """One polygon with the pressures at its corners, and a part of it."""
+
+    polygon: NDArray[np.float64]
+    pressures: NDArray[np.float64]
+    part: NDArray[np.float64]
+    part_pressures: NDArray[np.float64]
+
+
+@inlined_kernel
+def _place_vertex(columns, v, X_WF, x, p):
+    R_WF, p_WF = X_WF
+    store_vector(columns.vertices_W, v, add(p_WF, rotate(R_WF, x)))
+    columns.pressure[v] = p
+
+
+@inlined_kernel
+def _place_face(columns, f, X_WF, n, area, centroid, pressure, elements):
+    R_WF, p_WF = X_WF
+    store_vector(columns.normals_W, f, rotate(R_WF, n))
+    columns.areas[f], columns.pressures[f] = area, pressure
+    store_vector(columns.centroids_W, f, add(p_WF, rotate(R_WF, centroid)))
+    columns.elements[f, 0], columns.elements[f, 1] = elements
+
+
+@inlined_kernel
+def _load_polygon(cut, row, flipped, has_margin, scratch):
+    """Load a polygon's corners and their pressures; return (count, elements, n, c, p at c)."""
+    polygons, labels = cut.polygons, cut.labels
+    count, first, second = labels[row, 0], labels[row, 1], labels[row, 2]
+    n = (polygons[row, NORMAL], polygons[row, NORMAL + 1], polygons[row, NORMAL + 2])
+    g = (polygons[row, FIELD], polygons[row, FIELD + 1], polygons[row, FIELD + 2])
+    c = (polygons[row, CENTROID], polygons[row, CENTROID + 1], polygons[row, CENTROID + 2])
+    if flipped:
+        n = scale(-1.0, n)
+        first, second = second, first
+    for k in range(count):
+        i = 3 * (count - 1 - k) if flipped else 3 * k
+        x = (polygons[row, i], polygons[row, i + 1], polygons[row, i + 2])
+        p = dot(g, x) + polygons[row, FIELD + 3]
+        # Without a margin no body has a negative pressure: that is rounding.
+        scratch.pressures[k] = p if has_margin else max(p, 0.0)
+        store_vector(scratch.polygon, k, x)
+    p = dot(g, c) + polygons[row, FIELD + 3]
+    return count, (first, second), n, c, (p if has_margin else max(p, 0.0))
+
+
+@inlined_kernel
+def _place_fan(columns, scratch, at, X_WF, face):
+    """Place the triangles between a polygon's centroid, which is a vertex of theirs, and sides.
+
+    ``at`` is its first vertex, as it is counted in all and in its surface, and its first triangle.
+    """
+    (v, local, f), (count, elements, n, c, p) = at, face
+    _place_vertex(columns, v + count, X_WF, c, p)
+    for k in range(count):
+        following = k + 1 if k + 1 < count else 0
+        d = subtract(load_vector(scratch.polygon, k), c)
+        e = subtract(load_vector(scratch.polygon, following), c)
+        columns.corners[f, 0], columns.corners[f, 1] = local + count, local + k
+        columns.corners[f, 2] = local + following
+        area, middle = 0.5 * dot(n, cross(d, e)), axpy(1.0 / 3.0, add(d, e), c)
+        pressure = (p + scratch.pressures[k] + scratch.pressures[following]) / 3.0
+        _place_face(columns, f, X_WF, n, area, middle, pressure, elements)
+        f += 1
+
+
+@inlined_kernel
+def _place_polygon(columns, scratch, at, X_WF, area, face, triangles):
+    """Place vertices and faces of a polygon; return how many there are of each."""
+    (v, local, f), (count, elements, n, c, p) = at, face
+    for k in range(count):
+        x = load_vector(scratch.polygon, k)
+        _place_vertex(columns, v + k, X_WF, x, scratch.pressures[k])
+    if triangles and count > 3:
+        _place_fan(columns, scratch, at, X_WF, face)
+        return count + 1, count
+    for k in range(3 if triangles else 1):
+        columns.corners[f, k] = local + k
+    _place_face(columns, f, X_WF, n, area, c, p, elements)
+    return count, 1
 
 
 @lean_kernel
-def _place_face(f, n_W, area, centroid_W, pressure, first, second, columns):
-    normals_W, areas, centroids_W, pressures, elements = columns
-    store_vector(normals_W, f, n_W)
-    areas[f], pressures[f] = area, pressure
-    store_vector(centroids_W, f, centroid_W)
-    elements[f, 0], elements[f, 1] = first, second
-
-
-@lean_kernel
-def _place(
-    margin, X_WG, surfaces, polygons, labels, triangles, surface_columns, vertex_columns, corners,
-    face_columns, scratch,
-):  # fmt: skip
-    """Fill the columns of ``Patches``."""
-    totals, vertex_start, face_start = surface_columns
-    vertices_W, pressure = vertex_columns
-    polygon, part, pressures, part_pressures = scratch
+def _place(cut, triangles, columns, scratch):
+    """Fill the columns of all surfaces."""
+    surfaces, totals = cut.surfaces, columns.totals
     v, f = 0, 0
     for s in range(len(surfaces)):
-        vertex_start[s], face_start[s] = v, f
-        row = surfaces[s, FRAME]
+        columns.vertex_start[s], columns.face_start[s] = v, f
+        X_WF = (
+            load_rotation(cut.X_WG, surfaces[s, FRAME]),
+            load_translation(cut.X_WG, surfaces[s, FRAME]),
+        )
         flipped = surfaces[s, FLIPPED] != 0
-        has_margin = margin[surfaces[s, ROW_M]] > 0.0 or margin[surfaces[s, ROW_N]] > 0.0
-        R_WF, p_WF = load_rotation(X_WG, row), load_translation(X_WG, row)
+        margins = cut.margin[surfaces[s, ROW_M]], cut.margin[surfaces[s, ROW_N]]
         total_area, area_moment = 0.0, (0.0, 0.0, 0.0)
         force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for row in range(surfaces[s, BEGIN], surfaces[s, END]):
-            count, first, second = labels[row, 0], labels[row, 1], labels[row, 2]
-            n = (polygons[row, NORMAL], polygons[row, NORMAL + 1], polygons[row, NORMAL + 2])
-            g = (polygons[row, FIELD], polygons[row, FIELD + 1], polygons[row, FIELD + 2])
-            c = (polygons[row, CENTROID], polygons[row, CENTROID + 1], polygons[row, CENTROID + 2])
-            area = polygons[row, AREA]
-            if flipped:
-                n = scale(-1.0, n)
-                first, second = second, first
-            for k in range(count):
-                i = 3 * (count - 1 - k) if flipped else 3 * k
-                x = (polygons[row, i], polygons[row, i + 1], polygons[row, i + 2])
-                p = dot(g, x) + polygons[row, FIELD + 3]
-                # Without a margin no body has a negative pressure: that is rounding.
-                pressures[k] = p if has_margin else max(p, 0.0)
-                store_vector(polygon, k, x)
-                _place_vertex(x, pressures[k], R_WF, p_WF, v + k, vertices_W, pressure)
-            total, x_total = pressed(polygon, pressures, count, n, part, part_pressures)
+            face = _load_polygon(cut, row, flipped, max(margins[0], margins[1]) > 0.0, scratch)
+            count, _, n, c, _ = face
+            total, x_total = pressed(
+                scratch.polygon, scratch.pressures, count, n, scratch.part, scratch.part_pressures
+            )
             force = axpy(total, n, force)
             moment = add(moment, cross(x_total, n))
+            area = cut.polygons[row, AREA]
             total_area += area
             area_moment = axpy(area, c, area_moment)
-            n_W, c_W = rotate(R_WF, n), add(p_WF, rotate(R_WF, c))
-            p = dot(g, c) + polygons[row, FIELD + 3]
-            p = p if has_margin else max(p, 0.0)
-            local = v - vertex_start[s]
-            if not triangles:
-                corners[f, 0] = local
-                _place_face(f, n_W, area, c_W, p, first, second, face_columns)
-                v, f = v + count, f + 1
-            elif count == 3:
-                corners[f, 0], corners[f, 1], corners[f, 2] = local, local + 1, local + 2
-                _place_face(f, n_W, area, c_W, p, first, second, face_columns)
-                v, f = v + 3, f + 1
-            else:
-                _place_vertex(c, p, R_WF, p_WF, v + count, vertices_W, pressure)
-                for k in range(count):
-                    following = k + 1 if k + 1 < count else 0
-                    d = subtract(load_vector(polygon, k), c)
-                    e = subtract(load_vector(polygon, following), c)
-                    middle = axpy(1.0 / 3.0, add(d, e), c)
-                    corners[f, 0], corners[f, 1] = local + count, local + k
-                    corners[f, 2] = local + following
-                    _place_face(
-                        f, n_W, 0.5 * dot(n, cross(d, e)), add(p_WF, rotate(R_WF, middle)),
-                        (p + pressures[k] + pressures[following]) / 3.0, first, second,
-                        face_columns,
-                    )  # fmt: skip
-                    f += 1
-                v += count + 1
+            at = v, v - columns.vertex_start[s], f
+            vertices, faces = _place_polygon(columns, scratch, at, X_WF, area, face, triangles)
+            v, f = v + vertices, f + faces
         centre = scale(1.0 / total_area, area_moment)
         moment = subtract(moment, cross(centre, force))
+        R_WF, p_WF = X_WF
         totals[s, 0] = total_area
         for axis in range(3):
             totals[s, 1 + axis] = add(p_WF, rotate(R_WF, centre))[axis]
             totals[s, 4 + axis] = rotate(R_WF, force)[axis]
             totals[s, 7 + axis] = rotate(R_WF, moment)[axis]
-    vertex_start[len(surfaces)], face_start[len(surfaces)] = v, f
+    columns.vertex_start[len(surfaces)], columns.face_start[len(surfaces)] = v, f
 
 
 @lean_kernel
@@ -233,7 +299,7 @@ def place_polygons(
     """
     s = len(surfaces)
     v, f = _sizes(surfaces, labels, triangles)
-    columns = (
+    columns = _Columns(
         np.empty((s, 10)),
         np.empty(s + 1, np.int64),
         np.empty(s + 1, np.int64),
@@ -246,16 +312,13 @@ def place_polygons(
         np.empty(f),
         np.empty((f, 2), np.int64),
     )
-    scratch = (
-        np.empty((POLYGON_CORNERS, 3)),
+    scratch = _Scratch(
         np.empty((POLYGON_CORNERS, 3)),
         np.empty(POLYGON_CORNERS),
+        np.empty((POLYGON_CORNERS, 3)),
         np.empty(POLYGON_CORNERS),
     )
-    _place(
-        margin, X_WG, surfaces, polygons, labels, triangles, columns[:3], columns[3:5], columns[5],
-        columns[6:], scratch,
-    )  # fmt: skip
+    _place(_Cut(margin, X_WG, surfaces, polygons, labels), triangles, columns, scratch)
     return (surfaces[:, :2].copy(), *columns)
 
 
