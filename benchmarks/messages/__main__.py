@@ -1,4 +1,4 @@
-"""The way of the messages: rates, latencies and single jobs, beside rclpy's ordinary way.
+"""Path and latency of messages: rates, delays and single jobs, beside rclpy's ordinary way.
 
     python -m benchmarks.messages [--quick]
         [jobs | rates | latency | panda | services | edits | start | holes | images
