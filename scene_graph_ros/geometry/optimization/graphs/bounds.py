@@ -22,9 +22,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable, Multipliers
+from scene_graph_ros.geometry.optimization.graphs.edge_table import (
+    EdgeTable,
+    Minorants,
+    Multipliers,
+)
 from scene_graph_ros.geometry.optimization.graphs.network import Network
-from scene_graph_ros.geometry.optimization.graphs.one_way import ways_on
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet, reach_of
 from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, Problem, Relaxed
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -34,7 +37,7 @@ __all__ = [
     "ProvenBound",
     "bound_of_paths",
     "bound_of_points",
-    "potentials_of",
+    "bound_of_relaxation",
 ]
 
 
@@ -76,8 +79,14 @@ def bound_of_paths(problem: Problem, given: Potentials, with_cost: bool = True) 
 
     Without cost, a bound above 0 shows that there are none, as constraints can't be kept.
     """
+    below = problem.terms.minorants(given.multipliers, with_cost)
+    return _bound(problem, given, _without_levels(problem, given, below))
+
+
+def _bound(problem: Problem, given: Potentials, others: np.ndarray) -> ProvenBound:
+    """Return the bound of all simple paths; ``others (m,)`` are weights but for the levels."""
     network = problem.network
-    weights = _weights(problem, given, with_cost)
+    weights = _weights(network, given, others)
     visits = np.maximum(given.visits, 0.0)
     visits[network.target] = 0.0
     weights = weights + visits[network.tails]
@@ -106,41 +115,75 @@ def bound_of_paths(problem: Problem, given: Potentials, with_cost: bool = True) 
     return ProvenBound(value, weights, left, visits, given)
 
 
-def _balanced(problem: Problem, given: Potentials, with_cost: bool = True) -> Potentials:
-    """Return potentials whose levels leave nothing to edges that all paths come to by one other.
+def bound_of_relaxation(problem: Problem, relaxed: Relaxed) -> ProvenBound:
+    """Return the bound of all paths that the relaxation's multipliers say, its levels balanced.
 
-    Levels where these meet are free; so weights that add up to something are not below 0 in turn.
+    Without cost, where the relaxation says that no path is possible: above 0 this is proven.
     """
-    before = ways_on(problem.network)
-    if not before:
-        return given
-    weights, levels = _weights(problem, given, with_cost), given.levels.copy()
-    for e in reversed(before):
-        levels[problem.network.tails[e]] += weights[e]
-        weights[before[e]] += weights[e]
-    return replace(given, levels=levels)
-
-
-def potentials_of(problem: Problem, relaxed: Relaxed) -> Potentials:
-    """Return what the relaxation's solution says, balanced."""
+    below = problem.terms.minorants(relaxed.multipliers, relaxed.cost < np.inf)
     given = Potentials(
         relaxed.levels,
-        relaxed.slopes,
+        _passed_on(problem, relaxed.slopes, below),
         relaxed.visits,
         relaxed.prizes,
         relaxed.multipliers,
         relaxed.cycles,
     )
-    return _balanced(problem, given, relaxed.cost < np.inf)
+    others = _without_levels(problem, given, below)
+    return _bound(problem, _balanced(problem.network, given, others), others)
 
 
-def _weights(problem: Problem, given: Potentials, with_cost: bool) -> np.ndarray:
+def _passed_on(
+    problem: Problem, slopes: Sequence[np.ndarray], below: Sequence[Minorants]
+) -> list[np.ndarray]:
+    """Give vertices whose edges share all they have the slopes of what is paid from there.
+
+    Their rows are not in the relaxation, so that it says nothing of them. What their sets reach
+    is then counted once, at the edge that leads there; their levels are free.
+    """
+    found, before, tails = list(slopes), problem.network.ways_on, problem.network.tails.tolist()
+    for family, each in zip(problem.terms.families, below, strict=True):
+        for e, slope in zip(family.edges.tolist(), each.alpha, strict=True):
+            if e in before:
+                found[tails[e]] = slope
+    return found
+
+
+def _balanced(network: Network, given: Potentials, others: np.ndarray) -> Potentials:
+    """Return potentials whose levels leave nothing to edges that all paths come to by one other.
+
+    Levels where these meet are free; so weights that add up to something are not below 0 in turn.
+    """
+    before = network.ways_on
+    if not before:
+        return given
+    weights, levels = _weights(network, given, others).tolist(), given.levels.tolist()
+    tails = network.tails.tolist()
+    for e in reversed(before):
+        levels[tails[e]] += weights[e]
+        weights[before[e]] += weights[e]
+    return replace(given, levels=np.array(levels))
+
+
+def _weights(network: Network, given: Potentials, others: np.ndarray) -> np.ndarray:
     """Return for each edge a bound ``(m,)`` of its cost less the drop of potential."""
+    tails, heads = network.tails, network.heads
+    p, q = given.levels[tails], given.levels[heads]
+    weights = others + (q - p - 4.0 * EPSILON * (np.abs(p) + np.abs(q)))
+    return weights - 16.0 * EPSILON * np.abs(weights)
+
+
+def _without_levels(
+    problem: Problem, given: Potentials, below: Sequence[Minorants]
+) -> np.ndarray:
+    """Return the same ``(m,)`` where all levels are 0, if costs are at least their minorants.
+
+    What the rounding of levels takes is not counted.
+    """
     network, slopes = problem.network, given.slopes
     tails, heads = network.tails.tolist(), network.heads.tolist()
     priced = _Priced(problem, given.cycles)
-    weights = _off(network, given) + priced.levels
-    below = problem.terms.minorants(given.multipliers, with_cost)
+    weights = priced.levels.copy()
     for family, each in zip(problem.terms.families, below, strict=True):
         edges = family.edges.tolist()
         weights[family.edges] += each.a - each.rounding
@@ -156,7 +199,7 @@ def _weights(problem: Problem, given: Potentials, with_cost: bool) -> np.ndarray
                     off[k] += prices.off[e]
             reach, rounding = reach_of(sets, D, half)
             weights[family.edges] -= reach + rounding + np.sum(off * half, axis=1)
-    return weights - 16.0 * EPSILON * np.abs(weights)
+    return weights
 
 
 class _Slopes(NamedTuple):
@@ -198,13 +241,6 @@ class _Priced:
         self._sizes[e] += abs(level)
         at.slopes[e] = at.slopes.get(e, 0.0) + slope
         at.off[e] = at.off.get(e, 0.0) + np.abs(slope)
-
-
-def _off(network: Network, given: Potentials) -> np.ndarray:
-    """Return the drop of the levels along each edge ``(m,)``, less what its rounding may add."""
-    tails, heads = network.tails, network.heads
-    p, q = given.levels[tails], given.levels[heads]
-    return q - p - 4.0 * EPSILON * (np.abs(p) + np.abs(q))
 
 
 def bound_of_points(

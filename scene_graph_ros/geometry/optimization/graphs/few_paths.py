@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import SolverError
-from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_paths, potentials_of
+from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_relaxation
 from scene_graph_ros.geometry.optimization.graphs.chain import Chain
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.later import Once
@@ -93,6 +93,4 @@ def _relaxation(
     relaxed = relax(problem)
     if relaxed.cost == np.inf:
         raise SolverError("the relaxation was not solved, though paths keep all constraints")
-    return relaxation_answer(
-        edges, problem, relaxed, bound_of_paths(problem, potentials_of(problem, relaxed))
-    )
+    return relaxation_answer(edges, problem, relaxed, bound_of_relaxation(problem, relaxed))

@@ -13,6 +13,7 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.graphs.network_kernels import (
     edges_on_simple_paths,
     few_simple_paths,
+    strong_components,
 )
 
 __all__ = ["Network", "TwoCycle"]
@@ -65,6 +66,27 @@ class Network:
         found: list[list[int]] = [[] for _ in range(self.size)]
         for e, v in enumerate(ends.tolist()):
             found[v].append(e)
+        return found
+
+    @functools.cached_property
+    def ways_on(self) -> dict[int, int]:
+        """Edges that all paths come to by one other edge, and only they go on from: that edge.
+
+        They meet at a vertex that has no other edges. In the order of a walk: each is behind the
+        one before it, if that is among them.
+        """
+        after = {
+            into[0]: out[0]
+            for v, (into, out) in enumerate(zip(self.entering, self.leaving, strict=True))
+            if len(into) == len(out) == 1 and v not in (self.source, self.target)
+        }
+        behind = set(after.values())
+        found = {}
+        # Circles to which nothing leads are begun nowhere, and stay as they are.
+        for e in [e for e in after if e not in behind]:
+            while e in after:
+                found[after[e]] = e
+                e = after[e]
         return found
 
     def on_simple_paths(self) -> np.ndarray:
@@ -159,9 +181,4 @@ class Network:
 
     def strong_components(self) -> np.ndarray:
         """Return a number for each vertex: the same for those that reach each other."""
-        from scipy import sparse
-        from scipy.sparse.csgraph import connected_components
-
-        size = (self.size, self.size)
-        edges = sparse.csr_array((np.ones(len(self.tails)), (self.tails, self.heads)), size)
-        return connected_components(edges, connection="strong")[1]
+        return strong_components(self.size, self.tails, self.heads)

@@ -1,4 +1,4 @@
-"""Which edges of a network can be on a simple path, and all simple paths where there are few.
+"""Edges of a network that can be on a simple path, few such paths, vertices on circles.
 
 Networks are edges ``tails (m,)`` to ``heads (m,)`` among ``size`` vertices; ``is_kept (m,)`` says
 which of them are there.
@@ -10,7 +10,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 
-__all__ = ["edges_on_simple_paths", "few_simple_paths"]
+__all__ = ["edges_on_simple_paths", "few_simple_paths", "strong_components"]
 
 
 @kernel
@@ -220,3 +220,47 @@ def few_simple_paths(size, tails, heads, source, target, most_looks, most_edges)
             top += 1
             stack[top], is_on[w] = w, 1.0
     return edges[:0], ends[:0], False
+
+
+@kernel
+def strong_components(size, tails, heads):
+    """Return a number for each vertex ``(size,)``: the same for those that reach each other.
+
+    Tarjan, "Depth-first search and linear graph algorithms", 1972.
+    """
+    out, first = _listed(size, tails, np.ones(len(tails), np.bool_))
+    found, entered = np.full(size, -1), np.full(size, -1)
+    low, looked = np.zeros(size, np.int64), first[:-1].copy()
+    path, open_ = np.zeros(size, np.int64), np.zeros(size, np.int64)
+    count, number, last = 0, 0, 0
+    for root in range(size):
+        if entered[root] >= 0:
+            continue
+        top = 0
+        path[0] = root
+        while top >= 0:
+            v = path[top]
+            if entered[v] < 0:
+                entered[v], low[v] = count, count
+                count += 1
+                open_[last] = v
+                last += 1
+            if looked[v] < first[v + 1]:
+                w = heads[out[looked[v]]]
+                looked[v] += 1
+                if entered[w] < 0:
+                    top += 1
+                    path[top] = w
+                elif found[w] < 0:
+                    low[v] = min(low[v], entered[w])
+                continue
+            top -= 1
+            if top >= 0:
+                low[path[top]] = min(low[path[top]], low[v])
+            if low[v] == entered[v]:
+                # What is open since v is what v reaches and is reached from.
+                while found[v] < 0:
+                    last -= 1
+                    found[open_[last]] = number
+                number += 1
+    return found

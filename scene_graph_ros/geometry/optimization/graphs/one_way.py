@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from scene_graph_ros.geometry.optimization.graphs.network import Network
 
-__all__ = ["split_by_direction", "ways_on"]
+__all__ = ["split_by_direction"]
 
 
 def split_by_direction(network: Network) -> Network:
@@ -32,24 +32,3 @@ def split_by_direction(network: Network) -> Network:
                 tails[e] = len(origin)
         origin.append(v)
     return Network(len(origin), tails, heads, network.source, network.target, origin)
-
-
-def ways_on(network: Network) -> dict[int, int]:
-    """Return edges that all paths come to by one other edge, and only they go on from: that edge.
-
-    They meet at a vertex that has no other edges. In the order of a walk: each is behind the one
-    before it, if that is among them.
-    """
-    after = {
-        into[0]: out[0]
-        for v, (into, out) in enumerate(zip(network.entering, network.leaving, strict=True))
-        if len(into) == len(out) == 1 and v not in (network.source, network.target)
-    }
-    behind = set(after.values())
-    found = {}
-    # Circles to which nothing leads are begun nowhere, and stay as they are.
-    for e in [e for e in after if e not in behind]:
-        while e in after:
-            found[after[e]] = e
-            e = after[e]
-    return found

@@ -73,7 +73,7 @@ def relaxation_answer(
             number: x + f * c[end]
             for number, x, f, c in zip(numbers, points, flows, centers, strict=True)
         }
-        for end, points in enumerate((relaxed.points_u, relaxed.points_v))
+        for end, points in enumerate(relaxed.points())
     )
     return RelaxationAnswer(
         relaxed.cost,

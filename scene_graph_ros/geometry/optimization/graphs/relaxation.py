@@ -20,9 +20,9 @@ from scene_graph_ros.geometry.optimization.graphs.edge_table import (
     Multipliers,
 )
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionTerm
+from scene_graph_ros.geometry.optimization.graphs.later import Once
 from scene_graph_ros.geometry.optimization.graphs.memberships import add_memberships
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
-from scene_graph_ros.geometry.optimization.graphs.one_way import ways_on
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Cone,
@@ -82,8 +82,8 @@ class CyclePrice:
 class Relaxed:
     """What the relaxation's solution says; none of it is proven.
 
-    ``flows (m,)``; ``points_u``, ``points_v`` are the flow times the point, of each edge, less the
-    centre; ``levels (n,)`` and ``slopes`` ``(k,)`` of each vertex are its potential, an affine
+    ``flows (m,)``; ``points`` are the flow times the point, of each edge, less the centre, of all
+    tails and of all heads; ``levels (n,)`` and ``slopes`` ``(k,)`` of each vertex are its potential, an affine
     function about its centre, with levels of 0 where edges share all they have; ``visits (n,)``
     the price of visiting a vertex at most once, and ``prizes`` of the forced edges; ``cost`` is
     infinite where no path is possible.
@@ -91,8 +91,7 @@ class Relaxed:
 
     cost: float
     flows: np.ndarray
-    points_u: list[np.ndarray]
-    points_v: list[np.ndarray]
+    points: Once[tuple[list[np.ndarray], list[np.ndarray]]]
     levels: np.ndarray
     slopes: list[np.ndarray]
     visits: np.ndarray
@@ -124,7 +123,7 @@ class _Relaxation:
         self._problem, self._cycles = problem, cycles
         network, sets = problem.network, problem.sets
         self._program = program = ConeProgram()
-        self._before = before = ways_on(network)
+        self._before = before = network.ways_on
         self._extents = np.array([_extent(placed) for placed in sets])
         counts = np.array([placed.S.shape[1] for placed in sets], dtype=np.int64)
         self._counts = counts
@@ -164,7 +163,7 @@ class _Relaxation:
         self._force()
 
     def _conserve(self) -> None:
-        network, sets, m = self._problem.network, self._problem.sets, len(self._flows)
+        network, sets = self._problem.network, self._problem.sets
         is_passed = np.zeros(network.size, dtype=bool)
         is_passed[self._passed] = True
         rows = np.full(network.size, -1)
@@ -185,23 +184,23 @@ class _Relaxation:
         is_passed |= self._counts == 0
         lengths = np.where(is_passed, 0, [len(placed.S) for placed in sets])
         first = np.cumsum(lengths) - lengths
-        alike: dict[tuple[int, int], list[tuple[int, int, float]]] = {}
-        for ends, columns, sign in (
-            (network.heads.tolist(), self._heads.tolist(), 1.0),
-            (network.tails.tolist(), self._tails.tolist(), -1.0),
-        ):
-            for e in range(m):
-                v = ends[e]
-                if not is_passed[v]:
-                    alike.setdefault(sets[v].S.shape, []).append((v, columns[e], sign))
+        alike: dict[tuple[int, ...], list[int]] = {}
+        for v in np.flatnonzero(~is_passed).tolist():
+            alike.setdefault(sets[v].S.shape, []).append(v)
         entries = []
         for some in alike.values():
-            vertices = np.array([v for v, _, _ in some])
-            signs = np.array([sign for _, _, sign in some]) / self._extents[vertices]
-            blocks = signs[:, None, None] * np.array([sets[v].S for v in vertices])
-            starts = np.array([column for _, column, _ in some])
-            g, i, j = np.nonzero(blocks)
-            entries.append((first[vertices[g]] + i, starts[g] + j, blocks[g, i, j]))
+            blocks = np.array([sets[v].S for v in some]) / self._extents[some][:, None, None]
+            place = np.full(network.size, -1)
+            place[some] = np.arange(len(some))
+            for ends, columns, sign in (
+                (network.heads, self._heads, 1.0),
+                (network.tails, self._tails, -1.0),
+            ):
+                edges = np.flatnonzero(place[ends] >= 0)
+                here = sign * blocks[place[ends[edges]]]
+                g, i, j = np.nonzero(here)
+                rows = first[ends[edges[g]]] + i
+                entries.append((rows, columns[edges[g]] + j, here[g, i, j]))
         total = int(lengths.sum())
         self._moments = self._program.add_entries(Cone.ZERO, entries, np.zeros(total))
         self._moment_rows = first, lengths
@@ -273,13 +272,16 @@ class _Relaxation:
             )
         ]
         is_feasible = solution.is_feasible
-        self._pass_on(slopes, multipliers, is_feasible)
         x = solution.x if is_feasible else np.zeros(self._program.num_variables)
         return Relaxed(
             self._program.cost_of(x) * unit if is_feasible else np.inf,
             x[self._flows],
-            self._points(x, network.tails, self._tails),
-            self._points(x, network.heads, self._heads),
+            Once(
+                lambda: (
+                    self._points(x, network.tails, self._tails),
+                    self._points(x, network.heads, self._heads),
+                )
+            ),
             levels,
             slopes,
             visits,
@@ -288,21 +290,6 @@ class _Relaxation:
             solution.residual,
             self._prices(solution),
         )
-
-    def _pass_on(
-        self, slopes: list[np.ndarray], multipliers: Sequence[Multipliers], with_cost: bool
-    ) -> None:
-        """Give potentials of vertices whose edges share all the slopes of what is paid from there.
-
-        Their rows are not in the program, so that it says nothing of them. What their sets reach
-        is then counted once, at the edge that leads there; their levels are free.
-        """
-        table, tails = self._problem.terms, self._problem.network.tails
-        paid = table.minorants(multipliers, with_cost)
-        for family, each in zip(table.families, paid, strict=True):
-            for e, slope in zip(family.edges.tolist(), each.alpha, strict=True):
-                if e in self._before:
-                    slopes[tails[e]] = slope
 
     def _points(self, x: np.ndarray, vertices: np.ndarray, firsts: np.ndarray) -> list[np.ndarray]:
         sets = self._problem.sets

@@ -10,9 +10,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import (
-    bound_of_paths,
-    Potentials,
-    potentials_of,
+    bound_of_relaxation,
     ProvenBound,
 )
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
@@ -181,9 +179,9 @@ def _solve(
         tolerance = min(max(options.gap_tolerance**2, _EXACT), _ROUGH)
     least = max(options.flow_tolerance, 10.0 * tolerance)
     relaxed = relax(problem, (), tolerance)
+    proven = bound_of_relaxation(problem, relaxed)
     if relaxed.cost == np.inf:
-        return _infeasible(problem, potentials_of(problem, relaxed), relaxed)
-    proven = bound_of_paths(problem, potentials_of(problem, relaxed))
+        return _infeasible(proven, relaxed)
     first: Incumbent | None = None
     cycles: set[TwoCycle] = set()
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
@@ -202,15 +200,11 @@ def _solve(
             # Flows would turn to the others next.
             cycles = set(everywhere)
         ordered = sorted(cycles, key=lambda cycle: (cycle.vertex, cycle.into))
-        tighter = relax(problem, ordered, tolerance)
-        if tighter.cost == np.inf:
-            return _infeasible(problem, potentials_of(problem, tighter), tighter)
-        relaxed, before = tighter, proven
-        proven = max(
-            bound_of_paths(problem, potentials_of(problem, relaxed)),
-            before,
-            key=lambda each: each.value,
-        )
+        relaxed = relax(problem, ordered, tolerance)
+        tighter = bound_of_relaxation(problem, relaxed)
+        if relaxed.cost == np.inf:
+            return _infeasible(tighter, relaxed)
+        proven = max(tighter, proven, key=lambda each: each.value)
     bound = None if has_surrogates else proven
     rounded, count, failure = _round(of_paths, relaxed, bound, options, tried)
     rounded = _better(first, rounded)
@@ -244,17 +238,22 @@ def _is_closed(
 
 def _two_cycles_of(network: Network, flows: np.ndarray, least: float) -> set[TwoCycle]:
     """Return the cycles of two edges around which there is flow: no others are violated."""
+    tails, heads, size = network.tails, network.heads, network.size
+    origin = np.asarray(network.origin)
+    keys = np.append(heads * size + origin[tails], tails * size + origin[heads])
+    found, which = np.unique(keys, return_inverse=True)
+    sums = (np.bincount(some, flows, len(found)) for some in np.split(which, 2))
+    around = {found[k] for k in np.flatnonzero(np.minimum(*sums) > least).tolist()}
+    if not around:
+        return set()
     return {
         cycle
         for cycle in network.two_cycles()
-        if flows[list(cycle.into)].sum() > least and flows[list(cycle.back)].sum() > least
+        if cycle.vertex * size + origin[tails[cycle.into[0]]] in around
     }
 
 
-def _infeasible(
-    problem: Problem, potentials: Potentials, relaxed: Relaxed
-) -> GraphOfConvexSetsResult:
-    proof = bound_of_paths(problem, potentials, with_cost=False)
+def _infeasible(proof: ProvenBound, relaxed: Relaxed) -> GraphOfConvexSetsResult:
     if proof.value > 0.0:
         return no_path("no path keeps the constraints of its edges, which is proven")
     raise SolverError(

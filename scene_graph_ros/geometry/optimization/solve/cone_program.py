@@ -21,6 +21,10 @@ from scene_graph_ros.geometry.optimization.solve.by_highs import ask_highs
 from scene_graph_ros.geometry.optimization.solve.by_scip import ask_scip, MixedReply
 from scene_graph_ros.geometry.optimization.solve.by_scs import ask_scs
 from scene_graph_ros.geometry.optimization.solve.solver_choice import check_names, SolverChoice
+from scene_graph_ros.geometry.optimization.solve.sparse_kernels import (
+    compress_columns,
+    entries_of_blocks,
+)
 
 __all__ = ["Cone", "ConeProgram", "ConeSolution", "Rows"]
 
@@ -161,10 +165,12 @@ class ConeProgram:
         ``blocks`` are columns ``(G, k)`` and matrices ``(G, m, k)``; ``constants (G, m)``.
         """
         count, m = constants.shape
-        entries = []
-        for columns, matrices in blocks:
-            g, i, j = np.nonzero(matrices)
-            entries.append((g * m + i, columns[g, j], matrices[g, i, j]))
+        entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        if count * m:
+            entries = [
+                entries_of_blocks(np.ascontiguousarray(columns), np.ascontiguousarray(matrices))
+                for columns, matrices in blocks
+            ]
         return self.add_entries(cone, entries, constants.ravel(), count)
 
     @property
@@ -197,7 +203,7 @@ class ConeProgram:
         i = np.concatenate(first)
         j, v = (np.concatenate([e[k] for e in entries]) for k in (1, 2))
         # Entries of one place add up, as columns may come several times.
-        A = sparse.csc_matrix((-v, (i, j)), shape=shape)
+        A = sparse.csc_matrix(compress_columns(i, j, -v, *shape), shape)
         b = np.concatenate([np.zeros(0), *(c for cone in Cone for c in self._constants[cone])])
         q = np.zeros(self._size)
         for columns, values in self._costs:
