@@ -18,17 +18,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.graphs.edge_table import (
-    EdgeTable,
-    Minorants,
-    Multipliers,
-)
+from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable, Minorants
+from scene_graph_ros.geometry.optimization.graphs.minorant_kernels import least_over_sets
 from scene_graph_ros.geometry.optimization.graphs.network import Network
-from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet, reach_of
+from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, Problem, Relaxed
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -46,15 +42,15 @@ class Potentials:
     """What a bound is computed from; any numbers give a bound, good ones a good one.
 
     ``levels (n,)`` and ``slopes``, ``(k,)`` each, of the vertices; ``visits (n,)`` prices, at
-    least 0, of having left a vertex; ``prizes`` of the forced edges; multipliers of each family of
-    edges; prices of some cycles of two edges.
+    least 0, of having left a vertex; ``prizes`` of the forced edges; ``weights (r,)`` of all
+    edges' rows, edge after edge; prices of some cycles of two edges.
     """
 
     levels: np.ndarray
     slopes: Sequence[np.ndarray]
     visits: np.ndarray
     prizes: np.ndarray
-    multipliers: Sequence[Multipliers]
+    weights: np.ndarray
     cycles: Sequence[CyclePrice] = ()
 
 
@@ -79,7 +75,7 @@ def bound_of_paths(problem: Problem, given: Potentials, with_cost: bool = True) 
 
     Without cost, a bound above 0 shows that there are none, as constraints can't be kept.
     """
-    below = problem.terms.minorants(given.multipliers, with_cost)
+    below = problem.terms.minorants(given.weights, with_cost)
     return _bound(problem, given, _without_levels(problem, given, below))
 
 
@@ -120,13 +116,13 @@ def bound_of_relaxation(problem: Problem, relaxed: Relaxed) -> ProvenBound:
 
     Without cost, where the relaxation says that no path is possible: above 0 this is proven.
     """
-    below = problem.terms.minorants(relaxed.multipliers, relaxed.cost < np.inf)
+    below = problem.terms.minorants(relaxed.weights, relaxed.cost < np.inf)
     given = Potentials(
         relaxed.levels,
         _passed_on(problem, relaxed.slopes, below),
         relaxed.visits,
         relaxed.prizes,
-        relaxed.multipliers,
+        relaxed.weights,
         relaxed.cycles,
     )
     others = _without_levels(problem, given, below)
@@ -134,18 +130,17 @@ def bound_of_relaxation(problem: Problem, relaxed: Relaxed) -> ProvenBound:
 
 
 def _passed_on(
-    problem: Problem, slopes: Sequence[np.ndarray], below: Sequence[Minorants]
+    problem: Problem, slopes: Sequence[np.ndarray], below: Minorants
 ) -> list[np.ndarray]:
     """Give vertices whose edges share all they have the slopes of what is paid from there.
 
     Their rows are not in the relaxation, so that it says nothing of them. What their sets reach
     is then counted once, at the edge that leads there; their levels are free.
     """
-    found, before, tails = list(slopes), problem.network.ways_on, problem.network.tails.tolist()
-    for family, each in zip(problem.terms.families, below, strict=True):
-        for e, slope in zip(family.edges.tolist(), each.alpha, strict=True):
-            if e in before:
-                found[tails[e]] = slope
+    found, network = list(slopes), problem.network
+    for e in network.ways_on:
+        first, last = below.firsts[e]
+        found[network.tails[e]] = below.slopes[first:last]
     return found
 
 
@@ -173,117 +168,108 @@ def _weights(network: Network, given: Potentials, others: np.ndarray) -> np.ndar
     return weights - 16.0 * EPSILON * np.abs(weights)
 
 
-def _without_levels(
-    problem: Problem, given: Potentials, below: Sequence[Minorants]
-) -> np.ndarray:
+def _without_levels(problem: Problem, given: Potentials, below: Minorants) -> np.ndarray:
     """Return the same ``(m,)`` where all levels are 0, if costs are at least their minorants.
 
     What the rounding of levels takes is not counted.
     """
-    network, slopes = problem.network, given.slopes
-    tails, heads = network.tails.tolist(), network.heads.tolist()
-    priced = _Priced(problem, given.cycles)
-    weights = priced.levels.copy()
-    for family, each in zip(problem.terms.families, below, strict=True):
-        edges = family.edges.tolist()
-        weights[family.edges] += each.a - each.rounding
-        for ends, sets, half, sign, slope, off, prices in (
-            (tails, family.tails, family.half_u, 1.0, each.alpha, each.rounding_alpha, priced.u),
-            (heads, family.heads, family.half_v, -1.0, each.beta, each.rounding_beta, priced.v),
-        ):
-            r = sign * np.array([slopes[ends[e]] for e in edges])
-            D, off = r - slope, off + 2.0 * EPSILON * np.abs(r)
-            for k, e in enumerate(edges if prices.slopes else ()):
-                if e in prices.slopes:
-                    D[k] -= prices.slopes[e]
-                    off[k] += prices.off[e]
-            reach, rounding = reach_of(sets, D, half)
-            weights[family.edges] -= reach + rounding + np.sum(off * half, axis=1)
-    return weights
+    network = problem.network
+    ends = np.column_stack([network.tails, network.heads])
+    D, off, totals = below.slopes.copy(), below.rounding.copy(), below.totals.copy()
+    _add_potentials(given.slopes, ends, below.firsts, D, off)
+    _add_prices(problem, given.cycles, below.firsts, (D, off, totals))
+    least_over_sets(*problem.packed_sets, ends, D, off, totals)
+    others: dict[int, list[tuple[int, int]]] = {}
+    if not all(placed.tells_reach for placed in problem.sets):
+        for (e, end), v in np.ndenumerate(ends):
+            if not problem.sets[v].tells_reach:
+                others.setdefault(id(problem.sets[v]), []).append((e, end))
+    for some in others.values():
+        edges = [e for e, _ in some]
+        placed = problem.sets[ends[some[0]]]
+        at = np.array([below.firsts[each] for each in some])[:, None]
+        reach, rounding = placed.reach(-D[at + np.arange(len(placed.center))])
+        # An edge may lead from a set to the same one.
+        np.add.at(totals, edges, np.column_stack([-reach, rounding, np.abs(reach)]))
+    return totals[:, 0] - totals[:, 1] - 16.0 * EPSILON * totals[:, 2]
 
 
-class _Slopes(NamedTuple):
-    """Slopes ``(n,)`` by edges, and what they are rounded by."""
+def _add_potentials(
+    slopes: Sequence[np.ndarray],
+    ends: np.ndarray,
+    firsts: np.ndarray,
+    D: np.ndarray,
+    off: np.ndarray,
+) -> None:
+    """Take the drop of potentials from slopes ``D`` of edges, and add what that is rounded by."""
+    together = np.concatenate([np.zeros(0), *slopes])
+    lengths = np.array([len(each) for each in slopes], dtype=np.int64)
+    begin = np.cumsum(lengths) - lengths
+    for of, at, sign in zip(ends.T, firsts.T, (-1.0, 1.0), strict=True):
+        counts = lengths[of]
+        k = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
+        slope = sign * together[np.repeat(begin[of], counts) + k]
+        places = np.repeat(at, counts) + k
+        D[places] += slope
+        off[places] += 2.0 * EPSILON * np.abs(slope)
 
-    slopes: dict[int, np.ndarray]
-    off: dict[int, np.ndarray]
 
-
-class _Priced:
-    """What prices of cycles of two edges add to edges: levels ``(m,)``, slopes at both ends.
-
-    ``levels`` are less what they are rounded by.
-    """
-
-    def __init__(self, problem: Problem, prices: Sequence[CyclePrice]) -> None:
-        self.levels = np.zeros(len(problem.network.tails))
-        self._sizes = np.zeros(len(problem.network.tails))
-        self.u, self.v = _Slopes({}, {}), _Slopes({}, {})
-        for price in prices:
-            v, slope = price.of.vertex, price.slope
-            reach, rounding = problem.sets[v].reach(-slope[None])
-            # High enough to be at least 0 on all of the set.
-            least = float(reach[0] + rounding[0]) * (1.0 + 4.0 * EPSILON)
-            level = max(price.level, least)
-            for e in problem.network.leaving[v]:
-                if e not in price.of.back:
-                    self._add(e, -level, -slope, self.u)
-            for e in price.of.into:
-                self._add(e, level, slope, self.v)
-        self.levels -= 4.0 * (len(prices) + 2) * EPSILON * self._sizes
-        rounding_of_sum = 4.0 * (len(prices) + 2) * EPSILON
-        for each in (self.u, self.v):
-            for e in each.off:
-                each.off[e] = rounding_of_sum * each.off[e]
-
-    def _add(self, e: int, level: float, slope: np.ndarray, at: _Slopes) -> None:
-        self.levels[e] += level
-        self._sizes[e] += abs(level)
-        at.slopes[e] = at.slopes.get(e, 0.0) + slope
-        at.off[e] = at.off.get(e, 0.0) + np.abs(slope)
+def _add_prices(
+    problem: Problem,
+    prices: Sequence[CyclePrice],
+    firsts: np.ndarray,
+    to: tuple[np.ndarray, np.ndarray, np.ndarray],
+) -> None:
+    """Add what prices of cycles of two edges are, to slopes, their rounding and the totals."""
+    if not prices:
+        return
+    D, off, totals = to
+    sizes, rounding = np.zeros(len(totals)), 4.0 * (len(prices) + 2) * EPSILON
+    for price in prices:
+        v, slope = price.of.vertex, price.slope
+        reach, rounded = problem.sets[v].reach(-slope[None])
+        # High enough to be at least 0 on all of the set.
+        least = float(reach[0] + rounded[0]) * (1.0 + 4.0 * EPSILON)
+        level = max(price.level, least)
+        away = [e for e in problem.network.leaving[v] if e not in price.of.back]
+        for edges, end, sign in ((away, 0, 1.0), (price.of.into, 1, -1.0)):
+            for e in edges:
+                totals[e, 0] -= sign * level
+                sizes[e] += abs(level)
+                at = slice(firsts[e, end], firsts[e, end] + len(slope))
+                D[at] -= sign * slope
+                off[at] += rounding * np.abs(slope)
+    totals[:, 1] += rounding * sizes
 
 
 def bound_of_points(
     taken: EdgeTable,
     sets: Sequence[PlacedSet],
-    multipliers: Sequence[Multipliers],
+    weights: np.ndarray,
     end: tuple[float, np.ndarray] | None = None,
     with_cost: bool = True,
 ) -> float:
     """Return a lower bound of the cost of a path's edges over all points of its sets.
 
-    ``end`` is a potential at the last vertex, level and slope ``(n,)``, which is added. Without
-    cost, a bound above 0 shows that the path's constraints can't be kept.
+    From any weights ``(r,)`` of the edges' rows. ``end`` is a potential at the last vertex, level
+    and slope ``(n,)``, which is added. Without cost, a bound above 0 shows that the path's
+    constraints can't be kept.
     """
-    count = len(taken)
-    D = [np.zeros(len(placed.half)) for placed in sets]
-    off = [np.zeros(len(placed.half)) for placed in sets]
-    total, lost, size = 0.0, 0.0, 0.0
-    for family, each in zip(taken.families, taken.minorants(multipliers, with_cost), strict=True):
-        total, lost = total + float(each.a.sum()), lost + float(each.rounding.sum())
-        size += float(np.abs(each.a).sum())
-        for k, alpha, beta, off_alpha, off_beta in zip(
-            family.edges.tolist(),
-            each.alpha,
-            each.beta,
-            each.rounding_alpha,
-            each.rounding_beta,
-            strict=True,
-        ):
-            D[k], off[k] = D[k] + alpha, off[k] + off_alpha
-            D[k + 1], off[k + 1] = D[k + 1] + beta, off[k + 1] + off_beta
-    if end is not None:
-        total, size = total + end[0], size + abs(end[0])
-        D[count], off[count] = D[count] + end[1], off[count] + 2.0 * EPSILON * np.abs(end[1])
-    alike: dict[int, list[int]] = {}
-    for k, slope in enumerate(D):
-        alike.setdefault(len(slope), []).append(k)
-    for some in alike.values():
-        slopes, half = np.array([D[k] for k in some]), np.array([sets[k].half for k in some])
+    below = taken.minorants(weights, with_cost)
+    level, slope = (0.0, np.zeros(len(sets[-1].half))) if end is None else end
+    totals = np.append(below.totals, [[level, 0.0, abs(level)]], axis=0)
+    for k, placed in enumerate(sets):
+        # What comes from the edge before, and from the one behind.
+        n, D, off = len(placed.half), np.zeros(len(placed.half)), np.zeros(len(placed.half))
+        before = [below.firsts[k - 1, 1]] if k else []
+        behind = [below.firsts[k, 0]] if k < len(taken) else []
+        for at in (*before, *behind):
+            D, off = D + below.slopes[at : at + n], off + below.rounding[at : at + n]
+        if k == len(taken):
+            D, off = D + slope, off + 2.0 * EPSILON * np.abs(slope)
+        reach, rounding = placed.reach(-D[None])
         # Each slope is a sum of three at most.
-        rounded = np.array([off[k] for k in some]) + 4.0 * EPSILON * np.abs(slopes)
-        reach, rounding = reach_of([sets[k] for k in some], -slopes, half)
-        total -= float(reach.sum())
-        lost += float(rounding.sum()) + float(np.sum(rounded * half))
-        size += float(np.abs(reach).sum())
-    return float(total) - lost - 2.0 * (2 * count + 8) * EPSILON * size
+        lost = float(rounding[0]) + float((off + 4.0 * EPSILON * np.abs(D)) @ placed.half)
+        totals[-1] += [-float(reach[0]), lost, abs(float(reach[0]))]
+    total, lost, size = totals.sum(axis=0).tolist()
+    return float(total - lost - 2.0 * (2 * len(taken) + 8) * EPSILON * size)

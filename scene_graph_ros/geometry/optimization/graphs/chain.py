@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.optimization.graphs.chain_kernels import (
 )
 from scene_graph_ros.geometry.optimization.graphs.chain_layout import Path
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
+from scene_graph_ros.geometry.optimization.graphs.packed_terms import join
 from scene_graph_ros.geometry.optimization.graphs.placed_set import nearest_of, PlacedSet
 from scene_graph_ros.geometry.optimization.solve.banded_cones import IMPROVE
 from scene_graph_ros.geometry.tolerances import EPSILON
@@ -54,15 +55,14 @@ class Chain:
 
     def __init__(self, edges: Sequence[EdgeTerms], sets: Sequence[PlacedSet]) -> None:
         self._sets, self._count = sets, len(edges)
-        of_edges, of_sets = ([each.packed for each in some] for some in (edges, sets))
-        known = [p for p in (*of_edges, *of_sets) if p is not None]
-        self.is_known = len(known) == len(edges) + len(sets)
+        self.is_known = all(each.is_quadratic for each in edges) and not any(
+            placed.matrices for placed in sets
+        )
         """Whether kernels know all kinds of cones here."""
         self._is_constrained = any(each.layout.is_constrained for each in edges)
         if self.is_known:
-            of = known[: len(edges)], known[len(edges) :]
             self._path = Path(
-                *(np.concatenate([p[k] for p in packs]) for packs in of for k in (0, 1))
+                *(a for some in (edges, sets) for a in join([e.packed for e in some]))
             )
 
     def solve(

@@ -7,22 +7,21 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
-from scene_graph_ros.geometry.optimization.graphs.chain_bounds import (
-    add_minorant,
-    add_reach,
-    weights_of_rows,
-)
-from scene_graph_ros.geometry.optimization.graphs.chain_layout import (
+from scene_graph_ros.geometry.optimization.graphs.chain_layout import lay_out
+from scene_graph_ros.geometry.optimization.graphs.chain_programs import program_of
+from scene_graph_ros.geometry.optimization.graphs.edge_layout import (
+    COLUMNS,
     FIRST_COORDINATE,
     FIRST_NUMBER,
     FIRST_PLACE,
     FIRST_WHOLE,
-    lay_out,
     size_of,
 )
-from scene_graph_ros.geometry.optimization.graphs.chain_programs import (
-    fill_edge,
-    fill_set,
+from scene_graph_ros.geometry.optimization.graphs.edge_rows import weigh_rows
+from scene_graph_ros.geometry.optimization.graphs.minorant_kernels import (
+    add_minorant,
+    add_reach,
+    make_valid,
 )
 from scene_graph_ros.geometry.optimization.graphs.packed_terms import (
     AMBIENT,
@@ -44,41 +43,9 @@ from scene_graph_ros.geometry.optimization.graphs.term_kernels import (
     value,
 )
 from scene_graph_ros.geometry.optimization.solve.banded_cones import minimize_banded
-from scene_graph_ros.geometry.optimization.solve.step_systems import BandedProgram
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["cost_of_path", "place_points", "solve_path"]
-
-
-@kernel
-def _program_of(path, of, sets, edges, unit, end):
-    """Return the banded program of a path's points, in units of cost."""
-    number = of.equations + of.rows + of.in_cones
-    p = BandedProgram(
-        np.zeros(of.places + of.atoms),
-        np.ones(of.places + of.atoms),
-        np.zeros(number, np.int64),
-        np.zeros(number, np.int64),
-        np.zeros((number, of.width)),
-        np.zeros(number),
-        np.full(number, -1),
-        np.zeros(number),
-        np.zeros(of.equations, np.int64),
-        of.rows,
-        np.zeros(of.cones, np.int64),
-        np.zeros((of.atoms, 2), np.int64),
-    )
-    number_of, last = (of.equations, of.equations + of.rows), len(edges)
-    for k in range(len(sets)):
-        fill_set(path, p, sets, k, number_of)
-        if k < last:
-            fill_edge(path, p, sets, edges, k, unit, number_of)
-    head, f = path.sets[sets[last, FIRST_WHOLE] :], path.set_numbers[sets[last, FIRST_NUMBER] :]
-    n, v = head[AMBIENT], head[VARIABLES]
-    for j in range(v):
-        for i in range(len(end)):
-            p.cost[sets[last, FIRST_PLACE] + j] += end[i] * f[4 * n + i * v + j] / unit
-    return p
 
 
 @kernel
@@ -94,7 +61,8 @@ def solve_path(path, count, unit, end, limits, improve):
     what rounding takes from it, and its size, without the reach of sets that do not tell it by
     arrays; and the residual of the solver.
     """
-    sets, edges = np.zeros((count + 1, 8), np.int64), np.zeros((count, 8), np.int64)
+    sets = np.zeros((count + 1, COLUMNS), np.int64)
+    edges = np.zeros((count, COLUMNS), np.int64)
     of = lay_out(path, sets, edges)
     points, D, off = np.zeros(of.coordinates), np.zeros(of.coordinates), np.zeros(of.coordinates)
     totals, y, last = np.zeros(3), np.zeros(of.most_rows), sets[count, FIRST_COORDINATE]
@@ -105,14 +73,16 @@ def solve_path(path, count, unit, end, limits, improve):
         for k in range(count):
             unit += path.edge_numbers[edges[k, FIRST_NUMBER]]
         unit = unit if 0.0 < unit < np.inf else 1.0
-    p = _program_of(path, of, sets, edges, unit, end)
+    p = program_of(path, of, sets, edges, unit, end)
     x, z, residual = minimize_banded(p, tolerance, improve)
+    multipliers, number_of = (x[p.at], z), (0, of.rows, 0, 0)
     for k in range(count):
         head, first = path.edges[edges[k, FIRST_WHOLE] :], edges[k, FIRST_NUMBER]
         f = path.edge_numbers[first : first + head[NUMBERS]]
-        constant = weights_of_rows(head, f, edges[k], (x, z, p.at), of.rows, unit, y)
+        weigh_rows(head, f, edges[k], multipliers, number_of, unit, y)
+        taken = make_valid(head, y, True)
         firsts = sets[k, FIRST_COORDINATE], sets[k + 1, FIRST_COORDINATE]
-        add_minorant(head, f, y, constant, firsts, D, off, totals)
+        add_minorant(head, f, y, -taken, firsts, D, off, totals)
     for i in range(len(end)):
         D[last + i] += end[i]
         off[last + i] += 2.0 * EPSILON * abs(end[i])

@@ -1,53 +1,36 @@
-"""The rows and costs of a path in a banded program."""
+"""The banded program of a path's points: rows of its sets and edges, and their costs."""
 
 from __future__ import annotations
 
-import math
+import numpy as np
 
-from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.optimization.graphs.chain_layout import (
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
+from scene_graph_ros.geometry.optimization.graphs.edge_layout import (
     FIRST_CONE,
-    FIRST_COORDINATE,
     FIRST_EQUATION,
     FIRST_IN_CONE,
     FIRST_NUMBER,
     FIRST_PLACE,
     FIRST_ROW,
     FIRST_WHOLE,
-    rows_of_atom,
-    size_of,
 )
+from scene_graph_ros.geometry.optimization.graphs.edge_rows import empty_program, fill_edge
 from scene_graph_ros.geometry.optimization.graphs.packed_terms import (
     AMBIENT,
-    ATOMS,
     BALLS,
-    CONES,
-    COORDINATES_U,
-    COORDINATES_V,
-    EDGE_HEAD,
-    EDGE_ROWS,
     EQUATIONS,
-    INEQUALITIES,
     NUMBERS,
     SET_EQUATIONS,
     SET_HEAD,
     SET_INEQUALITIES,
     VARIABLES,
-    VARIABLES_U,
-    VARIABLES_V,
-)
-from scene_graph_ros.geometry.optimization.graphs.term_kernels import (
-    NORM,
-    NORM_INF,
-    QUOTIENT,
-    SQUARES,
 )
 
-__all__ = ["fill_edge", "fill_set"]
+__all__ = ["program_of"]
 
 
 @lean_kernel
-def fill_set(path, p, sets, k, number_of):
+def _fill_set(path, p, sets, k, number_of):
     """Fill what is asked of a set's variables."""
     head, f = path.sets[sets[k, FIRST_WHOLE] :], path.set_numbers[sets[k, FIRST_NUMBER] :]
     n, count, place = head[AMBIENT], head[VARIABLES], sets[k, FIRST_PLACE]
@@ -83,96 +66,29 @@ def fill_set(path, p, sets, k, number_of):
         entry += size + 2
 
 
-@lean_kernel
-def _put(p, r, head, f, row, spot, factor):
-    """Fill a row of an edge times a factor; ``spot`` are the places of both sets."""
-    rows, u, v = head[EDGE_ROWS], head[VARIABLES_U], head[VARIABLES_V]
-    over_u, over_v = 1 + row * u, 1 + rows * u + row * v
-    constants = 1 + rows * (u + v + head[COORDINATES_U] + head[COORDINATES_V])
-    p.first[r], p.lengths[r] = spot[0], spot[1] + v - spot[0]
-    for j in range(u):
-        p.values[r, j] = factor * f[over_u + j]
+@kernel
+def program_of(path, of, sets, edges, unit, end):
+    """Return the banded program of a path's points, in units of cost.
+
+    ``end`` is the slope ``(n,)`` of a further cost at the last point, or empty.
+    """
+    p, number_of = empty_program(of)
+    last, none = len(edges), np.zeros(0, np.int64)
+    for k in range(last + 1):
+        _fill_set(path, p, sets, k, number_of)
+        if k == last:
+            break
+        edge, first = edges[k], edges[k, FIRST_NUMBER]
+        head = path.edges[edge[FIRST_WHOLE] :]
+        f = path.edge_numbers[first : first + head[NUMBERS]]
+        spot = sets[k, FIRST_PLACE], sets[k + 1, FIRST_PLACE]
+        fill_edge(p, head, f, edge, spot, unit, number_of, none)
+        for e in range(head[EQUATIONS]):
+            at = edge[FIRST_PLACE] + e
+            p.at[edge[FIRST_EQUATION] + e], p.signs[at] = at, -1.0
+    head, f = path.sets[sets[last, FIRST_WHOLE] :], path.set_numbers[sets[last, FIRST_NUMBER] :]
+    n, v = head[AMBIENT], head[VARIABLES]
     for j in range(v):
-        p.values[r, spot[1] - spot[0] + j] = factor * f[over_v + j]
-    p.constant[r] = factor * f[constants + row]
-
-
-@lean_kernel
-def _put_none(p, r, head, spot):
-    """Fill a row with no entries of the sets."""
-    p.first[r], p.lengths[r] = spot[0], spot[1] + head[VARIABLES_V] - spot[0]
-
-
-@lean_kernel
-def _fill_atom(p, head, f, atom, kind, rows, spot, r, unit):
-    """Fill the rows of an atom, from r on, with its own variable; ``rows`` are first, count."""
-    row, count = rows
-    place, size = len(p.cost) - len(p.groups) + atom, sum(rows_of_atom(kind, count))
-    p.cost[place] = 1.0
-    p.groups[atom, 0], p.groups[atom, 1] = r, size
-    most = f[len(f) - head[EDGE_ROWS] :]
-    divisor = most[row] if most[row] > 0.0 else 1.0
-    for i in range(size):
-        p.own[r + i] = place
-        if kind == NORM_INF:
-            p.own_values[r + i] = 1.0
-            sign = -1.0 if i < count else 1.0
-            _put(p, r + i, head, f, row + i % count, spot, sign / unit)
-        elif kind == QUOTIENT:
-            p.own_values[r + i] = 1.0 if i < 2 else 0.0
-            factor = (1.0 - 2.0 * i) / divisor if i < 2 else 2.0 / math.sqrt(unit * divisor)
-            _put(p, r + i, head, f, row + max(0, i - 1), spot, factor)
-        elif i < size - count:
-            p.own_values[r + i] = 1.0
-            _put_none(p, r + i, head, spot)
-            if kind == SQUARES:
-                p.constant[r + i] = 1.0 - 2.0 * i
-        else:
-            factor = 1.0 / unit if kind == NORM else 2.0 / math.sqrt(unit)
-            _put(p, r + i, head, f, row + i - size + count, spot, factor)
-
-
-@lean_kernel
-def fill_edge(path, p, sets, edges, k, unit, number_of):
-    """Fill an edge's costs and constraints."""
-    head = path.edges[edges[k, FIRST_WHOLE] :]
-    first = edges[k, FIRST_NUMBER]
-    f = path.edge_numbers[first : first + head[NUMBERS]]
-    rows, atoms, u, v = head[EDGE_ROWS], head[ATOMS], head[VARIABLES_U], head[VARIABLES_V]
-    spot = sets[k, FIRST_PLACE], sets[k + 1, FIRST_PLACE]
-    most = f[len(f) - rows :]
-    single, in_cone = number_of[0] + edges[k, FIRST_ROW], number_of[1] + edges[k, FIRST_IN_CONE]
-    cone, row = edges[k, FIRST_CONE], 0
-    for a in range(atoms):
-        kind, count = head[EDGE_HEAD + a], head[EDGE_HEAD + atoms + a]
-        here, atom = single if kind == NORM_INF else in_cone, edges[k, FIRST_COORDINATE] + a
-        _fill_atom(p, head, f, atom, kind, (row, count), spot, here, unit)
-        taken = rows_of_atom(kind, count)
-        single += taken[0]
-        in_cone += taken[1]
-        if taken[1]:
-            p.sizes[cone] = taken[1]
-            cone += 1
-        row += count
-    for j in range(u):
-        p.cost[spot[0] + j] += f[1 + row * u + j] / unit
-    for j in range(v):
-        p.cost[spot[1] + j] += f[1 + rows * u + row * v + j] / unit
-    row += 1
-    for e in range(head[EQUATIONS]):
-        r = edges[k, FIRST_EQUATION] + e
-        _put(p, r, head, f, row, spot, 1.0 / size_of(most, row, 1))
-        p.at[r] = edges[k, FIRST_PLACE] + e
-        p.signs[p.at[r]] = -1.0
-        row += 1
-    for i in range(head[INEQUALITIES]):
-        _put(p, single + i, head, f, row, spot, -1.0 / size_of(most, row, 1))
-        row += 1
-    for c in range(head[CONES]):
-        size = head[EDGE_HEAD + 2 * atoms + c]
-        factor = 1.0 / size_of(most, row, size)
-        for i in range(size):
-            _put(p, in_cone + i, head, f, row + i, spot, factor)
-        p.sizes[cone + c] = size
-        in_cone += size
-        row += size
+        for i in range(len(end)):
+            p.cost[sets[last, FIRST_PLACE] + j] += end[i] * f[4 * n + i * v + j] / unit
+    return p

@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.expressions import value_of
-from scene_graph_ros.geometry.optimization.graphs.packed_terms import Packed, packed
+from scene_graph_ros.geometry.optimization.graphs.packed_terms import Packed
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.term_atoms import sizes_of_atoms, slope_of
 from scene_graph_ros.geometry.optimization.graphs.term_cones import outside
-from scene_graph_ros.geometry.optimization.graphs.term_kernels import KINDS
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 
 __all__ = ["EdgeTerms", "Layout", "Part", "sizes_of"]
@@ -69,13 +68,25 @@ def sizes_of(most: np.ndarray) -> np.ndarray:
     return np.where(most > 0.0, most, 1.0)
 
 
+def sizes_of_costs(layout: Layout, m: np.ndarray, most: np.ndarray) -> np.ndarray:
+    """Return about what edges of a layout cost at most ``(G,)``.
+
+    From the rows' values at the centres and what their terms are at most, ``(G, R)``.
+    """
+    slices = layout.slices()
+    total: np.ndarray = most[:, slices[layout.rest]][:, 0].copy()
+    for kind, s in zip(layout.kinds, slices, strict=False):
+        total += sizes_of_atoms(kind, most[:, s], m[:, s])
+    return total
+
+
 @dataclass(frozen=True, eq=False)
 class EdgeTerms:
     """An edge's cost - atoms and a linear rest - and its constraints.
 
     These are zero, at most zero, or in cones. ``rows`` are of all of them, in the layout's order;
     ``size`` is what rounding makes of their constants, and ``most`` what their terms are at most,
-    ``(R,)``.
+    ``(R,)``. ``packed`` is all of it for kernels.
     """
 
     u: PlacedSet
@@ -84,6 +95,7 @@ class EdgeTerms:
     rows: Part
     size: np.ndarray
     most: np.ndarray
+    packed: Packed
 
     @functools.cached_property
     def _parts(self) -> list[Part]:
@@ -137,28 +149,15 @@ class EdgeTerms:
         return worst
 
     @functools.cached_property
-    def packed(self) -> Packed | None:
-        """Its arrays for kernels; None where these don't know its atoms or cones."""
-        layout, rows = self.layout, self.rows
-        kinds = [KINDS.get(kind, -1) for kind in layout.kinds]
-        if -1 in kinds or any(cone is not Cone.SECOND_ORDER for cone in layout.cone_kinds):
-            return None
-        over_u, over_v = rows.Mu @ self.u.S, rows.Mv @ self.v.S
-        head = [rows.Mu.shape[1], rows.Mv.shape[1], over_u.shape[1], over_v.shape[1]]
-        head += [len(rows.m), len(kinds), layout.equations, layout.inequalities]
-        rest = [*kinds, *layout.atoms, *layout.cones]
-        arrays = [over_u, over_v, rows.Mu, rows.Mv, rows.m, self.size, self.most]
-        most = np.array([self.cost_at_most])
-        return packed([*head, len(layout.cones)], rest, [most, *arrays])
+    def is_quadratic(self) -> bool:
+        """Whether rows and second-order cones are enough for it."""
+        cones = self.layout.cone_kinds
+        return "exponential" not in self.layout.kinds and set(cones) <= {Cone.SECOND_ORDER}
 
-    @functools.cached_property
+    @property
     def cost_at_most(self) -> float:
         """About what it costs at most: the size of its cost."""
-        slices = self.layout.slices()
-        total = float(self.most[slices[self.layout.rest]][0])
-        for kind, s in zip(self.layout.kinds, slices, strict=False):
-            total += float(sizes_of_atoms(kind, self.most[s][None], self.rows.m[s][None])[0])
-        return total
+        return float(self.packed.numbers[0])
 
     @functools.cached_property
     def row_sizes(self) -> np.ndarray:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.term_kernels import KINDS, value
 from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 from scene_graph_ros.geometry.quoting import quoted
@@ -180,19 +181,7 @@ class Atom:
 
 def value_of(kind: str, w: np.ndarray) -> float:
     """Return an atom of a kind at a vector ``(k,)``."""
-    if kind == "norm_inf":
-        return float(np.abs(w).max(initial=0.0))
-    if kind == "exponential":
-        return float(np.exp(np.minimum(w[0], _LARGEST_POWER)))
-    if kind == "quotient":
-        top = float(w[1:] @ w[1:])
-        return top / float(w[0]) if w[0] > 0.0 else (0.0 if top == w[0] == 0.0 else np.inf)
-    length = float(np.linalg.norm(w))
-    return length if kind == "norm" else length * length
-
-
-_LARGEST_POWER = 700.0
-"""Of e: what is above it is more than floats can say."""
+    return float(value(KINDS[kind], np.ascontiguousarray(w, dtype=float), 0, len(w)))
 
 
 @dataclass(frozen=True, eq=False)

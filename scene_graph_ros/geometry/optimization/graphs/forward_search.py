@@ -197,7 +197,7 @@ class ForwardSearch:
     def _problem(self, path: Path, terms: Sequence[EdgeTerms]) -> Problem:
         vertices = [self._source, *(e.v for e in path)]
         network = network_of(vertices, path, vertices[0], vertices[-1])
-        table = EdgeTable.of(terms)
+        table = EdgeTable(terms)
         unit = float(table.costs_at_most().sum()) or 1.0
         sets, solver = [v.placed for v in vertices], self._options.of_restriction
         return Problem(network, sets, table, (), unit, solver=solver)

@@ -8,10 +8,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable, Family
-from scene_graph_ros.geometry.optimization.graphs.edge_terms import Layout
+from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable
+from scene_graph_ros.geometry.optimization.graphs.edge_terms import (
+    EdgeTerms,
+    Layout,
+    Part,
+    sizes_of_costs,
+)
 from scene_graph_ros.geometry.optimization.graphs.expressions import Affine, Constraint, Cost
+from scene_graph_ros.geometry.optimization.graphs.packed_terms import packed
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet, reach_of
+from scene_graph_ros.geometry.optimization.graphs.term_kernels import KINDS
 
 __all__ = ["EdgeSource", "table_of"]
 
@@ -69,18 +76,17 @@ def table_of(sources: Sequence[EdgeSource]) -> EdgeTable:
         shapes = source.u[1].S.shape, source.v[1].S.shape
         key = (parts.layout, len(parts.rests), lengths, shapes)
         alike.setdefault(key, []).append((k, parts))
-    return EdgeTable(
-        [
-            _family(np.array([k for k, _ in some]), [sources[k] for k, _ in some], some)
-            for some in alike.values()
-        ]
-    )
+    made: dict[int, EdgeTerms] = {}
+    for some in alike.values():
+        numbers = [k for k, _ in some]
+        terms = _terms([sources[k] for k in numbers], [parts for _, parts in some])
+        made.update(zip(numbers, terms, strict=True))
+    return EdgeTable([made[k] for k in range(len(sources))])
 
 
-def _family(
-    edges: np.ndarray, sources: Sequence[EdgeSource], some: Sequence[tuple[int, _Ordered]]
-) -> Family:
-    layout = some[0][1].layout
+def _terms(sources: Sequence[EdgeSource], some: Sequence[_Ordered]) -> list[EdgeTerms]:
+    """Return the terms of edges of one layout, whose sets have as many variables."""
+    layout = some[0].layout
     ends = [
         ([number for number, _ in some_ends], [placed for _, placed in some_ends])
         for some_ends in ([s.u for s in sources], [s.v for s in sources])
@@ -100,28 +106,48 @@ def _family(
         return [*found, constant, size]
 
     def column(which: str) -> list[list[np.ndarray]]:
-        parts = [getattr(each, which) for _, each in some]
+        parts = [getattr(each, which) for each in some]
         return [rows(of) for of in zip(*parts, strict=True)]
 
-    shapes = ((len(edges), 1, center.shape[1]) for center in centers)
-    none = [np.zeros(shape) for shape in (*shapes, (len(edges), 1), (len(edges), 1))]
+    shapes = ((len(some), 1, center.shape[1]) for center in centers)
+    none = [np.zeros(shape) for shape in (*shapes, (len(some), 1), (len(some), 1))]
     rest = [np.sum(each, axis=0) for each in zip(none, *column("rests"), strict=True)]
     blocks = [*column("atoms"), rest, *column("constraints")]
-    arrays = [np.concatenate(each, axis=1) for each in zip(*blocks, strict=True)]
-    family = Family(edges, layout, ends[0][1], ends[1][1], *arrays)
-    _check_linear(family, rest, [source.label for source in sources])
-    return family
+    Mu, Mv, m, size = (np.concatenate(each, axis=1) for each in zip(*blocks, strict=True))
+    sets, halves = [], []
+    for _, placed in ends:
+        sets.append(placed)
+        halves.append(np.array([each.half for each in placed]))
+    _check_linear(sets, halves, rest, [source.label for source in sources])
+    most = np.abs(m)
+    for M, half in zip((Mu, Mv), halves, strict=True):
+        most = most + (np.abs(M) @ half[:, :, None])[:, :, 0]
+    over = [M @ np.array([each.S for each in of]) for M, of in zip((Mu, Mv), sets, strict=True)]
+    head = [Mu.shape[2], Mv.shape[2], over[0].shape[2], over[1].shape[2], m.shape[1]]
+    head += [len(layout.kinds), layout.equations, layout.inequalities, len(layout.cones)]
+    sizes = [*layout.atoms, *layout.cones, *(int(cone) for cone in layout.cone_kinds)]
+    arrays = [sizes_of_costs(layout, m, most), *over, Mu, Mv, m, size, most]
+    found = packed(head, [*(KINDS[kind] for kind in layout.kinds), *sizes], arrays)
+    return [
+        EdgeTerms(u, v, layout, Part(Mu[k], Mv[k], m[k]), size[k], most[k], found[k])
+        for k, (u, v) in enumerate(zip(*sets, strict=True))
+    ]
 
 
-def _check_linear(family: Family, rest: Sequence[np.ndarray], labels: Sequence[str]) -> None:
+def _check_linear(
+    sets: Sequence[Sequence[PlacedSet]],
+    halves: Sequence[np.ndarray],
+    rest: Sequence[np.ndarray],
+    labels: Sequence[str],
+) -> None:
     """Raise ConvexSetError where a linear cost is negative at some points of the sets."""
-    Mu, Mv, m, size = (each[:, 0] for each in rest)
+    *slopes, m, size = (each[:, 0] for each in rest)
     low, terms = m.copy(), size.copy()
-    for sets, M, half in ((family.tails, Mu, family.half_u), (family.heads, Mv, family.half_v)):
+    for of, M, half in zip(sets, slopes, halves, strict=True):
         terms += np.sum(np.abs(M) * half, axis=1)
         some = np.flatnonzero(M.any(axis=1)).tolist()
         if len(some):
-            low[some] -= reach_of([sets[k] for k in some], -M[some], half[some])[0]
+            low[some] -= reach_of([of[k] for k in some], -M[some], half[some])[0]
     bad = np.flatnonzero(low < -_NEGATIVE * terms)
     if len(bad):
         k = int(bad[0])

@@ -67,7 +67,7 @@ def _add_memberships(
             at = np.flatnonzero(each.side)
             places = (row + at).ravel()
             entries.append((places, np.repeat(scales, len(at)), np.tile(each.side[at], count)))
-        program.add_entries(each.cone, entries, constant, count)
+        program.add_entries(each.cone, entries, constant, [m] * count)
 
 
 @functools.lru_cache

@@ -115,22 +115,28 @@ class Network:
         numbers, stops = edges.tolist(), [0, *last.tolist()]
         return [tuple(numbers[a:b]) for a, b in itertools.pairwise(stops)]
 
-    def two_cycles(self) -> list[TwoCycle]:
-        """Return those at each vertex but source and target."""
-        found = []
-        for v in range(self.size):
-            if v in (self.source, self.target):
-                continue
-            into: dict[int, list[int]] = {}
-            for e in self.entering[v]:
-                into.setdefault(self.origin[self.tails[e]], []).append(e)
-            back: dict[int, list[int]] = {}
-            for e in self.leaving[v]:
-                back.setdefault(self.origin[self.heads[e]], []).append(e)
-            found += [
-                TwoCycle(v, tuple(edges), tuple(back[u])) for u, edges in into.items() if u in back
-            ]
-        return found
+    def two_cycles(self, flows: np.ndarray | None = None, least: float = 0.0) -> list[TwoCycle]:
+        """Return those at each vertex but source and target.
+
+        With ``flows (m,)`` those around which there is more than the least, each way.
+        """
+        tails, heads, size, m = self.tails, self.heads, self.size, len(self.tails)
+        origin = np.asarray(self.origin, dtype=np.int64)
+        keys = np.append(heads * size + origin[tails], tails * size + origin[heads])
+        found, which = np.unique(keys, return_inverse=True)
+        both, given = (which[:m], which[m:]), np.ones(m) if flows is None else flows
+        sums = (np.bincount(each, given, len(found)) for each in both)
+        is_there = np.minimum(*sums) > least
+        is_there &= ~np.isin(found // size, (self.source, self.target))
+        numbers = np.flatnonzero(is_there)
+        edges = []
+        for each in both:
+            order = np.argsort(each, kind="stable")
+            ends = (np.searchsorted(each[order], numbers, side) for side in ("left", "right"))
+            edges.append([tuple(order[a:b].tolist()) for a, b in zip(*ends, strict=True)])
+        return [
+            TwoCycle(*each) for each in zip((found[numbers] // size).tolist(), *edges, strict=True)
+        ]
 
     def distances(self, weights: np.ndarray, *, to_target: bool = False) -> list[float]:
         """Return the least sums of weights, at least 0 each, from the source or to the target."""

@@ -1,15 +1,16 @@
 """Edges and sets as flat arrays, so that those of a path are one array each for kernels.
 
 Whole numbers begin with how many there are and how many numbers there are, then sizes by the
-columns below. An edge has behind them the kinds of its atoms, how many rows each has, and how many
-each cone; its numbers are about what it costs at most, its rows in the variables of both sets and
-in their coordinates, constants, what rounding makes of these, and what rows are at most. A set has
-a length, a variable of scale or -1 and the columns of each ball; its numbers are its centre, half
-extents, a box's corners, S, and the rows of E, f, A and b.
+columns below. An edge has behind them the kinds of its atoms, how many rows each has, how many
+each cone, and the cones' kinds; its numbers are about what it costs at most, its rows in the
+variables of both sets and in their coordinates, constants, what rounding makes of these, and what
+rows are at most. A set has a length, a variable of scale or -1 and the columns of each ball; its
+numbers are its centre, half extents, a box's corners, S, and the rows of E, f, A and b.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +39,8 @@ __all__ = [
     "VARIABLES_V",
     "WHOLE",
     "Packed",
+    "join",
+    "packed",
 ]  # fmt: skip
 
 WHOLE, NUMBERS = 0, 1
@@ -72,8 +75,18 @@ class Packed(NamedTuple):
     numbers: np.ndarray
 
 
-def packed(head: list[int], rest: list[int], arrays: list[np.ndarray]) -> Packed:
-    """Return what begins with ``head``, a set's or an edge's sizes, behind counts of both."""
-    numbers = np.concatenate([np.zeros(0), *(np.ravel(each) for each in arrays)])
-    counts = [2 + len(head) + len(rest), len(numbers)]
-    return Packed(np.array([*counts, *head, *rest], dtype=np.int64), numbers)
+def packed(head: list[int], rest: list[int], arrays: list[np.ndarray]) -> list[Packed]:
+    """Return what begins with ``head``, sets' or edges' sizes, behind counts of both.
+
+    ``arrays`` have an entry for each of these, which are alike but for their numbers.
+    """
+    numbers = np.concatenate([each.reshape(len(each), -1) for each in arrays], axis=1)
+    counts = [2 + len(head) + len(rest), numbers.shape[1]]
+    whole = np.array([*counts, *head, *rest], dtype=np.int64)
+    return [Packed(whole, each) for each in numbers]
+
+
+def join(some: Sequence[Packed]) -> Packed:
+    """Return edges, or sets, one behind another."""
+    none = Packed(np.zeros(0, dtype=np.int64), np.zeros(0))
+    return Packed(*(np.concatenate(each) for each in zip(none, *some, strict=True)))

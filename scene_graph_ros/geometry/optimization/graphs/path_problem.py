@@ -105,7 +105,7 @@ def _table(
         return table_of([_source(edge, source, used, places) for edge in edges])
     if all(edge.kept_terms(used, edge.u is source) is None for edge in edges):
         return _new_terms(edges, source, used)
-    return EdgeTable.of(kept_terms(edges, source, used))
+    return EdgeTable(kept_terms(edges, source, used))
 
 
 def _new_terms(edges: Sequence[Edge], source: Vertex, used: Transcription) -> EdgeTable:

@@ -193,17 +193,15 @@ class PlacedSet:
         return isinstance(self.of, Point | Hyperrectangle)
 
     @functools.cached_property
-    def packed(self) -> Packed | None:
-        """Its arrays for kernels; None of sets with matrices, which these don't know."""
-        if self.matrices:
-            return None
+    def packed(self) -> Packed:
+        """Its arrays for kernels, without the matrices."""
         n, k = self.S.shape
         reach = BOX if self.is_box else BY_CORNERS if self.corners is not None else OTHER
         low, high = _box(self.of) if self.has_corners else (np.full(n, np.nan),) * 2
         head = [n, k, reach, len(self.f), len(self.b), len(self.balls)]
         balls = [[len(ball.columns), ball.scale, *ball.columns.tolist()] for ball in self.balls]
         arrays = [self.center, self.half, low, high, self.S, self.E, self.f, self.A, self.b]
-        return packed(head, list(itertools.chain(*balls)), arrays)
+        return packed(head, list(itertools.chain(*balls)), [each[None] for each in arrays])[0]
 
     @functools.cached_property
     def tells_reach(self) -> bool:

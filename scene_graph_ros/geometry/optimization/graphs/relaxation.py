@@ -10,19 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+import functools
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.graphs.edge_table import (
-    Columns,
-    EdgeTable,
-    Multipliers,
-)
+from scene_graph_ros.geometry.optimization.graphs.edge_table import Columns, EdgeTable
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionTerm
 from scene_graph_ros.geometry.optimization.graphs.later import Once
 from scene_graph_ros.geometry.optimization.graphs.memberships import add_memberships
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
+from scene_graph_ros.geometry.optimization.graphs.packed_terms import join, Packed
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Cone,
@@ -51,6 +49,11 @@ class Problem:
     unit: float
     functions: Mapping[int, tuple[PlacedFunction, ...]] = field(default_factory=dict)
     solver: SolverChoice | None = None
+
+    @functools.cached_property
+    def packed_sets(self) -> Packed:
+        """All sets for kernels."""
+        return join([placed.packed for placed in self.sets])
 
 
 class PlacedFunction(NamedTuple):
@@ -83,10 +86,10 @@ class Relaxed:
     """What the relaxation's solution says; none of it is proven.
 
     ``flows (m,)``; ``points`` are the flow times the point, of each edge, less the centre, of all
-    tails and of all heads; ``levels (n,)`` and ``slopes`` ``(k,)`` of each vertex are its potential, an affine
-    function about its centre, with levels of 0 where edges share all they have; ``visits (n,)``
-    the price of visiting a vertex at most once, and ``prizes`` of the forced edges; ``cost`` is
-    infinite where no path is possible.
+    tails and of all heads; ``levels (n,)`` and ``slopes`` ``(k,)`` of each vertex are its
+    potential, an affine function about its centre, with levels of 0 where edges share all they
+    have; ``visits (n,)`` the price of visiting a vertex at most once, and ``prizes`` of the forced
+    edges; ``cost`` is infinite where no path is possible.
     """
 
     cost: float
@@ -96,8 +99,8 @@ class Relaxed:
     slopes: list[np.ndarray]
     visits: np.ndarray
     prizes: np.ndarray
-    multipliers: list[Multipliers]
-    """Of each family of edges."""
+    weights: np.ndarray
+    """Of all edges' rows, edge after edge."""
     residual: float
     cycles: list[CyclePrice]
 
@@ -260,7 +263,6 @@ class _Relaxation:
             by=problem.solver,
             tolerance=tolerance,
         )
-        multipliers = problem.terms.multipliers(solution, self._lowered, unit)
         levels, visits = np.zeros(network.size), np.zeros(network.size)
         levels[self._kept] = -unit * solution.dual(self._balance)
         visits[self._limited] = unit * solution.dual(self._visits)
@@ -286,7 +288,7 @@ class _Relaxation:
             slopes,
             visits,
             -unit * solution.dual(self._forced),
-            multipliers,
+            problem.terms.weights(solution, self._lowered),
             solution.residual,
             self._prices(solution),
         )

@@ -10,7 +10,7 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.errors import SolverError
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_points
 from scene_graph_ros.geometry.optimization.graphs.chain import Chain
-from scene_graph_ros.geometry.optimization.graphs.edge_table import Columns
+from scene_graph_ros.geometry.optimization.graphs.edge_table import Columns, EdgeTable
 from scene_graph_ros.geometry.optimization.graphs.functions import FunctionCost
 from scene_graph_ros.geometry.optimization.graphs.memberships import add_memberships
 from scene_graph_ros.geometry.optimization.graphs.nonconvex import functions_at, with_functions
@@ -51,12 +51,12 @@ class _Path:
         self.problem, self.path = problem, path
         vertices = [network.source, *network.heads[list(path)].tolist()]
         self.sets = [problem.sets[v] for v in vertices]
-        self.edges = problem.terms.take(path)
+        self.edges = EdgeTable([problem.terms[e] for e in path])
 
     @property
     def is_constrained(self) -> bool:
         """Whether edges have constraints."""
-        return any(family.layout.is_constrained for family in self.edges.families)
+        return any(each.layout.is_constrained for each in self.edges)
 
 
 def _solve(
@@ -73,10 +73,10 @@ def _solve(
     if end is not None:
         program.add_cost(ys[-1], sets[-1].S.T @ end[1] / unit)
     solution = program.solve(what, by=of.problem.solver)
-    multipliers = taken.multipliers(solution, lowered, unit)
+    weights = taken.weights(solution, lowered)
     if not solution.is_feasible:
-        return [], bound_of_points(taken, sets, multipliers, None, with_cost=False), False
-    bound = bound_of_points(taken, sets, multipliers, end)
+        return [], bound_of_points(taken, sets, weights, None, with_cost=False), False
+    bound = bound_of_points(taken, sets, weights, end)
     points = [placed.S @ solution.x[y] for placed, y in zip(sets, ys, strict=True)]
     return points, bound, True
 
@@ -180,7 +180,7 @@ def restrict(
         elif outside > rounding:
             worst = max(worst, outside / float(sets[k].half.max()))
     ways = [x - placed.center for x, placed in zip(points, sets, strict=True)]
-    cost = float(of.edges.costs(ways[:-1], ways[1:]).sum())
+    cost = sum(each.cost(ways[k], ways[k + 1]) for k, each in enumerate(of.edges))
     for k, each in enumerate(of.edges if is_tied else ()):
         worst = max(worst, each.violation(ways[k], ways[k + 1]))
         value, broken = functions_at(problem.functions.get(path[k], ()), points[k], points[k + 1])

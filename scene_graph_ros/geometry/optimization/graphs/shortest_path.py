@@ -185,7 +185,8 @@ def _solve(
     first: Incumbent | None = None
     cycles: set[TwoCycle] = set()
     for _ in range(options.max_tightenings if options.mixed_integer is None else 0):
-        more = _two_cycles_of(network, relaxed.flows, least) - cycles
+        # Around no others a constraint is violated.
+        more = set(network.two_cycles(relaxed.flows, least)) - cycles
         if not more:
             break
         # Of flows that go there and back one path says enough: others will be drawn.
@@ -234,23 +235,6 @@ def _is_closed(
     """Tell whether the bound is as near to a path as is asked for."""
     cost = found.best.cost
     return proven is not None and cost - proven.value <= options.gap_tolerance * abs(cost)
-
-
-def _two_cycles_of(network: Network, flows: np.ndarray, least: float) -> set[TwoCycle]:
-    """Return the cycles of two edges around which there is flow: no others are violated."""
-    tails, heads, size = network.tails, network.heads, network.size
-    origin = np.asarray(network.origin)
-    keys = np.append(heads * size + origin[tails], tails * size + origin[heads])
-    found, which = np.unique(keys, return_inverse=True)
-    sums = (np.bincount(some, flows, len(found)) for some in np.split(which, 2))
-    around = {found[k] for k in np.flatnonzero(np.minimum(*sums) > least).tolist()}
-    if not around:
-        return set()
-    return {
-        cycle
-        for cycle in network.two_cycles()
-        if cycle.vertex * size + origin[tails[cycle.into[0]]] in around
-    }
 
 
 def _infeasible(proof: ProvenBound, relaxed: Relaxed) -> GraphOfConvexSetsResult:

@@ -1,26 +1,49 @@
 """Convex functions of edges' costs inside kernels: their values and affine minorants.
 
-Kinds are numbers here; `exponential` is none of them.
+Kinds are numbers here.
 """
 
 from __future__ import annotations
 
 import math
 
-from scene_graph_ros.geometry.compiled.kernel import lean_kernel
+import numpy as np
+
+from scene_graph_ros.geometry.compiled.kernel import kernel, lean_kernel
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["KINDS", "NORM", "NORM_INF", "QUOTIENT", "SQUARES", "shorten", "shorten_all", "value"]
+__all__ = [
+    "EXPONENTIAL",
+    "KINDS",
+    "NORM",
+    "NORM_INF",
+    "QUOTIENT",
+    "SQUARES",
+    "shorten",
+    "value",
+    "values",
+]
 
-NORM, SQUARES, NORM_INF, QUOTIENT = range(4)
+NORM, SQUARES, NORM_INF, QUOTIENT, EXPONENTIAL = range(5)
 
-KINDS = {"norm": NORM, "squares": SQUARES, "norm_inf": NORM_INF, "quotient": QUOTIENT}
+KINDS = {
+    "norm": NORM,
+    "squares": SQUARES,
+    "norm_inf": NORM_INF,
+    "quotient": QUOTIENT,
+    "exponential": EXPONENTIAL,
+}
+
+LARGEST_POWER = 700.0
+"""Of e: what is above it is more than floats can say."""
 
 
 @lean_kernel
 def value(kind, w, first, count):
     """Return the atom of ``w[first : first + count]``."""
     total = 0.0
+    if kind == EXPONENTIAL:
+        return math.exp(min(w[first], LARGEST_POWER))
     if kind == NORM_INF:
         for i in range(first, first + count):
             total = max(total, abs(w[i]))
@@ -44,6 +67,13 @@ def shorten(kind, y, first, count):
     They are ``y[first : first + count]``, and are changed as little as that takes.
     """
     total = 0.0
+    if kind == EXPONENTIAL:
+        # exp(w) - y w is least at log(y).
+        y[first] = max(y[first], 0.0)
+        if not y[first] > 0.0:
+            return 0.0
+        power = math.log(y[first])
+        return y[first] * power - y[first] + 8.0 * EPSILON * y[first] * (1.0 + abs(power))
     if kind == SQUARES:
         for i in range(first, first + count):
             total += y[i] * y[i]
@@ -65,8 +95,10 @@ def shorten(kind, y, first, count):
     return 0.0
 
 
-@lean_kernel
-def shorten_all(kind, y, out):
-    """Do the same with each of the rows y ``(g, k)``; what they return is ``out (g,)``."""
-    for g in range(len(y)):
-        out[g] = shorten(kind, y[g], 0, y.shape[1])
+@kernel
+def values(kind, w):
+    """Return the atoms of each of the rows ``(g, k)``."""
+    found = np.zeros(len(w))
+    for g in range(len(w)):
+        found[g] = value(kind, w[g], 0, w.shape[1])
+    return found

@@ -21,10 +21,7 @@ from scene_graph_ros.geometry.optimization.solve.by_highs import ask_highs
 from scene_graph_ros.geometry.optimization.solve.by_scip import ask_scip, MixedReply
 from scene_graph_ros.geometry.optimization.solve.by_scs import ask_scs
 from scene_graph_ros.geometry.optimization.solve.solver_choice import check_names, SolverChoice
-from scene_graph_ros.geometry.optimization.solve.sparse_kernels import (
-    compress_columns,
-    entries_of_blocks,
-)
+from scene_graph_ros.geometry.optimization.solve.sparse_kernels import compress_columns, products
 
 __all__ = ["Cone", "ConeProgram", "ConeSolution", "Rows"]
 
@@ -137,11 +134,11 @@ class ConeProgram:
         cone: Cone,
         entries: Sequence[tuple[np.ndarray, np.ndarray, np.ndarray]],
         constant: np.ndarray,
-        cones: int = 1,
+        sizes: Sequence[int] | None = None,
     ) -> Rows:
         """Ask for the same of rows given by entries: their rows, columns and values, ``(k,)``.
 
-        They are in so many ``cones`` behind one another, of one size.
+        They are in cones behind one another of so many rows, by default in one.
         """
         first, count = self._counts[cone], len(constant)
         if not count:
@@ -151,27 +148,8 @@ class ConeProgram:
         self._constants[cone].append(constant)
         self._counts[cone] += count
         if cone in self._sizes:
-            self._sizes[cone] += [count // cones] * cones
+            self._sizes[cone] += [count] if sizes is None else sizes
         return Rows(cone, first, count)
-
-    def add_blocks(
-        self,
-        cone: Cone,
-        blocks: Sequence[tuple[np.ndarray, np.ndarray]],
-        constants: np.ndarray,
-    ) -> Rows:
-        """Ask the same of each of G blocks of rows, in a cone of its own.
-
-        ``blocks`` are columns ``(G, k)`` and matrices ``(G, m, k)``; ``constants (G, m)``.
-        """
-        count, m = constants.shape
-        entries: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-        if count * m:
-            entries = [
-                entries_of_blocks(np.ascontiguousarray(columns), np.ascontiguousarray(matrices))
-                for columns, matrices in blocks
-            ]
-        return self.add_entries(cone, entries, constants.ravel(), count)
 
     @property
     def num_variables(self) -> int:
@@ -291,8 +269,9 @@ def _residual(A: Any, b: np.ndarray, q: np.ndarray, found: Any, is_ray: bool) ->
         size = abs(float(b @ z))
         return float(np.abs(A.T @ z).max(initial=0.0)) / size if size else np.inf
     size = 1.0 + float(np.abs(b).max(initial=0.0))
-    equations = float(np.abs(A @ x + s - b).max(initial=0.0)) / size
-    stationarity = float(np.abs(A.T @ z + q).max(initial=0.0)) / (1.0 + np.abs(q).max(initial=0.0))
+    along, across = products(A.data, A.indices, A.indptr, x, z)
+    equations = float(np.abs(along + s - b).max(initial=0.0)) / size
+    stationarity = float(np.abs(across + q).max(initial=0.0)) / (1.0 + np.abs(q).max(initial=0.0))
     gap = abs(float(q @ x + b @ z)) / (1.0 + abs(float(q @ x)))
     return max(equations, stationarity, gap)
 

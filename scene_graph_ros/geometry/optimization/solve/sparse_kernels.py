@@ -1,4 +1,4 @@
-"""Entries of sparse matrices, from blocks and into columns."""
+"""Sparse matrices by columns, from their entries."""
 
 from __future__ import annotations
 
@@ -6,30 +6,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 
-__all__ = ["compress_columns", "entries_of_blocks"]
-
-
-@kernel
-def entries_of_blocks(columns, blocks):
-    """Return the rows, columns and values ``(e,)`` of what is not 0 in G blocks, below each other.
-
-    ``columns`` are ``(G, k)`` and ``blocks`` ``(G, m, k)``.
-    """
-    G, m, k = blocks.shape
-    count = 0
-    for g in range(G):
-        for i in range(m):
-            for j in range(k):
-                count += blocks[g, i, j] != 0.0
-    rows, found, values = np.zeros(count, np.int64), np.zeros(count, np.int64), np.zeros(count)
-    at = 0
-    for g in range(G):
-        for i in range(m):
-            for j in range(k):
-                if blocks[g, i, j] != 0.0:
-                    rows[at], found[at], values[at] = g * m + i, columns[g, j], blocks[g, i, j]
-                    at += 1
-    return rows, found, values
+__all__ = ["compress_columns", "products"]
 
 
 @kernel
@@ -39,8 +16,8 @@ def compress_columns(rows, columns, values, num_rows, num_columns):
     In order of the rows; those of one place are added up.
     """
     first = np.zeros(num_rows + 1, np.int64)
-    for r in rows:
-        first[r + 1] += 1
+    for e in range(len(rows)):
+        first[rows[e] + 1] += 1
     for r in range(num_rows):
         first[r + 1] += first[r]
     by_rows = np.zeros(len(rows), np.int64)
@@ -48,7 +25,8 @@ def compress_columns(rows, columns, values, num_rows, num_columns):
         by_rows[first[rows[e]]] = e
         first[rows[e]] += 1
     begin, last = np.zeros(num_columns + 1, np.int32), np.full(num_columns, -1)
-    for e in by_rows:
+    for i in range(len(rows)):
+        e = by_rows[i]
         if last[columns[e]] != rows[e]:
             last[columns[e]] = rows[e]
             begin[columns[e] + 1] += 1
@@ -56,7 +34,8 @@ def compress_columns(rows, columns, values, num_rows, num_columns):
         begin[c + 1] += begin[c]
     places, sums, at = np.zeros(begin[-1], np.int32), np.zeros(begin[-1]), begin[:-1].copy()
     last[:] = -1
-    for e in by_rows:
+    for i in range(len(rows)):
+        e = by_rows[i]
         c = columns[e]
         if last[c] != rows[e]:
             last[c] = rows[e]
@@ -64,3 +43,14 @@ def compress_columns(rows, columns, values, num_rows, num_columns):
             at[c] += 1
         sums[at[c] - 1] += values[e]
     return sums, places, begin
+
+
+@kernel
+def products(values, places, begin, x, z):
+    """Return ``A x`` and ``A' z`` of a matrix by columns, as `compress_columns` has it."""
+    along, across = np.zeros(len(z)), np.zeros(len(x))
+    for c in range(len(x)):
+        for e in range(begin[c], begin[c + 1]):
+            along[places[e]] += values[e] * x[c]
+            across[c] += values[e] * z[places[e]]
+    return along, across

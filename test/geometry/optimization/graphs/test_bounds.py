@@ -21,7 +21,6 @@ from scene_graph_ros.geometry.optimization import (
     VPolytope,
 )
 from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_paths, Potentials
-from scene_graph_ros.geometry.optimization.graphs.edge_table import Multipliers
 from scene_graph_ros.geometry.optimization.solve import cone_program
 
 pytestmark = pytest.mark.usefixtures("both_ways_to_paths")
@@ -85,14 +84,7 @@ def test_any_multipliers_give_a_bound(seed):
         [slope + noise(slope.shape) for slope in given.slopes],
         given.visits + noise(given.visits.shape),
         given.prizes,
-        [
-            Multipliers(
-                tuple(y + noise(y.shape) for y in m.atoms),
-                m.equations + noise(m.equations.shape),
-                m.inequalities + noise(m.inequalities.shape),
-            )
-            for m in given.multipliers
-        ],
+        given.weights + noise(given.weights.shape),
     )
     # Potentials of source and target enter by their sets' reach, whatever they are.
     assert bound_of_paths(problem, wrong).value <= result.lower_bound + 1e-6

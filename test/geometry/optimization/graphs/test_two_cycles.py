@@ -99,7 +99,7 @@ def test_any_prices_give_a_bound(seed):
     for size in (1e-3, 1.0):
         prices = [CyclePrice(c, size * rng.normal(), size * rng.normal(size=2)) for c in cycles]
         wrong = Potentials(
-            given.levels, given.slopes, given.visits, given.prizes, given.multipliers, prices
+            given.levels, given.slopes, given.visits, given.prizes, given.weights, prices
         )
         assert bound_of_paths(problem, wrong).value <= result.cost * (1.0 + 1e-13)
 
