@@ -356,6 +356,11 @@ class Edge(_Costly):
         self._phi.clear()
 
     @property
+    def has_phi_constraints(self) -> bool:
+        """Whether it has to be on the path, or must not."""
+        return bool(self._phi)
+
+    @property
     def phi_constraints(self) -> frozenset[bool]:
         """What was asked by `add_phi_constraint`."""
         return frozenset(self._phi)

@@ -11,14 +11,15 @@ from scene_graph_ros.geometry.optimization.graphs.bounds import bound_of_relaxat
 from scene_graph_ros.geometry.optimization.graphs.chain import Chain
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.later import Once
+from scene_graph_ros.geometry.optimization.graphs.network import Network
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.graphs.path_answer import (
     relaxation_answer,
     with_points,
 )
 from scene_graph_ros.geometry.optimization.graphs.path_problem import (
+    forced_of,
     kept_terms,
-    network_of,
     problem_of,
 )
 from scene_graph_ros.geometry.optimization.graphs.relaxation import relax
@@ -42,7 +43,7 @@ _MOST_EDGES = 160
 def best_of_few(
     vertices: Sequence[Vertex],
     edges: Sequence[Edge],
-    ends: tuple[Vertex, Vertex],
+    network: Network,
     options: GraphOfConvexSetsOptions,
 ) -> GraphOfConvexSetsResult | None:
     """Return the shortest of all paths; None where there are too many, or not all are solved.
@@ -52,12 +53,12 @@ def best_of_few(
     """
     if not _is_asked(options) or any(part.has_functions for part in (*edges, *vertices)):
         return None
-    paths = network_of(vertices, edges, *ends).few_paths(_MOST_LOOKS, _MOST_EDGES)
-    forced = {k for k, e in enumerate(edges) if True in e.phi_constraints}
+    paths = network.few_paths(_MOST_LOOKS, _MOST_EDGES)
+    forced = set(forced_of(edges))
     paths = [path for path in paths or () if forced <= set(path)]
     if not 0 < len(paths) <= options.max_search_programs:
         return None
-    used, source = Transcription.MIP, ends[0]
+    used, source = Transcription.MIP, vertices[network.source]
     terms = kept_terms(edges, source, used)
     found: list[tuple[Restricted, tuple[int, ...]]] = []
     for path in paths:
@@ -73,7 +74,7 @@ def best_of_few(
         "num_search_programs": len(found),
         "num_edges_solved": len(edges),
         "reason": "the best path, to the tolerance",
-        "relaxation": Once(lambda: _relaxation(vertices, edges, ends)),
+        "relaxation": Once(lambda: _relaxation(vertices, edges, network)),
     }
     return with_points(edges, Incumbent(path, best), used, others)
 
@@ -87,9 +88,9 @@ def _is_asked(options: GraphOfConvexSetsOptions) -> bool:
 
 
 def _relaxation(
-    vertices: Sequence[Vertex], edges: Sequence[Edge], ends: tuple[Vertex, Vertex]
+    vertices: Sequence[Vertex], edges: Sequence[Edge], network: Network
 ) -> RelaxationAnswer:
-    problem = problem_of(vertices, edges, *ends)
+    problem = problem_of(vertices, edges, network)
     relaxed = relax(problem)
     if relaxed.cost == np.inf:
         raise SolverError("the relaxation was not solved, though paths keep all constraints")

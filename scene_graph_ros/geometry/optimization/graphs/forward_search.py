@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.expressions import as_cost, Cost
+from scene_graph_ros.geometry.optimization.graphs.given_path import stay
 from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
 from scene_graph_ros.geometry.optimization.graphs.path_answer import costs_at
 from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of, terms_of_edge
@@ -33,9 +34,6 @@ from scene_graph_ros.geometry.optimization.graphs.restriction import (
     Restricted,
 )
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
-from scene_graph_ros.geometry.optimization.graphs.shortest_path import (
-    solve_path,
-)
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 
 __all__ = ["ForwardSearch"]
@@ -81,7 +79,7 @@ class ForwardSearch:
     def run(self) -> GraphOfConvexSetsResult:
         """Search until the gap is closed or a limit is reached."""
         if self._is_target(self._source):
-            return solve_path([self._source], [], self._source, self._source, self._options)
+            return stay(self._source, [], Transcription.MIP, self._options.of_restriction)
         self._push(0.0, True, ())
         reason = "all paths were looked at"
         while self._queue:

@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.path_answer import no_path, with_points
 from scene_graph_ros.geometry.optimization.graphs.path_problem import (
     kept_terms,
+    network_of,
     problem_of,
     standing_problem,
 )
@@ -88,7 +89,9 @@ def solve_restriction(
         return found
 
     def solve(places: Places | None) -> GraphOfConvexSetsResult:
-        problem = problem_of(visited, active, *ends, used, None, places)
+        problem = problem_of(
+            visited, active, network_of(visited, active, *ends), used, None, places
+        )
         problem = replace(problem, solver=solver)
         best = restrict(problem, range(len(active)), guess)
         if not best.points:

@@ -12,11 +12,11 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.given_path import solve_restriction
 from scene_graph_ros.geometry.optimization.graphs.graphviz import graphviz_string
+from scene_graph_ros.geometry.optimization.graphs.network import Network
 from scene_graph_ros.geometry.optimization.graphs.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
-from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
 from scene_graph_ros.geometry.optimization.graphs.shortest_path import solve_path
@@ -40,6 +40,7 @@ class GraphOfConvexSets:
         self._vertices: dict[int, Vertex] = {}
         self._edges: dict[int, Edge] = {}
         self._numbers = itertools.count()
+        self._ends: tuple[dict[int, int], np.ndarray, np.ndarray] | None = None
 
     @property
     def vertices(self) -> list[Vertex]:
@@ -75,6 +76,7 @@ class GraphOfConvexSets:
         number = next(self._numbers)
         vertex = Vertex(number, set, name or f"v{number}")
         self._vertices[number] = vertex
+        self._ends = None
         return vertex
 
     def add_edge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
@@ -88,6 +90,7 @@ class GraphOfConvexSets:
         number = next(self._numbers)
         edge = Edge(number, u, v, name or f"e{number}")
         self._edges[number] = edge
+        self._ends = None
         u._outgoing.append(edge)
         v._incoming.append(edge)
         return edge
@@ -98,11 +101,13 @@ class GraphOfConvexSets:
         for edge in vertex.incoming_edges + vertex.outgoing_edges:
             self.remove_edge(edge)
         del self._vertices[vertex.id]
+        self._ends = None
 
     def remove_edge(self, edge: Edge) -> None:
         """Remove an edge. Raises ConvexSetError unless it is of this graph."""
         self._check_edge(edge, "remove_edge: edge")
         del self._edges[edge.id]
+        self._ends = None
         edge.u._outgoing.remove(edge)
         edge.v._incoming.remove(edge)
 
@@ -136,9 +141,8 @@ class GraphOfConvexSets:
         """
         self._check_vertex(source, "solve_shortest_path: source")
         self._check_vertex(target, "solve_shortest_path: target")
-        return solve_path(
-            self.vertices, self.edges, source, target, options or GraphOfConvexSetsOptions()
-        )
+        network, chosen = self._network(source, target), options or GraphOfConvexSetsOptions()
+        return solve_path(self.vertices, self.edges, network, chosen)
 
     def solve_convex_restriction(
         self,
@@ -194,7 +198,7 @@ class GraphOfConvexSets:
             )
         edges = self.edges
         found = draw_paths(
-            network_of(self.vertices, edges, source, target),
+            self._network(source, target),
             np.array(shares),
             most,
             chosen.max_rounding_trials,
@@ -249,6 +253,16 @@ class GraphOfConvexSets:
         return graphviz_string(
             self.vertices, self.edges, result, options or GcsGraphvizOptions(), active_path
         )
+
+    def _network(self, source: Vertex, target: Vertex) -> Network:
+        """Return all edges by the places of their vertices, kept until there are others."""
+        if self._ends is None:
+            place = {number: k for k, number in enumerate(self._vertices)}
+            ends = [(place[edge.u.id], place[edge.v.id]) for edge in self._edges.values()]
+            tails, heads = np.array(ends, dtype=np.int64).reshape(-1, 2).T.copy()
+            self._ends = place, tails, heads
+        place, tails, heads = self._ends
+        return Network(len(place), tails, heads, place[source.id], place[target.id])
 
     def _check_vertex(self, vertex: Any, label: str) -> None:
         if not isinstance(vertex, Vertex) or not self.is_valid(vertex):

@@ -68,6 +68,21 @@ class Network:
             found[v].append(e)
         return found
 
+    def take(self, some: np.ndarray) -> Network:
+        """Return some of the edges ``(k,)`` among the same vertices."""
+        ends = self.tails[some], self.heads[some]
+        return Network(self.size, *ends, self.source, self.target, self.origin)
+
+    def without_others(self) -> tuple[Network, np.ndarray]:
+        """Return all edges among the vertices ``(n,)`` that they touch, and these."""
+        is_touched = np.zeros(self.size, dtype=bool)
+        is_touched[[self.source, self.target]] = True
+        is_touched[self.tails] = is_touched[self.heads] = True
+        place = np.cumsum(is_touched) - 1
+        ends = place[self.tails], place[self.heads]
+        around = int(place[self.source]), int(place[self.target])
+        return Network(int(is_touched.sum()), *ends, *around), np.flatnonzero(is_touched)
+
     @functools.cached_property
     def ways_on(self) -> dict[int, int]:
         """Edges that all paths come to by one other edge, and only they go on from: that edge.

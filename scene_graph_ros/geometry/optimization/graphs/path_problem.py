@@ -23,7 +23,14 @@ from scene_graph_ros.geometry.optimization.graphs.relaxation import PlacedFuncti
 from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
 from scene_graph_ros.geometry.optimization.sets.point import Point
 
-__all__ = ["kept_terms", "network_of", "problem_of", "standing_problem", "terms_of_edge"]
+__all__ = [
+    "forced_of",
+    "kept_terms",
+    "network_of",
+    "problem_of",
+    "standing_problem",
+    "terms_of_edge",
+]
 
 
 def network_of(
@@ -38,6 +45,12 @@ def network_of(
         place[source.id],
         place[target.id],
     )
+
+
+def forced_of(edges: Sequence[Edge]) -> tuple[int, ...]:
+    """Return the places of edges that have to be on the path."""
+    asked = [(k, edge) for k, edge in enumerate(edges) if edge.has_phi_constraints]
+    return tuple(k for k, edge in asked if True in edge.phi_constraints)
 
 
 def _parts(edge: Edge, source: Vertex) -> list[Vertex | Edge]:
@@ -103,8 +116,6 @@ def _table(
     """Return the table of edges; what was made of them before is kept by them."""
     if places is not None:
         return table_of([_source(edge, source, used, places) for edge in edges])
-    if all(edge.kept_terms(used, edge.u is source) is None for edge in edges):
-        return _new_terms(edges, source, used)
     return EdgeTable(kept_terms(edges, source, used))
 
 
@@ -129,20 +140,20 @@ def kept_terms(edges: Sequence[Edge], source: Vertex, used: Transcription) -> li
 def problem_of(
     vertices: Sequence[Vertex],
     edges: Sequence[Edge],
-    source: Vertex,
-    target: Vertex,
+    within: Network,
     used: Transcription = Transcription.MIP,
     like: tuple[Problem, Transcription] | None = None,
     places: Mapping[int, PlacedSet] | None = None,
 ) -> Problem:
     """Return a problem of these edges alone, with costs in units of what a path may cost.
 
+    ``within`` has their places and those of the vertices.
     ``like`` is one of the same edges in another transcription: what is the same is its.
     ``places`` are bounded sets by the numbers of vertices, in place of their own.
     """
     if like is not None and like[1] is used:
         return like[0]
-    network = split_by_direction(network_of(vertices, edges, source, target))
+    network, source = split_by_direction(within), vertices[within.source]
     placed = [_place(v, places) for v in vertices]
     sets = [placed[v] for v in network.origin]
     table: EdgeTable
@@ -154,12 +165,11 @@ def problem_of(
     unit = network.distances(most)[network.target]
     if not 0.0 < unit < np.inf:
         unit = float(most.max(initial=0.0)) or 1.0
-    forced = tuple(k for k, edge in enumerate(edges) if True in edge.phi_constraints)
     functions = {}
     if used is Transcription.RESTRICTION:
         found = {k: _functions(edge, source) for k, edge in enumerate(edges)}
         functions = {k: some for k, some in found.items() if some}
-    return Problem(network, sets, table, forced, float(unit), functions)
+    return Problem(network, sets, table, forced_of(edges), float(unit), functions)
 
 
 def _place(vertex: Vertex, places: Mapping[int, PlacedSet] | None) -> PlacedSet:

@@ -86,35 +86,39 @@ def _has_surrogates(edges: Sequence[Edge]) -> bool:
 def solve_path(
     vertices: Sequence[Vertex],
     edges: Sequence[Edge],
-    source: Vertex,
-    target: Vertex,
+    network: Network,
     options: GraphOfConvexSetsOptions,
 ) -> GraphOfConvexSetsResult:
-    """Return the shortest path, as `GraphOfConvexSets.solve_shortest_path` promises."""
+    """Return the shortest path, as `GraphOfConvexSets.solve_shortest_path` promises.
+
+    ``network`` has the places of vertices and edges.
+    """
+    source, target = vertices[network.source], vertices[network.target]
     if source is target:
         return stay(source, edges, _used(options)[1], options.of_restriction)
-    used = _usable(vertices, edges, (source, target), options)
-    if isinstance(used, GraphOfConvexSetsResult):
-        return used
-    touched = {v.id for e in used for v in (e.u, e.v)}
-    vertices = [v for v in vertices if v.id in touched]
+    kept = _usable(vertices, edges, network, options)
+    if isinstance(kept, GraphOfConvexSetsResult):
+        return kept
+    network, touched = network.take(kept).without_others()
+    vertices, used = [vertices[k] for k in touched.tolist()], [edges[k] for k in kept.tolist()]
     if all(vertex.is_bounded for vertex in vertices):
-        found = best_of_few(vertices, used, (source, target), options)
+        found = best_of_few(vertices, used, network, options)
         if found is not None:
             return found
-        return _solve(vertices, used, (source, target), options, _used(options), None)
+        return _solve(vertices, used, network, options, _used(options), None)
     rough = replace(options, max_tightenings=0, max_rounded_paths=None, convex_relaxation=None)
     if options.mixed_integer is not None:
         rough = replace(rough, solver=None, solver_options=None)
     rough = replace(rough, convex_relaxation=True)
 
     def solve(
-        some: Sequence[Vertex], kept: Sequence[Edge], places: Places, is_any: bool
+        some: Sequence[Vertex], of: Sequence[Edge], places: Places, is_any: bool
     ) -> GraphOfConvexSetsResult:
-        if not _leads(some, kept, source, target):
+        left = network_of(some, of, source, target)
+        if not _leads(left):
             return no_path("no edges lead on within the boxes around unbounded sets")
         chosen = rough if is_any else options
-        return _solve(some, kept, (source, target), chosen, _used(options), places)
+        return _solve(some, of, left, chosen, _used(options), places)
 
     return solve_in_boxes(vertices, used, (source, target), frozenset(_used(options)), solve)
 
@@ -122,52 +126,51 @@ def solve_path(
 def _usable(
     vertices: Sequence[Vertex],
     edges: Sequence[Edge],
-    ends: tuple[Vertex, Vertex],
+    network: Network,
     options: GraphOfConvexSetsOptions,
-) -> list[Edge] | GraphOfConvexSetsResult:
-    """Return the edges that may be on a path, or that there is none."""
-    forced = [e for e in edges if True in e.phi_constraints]
-    used = [e for e in edges if False not in e.phi_constraints]
-    lost = next((e for e in forced if False in e.phi_constraints), None)
+) -> np.ndarray | GraphOfConvexSetsResult:
+    """Return the numbers of edges ``(k,)`` that may be on a path, or that there is none."""
+    asked = [(k, e.phi_constraints) for k, e in enumerate(edges) if e.has_phi_constraints]
+    is_kept = np.ones(len(edges), dtype=bool)
+    is_kept[[k for k, phi in asked if False in phi]] = False
+    kept = np.flatnonzero(is_kept)
     if options.preprocessing is not False:
-        kept = network_of(vertices, used, *ends).on_simple_paths()
-        used = [used[k] for k in kept.tolist()]
-        if options.of_preprocessing is not None and used:
-            network = network_of(vertices, used, *ends)
-            used = [used[k] for k in on_disjoint_ways(network, options.of_preprocessing)]
-    lost = lost or next((e for e in forced if e not in used), None)
+        kept = kept[network.take(kept).on_simple_paths()]
+        if options.of_preprocessing is not None and len(kept):
+            kept = kept[on_disjoint_ways(network.take(kept), options.of_preprocessing)]
+    left = set(kept.tolist())
+    lost = next((k for k, phi in asked if True in phi and k not in left), None)
     if lost is not None:
-        return no_path(f"edge {lost.name!r} has to be on the path, but can't be")
+        return no_path(f"edge {edges[lost].name!r} has to be on the path, but can't be")
     # Of simple paths' edges each is on a way to the target.
     is_sure = options.preprocessing is not False and options.of_preprocessing is None
-    if not used or not (is_sure or _leads(vertices, used, *ends)):
+    if not len(kept) or not (is_sure or _leads(network.take(kept))):
+        ends = vertices[network.source], vertices[network.target]
         return no_path(f"no edges lead from {ends[0].name!r} to {ends[1].name!r}")
-    return used
+    return kept
 
 
-def _leads(
-    vertices: Sequence[Vertex], edges: Sequence[Edge], source: Vertex, target: Vertex
-) -> bool:
-    network = network_of(vertices, edges, source, target)
-    return bool(edges) and network.distances(np.zeros(len(edges)))[network.target] < np.inf
+def _leads(network: Network) -> bool:
+    m = len(network.tails)
+    return m > 0 and network.distances(np.zeros(m))[network.target] < np.inf
 
 
 def _solve(
     vertices: Sequence[Vertex],
     used: Sequence[Edge],
-    ends: tuple[Vertex, Vertex],
+    within: Network,
     options: GraphOfConvexSetsOptions,
     transcriptions: tuple[Transcription, Transcription],
     places: Places | None,
 ) -> GraphOfConvexSetsResult:
     """Return the shortest path along edges that lead to the target, of bounded sets.
 
-    ``transcriptions`` are what the whole graph and single paths are made of; ``places`` are sets
-    in place of the vertices' own.
+    ``within`` has the places of vertices and edges; ``transcriptions`` are what the whole graph
+    and single paths are made of; ``places`` are sets in place of the vertices' own.
     """
-    (source, target), (whole, single) = ends, transcriptions
-    problem = problem_of(vertices, used, source, target, whole, None, places)
-    of_paths = problem_of(vertices, used, source, target, single, (problem, whole), places)
+    whole, single = transcriptions
+    problem = problem_of(vertices, used, within, whole, None, places)
+    of_paths = problem_of(vertices, used, within, single, (problem, whole), places)
     problem = replace(problem, solver=options.continuous)
     of_paths = replace(of_paths, solver=options.of_restriction)
     network = problem.network
