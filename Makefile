@@ -87,7 +87,8 @@ UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_rendere
   $(patsubst %,query/point/test_%.py,batch edge_lanes lanes_to_rows point_primitives point_convex) \
   $(patsubst %,query/distance/test_%.py,half_space_pairs mesh_contacts)) \
   test/numerics/test_camera_hard_cases.py \
-  $(patsubst %,test/geometry/optimization/%.py,solve/test_banded_cones graphs/test_few_paths)
+  $(patsubst %,test/geometry/optimization/%.py,solve/test_banded_cones graphs/test_few_paths \
+  graphs/test_bounds)
 
 test-uncompiled: environment  ## test some of the core's kernels uncompiled, in about a minute
 	NUMBA_DISABLE_JIT=1 $(RUN) -m pytest -n auto -m "not slow and not compiled" $(UNCOMPILED)

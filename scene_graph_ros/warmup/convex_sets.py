@@ -42,4 +42,4 @@ def ask_convex_sets() -> None:
     graph = GraphOfConvexSets()
     edge = graph.add_edge(graph.add_vertex(square), graph.add_vertex(corners))
     edge.add_cost(norm(edge.xv - edge.xu))
-    graph.solve_shortest_path(edge.u, edge.v)
+    graph.solve_shortest_path(edge.u, edge.v).relaxation()

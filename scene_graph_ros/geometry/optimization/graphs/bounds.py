@@ -22,10 +22,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.graphs.edge_table import EdgeTable, Minorants
-from scene_graph_ros.geometry.optimization.graphs.minorant_kernels import least_over_sets
 from scene_graph_ros.geometry.optimization.graphs.network import Network
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
 from scene_graph_ros.geometry.optimization.graphs.relaxation import CyclePrice, Problem, Relaxed
+from scene_graph_ros.geometry.optimization.graphs.set_kernels import least_over_sets
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = [
@@ -137,10 +137,9 @@ def _passed_on(
     Their rows are not in the relaxation, so that it says nothing of them. What their sets reach
     is then counted once, at the edge that leads there; their levels are free.
     """
-    found, network = list(slopes), problem.network
-    for e in network.ways_on:
-        first, last = below.firsts[e]
-        found[network.tails[e]] = below.slopes[first:last]
+    found, firsts, tails = list(slopes), below.firsts.tolist(), problem.network.tails.tolist()
+    for e in problem.network.ways_on:
+        found[tails[e]] = below.slopes[slice(*firsts[e])]
     return found
 
 
@@ -176,9 +175,9 @@ def _without_levels(problem: Problem, given: Potentials, below: Minorants) -> np
     network = problem.network
     ends = np.column_stack([network.tails, network.heads])
     D, off, totals = below.slopes.copy(), below.rounding.copy(), below.totals.copy()
-    _add_potentials(given.slopes, ends, below.firsts, D, off)
     _add_prices(problem, given.cycles, below.firsts, (D, off, totals))
-    least_over_sets(*problem.packed_sets, ends, D, off, totals)
+    slopes = np.concatenate([np.zeros(0), *given.slopes])
+    least_over_sets(*problem.packed_sets, ends, slopes, D, off, totals)
     others: dict[int, list[tuple[int, int]]] = {}
     if not all(placed.tells_reach for placed in problem.sets):
         for (e, end), v in np.ndenumerate(ends):
@@ -192,26 +191,6 @@ def _without_levels(problem: Problem, given: Potentials, below: Minorants) -> np
         # An edge may lead from a set to the same one.
         np.add.at(totals, edges, np.column_stack([-reach, rounding, np.abs(reach)]))
     return totals[:, 0] - totals[:, 1] - 16.0 * EPSILON * totals[:, 2]
-
-
-def _add_potentials(
-    slopes: Sequence[np.ndarray],
-    ends: np.ndarray,
-    firsts: np.ndarray,
-    D: np.ndarray,
-    off: np.ndarray,
-) -> None:
-    """Take the drop of potentials from slopes ``D`` of edges, and add what that is rounded by."""
-    together = np.concatenate([np.zeros(0), *slopes])
-    lengths = np.array([len(each) for each in slopes], dtype=np.int64)
-    begin = np.cumsum(lengths) - lengths
-    for of, at, sign in zip(ends.T, firsts.T, (-1.0, 1.0), strict=True):
-        counts = lengths[of]
-        k = np.arange(int(counts.sum())) - np.repeat(np.cumsum(counts) - counts, counts)
-        slope = sign * together[np.repeat(begin[of], counts) + k]
-        places = np.repeat(at, counts) + k
-        D[places] += slope
-        off[places] += 2.0 * EPSILON * np.abs(slope)
 
 
 def _add_prices(

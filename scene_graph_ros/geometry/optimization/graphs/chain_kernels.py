@@ -20,7 +20,6 @@ from scene_graph_ros.geometry.optimization.graphs.edge_layout import (
 from scene_graph_ros.geometry.optimization.graphs.edge_rows import weigh_rows
 from scene_graph_ros.geometry.optimization.graphs.minorant_kernels import (
     add_minorant,
-    add_reach,
     make_valid,
 )
 from scene_graph_ros.geometry.optimization.graphs.packed_terms import (
@@ -39,9 +38,8 @@ from scene_graph_ros.geometry.optimization.graphs.packed_terms import (
     VARIABLES_V,
     WHOLE,
 )
-from scene_graph_ros.geometry.optimization.graphs.term_kernels import (
-    value,
-)
+from scene_graph_ros.geometry.optimization.graphs.set_kernels import add_reach
+from scene_graph_ros.geometry.optimization.graphs.term_kernels import value
 from scene_graph_ros.geometry.optimization.solve.banded_cones import minimize_banded
 from scene_graph_ros.geometry.tolerances import EPSILON
 

@@ -96,9 +96,12 @@ def _put_none(p, r, head, spot):
 
 
 @lean_kernel
-def _fill_atom(p, head, f, atom, kind, rows, spot, r, unit):
-    """Fill the rows of an atom, from r on, with its own variable; ``rows`` are first, count."""
-    row, count = rows
+def _fill_atom(p, head, f, atom, rows, spot, r, unit):
+    """Fill the rows of an atom, from r on, with its own variable.
+
+    ``rows`` are its kind, the first of its own, and how many these are.
+    """
+    kind, row, count = rows
     place, size = len(p.cost) - len(p.groups) + atom, sum(rows_of_atom(kind, count))
     p.cost[place] = 1.0
     p.groups[atom, 0], p.groups[atom, 1] = r, size
@@ -158,7 +161,7 @@ def fill_edge(p, head, f, edge, spot, unit, number_of, matrices):
     for a in range(atoms):
         kind, count = head[EDGE_HEAD + a], head[EDGE_HEAD + atoms + a]
         here = single if kind == NORM_INF else in_power if kind == EXPONENTIAL else in_cone
-        _fill_atom(p, head, f, edge[FIRST_ATOM] + a, kind, (row, count), spot, here, unit)
+        _fill_atom(p, head, f, edge[FIRST_ATOM] + a, (kind, row, count), spot, here, unit)
         taken = rows_of_atom(kind, count)
         single += taken[0]
         in_cone += taken[1]

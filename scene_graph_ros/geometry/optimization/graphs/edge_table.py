@@ -83,19 +83,13 @@ class EdgeTable(Sequence[EdgeTerms]):
         return join([each.packed for each in self._terms])
 
     @functools.cached_property
-    def _dimensions(self) -> np.ndarray:
-        """How many coordinates the tails' and the heads' sets have, ``(m, 2)``."""
-        found = [(len(each.u.center), len(each.v.center)) for each in self._terms]
-        return np.array(found, dtype=np.int64).reshape(-1, 2)
-
-    @functools.cached_property
     def _others(self) -> list[tuple[Cone, slice]]:
         """Cones whose duals kernels don't know, and which of all edges' rows are in them."""
         found: list[tuple[Cone, slice]] = []
         first = 0
         for each in self._terms:
             layout = each.layout
-            if any(cone is not Cone.SECOND_ORDER for cone in layout.cone_kinds):
+            if not each.is_quadratic:
                 rows = layout.slices()[layout.rest + 3 :]
                 found += [
                     (cone, slice(first + s.start, first + s.stop))
@@ -152,6 +146,4 @@ class EdgeTable(Sequence[EdgeTerms]):
             for cone, rows in self._others:
                 # What they weigh is at least 0 where the constraint holds.
                 weights[rows] = -into_dual(cone, -weights[rows])
-        totals, slopes, rounding = minorants_of_edges(*self._packed, len(self), weights, with_cost)
-        ends = np.cumsum(self._dimensions.ravel()).reshape(-1, 2)
-        return Minorants(totals, slopes, rounding, ends - self._dimensions)
+        return Minorants(*minorants_of_edges(*self._packed, len(self), weights, with_cost))

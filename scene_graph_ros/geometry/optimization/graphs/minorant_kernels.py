@@ -1,4 +1,4 @@
-"""What bounds costs of edges from below: their minorants, and what their sets reach.
+"""What bounds costs of edges from below: their minorants.
 
 As `bounds` says, whatever the multipliers are; rounding is counted throughout.
 """
@@ -20,9 +20,7 @@ from scene_graph_ros.geometry.optimization.graphs.edge_layout import (
     SECOND_ORDER,
 )
 from scene_graph_ros.geometry.optimization.graphs.packed_terms import (
-    AMBIENT,
     ATOMS,
-    BY_CORNERS,
     CONES,
     COORDINATES_U,
     COORDINATES_V,
@@ -31,16 +29,13 @@ from scene_graph_ros.geometry.optimization.graphs.packed_terms import (
     EQUATIONS,
     INEQUALITIES,
     NUMBERS,
-    REACH,
-    VARIABLES,
     VARIABLES_U,
     VARIABLES_V,
-    WHOLE,
 )
 from scene_graph_ros.geometry.optimization.graphs.term_kernels import shorten
 from scene_graph_ros.geometry.tolerances import EPSILON
 
-__all__ = ["add_minorant", "add_reach", "least_over_sets", "make_valid", "minorants_of_edges"]
+__all__ = ["add_minorant", "make_valid", "minorants_of_edges"]
 
 
 @lean_kernel
@@ -104,70 +99,25 @@ def add_minorant(head, f, y, constant, firsts, D, off, totals):
         at += rows * nu
 
 
-@lean_kernel
-def add_reach(head, f, D, off, totals):
-    """Take what a set reaches against slopes ``D`` from the totals, if that is told by arrays."""
-    n, count = head[AMBIENT], head[VARIABLES]
-    sizes, lost, offset = 0.0, 0.0, 0.0
-    for j in range(n):
-        sizes += abs(D[j]) * f[n + j]
-        offset += abs(D[j]) * abs(f[j])
-        lost += (off[j] + 4.0 * EPSILON * abs(D[j])) * f[n + j]
-    totals[1] += lost
-    if head[REACH] > BY_CORNERS:
-        return
-    reach, rounding = sizes, sizes
-    if head[REACH] == BY_CORNERS:
-        reach, rounding = -math.inf, sizes + offset
-        for c in range(count):
-            along = 0.0
-            for j in range(n):
-                along -= D[j] * f[4 * n + j * count + c]
-            reach = max(reach, along)
-    totals[0] -= reach
-    totals[1] += 2.0 * (n + 4) * EPSILON * rounding
-    totals[2] += abs(reach)
-
-
 @kernel
 def minorants_of_edges(edges, numbers, count, weights, is_cost):
     """Return affine functions that are below the costs of so many edges, from rows' weights.
 
     For each edge its constant, what that may be rounded by, and its size, ``(count, 3)``; slopes
     of the points of its tail and of its head, less their centres, edge after edge, and what these
-    may be rounded by. Weights ``(r,)`` are any, but for `make_valid`.
+    may be rounded by; and where both begin, ``(count, 2)``. Weights ``(r,)`` are any, but for what
+    `make_valid` asks for.
     """
     table = np.zeros((count, COLUMNS), np.int64)
     of = lay_out_edges(edges, table)
     y, totals = weights.copy(), np.zeros((count, 3))
     D, off = np.zeros(of.coordinates), np.zeros(of.coordinates)
+    firsts = np.zeros((count, 2), np.int64)
     for k in range(count):
         head, first = edges[table[k, FIRST_WHOLE] :], table[k, FIRST_NUMBER]
         f, mine = numbers[first : first + head[NUMBERS]], y[table[k, FIRST_WEIGHT] :]
-        at = table[k, FIRST_COORDINATE]
+        firsts[k, 0] = table[k, FIRST_COORDINATE]
+        firsts[k, 1] = firsts[k, 0] + head[COORDINATES_U]
         taken = make_valid(head, mine, is_cost)
-        add_minorant(head, f, mine, -taken, (at, at + head[COORDINATES_U]), D, off, totals[k])
-    return totals, D, off
-
-
-@kernel
-def least_over_sets(sets, numbers, ends, D, off, totals):
-    """Take from the totals ``(m, 3)`` of edges what their sets reach against their slopes ``D``.
-
-    ``ends (m, 2)`` are their sets, of those that are one behind another in the arrays. What sets
-    reach that do not tell it by arrays is left out.
-    """
-    count = ends.max() + 1 if len(ends) else 0
-    wholes, firsts = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    at, number = 0, 0
-    for v in range(count):
-        wholes[v], firsts[v] = at, number
-        number += sets[at + NUMBERS]
-        at += sets[at + WHOLE]
-    at = 0
-    for e in range(len(ends)):
-        for v in ends[e]:
-            head, first = sets[wholes[v] :], firsts[v]
-            f = numbers[first : first + head[NUMBERS]]
-            add_reach(head, f, D[at:], off[at:], totals[e])
-            at += head[AMBIENT]
+        add_minorant(head, f, mine, -taken, (firsts[k, 0], firsts[k, 1]), D, off, totals[k])
+    return totals, D, off, firsts

@@ -140,18 +140,18 @@ class Network:
         keys = np.append(heads * size + origin[tails], tails * size + origin[heads])
         found, which = np.unique(keys, return_inverse=True)
         both, given = (which[:m], which[m:]), np.ones(m) if flows is None else flows
-        sums = (np.bincount(each, given, len(found)) for each in both)
-        is_there = np.minimum(*sums) > least
-        is_there &= ~np.isin(found // size, (self.source, self.target))
-        numbers = np.flatnonzero(is_there)
+        into, back = (np.bincount(each, given, len(found)) for each in both)
+        at = found // size
+        is_inner = (at != self.source) & (at != self.target)
+        numbers = np.flatnonzero((into > least) & (back > least) & is_inner)
+        if not len(numbers):
+            return []
         edges = []
         for each in both:
             order = np.argsort(each, kind="stable")
             ends = (np.searchsorted(each[order], numbers, side) for side in ("left", "right"))
             edges.append([tuple(order[a:b].tolist()) for a, b in zip(*ends, strict=True)])
-        return [
-            TwoCycle(*each) for each in zip((found[numbers] // size).tolist(), *edges, strict=True)
-        ]
+        return [TwoCycle(*each) for each in zip(at[numbers].tolist(), *edges, strict=True)]
 
     def distances(self, weights: np.ndarray, *, to_target: bool = False) -> list[float]:
         """Return the least sums of weights, at least 0 each, from the source or to the target."""

@@ -110,6 +110,11 @@ class PlacedSet:
         return _from_lift(of, center, half, extent)
 
     @functools.cached_property
+    def extent(self) -> float:
+        """How far it reaches from the centre at most along an axis, 1 for a point."""
+        return float(self.half.max(initial=0.0)) or 1.0
+
+    @functools.cached_property
     def corners(self) -> np.ndarray | None:
         """The points ``(m, n)`` less the centre whose hull it is, where these are given."""
         vertices = self.of.vertices if isinstance(self.of, VPolytope) else None

@@ -22,6 +22,7 @@ from scene_graph_ros.geometry.optimization.graphs.memberships import add_members
 from scene_graph_ros.geometry.optimization.graphs.network import Network, TwoCycle
 from scene_graph_ros.geometry.optimization.graphs.packed_terms import join, Packed
 from scene_graph_ros.geometry.optimization.graphs.placed_set import PlacedSet
+from scene_graph_ros.geometry.optimization.graphs.set_kernels import moments_of_edges
 from scene_graph_ros.geometry.optimization.solve.cone_program import (
     Cone,
     ConeProgram,
@@ -127,7 +128,7 @@ class _Relaxation:
         network, sets = problem.network, problem.sets
         self._program = program = ConeProgram()
         self._before = before = network.ways_on
-        self._extents = np.array([_extent(placed) for placed in sets])
+        self._extents = np.array([placed.extent for placed in sets])
         counts = np.array([placed.S.shape[1] for placed in sets], dtype=np.int64)
         self._counts = counts
         is_own = np.ones(len(network.tails), dtype=bool)
@@ -187,23 +188,9 @@ class _Relaxation:
         is_passed |= self._counts == 0
         lengths = np.where(is_passed, 0, [len(placed.S) for placed in sets])
         first = np.cumsum(lengths) - lengths
-        alike: dict[tuple[int, ...], list[int]] = {}
-        for v in np.flatnonzero(~is_passed).tolist():
-            alike.setdefault(sets[v].S.shape, []).append(v)
-        entries = []
-        for some in alike.values():
-            blocks = np.array([sets[v].S for v in some]) / self._extents[some][:, None, None]
-            place = np.full(network.size, -1)
-            place[some] = np.arange(len(some))
-            for ends, columns, sign in (
-                (network.heads, self._heads, 1.0),
-                (network.tails, self._tails, -1.0),
-            ):
-                edges = np.flatnonzero(place[ends] >= 0)
-                here = sign * blocks[place[ends[edges]]]
-                g, i, j = np.nonzero(here)
-                rows = first[ends[edges[g]]] + i
-                entries.append((rows, columns[edges[g]] + j, here[g, i, j]))
+        ends = np.column_stack([network.tails, network.heads])
+        columns = np.column_stack([self._tails, self._heads])
+        entries = [moments_of_edges(*self._problem.packed_sets, ends, columns, first, lengths)]
         total = int(lengths.sum())
         self._moments = self._program.add_entries(Cone.ZERO, entries, np.zeros(total))
         self._moment_rows = first, lengths
@@ -241,7 +228,7 @@ class _Relaxation:
             blocks.append((self._flows[others], -np.ones((1, len(others)))))
             blocks.append((self._flows[into], np.ones((1, len(into)))))
             balance = program.add_rows(Cone.ZERO, blocks, np.zeros(1))
-            scaled = placed.S / _extent(placed)
+            scaled = placed.S / placed.extent
             blocks = [(y, scaled)]
             here = np.arange(len(y))
             blocks += [(self._tails[e] + here, -scaled) for e in others]
@@ -308,11 +295,7 @@ class _Relaxation:
             CyclePrice(
                 cycle,
                 -unit * float(solution.dual(balance)[0]),
-                -unit * solution.dual(moment) / _extent(sets[cycle.vertex]),
+                -unit * solution.dual(moment) / sets[cycle.vertex].extent,
             )
             for cycle, (balance, moment) in zip(self._cycles, self._parted, strict=True)
         ]
-
-
-def _extent(placed: PlacedSet) -> float:
-    return float(placed.half.max(initial=0.0)) or 1.0

@@ -40,9 +40,7 @@ _TRUSTED_ROUGH = 1e-8
 """The largest residual of such a program that is not solved again with refined steps: refining
 them takes as long as finding them. What the solver says of its solution does not matter here."""
 
-_UNREFINED = SolverChoice(
-    "clarabel", {"iterative_refinement_enable": False, "equilibrate_enable": False}
-)
+_UNREFINED = SolverChoice("clarabel", {"iterative_refinement_enable": False})
 
 _MOST_ITERATIONS = 200
 
