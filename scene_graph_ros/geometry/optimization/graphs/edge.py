@@ -9,6 +9,7 @@ from typing import Any, TYPE_CHECKING
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.graphs.checked_result import checked_result
 from scene_graph_ros.geometry.optimization.graphs.edge_terms import EdgeTerms
 from scene_graph_ros.geometry.optimization.graphs.expressions import (
     Affine,
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 
 __all__ = ["Edge", "Vertex"]
+
 
 _NO_FLOW = 1e-9
 """A flow that is the solver's rounding: it costs nothing."""
@@ -272,14 +274,15 @@ class Vertex(_Costly):
 
         Of a relaxation without a path, what all flows through it cost.
         """
-        return self._solution_cost(result, cost, result.vertex_costs.get(self.id))
+        costs = checked_result(result, "Vertex.get_solution_cost").vertex_costs
+        return self._solution_cost(result, cost, costs.get(self.id))
 
     def get_solution(self, result: GraphOfConvexSetsResult) -> np.ndarray | None:
         """Return the point ``(n,)`` of a result; None where its path doesn't visit the set.
 
         Of a relaxation without a path, the mean of the points of all edges here by their flows.
         """
-        if result.is_success:
+        if checked_result(result, "Vertex.get_solution").is_success:
             if self.id not in result.vertices:
                 return None
             return result.points[result.vertices.index(self.id)]
@@ -367,15 +370,15 @@ class Edge(_Costly):
 
     def get_solution_phi(self, result: GraphOfConvexSetsResult) -> float | None:
         """Return the flow of a result's relaxation; None where the edge was left out."""
-        return result.flows.get(self.id)
+        return checked_result(result, "Edge.get_solution_phi").flows.get(self.id)
 
     def get_solution_phi_xu(self, result: GraphOfConvexSetsResult) -> np.ndarray | None:
         """Return the flow times the point of ``u``; None where the edge was left out."""
-        return result.phi_xu.get(self.id)
+        return checked_result(result, "Edge.get_solution_phi_xu").phi_xu.get(self.id)
 
     def get_solution_phi_xv(self, result: GraphOfConvexSetsResult) -> np.ndarray | None:
         """Return the flow times the point of ``v``; None where the edge was left out."""
-        return result.phi_xv.get(self.id)
+        return checked_result(result, "Edge.get_solution_phi_xv").phi_xv.get(self.id)
 
     def _shares(
         self, result: GraphOfConvexSetsResult
@@ -391,4 +394,5 @@ class Edge(_Costly):
 
         Of a relaxation without a path, what its flow costs: the perspective of the cost.
         """
-        return self._solution_cost(result, cost, result.edge_costs.get(self.id))
+        costs = checked_result(result, "Edge.get_solution_cost").edge_costs
+        return self._solution_cost(result, cost, costs.get(self.id))

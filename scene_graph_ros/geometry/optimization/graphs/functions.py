@@ -29,6 +29,16 @@ class FunctionCost:
         return float(_values(self.function, points, numbers, 1)[0])
 
 
+def _as_bounds(value: Any, label: str) -> np.ndarray:
+    """Return a number, or numbers, as an array ``(k,)``; they may be infinite."""
+    try:
+        return np.atleast_1d(np.asarray(value, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ConvexSetError(
+            f"{label} must be a number or numbers (k,), not {quoted(value)}"
+        ) from None
+
+
 class FunctionConstraint:
     """``lower_bound <= function(points) <= upper_bound``, entry by entry.
 
@@ -44,8 +54,8 @@ class FunctionConstraint:
             )
         self.function = function
         self.lower, self.upper = (
-            np.atleast_1d(np.asarray(each, dtype=np.float64))
-            for each in (lower_bound, upper_bound)
+            _as_bounds(each, f"FunctionConstraint: {name}")
+            for name, each in (("lower_bound", lower_bound), ("upper_bound", upper_bound))
         )
         if self.lower.shape != self.upper.shape or self.lower.ndim != 1:
             raise ConvexSetError(

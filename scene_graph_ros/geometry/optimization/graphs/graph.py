@@ -14,13 +14,18 @@ from scene_graph_ros.geometry.optimization.graphs.given_path import solve_restri
 from scene_graph_ros.geometry.optimization.graphs.graphviz import graphviz_string
 from scene_graph_ros.geometry.optimization.graphs.network import Network
 from scene_graph_ros.geometry.optimization.graphs.options import (
+    as_options,
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.optimization.graphs.rounding import draw_paths
 from scene_graph_ros.geometry.optimization.graphs.shortest_path import solve_path
-from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.geometry.optimization.sets.arguments import (
+    as_list,
+    as_nonnegative,
+    as_vector,
+)
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -141,8 +146,8 @@ class GraphOfConvexSets:
         """
         self._check_vertex(source, "solve_shortest_path: source")
         self._check_vertex(target, "solve_shortest_path: target")
-        network, chosen = self._network(source, target), options or GraphOfConvexSetsOptions()
-        return solve_path(self.vertices, self.edges, network, chosen)
+        chosen = as_options(options, "GraphOfConvexSets.solve_shortest_path")
+        return solve_path(self.vertices, self.edges, self._network(source, target), chosen)
 
     def solve_convex_restriction(
         self,
@@ -160,15 +165,21 @@ class GraphOfConvexSets:
         ConvexSetError for edges that are no path, SolverError where the solver failed.
         """
         label = "solve_convex_restriction: active_edges"
-        for edge in active_edges:
+        edges = as_list(active_edges, f"GraphOfConvexSets.{label}")
+        for edge in edges:
             self._check_edge(edge, label)
-        edges = list(active_edges)
         guess = None
+        if not isinstance(initial_guess, (GraphOfConvexSetsResult, Mapping, type(None))):
+            raise ConvexSetError(
+                "GraphOfConvexSets.solve_convex_restriction: initial_guess must be a mapping of"
+                f" vertices to points, a result or None, not {quoted(initial_guess)}"
+            )
         if initial_guess is not None and edges:
             guess = [
                 _guessed(initial_guess, vertex) for vertex in (edges[0].u, *(e.v for e in edges))
             ]
-        solver = None if options is None else options.of_restriction
+        chosen = as_options(options, "GraphOfConvexSets.solve_convex_restriction")
+        solver = None if options is None else chosen.of_restriction
         return solve_restriction(edges, guess, solver)
 
     def sample_paths(
@@ -185,7 +196,12 @@ class GraphOfConvexSets:
         """
         self._check_vertex(source, "sample_paths: source")
         self._check_vertex(target, "sample_paths: target")
-        chosen = options or GraphOfConvexSetsOptions()
+        chosen = as_options(options, "GraphOfConvexSets.sample_paths")
+        if not isinstance(flows, (GraphOfConvexSetsResult, Mapping)):
+            raise ConvexSetError(
+                "GraphOfConvexSets.sample_paths: flows must be a mapping of edges to flows, or a"
+                f" result that has them, not {quoted(flows)}"
+            )
         if isinstance(flows, GraphOfConvexSetsResult):
             shares = [flows.flows.get(edge.id, 0.0) for edge in self.edges]
         else:
@@ -219,6 +235,10 @@ class GraphOfConvexSets:
         Of a relaxation without a path, those along which all but ``tolerance`` of the flow goes.
         Raises ConvexSetError where there is no such path.
         """
+        self._check_vertex(source, "get_solution_path: source")
+        self._check_vertex(target, "get_solution_path: target")
+        self._check_result(result, "get_solution_path")
+        most = as_nonnegative(tolerance, "GraphOfConvexSets.get_solution_path: tolerance")
         if (
             result.is_success
             and result.vertices[:1] == (source.id,)
@@ -230,7 +250,7 @@ class GraphOfConvexSets:
         while at is not target:
             ahead = [e for e in at.outgoing_edges if e.v.id not in seen]
             best = max(ahead, key=lambda e: result.flows.get(e.id, 0.0), default=None)
-            if best is None or result.flows.get(best.id, 0.0) < 1.0 - tolerance:
+            if best is None or result.flows.get(best.id, 0.0) < 1.0 - most:
                 raise ConvexSetError(
                     f"GraphOfConvexSets.get_solution_path: the result has no path from"
                     f" {source.name!r} to {target.name!r} to a tolerance of {tolerance!r}"
@@ -250,9 +270,26 @@ class GraphOfConvexSets:
 
         ``active_path`` is drawn a second time, dashed and red.
         """
-        return graphviz_string(
-            self.vertices, self.edges, result, options or GcsGraphvizOptions(), active_path
-        )
+        label = "get_graphviz_string: active_path"
+        if result is not None:
+            self._check_result(result, "get_graphviz_string")
+        path = as_list(active_path, f"GraphOfConvexSets.{label}")
+        for edge in path:
+            self._check_edge(edge, label)
+        chosen = GcsGraphvizOptions() if options is None else options
+        if not isinstance(chosen, GcsGraphvizOptions):
+            raise ConvexSetError(
+                "GraphOfConvexSets.get_graphviz_string: options must be GcsGraphvizOptions or"
+                f" None, not {quoted(options)}"
+            )
+        return graphviz_string(self.vertices, self.edges, result, chosen, path)
+
+    def _check_result(self, result: Any, question: str) -> None:
+        if not isinstance(result, GraphOfConvexSetsResult):
+            raise ConvexSetError(
+                f"GraphOfConvexSets.{question}: result must be what a graph's solve_... returned,"
+                f" not {quoted(result)}"
+            )
 
     def _network(self, source: Vertex, target: Vertex) -> Network:
         """Return all edges by the places of their vertices, kept until there are others."""

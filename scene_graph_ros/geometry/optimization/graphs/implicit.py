@@ -11,7 +11,10 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
 from scene_graph_ros.geometry.optimization.graphs.forward_search import ForwardSearch
 from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
-from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
+from scene_graph_ros.geometry.optimization.graphs.options import (
+    as_options,
+    GraphOfConvexSetsOptions,
+)
 from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -46,11 +49,7 @@ class ImplicitGraphOfConvexSets(abc.ABC):
         Raises ConvexSetError for a vertex of another graph, and where `do_successors` returns what
         is no edge from it.
         """
-        asked: Any = v
-        if not isinstance(asked, Vertex) or not self._graph.is_valid(asked):
-            raise ConvexSetError(
-                f"ImplicitGraphOfConvexSets.successors: v must be a vertex of gcs, not {quoted(v)}"
-            )
+        self._check_vertex(v, "successors: v")
         if v.id not in self._successors:
             edges: list[Any] = list(self.do_successors(v))
             for edge in edges:
@@ -62,6 +61,12 @@ class ImplicitGraphOfConvexSets(abc.ABC):
             self._successors[v.id] = edges
         return list(self._successors[v.id])
 
+    def _check_vertex(self, vertex: Any, label: str) -> None:
+        if not isinstance(vertex, Vertex) or not self._graph.is_valid(vertex):
+            raise ConvexSetError(
+                f"ImplicitGraphOfConvexSets.{label} must be a vertex of gcs, not {quoted(vertex)}"
+            )
+
     def expand_recursively(self, start: Vertex, max_successor_calls: int = 1000) -> bool:
         """Ask for the successors of all that is reached from a vertex, the nearest by edges first.
 
@@ -69,6 +74,7 @@ class ImplicitGraphOfConvexSets(abc.ABC):
         ConvexSetError as `successors` does.
         """
         most = _whole(max_successor_calls, "expand_recursively: max_successor_calls")
+        self._check_vertex(start, "expand_recursively: start")
         seen, waiting = {start.id}, deque([start])
         for _ in range(most):
             if not waiting:
@@ -117,7 +123,7 @@ class ImplicitGraphOfConvexSets(abc.ABC):
             self.successors,
             source,
             (lambda v: v is target) if isinstance(target, Vertex) else target,
-            options or GraphOfConvexSetsOptions(),
+            as_options(options, "ImplicitGraphOfConvexSets.solve_shortest_path"),
             heuristic,
             most_calls,
             most_paths,

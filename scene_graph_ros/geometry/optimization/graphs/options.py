@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.optimization.solve.solver_choice import (
 )
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["GcsGraphvizOptions", "GraphOfConvexSetsOptions"]
+__all__ = ["GcsGraphvizOptions", "GraphOfConvexSetsOptions", "as_options"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,3 +159,14 @@ class GcsGraphvizOptions:
     """Numbers with an exponent."""
     precision: int = 3
     """Digits after the point."""
+
+
+def as_options(options: Any, question: str) -> GraphOfConvexSetsOptions:
+    """Return options, those by default for None. Raises ConvexSetError for another object."""
+    if options is None:
+        return GraphOfConvexSetsOptions()
+    if not isinstance(options, GraphOfConvexSetsOptions):
+        raise ConvexSetError(
+            f"{question}: options must be GraphOfConvexSetsOptions or None, not {quoted(options)}"
+        )
+    return options

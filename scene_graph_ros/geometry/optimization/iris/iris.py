@@ -24,7 +24,7 @@ from scene_graph_ros.geometry.optimization.errors import (
 from scene_graph_ros.geometry.optimization.iris.obstacles import Obstacles
 from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
-from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.geometry.optimization.sets.arguments import as_list, as_vector
 from scene_graph_ros.geometry.optimization.sets.axes import unit_ball_volume
 from scene_graph_ros.geometry.optimization.sets.ellipsoids import Extremal, inscribed
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
@@ -108,7 +108,10 @@ def iris(
     Raises ConvexSetError for a sample that is not free or not in the domain, and for an unbounded
     domain; SolverError where no face could be put between an obstacle and the ellipsoid.
     """
-    grower = _Grower(obstacles, sample, domain, options or IrisOptions())
+    if options is not None and not isinstance(options, IrisOptions):
+        raise ConvexSetError(f"iris: options must be IrisOptions or None, not {quoted(options)}")
+    given = as_list(obstacles, "iris: obstacles")
+    grower = _Grower(given, sample, domain, options or IrisOptions())
     grower.grow()
     return grower.record() if certificate else grower.region
 

@@ -14,6 +14,7 @@ from scene_graph_ros.geometry.model.roles import Role
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.iris.obstacles import Obstacles
 from scene_graph_ros.geometry.optimization.iris.scene_obstacles import (
+    check_query,
     obstacle_of,
     SceneObstacle,
 )
@@ -78,6 +79,7 @@ class RegionTest:
         among: Collection[GeometryId] | None = None,
     ) -> list[RegionCut]:
         """Return what `find_region_cuts` does."""
+        check_query(query, "find_region_cuts")
         if self.is_empty:
             return []
         near = _near(query, self._normals, self._sides, ignored, among)

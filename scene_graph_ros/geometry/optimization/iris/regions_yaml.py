@@ -6,6 +6,7 @@ A mapping of names to ``{A: [[...], ...], b: [...]}``, on request below one key.
 from __future__ import annotations
 
 from collections.abc import Mapping
+import os
 from pathlib import Path
 from typing import Any
 
@@ -31,19 +32,25 @@ def save_iris_regions_yaml_file(
     With ``child_name`` below that key. Raises ConvexSetError for what is no region, OSError where
     the file can't be written.
     """
-    Path(filename).write_text(regions_to_yaml(regions, child_name), encoding="utf-8")
+    path = _path(filename, "save_iris_regions_yaml_file")
+    path.write_text(regions_to_yaml(regions, child_name), encoding="utf-8")
 
 
 def regions_to_yaml(regions: Mapping[str, HPolyhedron], child_name: str | None = None) -> str:
     """Return the text of such a file. Raises ConvexSetError for what is no region."""
     import yaml
 
+    label = "save_iris_regions_yaml_file"
+    if not isinstance(regions, Mapping):
+        raise ConvexSetError(
+            f"{label}: regions must be a mapping of names to regions, not {quoted(regions)}"
+        )
+    _check_child_name(child_name, label)
     document: dict[str, Any] = {}
     for name, region in regions.items():
         if not isinstance(region, HPolyhedron):
             raise ConvexSetError(
-                f"save_iris_regions_yaml_file: regions[{name!r}] must be an HPolyhedron, not"
-                f" {quoted(region)}"
+                f"{label}: regions[{name!r}] must be an HPolyhedron, not {quoted(region)}"
             )
         document[str(name)] = {
             "ambient_dimension": region.ambient_dimension,
@@ -67,12 +74,26 @@ def load_iris_regions_yaml_file(
     """
     import yaml
 
-    path = Path(filename)
+    path = _path(filename, "load_iris_regions_yaml_file")
+    _check_child_name(child_name, "load_iris_regions_yaml_file")
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise ConvexSetError(f"{path}: no YAML: {error}") from None
     return regions_from_document(document, str(path), child_name)
+
+
+def _path(filename: Any, label: str) -> Path:
+    if not isinstance(filename, (str, os.PathLike)):
+        raise ConvexSetError(f"{label}: filename must be a path, not {quoted(filename)}")
+    return Path(filename)
+
+
+def _check_child_name(child_name: Any, label: str) -> None:
+    if child_name is not None and not isinstance(child_name, str):
+        raise ConvexSetError(
+            f"{label}: child_name must be a key's name or None, not {quoted(child_name)}"
+        )
 
 
 def regions_from_document(

@@ -47,10 +47,7 @@ def make_iris_obstacles(
     In a frame, the world by default. Meshes are taken by their hulls. Raises UnknownIdError for a
     frame that is not there, ConvexSetError for deformable geometry, which is not convex.
     """
-    if not isinstance(query, QueryObject):
-        raise ConvexSetError(
-            f"make_iris_obstacles: query must be a QueryObject, not {quoted(query)}"
-        )
+    check_query(query, "make_iris_obstacles")
     inspector = query.inspector()
     found: list[ConvexSet] = []
     for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY):
@@ -64,10 +61,17 @@ def make_iris_obstacles(
     return found
 
 
+def check_query(query: object, label: str) -> None:
+    """Raise ConvexSetError unless it is what geometries are asked of."""
+    if not isinstance(query, QueryObject):
+        raise ConvexSetError(f"{label}: query must be a QueryObject, not {quoted(query)}")
+
+
 def scene_obstacles(
     query: QueryObject, ignored: Container[GeometryId] = frozenset()
 ) -> list[SceneObstacle]:
     """Return all geometry with the proximity role but what is ignored, in the world, by id."""
+    check_query(query, "scene_obstacles")
     return [
         SceneObstacle(geometry_id, obstacle_of(query, geometry_id))
         for geometry_id in sorted(query.inspector().get_all_geometry_ids(Role.PROXIMITY))

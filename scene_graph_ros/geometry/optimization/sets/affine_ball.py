@@ -14,7 +14,9 @@ from scene_graph_ros.geometry.optimization.sets.answers import Projection, Suppo
 from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_matrix,
     as_nonnegative,
+    as_number,
     as_vector,
+    as_whole,
 )
 from scene_graph_ros.geometry.optimization.sets.axes import (
     project_on_axes,
@@ -31,6 +33,9 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE, EPSILON
 __all__ = ["AffineBall"]
 
 _NOTHING = np.zeros((0, 0))
+
+_MOST_DIMENSIONS = 10_000
+"""Of which a square matrix still fits in memory."""
 
 _SURE = 0.01
 """Of a ratio at which a ball counts as flat: below, the bound of its rounded inverse will do."""
@@ -70,12 +75,14 @@ class AffineBall(ConvexSet):
     def make_hypersphere(cls, radius: float, center: Any) -> AffineBall:
         """Return the ball of a radius, at least 0, about ``center (n,)``."""
         about = as_vector(center, "AffineBall.make_hypersphere: center")
-        return cls.make_axis_aligned(np.full(len(about), radius), about)
+        size = as_number(radius, "AffineBall.make_hypersphere: radius")
+        return cls.make_axis_aligned(np.full(len(about), size), about)
 
     @classmethod
     def make_unit_ball(cls, dim: int) -> AffineBall:
         """Return the ball of radius 1 about the origin."""
-        return cls(np.eye(dim), np.zeros(dim))
+        n = as_whole(dim, "AffineBall.make_unit_ball: dim", 0, _MOST_DIMENSIONS)
+        return cls(np.eye(n), np.zeros(n))
 
     @classmethod
     def minimum_volume_circumscribed_ellipsoid(

@@ -99,7 +99,7 @@ class AffineSubspace(ConvexSet):
         ``tol`` is a distance for the translation, relative to its rounding, and the sine of an
         angle for directions.
         """
-        self._check_other(other, "contained_in")
+        self._check_other(other, "contained_in", AffineSubspace)
         most = as_nonnegative(tol, "AffineSubspace.contained_in: tol")
         across = other.orthogonal_complement_basis().T
         size = 1.0 + np.abs(self._translation).max(initial=0.0)
@@ -110,6 +110,7 @@ class AffineSubspace(ConvexSet):
 
     def is_nearly_equal_to(self, other: AffineSubspace, tol: float = 1e-15) -> bool:
         """Tell whether each is part of the other, to a tolerance as in `contained_in`."""
+        self._check_other(other, "is_nearly_equal_to", AffineSubspace)
         return self.contained_in(other, tol) and other.contained_in(self, tol)
 
     def lift(self) -> Lift:

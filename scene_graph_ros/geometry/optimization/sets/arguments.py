@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 import math
 from typing import Any
 
@@ -11,10 +12,24 @@ from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 
-__all__ = ["as_matrix", "as_nonnegative", "as_points", "as_vector", "frozen"]
+__all__ = [
+    "as_corners_dimension",
+    "as_generator",
+    "as_list",
+    "as_matrix",
+    "as_nonnegative",
+    "as_number",
+    "as_points",
+    "as_vector",
+    "as_whole",
+    "frozen",
+]
 
 _LIMIT = 1e150
 """Larger numbers would have squares that overflow."""
+
+_MOST_CORNERS_DIMENSION = 20
+"""Of what has 2^n corners or faces: more are no numbers to keep."""
 
 _FEW = 8192
 """Numbers: for many more, BLAS takes threads, which spin."""
@@ -91,3 +106,44 @@ def as_nonnegative(value: Any, label: str) -> float:
     if number is None or not 0.0 <= number < math.inf:
         raise ConvexSetError(f"{label} must be a finite number, at least 0, not {quoted(value)}")
     return number
+
+
+def as_number(value: Any, label: str) -> float:
+    """Return a number, which may be negative or infinite. Raises ConvexSetError."""
+    number = value if type(value) is float else as_float(value)
+    if number is None or number != number:
+        raise ConvexSetError(f"{label} must be a number, not {quoted(value)}")
+    return number
+
+
+def as_whole(value: Any, label: str, least: int = 0, most: int | None = None) -> int:
+    """Return a whole number, at least ``least``, at most ``most``. Raises ConvexSetError."""
+    is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if not is_whole or value < least or (most is not None and value > most):
+        limit = "" if most is None else f" and at most {most}"
+        raise ConvexSetError(
+            f"{label} must be a whole number, at least {least}{limit}, not {quoted(value)}"
+        )
+    return int(value)
+
+
+def as_corners_dimension(value: Any, label: str) -> int:
+    """Return the number of dimensions of what has 2^n corners or faces. Raises ConvexSetError."""
+    return as_whole(value, label, 0, _MOST_CORNERS_DIMENSION)
+
+
+def as_generator(value: Any, label: str) -> np.random.Generator:
+    """Return NumPy's generator of random numbers. Raises ConvexSetError for another object."""
+    if not isinstance(value, np.random.Generator):
+        raise ConvexSetError(
+            f"{label} must be a numpy.random.Generator, such as numpy.random.default_rng(0), not"
+            f" {quoted(value)}"
+        )
+    return value
+
+
+def as_list(value: Any, label: str) -> list[Any]:
+    """Return a list of what can be iterated. Raises ConvexSetError."""
+    if not isinstance(value, Iterable):
+        raise ConvexSetError(f"{label} must be a list, not {quoted(value)}")
+    return list(value)

@@ -21,7 +21,7 @@ from scene_graph_ros.geometry.optimization.sets.from_shapes import (
 )
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
-from scene_graph_ros.geometry.optimization.sets.members import as_members
+from scene_graph_ros.geometry.optimization.sets.members import as_members, member
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["CartesianProduct"]
@@ -72,8 +72,8 @@ class CartesianProduct(ConvexSet):
         return len(self._factors)
 
     def factor(self, index: int) -> ConvexSet:
-        """Return one of them."""
-        return self._factors[index]
+        """Return one of them. Raises ConvexSetError for a number without one."""
+        return member(self._factors, index, "CartesianProduct.factor")
 
     @overload
     def is_empty(self, *, certificate: Literal[False] = ...) -> bool: ...

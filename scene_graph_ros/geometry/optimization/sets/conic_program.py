@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
-from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_vector
+from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_vector, as_whole
 from scene_graph_ros.geometry.optimization.solve.blocks import (
     Block,
     for_the_solver,
@@ -32,6 +32,9 @@ from scene_graph_ros.geometry.optimization.solve.solver_choice import as_choice,
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["Cone", "ConicConstraint", "ConicProgram", "ConicSolution", "rows_of_program"]
+
+_MOST_VARIABLES, _MOST_ORDER = 100_000_000, 10_000
+"""Of which numbers still fit in memory."""
 
 _WIDENED = 1e-7
 """Relative to the size of a program: what has to be widened by more can't be fulfilled."""
@@ -139,7 +142,7 @@ class ConicProgram:
 
     def add_variables(self, count: int) -> np.ndarray:
         """Return the numbers ``(count,)`` of new variables. Raises ConvexSetError."""
-        number = _as_count(count, "ConicProgram.add_variables: count")
+        number = as_whole(count, "ConicProgram.add_variables: count", 0, _MOST_VARIABLES)
         self._size += number
         return np.arange(self._size - number, self._size)
 
@@ -148,7 +151,7 @@ class ConicProgram:
 
         They are numbered as in the upper triangle, column after column.
         """
-        size = _as_count(order, "ConicProgram.add_symmetric_matrix: order")
+        size = as_whole(order, "ConicProgram.add_symmetric_matrix: order", 0, _MOST_ORDER)
         first, count = self._size, size * (size + 1) // 2
         self.add_variables(count)
         columns = np.zeros((size, size), dtype=np.int64)
@@ -158,7 +161,10 @@ class ConicProgram:
 
     def as_variables(self, value: Any, label: str, size: int | None = None) -> np.ndarray:
         """Return numbers of variables ``(size,)`` of the program. Raises ConvexSetError."""
-        columns = np.atleast_1d(np.asarray(value))
+        try:
+            columns = np.atleast_1d(np.asarray(value))
+        except ValueError:
+            columns = np.array([np.nan])
         is_whole = columns.dtype.kind in "iu" or not columns.size
         if columns.ndim != 1 or not is_whole or (size is not None and len(columns) != size):
             wanted = "(k,)" if size is None else f"({size},)"
@@ -224,7 +230,10 @@ class ConicProgram:
     def add_semidefinite_matrix(self, X: Any) -> ConicConstraint:
         """Ask that a matrix of variables ``(N, N)`` has no negative eigenvalue."""
         label = "ConicProgram.add_semidefinite_matrix"
-        columns = np.asarray(X)
+        try:
+            columns = np.asarray(X)
+        except ValueError:
+            columns = np.zeros(0)
         if columns.ndim != 2 or columns.shape != columns.T.shape or (columns != columns.T).any():
             raise ConvexSetError(f"{label}: X must be a symmetric matrix, not {quoted(X)}")
         i, j = upper_triangle(len(columns))
@@ -339,12 +348,6 @@ def rows_of_program(program: ConicProgram, kind: str) -> tuple[np.ndarray, np.nd
         A += [-sign * whole for sign in signs]
         b += [sign * constraint.constant for sign in signs]
     return np.concatenate(A), np.concatenate(b)
-
-
-def _as_count(value: Any, label: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
-        raise ConvexSetError(f"{label} must be a whole number, at least 0, not {quoted(value)}")
-    return int(value)
 
 
 def triangle_of(matrix: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.lift import Ball, equations, joined, Lift
 from scene_graph_ros.geometry.optimization.sets.answers import Support
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.members import as_members, common_dimension
+from scene_graph_ros.geometry.optimization.sets.members import as_members, common_dimension, member
 
 __all__ = ["ConvexHull"]
 
@@ -37,8 +37,8 @@ class ConvexHull(ConvexSet):
         return self._participating
 
     def element(self, index: int) -> ConvexSet:
-        """Return one of all sets."""
-        return self._sets[index]
+        """Return one of all sets. Raises ConvexSetError for a number without one."""
+        return member(self._sets, index, "ConvexHull.element")
 
     def num_elements(self) -> int:
         """Return how many sets there are."""

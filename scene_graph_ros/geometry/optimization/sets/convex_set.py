@@ -12,7 +12,11 @@ from scene_graph_ros.geometry.optimization.certificates import Decision
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
-from scene_graph_ros.geometry.optimization.sets.arguments import as_points, as_vector
+from scene_graph_ros.geometry.optimization.sets.arguments import (
+    as_number,
+    as_points,
+    as_vector,
+)
 from scene_graph_ros.geometry.optimization.sets.conic_program import ConicConstraint, ConicProgram
 from scene_graph_ros.geometry.optimization.sets.decisions import is_bounded, is_empty
 from scene_graph_ros.geometry.optimization.sets.generic import (
@@ -99,7 +103,8 @@ class ConvexSet(abc.ABC):
         points, is_one = as_points(
             x, f"{type(self).__name__}.point_in_set: x", self._ambient_dimension
         )
-        inside = self._outside(points) <= tol
+        most = as_number(tol, f"{type(self).__name__}.point_in_set: tol")
+        inside = self._outside(points) <= most
         return bool(inside[0]) if is_one else inside
 
     @overload
@@ -179,10 +184,14 @@ class ConvexSet(abc.ABC):
             else not decision.value
         )
 
-    def _check_other(self, other: Any, question: str) -> None:
+    def _check_other(self, other: Any, question: str, kind: type[ConvexSet] | None = None) -> None:
+        """Raise ConvexSetError unless it is a set of a kind and of this set's dimension."""
         label = f"{type(self).__name__}.{question}: other"
-        if not isinstance(other, ConvexSet):
-            raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(other)}")
+        wanted = ConvexSet if kind is None else kind
+        if not isinstance(other, wanted):
+            name = wanted.__name__
+            article = "an" if name.startswith(("A", "HP", "I")) else "a"
+            raise ConvexSetError(f"{label} must be {article} {name}, not {quoted(other)}")
         if other.ambient_dimension != self.ambient_dimension:
             raise ConvexSetError(
                 f"{label} has {other.ambient_dimension} dimensions, this set has"

@@ -44,7 +44,7 @@ def is_bounded(asked: Any) -> Decision:
         if not isinstance(way, list) and empty.certificate.kind == "undecided":
             # The direction leads on from a point of the set, of which none was found.
             gap = empty.certificate.gap
-            shown = Certificate("undecided", way, "is_bounded", (asked,), gap=gap)  # type: ignore[arg-type]
+            shown = Certificate("undecided", way, "is_bounded", (asked,), gap=gap)
             return Decision(False, shown)
         if not isinstance(way, list):
             point = empty.certificate.exact

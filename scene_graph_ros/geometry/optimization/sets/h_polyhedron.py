@@ -3,27 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-import functools
+import itertools
 from typing import Any, Literal, overload
 
 import numpy as np
 
 from scene_graph_ros.geometry.model.ids import FrameId
 from scene_graph_ros.geometry.optimization.certificates import Decision
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
-from scene_graph_ros.geometry.optimization.lift import Lift
+from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
 from scene_graph_ros.geometry.optimization.sets.affine_transformation import largest_image
-from scene_graph_ros.geometry.optimization.sets.answers import Projection
 from scene_graph_ros.geometry.optimization.sets.arguments import (
-    as_matrix,
+    as_corners_dimension,
     as_nonnegative,
     as_vector,
-)
-from scene_graph_ros.geometry.optimization.sets.conversions import (
-    shape_of_hull,
-    vertices_of_polyhedron,
-    volume_of,
+    as_whole,
 )
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.ellipsoids import inscribed
@@ -32,8 +26,6 @@ from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellip
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
     center_of_rows,
     is_contained,
-    is_row_bounded,
-    point_of_rows,
     redundant,
 )
 from scene_graph_ros.geometry.optimization.sets.redundancy import (
@@ -43,30 +35,24 @@ from scene_graph_ros.geometry.optimization.sets.redundancy import (
     reduce_rows,
     Reduction,
 )
-from scene_graph_ros.geometry.optimization.sets.row_geometry import (
-    are_boxed,
-    box_of_rows,
-    distances_outside,
-    nearest_of_rows,
-)
+from scene_graph_ros.geometry.optimization.sets.row_set import RowSet
 from scene_graph_ros.geometry.optimization.sets.sampling import draw, draw_many, UniformSamples
 from scene_graph_ros.geometry.optimization.sets.simplification import (
     Simplification,
     simplified,
 )
 from scene_graph_ros.geometry.optimization.solve.feasibility import find_deepest
-from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["HPolyhedron"]
 
-_EXACT_VOLUME_DIMENSIONS = 4
-"""Beyond, a polyhedron may have too many vertices to list."""
-
-
 _NOTHING = np.zeros((0, 0))
 
+_MOST_DIMENSIONS = 10_000
+"""Of which a square matrix still fits in memory."""
 
-class HPolyhedron(ConvexSet):
+
+class HPolyhedron(RowSet):
     """All x with ``A x <= b``: ``A (m, n)``, ``b (m,)``. It may be unbounded, flat or empty.
 
     ``HPolyhedron(v_polytope)`` has the faces of a hull of points,
@@ -84,9 +70,7 @@ class HPolyhedron(ConvexSet):
         """Take rows, vertices or a geometry. Raises ConvexSetError unless A and b fit."""
         if type(A) is not np.ndarray:
             A, b = rows_of(A, b, reference_frame)
-        self._A = as_matrix(A, "HPolyhedron: A")
-        self._b = as_vector(b, "HPolyhedron: b", len(self._A))
-        super().__init__(self._A.shape[1])
+        super().__init__(A, b)
 
     @classmethod
     def make_box(cls, lb: Any, ub: Any) -> HPolyhedron:
@@ -98,38 +82,22 @@ class HPolyhedron(ConvexSet):
     @classmethod
     def make_unit_box(cls, dim: int) -> HPolyhedron:
         """Return the box from -1 to 1 along each axis."""
-        return cls.make_box(-np.ones(dim), np.ones(dim))
+        n = as_whole(dim, "HPolyhedron.make_unit_box: dim", 0, _MOST_DIMENSIONS)
+        return cls.make_box(-np.ones(n), np.ones(n))
 
     @classmethod
     def make_l1_ball(cls, dim: int) -> HPolyhedron:
         """Return the cross-polytope: all points whose coordinates' magnitudes add up to 1."""
-        signs = np.array(np.meshgrid(*[[-1.0, 1.0]] * dim, indexing="ij")).reshape(dim, -1).T
+        n = as_corners_dimension(dim, "HPolyhedron.make_l1_ball: dim")
+        signs = np.array(list(itertools.product([-1.0, 1.0], repeat=n))).reshape(2**n, n)
         return cls(signs, np.ones(len(signs)))
-
-    @property
-    def A(self) -> np.ndarray:
-        """The rows ``(m, n)``."""
-        return self._A
-
-    @property
-    def b(self) -> np.ndarray:
-        """The right sides ``(m,)``."""
-        return self._b
-
-    def _corners(self) -> np.ndarray:
-        return vertices_of_polyhedron(self)
-
-    @functools.cached_property
-    def _lift(self) -> Lift:
-        n = self.ambient_dimension
-        return Lift(np.zeros((0, n)), np.zeros(0), self._A, self._b)
-
-    def lift(self) -> Lift:
-        """Return the rows themselves."""
-        return self._lift
 
     def cartesian_product(self, other: HPolyhedron) -> HPolyhedron:
         """Return all (x, y) with x in this polyhedron and y in the other."""
+        if not isinstance(other, HPolyhedron):
+            raise ConvexSetError(
+                f"HPolyhedron.cartesian_product: other must be an HPolyhedron, not {quoted(other)}"
+            )
         A = np.zeros(
             (len(self._b) + len(other.b), self.ambient_dimension + other.ambient_dimension)
         )
@@ -139,10 +107,8 @@ class HPolyhedron(ConvexSet):
 
     def cartesian_power(self, n: int) -> HPolyhedron:
         """Return the product of n times this polyhedron, n at least 1."""
-        power = self
-        for _ in range(n - 1):
-            power = power.cartesian_product(self)
-        return power
+        times = as_whole(n, "HPolyhedron.cartesian_power: n", 1, _MOST_DIMENSIONS)
+        return HPolyhedron(np.kron(np.eye(times), self._A), np.tile(self._b, times))
 
     def chebyshev_center(self) -> np.ndarray:
         """Return the centre ``(n,)`` of a largest ball inside.
@@ -180,7 +146,7 @@ class HPolyhedron(ConvexSet):
         ``tol`` is a distance, which may be negative. The certificate is ``multipliers``,
         ``farkas`` for an empty set, or a ``point`` that is outside.
         """
-        self._check_other(other, "contained_in")
+        self._check_other(other, "contained_in", HPolyhedron)
         quick = None if certificate else is_contained(self, other, checked_tolerance(tol))
         if quick is not None:
             return quick
@@ -221,7 +187,7 @@ class HPolyhedron(ConvexSet):
         self, other: HPolyhedron, check_for_redundancy: bool = False, tol: float = 1e-9
     ) -> HPolyhedron:
         """Return the polyhedron with the rows of both; on request without new ones it implies."""
-        self._check_other(other, "intersection")
+        self._check_other(other, "intersection", HPolyhedron)
         kept = np.arange(len(other.b))
         if check_for_redundancy:
             kept = np.setdiff1d(kept, implied_rows(self, other, tol))
@@ -247,7 +213,8 @@ class HPolyhedron(ConvexSet):
         volume's logarithm to about 1e-7. Raises ConvexSetError for a set that is empty, unbounded
         or flat, SolverError where nothing was found.
         """
-        self._check_other(circumbody, "maximum_volume_inscribed_affine_transformation")
+        question = "maximum_volume_inscribed_affine_transformation"
+        self._check_other(circumbody, question, HPolyhedron)
         T, t = largest_image(self, circumbody)
         A = self._A @ np.linalg.inv(T)
         return HPolyhedron(A, self._b + A @ t)
@@ -349,68 +316,3 @@ class HPolyhedron(ConvexSet):
         Raises ConvexSetError for a set that is empty, flat or unbounded.
         """
         return draw_many(self, generator, num_samples, mixing_steps, num_chains)
-
-    @functools.cached_property
-    def own_box(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Corners ``(n,)`` of a bounded box, exactly; None where rows are not those of one.
-
-        Each is of one coordinate, times a power of two.
-        """
-        return box_of_rows(self._A, self._b)
-
-    def _linear_rows(self) -> tuple[np.ndarray, np.ndarray]:
-        return self._A, self._b
-
-    def _is_quickly_empty(self) -> bool | None:
-        return self._quickly_empty
-
-    @functools.cached_property
-    def _quick_point(self) -> tuple[bool | None, np.ndarray]:
-        return point_of_rows(self._A, self._b)
-
-    def _inner(self, question: str) -> np.ndarray:
-        is_empty, x = self._quick_point
-        return x if is_empty is False else super()._inner(question)
-
-    @functools.cached_property
-    def _quickly_empty(self) -> bool | None:
-        empty = self._quick_point[0]
-        if empty is None and self.own_box is not None:
-            return bool((self.own_box[0] > self.own_box[1]).any())
-        return empty
-
-    def _is_quickly_bounded(self) -> bool | None:
-        return self._quickly_bounded
-
-    @functools.cached_property
-    def _quickly_bounded(self) -> bool | None:
-        if is_row_bounded(self._A):
-            return True
-        return True if are_boxed(self._A) else None
-
-    def _outside(self, points: np.ndarray) -> np.ndarray:
-        return distances_outside(self._A, self._b, points)
-
-    def _project(self, points: np.ndarray) -> Projection:
-        if not self.ambient_dimension:
-            return Projection(np.zeros(len(points)), points.copy(), np.zeros(len(points)))
-        found = nearest_of_rows(self._lift.rows, points)
-        if isinstance(found, Projection):
-            return found
-        raise SolverError(
-            f"HPolyhedron.projection: no nearest point to {points[found]} was found; the set is"
-            " nearly empty, or reduce_inequalities() has fewer rows"
-        )
-
-    @property
-    def has_exact_volume(self) -> bool:
-        """Up to four dimensions."""
-        return self.ambient_dimension <= _EXACT_VOLUME_DIMENSIONS
-
-    def _volume(self) -> float:
-        if not self.is_bounded():
-            return np.inf if find_deepest(self._lift.rows).radius > 0.0 else 0.0
-        return volume_of(self._corners())
-
-    def _shape_with_pose(self) -> tuple[Shape, np.ndarray]:
-        return shape_of_hull(self._corners())

@@ -15,7 +15,9 @@ from scene_graph_ros.geometry.optimization.sets.answers import Projection, Suppo
 from scene_graph_ros.geometry.optimization.sets.arguments import (
     as_matrix,
     as_nonnegative,
+    as_number,
     as_vector,
+    as_whole,
 )
 from scene_graph_ros.geometry.optimization.sets.axes import (
     project_on_axes,
@@ -35,6 +37,9 @@ from scene_graph_ros.geometry.tolerances import EPSILON
 __all__ = ["Hyperellipsoid"]
 
 _NOTHING = np.zeros((0, 0))
+
+_MOST_DIMENSIONS = 10_000
+"""Of which a square matrix still fits in memory."""
 
 
 class Hyperellipsoid(ConvexSet):
@@ -74,12 +79,14 @@ class Hyperellipsoid(ConvexSet):
     def make_hypersphere(cls, radius: float, center: Any) -> Hyperellipsoid:
         """Return the ball of a positive radius about ``center (n,)``."""
         about = as_vector(center, "Hyperellipsoid.make_hypersphere: center")
-        return cls.make_axis_aligned(np.full(len(about), radius), about)
+        size = as_number(radius, "Hyperellipsoid.make_hypersphere: radius")
+        return cls.make_axis_aligned(np.full(len(about), size), about)
 
     @classmethod
     def make_unit_ball(cls, dim: int) -> Hyperellipsoid:
         """Return the ball of radius 1 about the origin."""
-        return cls(np.eye(dim), np.zeros(dim))
+        n = as_whole(dim, "Hyperellipsoid.make_unit_ball: dim", 0, _MOST_DIMENSIONS)
+        return cls(np.eye(n), np.zeros(n))
 
     @classmethod
     def minimum_volume_circumscribed_ellipsoid(

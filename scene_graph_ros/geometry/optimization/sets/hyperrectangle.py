@@ -9,10 +9,11 @@ import numpy as np
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.lift import Lift
 from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
-from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.geometry.optimization.sets.arguments import as_generator, as_vector
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.shapes.box import Box
 from scene_graph_ros.geometry.shapes.shape import Shape
 
@@ -75,21 +76,25 @@ class Hyperrectangle(ConvexSet):
 
     def maybe_get_intersection(self, other: Hyperrectangle) -> Hyperrectangle | None:
         """Return the box that both have in common, None if there is none."""
-        self._check_other(other, "maybe_get_intersection")
+        self._check_other(other, "maybe_get_intersection", Hyperrectangle)
         lb, ub = np.maximum(self._lb, other.lb), np.minimum(self._ub, other.ub)
         return Hyperrectangle(lb, ub) if (lb <= ub).all() else None
 
     def uniform_sample(self, generator: np.random.Generator) -> np.ndarray:
         """Draw a point ``(n,)`` uniformly."""
+        as_generator(generator, "Hyperrectangle.uniform_sample: generator")
         share = generator.random(self.ambient_dimension)
         return np.clip(self._lb + share * (self._ub - self._lb), self._lb, self._ub)
 
     @classmethod
-    def maybe_calc_axis_aligned_bounding_box(cls, convex_set: ConvexSet) -> Hyperrectangle | None:
+    def maybe_calc_axis_aligned_bounding_box(cls, convex_set: Any) -> Hyperrectangle | None:
         """Return the least box around a set, None if it is unbounded or empty.
 
         Each bound is outward by the gap of its support, so that the set is inside.
         """
+        if not isinstance(convex_set, ConvexSet):
+            label = "Hyperrectangle.maybe_calc_axis_aligned_bounding_box: convex_set"
+            raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(convex_set)}")
         bounds = bounds_of(convex_set)
         return None if bounds is None else cls(*bounds)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.lift import Lift, shared_point
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.members import as_members, common_dimension
+from scene_graph_ros.geometry.optimization.sets.members import as_members, common_dimension, member
 
 __all__ = ["Intersection"]
 
@@ -29,8 +29,8 @@ class Intersection(ConvexSet):
         return len(self._elements)
 
     def element(self, index: int) -> ConvexSet:
-        """Return one of them."""
-        return self._elements[index]
+        """Return one of them. Raises ConvexSetError for a number without one."""
+        return member(self._elements, index, "Intersection.element")
 
     def lift(self) -> Lift:
         """Return the rows of all, with one point."""

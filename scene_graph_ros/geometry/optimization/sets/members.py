@@ -6,10 +6,11 @@ from collections.abc import Iterable
 from typing import Any
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.arguments import as_whole
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
 
-__all__ = ["as_members", "common_dimension"]
+__all__ = ["as_members", "common_dimension", "member"]
 
 
 def as_members(sets: Any, other: ConvexSet | None, kind: str) -> tuple[ConvexSet, ...]:
@@ -31,3 +32,11 @@ def common_dimension(members: tuple[ConvexSet, ...], kind: str) -> int:
         found = [member.ambient_dimension for member in members]
         raise ConvexSetError(f"{kind}: sets must have one ambient dimension, not {found}")
     return dimensions.pop() if dimensions else 0
+
+
+def member(members: tuple[ConvexSet, ...], index: Any, question: str) -> ConvexSet:
+    """Return the set of a number, from 0 on. Raises ConvexSetError where there is none."""
+    label = f"{question}: index"
+    if not members:
+        raise ConvexSetError(f"{label} must be that of a set, but there is none")
+    return members[as_whole(index, label, 0, len(members) - 1)]

@@ -16,7 +16,7 @@ from scene_graph_ros.geometry.optimization.sets.from_shapes import (
     placed_shape,
 )
 from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
-from scene_graph_ros.geometry.optimization.sets.members import as_members, common_dimension
+from scene_graph_ros.geometry.optimization.sets.members import as_members, common_dimension, member
 from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
 
 __all__ = ["MinkowskiSum"]
@@ -49,8 +49,8 @@ class MinkowskiSum(ConvexSet):
         return len(self._terms)
 
     def term(self, index: int) -> ConvexSet:
-        """Return one of them."""
-        return self._terms[index]
+        """Return one of them. Raises ConvexSetError for a number without one."""
+        return member(self._terms, index, "MinkowskiSum.term")
 
     def lift(self) -> Lift:
         """Return ``x - x_1 - x_2 - ... = 0`` and the rows of each."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.arguments import as_list
 from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
@@ -48,6 +49,7 @@ def check_if_satisfies_convexity_radius(
     Geodesically-Convex Sets", 2023). Raises ConvexSetError for joints that the set doesn't have.
     """
     label = "check_if_satisfies_convexity_radius"
+    _checked([convex_set], f"{label}: convex_set")
     joints = as_joints(continuous_revolute_joints, convex_set.ambient_dimension, label)
     for direction in np.eye(convex_set.ambient_dimension)[joints]:
         ways = [convex_set.support(sign * direction) for sign in (1.0, -1.0)]
@@ -102,7 +104,7 @@ def compute_pairwise_intersections(
 def as_joints(joints: Any, dimension: int, label: str) -> list[int]:
     """Return different indices of coordinates. Raises ConvexSetError."""
     found: list[int] = []
-    for joint in joints:
+    for joint in as_list(joints, f"{label}: continuous_revolute_joints"):
         is_whole = isinstance(joint, (int, np.integer)) and not isinstance(joint, bool)
         if not is_whole or not 0 <= joint < dimension or int(joint) in found:
             raise ConvexSetError(
@@ -127,7 +129,7 @@ def translated(convex_set: ConvexSet, offset: np.ndarray) -> ConvexSet:
 
 
 def _checked(sets: Any, label: str) -> list[ConvexSet]:
-    found = list(sets)
+    found = as_list(sets, label)
     if not found:
         raise ConvexSetError(f"{label} must be one set or more, not empty")
     for k, each in enumerate(found):
@@ -155,6 +157,13 @@ def own_box(convex_set: ConvexSet) -> Boxes | None:
 
 def _boxes(sets: list[ConvexSet], given: Sequence[Hyperrectangle] | None, label: str) -> Boxes:
     """Return the lower and upper corners ``(m, n)`` of boxes around sets."""
+    n = sets[0].ambient_dimension
+    given = None if given is None else as_list(given, label)
+    for each in given or ():
+        if not isinstance(each, Hyperrectangle) or each.ambient_dimension != n:
+            raise ConvexSetError(
+                f"{label} must be Hyperrectangles in {n} dimensions, not {quoted(each)}"
+            )
     if given is not None and len(given) != len(sets):
         raise ConvexSetError(f"{label} must have {len(sets)} boxes, one a set, not {len(given)}")
     found = []

@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
+from scene_graph_ros.geometry.optimization.sets.arguments import as_list
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
@@ -37,7 +38,11 @@ def partition_convex_set(
         raise ConvexSetError(
             f"{label}: epsilon must be between 0 and pi / 2, not {quoted(epsilon)}"
         )
-    given = [convex_set] if isinstance(convex_set, ConvexSet) else list(convex_set)
+    given = (
+        [convex_set]
+        if isinstance(convex_set, ConvexSet)
+        else as_list(convex_set, f"{label}: convex_set")
+    )
     pieces: list[ConvexSet] = []
     for number, each in enumerate(given):
         if not isinstance(each, ConvexSet):

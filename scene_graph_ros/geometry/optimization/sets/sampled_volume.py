@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.optimization.sets.arguments import as_generator, as_nonnegative
 from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
 from scene_graph_ros.geometry.quoting import quoted
 
@@ -31,6 +31,7 @@ def sample_volume(
 ) -> SampledVolume:
     """Estimate a volume as `ConvexSet.calc_volume_via_sampling` says."""
     label = f"{type(asked).__name__}.calc_volume_via_sampling"
+    as_generator(generator, f"{label}: generator")
     desired = as_nonnegative(desired_rel_accuracy, f"{label}: desired_rel_accuracy")
     if desired > 1.0:
         raise ConvexSetError(f"{label}: desired_rel_accuracy must be at most 1, not {desired!r}")

@@ -8,21 +8,25 @@ import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
 from scene_graph_ros.geometry.optimization.sets.arguments import (
+    as_generator,
     as_matrix,
     as_nonnegative,
     as_vector,
+    as_whole,
 )
 from scene_graph_ros.geometry.optimization.sets.ellipsoids import inscribed
 from scene_graph_ros.geometry.optimization.solve.effective_sample_size import (
     effective_sample_size,
 )
 from scene_graph_ros.geometry.optimization.solve.hit_and_run import hit_and_run, walk_along_axes
-from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["UniformSamples", "draw", "draw_many"]
 
 _FORGET = 10
 """Steps for each two coordinates, after which a chain in a round set has forgotten its start."""
+
+_MOST = 100_000_000
+"""Points, chains or steps."""
 
 _START_OUTSIDE = 1e-8
 """In the set's own units: how far outside a start may be."""
@@ -38,6 +42,8 @@ def draw(
 ) -> np.ndarray:
     """Walk ``mixing_steps`` steps in a polyhedron, as `HPolyhedron.uniform_sample` says."""
     label, n = "HPolyhedron.uniform_sample", polyhedron.ambient_dimension
+    as_generator(generator, f"{label}: generator")
+    mixing_steps = as_whole(mixing_steps, f"{label}: mixing_steps", 0, _MOST)
     if n == 0:
         return np.zeros(0)
     x = (
@@ -85,11 +91,12 @@ def draw_many(
 ) -> UniformSamples:
     """Walk with many chains at once, as `HPolyhedron.uniform_samples` says."""
     label, n = "HPolyhedron.uniform_samples", polyhedron.ambient_dimension
-    wanted = _at_least(num_samples, 1, f"{label}: num_samples")
-    chains = min(_at_least(num_chains, 1, f"{label}: num_chains"), wanted)
+    as_generator(generator, f"{label}: generator")
+    wanted = as_whole(num_samples, f"{label}: num_samples", 1, _MOST)
+    chains = min(as_whole(num_chains, f"{label}: num_chains", 1, _MOST), wanted)
     # A step along an axis changes one of n coordinates.
     between = 4 * n if mixing_steps is None else mixing_steps
-    steps = _at_least(between, 0 if n == 0 else 1, f"{label}: mixing_steps")
+    steps = as_whole(between, f"{label}: mixing_steps", 0 if n == 0 else 1, _MOST)
     if n == 0:
         return UniformSamples(np.zeros((wanted, 0)), float(wanted), chains)
     found = inscribed(polyhedron)
@@ -114,11 +121,3 @@ def draw_many(
     worth = effective_sample_size(kept)
     drawn = kept.reshape(-1, n)[:wanted]
     return UniformSamples(found.center + drawn @ found.B.T, worth, chains)
-
-
-def _at_least(value: Any, least: int, label: str) -> int:
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ConvexSetError(
-            f"{label} must be a whole number, at least {least}, not {quoted(value)}"
-        )
-    return int(value)

@@ -9,8 +9,12 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative, as_points
-from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.optimization.sets.arguments import (
+    as_list,
+    as_nonnegative,
+    as_points,
+    as_whole,
+)
 
 __all__ = ["Simplification", "simplified"]
 
@@ -70,11 +74,8 @@ def _checked(of: Any, asked: Simplification) -> tuple[np.ndarray, tuple[Any, ...
     ratio = as_nonnegative(asked.min_volume_ratio, f"{_LABEL}: min_volume_ratio")
     if not 0.0 < ratio <= 1.0:
         raise ConvexSetError(f"{_LABEL}: min_volume_ratio must be above 0, up to 1, not {ratio!r}")
-    if not (isinstance(asked.max_iterations, (int, np.integer)) and asked.max_iterations > 0):
-        raise ConvexSetError(
-            f"{_LABEL}: max_iterations must be a whole number, at least 1, not"
-            f" {quoted(asked.max_iterations)}"
-        )
+    as_whole(asked.max_iterations, f"{_LABEL}: max_iterations", 1)
+    as_whole(asked.random_seed, f"{_LABEL}: random_seed")
     as_nonnegative(asked.intersection_padding, f"{_LABEL}: intersection_padding")
     if n == 0 or of.is_empty() or not of.is_bounded():
         raise ConvexSetError(f"{_LABEL}: the set must be bounded and have a point, in dimensions")
@@ -86,9 +87,10 @@ def _checked(of: Any, asked: Simplification) -> tuple[np.ndarray, tuple[Any, ...
             f"{_LABEL}: points_to_contain must be in the set, which {points[outside[0]].tolist()}"
             " is not"
         )
-    others = tuple(asked.intersecting_polytopes)
+    others = tuple(as_list(asked.intersecting_polytopes, f"{_LABEL}: intersecting_polytopes"))
     for k, other in enumerate(others):
-        of._check_other(other, f"simplify_by_incremental_face_translation: {k} of")
+        question = f"simplify_by_incremental_face_translation: intersecting_polytopes[{k}]"
+        of._check_other(other, question, type(of))
         if not of.intersects_with(other):
             raise ConvexSetError(
                 f"{_LABEL}: intersecting_polytopes[{k}] does not meet the set; leave it out"

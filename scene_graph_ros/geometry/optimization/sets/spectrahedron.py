@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from typing import Any
 
 import numpy as np
@@ -41,8 +42,9 @@ class Spectrahedron(ConvexSet):
             F, A, b, E, f = _of_program(F)
             n = A.shape[1]
         else:
-            given = F if isinstance(F, (list, tuple)) and np.ndim(F[0] if F else 0) == 3 else [F]
-            given = [each for each in given if len(each)]
+            is_several = isinstance(F, (list, tuple)) and bool(F) and _depth(F[0]) == 3
+            given = F if is_several else [F]
+            given = [each for each in given if _depth(each) or not isinstance(each, Sized)]
             F = tuple(
                 as_symmetric(each, f"Spectrahedron: F{'' if len(given) == 1 else f'[{k}]'}")
                 for k, each in enumerate(given)
@@ -209,3 +211,11 @@ def _of_program(program: ConicProgram) -> tuple[Any, ...]:
         of_each.append(np.concatenate([np.zeros(0), *(side for _, side in found)]))
     E, minus_f, minus_A, b = of_each
     return F, -minus_A, b, E, -minus_f
+
+
+def _depth(value: Any) -> int:
+    """Return how many lists are in each other, each the first of the one around it."""
+    depth = 0
+    while isinstance(value, (list, tuple)) and value:
+        value, depth = value[0], depth + 1
+    return depth + value.ndim * bool(value.size) if isinstance(value, np.ndarray) else depth

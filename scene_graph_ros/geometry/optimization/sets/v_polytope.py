@@ -11,7 +11,11 @@ from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
 from scene_graph_ros.geometry.optimization.lift import Lift
 from scene_graph_ros.geometry.optimization.sets.answers import gaps_of, Projection, Support
-from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_vector
+from scene_graph_ros.geometry.optimization.sets.arguments import (
+    as_corners_dimension,
+    as_matrix,
+    as_vector,
+)
 from scene_graph_ros.geometry.optimization.sets.conversions import (
     corners_of,
     half_spaces_of_vertices,
@@ -66,13 +70,15 @@ class VPolytope(ConvexSet):
         """Return the box between two corners ``(n,)``."""
         low = as_vector(lb, "VPolytope.make_box: lb")
         high = as_vector(ub, "VPolytope.make_box: ub", len(low))
+        as_corners_dimension(len(low), "VPolytope.make_box: the length of lb")
         corners = np.array(np.meshgrid(*np.stack([low, high], axis=1), indexing="ij"))
         return cls(corners.reshape(len(low), -1).T if len(low) else np.zeros((1, 0)))
 
     @classmethod
     def make_unit_box(cls, dim: int) -> VPolytope:
         """Return the box from -1 to 1 along each axis."""
-        return cls.make_box(-np.ones(dim), np.ones(dim))
+        n = as_corners_dimension(dim, "VPolytope.make_unit_box: dim")
+        return cls.make_box(-np.ones(n), np.ones(n))
 
     @property
     def vertices(self) -> np.ndarray:

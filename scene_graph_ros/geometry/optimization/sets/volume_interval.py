@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.geometry.optimization.sets.arguments import as_generator, as_nonnegative
 from scene_graph_ros.geometry.optimization.sets.axes import unit_ball_volume
 from scene_graph_ros.geometry.optimization.sets.ellipsoids import inscribed
 from scene_graph_ros.geometry.optimization.sets.extents import bounds_of
@@ -64,6 +64,7 @@ def volume_interval(
 ) -> VolumeInterval:
     """Return an interval as `ConvexSet.calc_volume_interval` says."""
     label = f"{type(asked).__name__}.calc_volume_interval"
+    as_generator(generator, f"{label}: generator")
     desired = as_nonnegative(desired_rel_accuracy, f"{label}: desired_rel_accuracy")
     sure = as_nonnegative(confidence, f"{label}: confidence")
     if not 0.0 < sure < 1.0:
