@@ -23,8 +23,8 @@ from rclpy.utilities import remove_ros_args
 from scene_graph_ros.geometry.compiled.cache import KernelCacheWarning
 from scene_graph_ros.geometry.meshes.color_warnings import mesh_color_warnings_told
 from scene_graph_ros.node.node import SceneGraphNode
-from scene_graph_ros.node.runtime.collecting import keep_what_is_there, look_at_all_again
 from scene_graph_ros.node.runtime.ending import Ending
+from scene_graph_ros.node.runtime.garbage_collection import keep_what_is_there, look_at_all_again
 from scene_graph_ros.node.runtime.names import NODE_NAME
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 

@@ -15,7 +15,7 @@ from msg_adapters.errors import UnavailableError
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.diagnostics import Monitor
 from scene_graph_ros.node.diagnostics_topic import DiagnosticsTopic, Watched
-from scene_graph_ros.node.effects.beside import Found
+from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.declarations import EFFECT_NAMES
 from scene_graph_ros.node.effects.manager import Effects
 from scene_graph_ros.node.resolved_topics import ResolvedTopics

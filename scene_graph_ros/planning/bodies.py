@@ -23,8 +23,8 @@ from scene_graph_ros.geometry.compiled.lanes import (
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
 from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
-from scene_graph_ros.planning.still_kernels import least_of, WORD
-from scene_graph_ros.planning.still_tree import StillNodes
+from scene_graph_ros.planning.static_kernels import least_of, WORD
+from scene_graph_ros.planning.static_tree import StaticNodes
 from scene_graph_ros.robots.tree_kernels import compose_lanes, LANES, place_joints, TreeTable
 
 __all__ = [
@@ -35,7 +35,7 @@ __all__ = [
     "distance_at",
     "new_places",
     "place_bodies",
-    "place_still_bodies",
+    "place_static_bodies",
     "sure_distances",
 ]
 
@@ -63,7 +63,7 @@ class BodyTable(NamedTuple):
     """``(b, INNER)``: what is inside each."""
     measure: int
     """The address of PAIR_DISTANCE."""
-    nodes: StillNodes
+    nodes: StaticNodes
     """Of those that do not move, but half spaces; none where they are few."""
 
 
@@ -152,7 +152,7 @@ def _place_center(bodies, b, places):
 
 
 @inlined_kernel
-def place_still_bodies(bodies, places):
+def place_static_bodies(bodies, places):
     """Write where the bodies are that do not move."""
     robots = len(bodies.joints)
     for b in range(robots, len(bodies.rows)):

@@ -6,10 +6,10 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.planning.bodies import (
     distance_at,
     place_bodies,
-    place_still_bodies,
+    place_static_bodies,
     sure_distances,
 )
-from scene_graph_ros.planning.still_kernels import find_near
+from scene_graph_ros.planning.static_kernels import find_near
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = [
@@ -71,7 +71,7 @@ def _note(held, bodies, pairs, p, found, places):
 @lean_kernel
 def check_configurations(held, tree, bodies, pairs, q, X_WB, first_pair, places):
     """Write the first pair that is nearer than its padding, or NO_PAIR, for each configuration."""
-    place_still_bodies(bodies, places)
+    place_static_bodies(bodies, places)
     for first in range(0, len(q), LANES):
         place_bodies(tree, bodies, q, first, X_WB, places)
         found = first_pair[first : first + LANES]
@@ -89,7 +89,7 @@ def check_by_tree(held, tree, bodies, pairs, q, X_WB, first_pair, places):
 
     Where there is none the loop above is faster, as it asks nobody which pairs these are.
     """
-    place_still_bodies(bodies, places)
+    place_static_bodies(bodies, places)
     for a in range(len(bodies.joints)):
         places.limits[a] = pairs.most_paddings[a]
     for first in range(0, len(q), LANES):

@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.tables.held_table import HeldTable, hold
 from scene_graph_ros.geometry.tolerances import OSCULATION
 from scene_graph_ros.planning.bodies import BodyTable, CheckedTables, new_places, PairTable, Places
 from scene_graph_ros.planning.inner_covers import inner_covers
-from scene_graph_ros.planning.still_tree import no_nodes, still_nodes
+from scene_graph_ros.planning.static_tree import no_nodes, static_nodes
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 __all__ = ["AllPairs", "CheckerPlan", "carrier", "make_plan", "placed"]
@@ -177,7 +177,7 @@ def placed(plan: CheckerPlan, snapshot: Snapshot) -> CheckerPlan:
     X_WG = np.ascontiguousarray(snapshot.X_WG[rows[count:]][:, :3]).reshape(-1, 3, 4)
     at = np.einsum("nij,nj->ni", X_WG[:, :, :3], bodies.centers[count:]) + X_WG[:, :, 3]
     small = np.flatnonzero(bodies.radii[count:] < np.inf)
-    nodes = still_nodes(count + small, at[small], bodies.radii[count:][small])
+    nodes = static_nodes(count + small, at[small], bodies.radii[count:][small])
     return plan._replace(
         bodies=bodies._replace(
             X_JG=np.ascontiguousarray(X_JG[:, :3]).reshape(-1, 3, 4), X_WG=X_WG, nodes=nodes

@@ -25,8 +25,8 @@ from scene_graph_ros.planning.bodies import (
 )
 from scene_graph_ros.planning.separation_kernels import separation
 from scene_graph_ros.planning.separation_lanes import place_cover, pose_in_cover, separations
-from scene_graph_ros.planning.still_kernels import find_near
-from scene_graph_ros.planning.still_tree import StillNodes
+from scene_graph_ros.planning.static_kernels import find_near
+from scene_graph_ros.planning.static_tree import StaticNodes
 from scene_graph_ros.robots.joint_chains import add_rates, JointChains, place_axes
 from scene_graph_ros.robots.tree_kernels import LANES, TreeTable
 
@@ -79,7 +79,7 @@ def _example() -> NearTable:
     rows, flags, numbers = np.zeros(1, np.int64), np.zeros(1, np.bool_), np.zeros(1)
     poses, points = np.zeros((1, 3, 4)), np.zeros((1, 3))
     tree = TreeTable(rows, rows, poses, rows, rows, numbers, numbers, rows, poses)
-    nodes = StillNodes(points, numbers, rows, rows)
+    nodes = StaticNodes(points, numbers, rows, rows)
     bodies = BodyTable(rows, rows, poses, poses, points, numbers, points, points, points, 0, nodes)
     table = np.zeros((1, 1), np.int64)
     two = np.zeros((1, 2), np.int64)

@@ -10,7 +10,7 @@ import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel, merged_kernel
 from scene_graph_ros.geometry.compiled.lanes import larger, load_lanes, store_lanes
-from scene_graph_ros.planning.bodies import place_bodies, place_still_bodies, sure_distances
+from scene_graph_ros.planning.bodies import place_bodies, place_static_bodies, sure_distances
 from scene_graph_ros.planning.check_kernels import collides_at, NO_PAIR
 from scene_graph_ros.planning.curve_kernels import point_on
 from scene_graph_ros.planning.edge_stretches import (
@@ -38,7 +38,7 @@ from scene_graph_ros.planning.open_pairs import (
 )
 from scene_graph_ros.planning.pair_on_stretch import look_at_pair
 from scene_graph_ros.planning.separation_kernels import separations_at
-from scene_graph_ros.planning.still_kernels import find_near
+from scene_graph_ros.planning.static_kernels import find_near
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = ["prove_edge", "prove_edges"]
@@ -274,7 +274,7 @@ def prove_edges(checked, edges, rules, stop, proofs, scratch):
     ``stop[0]``, and unfinished after ``stop[1]`` looks.
     """
     statuses, numbers, found = proofs
-    place_still_bodies(checked.bodies, scratch.places)
+    place_static_bodies(checked.bodies, scratch.places)
     for e in range(len(edges)):
         scratch.stretches.recent[:] = NO_PAIR  # What is known of an edge depends on no other one.
         statuses[e], found[e] = prove_edge(checked, edges[e], rules, stop, scratch, numbers[e])

@@ -15,7 +15,7 @@ from scene_graph_ros.planning.bodies import sure_distances
 from scene_graph_ros.planning.edge_stretches import COLLIDES, longest_of
 from scene_graph_ros.planning.inner_covers import farthest_apart
 from scene_graph_ros.planning.separation_kernels import separations_at
-from scene_graph_ros.planning.still_kernels import least_of
+from scene_graph_ros.planning.static_kernels import least_of
 from scene_graph_ros.robots.tree_kernels import LANES
 
 __all__ = ["find_open_pairs", "next_open_pair"]

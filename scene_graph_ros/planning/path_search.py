@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scene_graph_ros.planning.checker_plan import CheckerPlan
 from scene_graph_ros.planning.edge_proofs import edge_scratch
 from scene_graph_ros.planning.edge_stretches import EdgeRules, ENDLESS
-from scene_graph_ros.planning.growth_kernels import Trees
 from scene_graph_ros.planning.position_space import PositionSpace
+from scene_graph_ros.planning.rrt_connect_kernels import Trees
 from scene_graph_ros.planning.search_kernels import search, SearchTables
 from scene_graph_ros.planning.search_state import (
     CONNECT,

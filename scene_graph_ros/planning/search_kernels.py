@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.planning.bodies import place_still_bodies
+from scene_graph_ros.planning.bodies import place_static_bodies
 from scene_graph_ros.planning.edge_kernels import prove_edge
 from scene_graph_ros.planning.edge_stretches import FREE, UNFINISHED
-from scene_graph_ros.planning.growth_kernels import propose_growth, take_growth, Trees
+from scene_graph_ros.planning.rrt_connect_kernels import propose_growth, take_growth, Trees
 from scene_graph_ros.planning.search_state import (
     EDGES,
     LOOKS,
@@ -54,7 +54,7 @@ def search(checked, rules, stop, grown, scratch):
     """
     tree = checked.tree
     space, longest, trees, path, samples, state, edge, numbers = grown
-    place_still_bodies(checked.bodies, scratch.places)
+    place_static_bodies(checked.bodies, scratch.places)
     while True:
         is_growing = state[PHASE] != SHORTEN
         if is_growing:

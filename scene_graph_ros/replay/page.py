@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from scene_graph_ros.node.effects.beside import Found
+from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.moment import SnapshotMoment
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.replay.contacts import answer_of, effects_on, SURFACES

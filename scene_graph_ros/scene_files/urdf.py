@@ -140,7 +140,7 @@ class _Reader:
         )
 
     def _inertial(self, link: XmlElement) -> Inertial | None:
-        """Read a link's inertia: who asks for geometry alone isn't stopped by a bad one."""
+        """Read a link's inertia; a bad one is only a warning, since geometry does not need it."""
         try:
             return inertial_of(link)
         except SceneFileError as error:

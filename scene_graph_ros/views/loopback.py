@@ -1,4 +1,4 @@
-"""Which addresses are this machine's own; apart, as who asks may never serve anything."""
+"""Which addresses are this machine's own. Those who ask need not import the server for it."""
 
 from __future__ import annotations
 

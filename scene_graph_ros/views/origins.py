@@ -1,4 +1,4 @@
-"""Where pages come from, by the parameter that lets others in; apart, as it serves nothing."""
+"""Origins of pages that the parameter lets in. Those who check it need not import the server."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def _of_form(item: DrawItem) -> tuple[Triangles, NDArray[np.float64], NDArray[np
 
     Both are of the corners.
     """
-    # Only who has such a picture needs what cameras are made of.
+    # Scenes without such a picture need nothing of cameras.
     from scene_graph_ros.geometry.perception.surfaces import patch_of_shape
 
     form, (a, b, c) = look_of(item)

@@ -16,7 +16,7 @@ from scene_graph_ros.geometry import (
     Sphere,
 )
 from scene_graph_ros.planning import EdgeStatus, RobotDiagram, SceneGraphCollisionChecker
-from scene_graph_ros.planning.still_tree import FEWEST, still_nodes
+from scene_graph_ros.planning.static_tree import FEWEST, static_nodes
 from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot
 
 PANDA = "package://example-robot-data/robots/panda_description"
@@ -83,7 +83,7 @@ def configurations(robots, count, seed):
 def without_tree(robots, monkeypatch, **options):
     """Return a checker that looks at all pairs one by one."""
     with monkeypatch.context() as patched:
-        patched.setattr("scene_graph_ros.planning.still_tree.FEWEST", 10**9)
+        patched.setattr("scene_graph_ros.planning.static_tree.FEWEST", 10**9)
         checker = SceneGraphCollisionChecker(robots, **options)
     assert not len(checker.plan.bodies.nodes.radii)
     return checker
@@ -186,7 +186,7 @@ def test_balls_are_in_the_balls_above_them(count):
     centers, radii = rng.normal(size=(count, 3)), rng.uniform(0.0, 0.3, count)
     centers[: count // 4] = centers[0]  # many at one place
     bodies = rng.permutation(count) + 5
-    nodes = still_nodes(bodies, centers, radii)
+    nodes = static_nodes(bodies, centers, radii)
     of_body = dict(zip(bodies.tolist(), range(count), strict=True))
     assert sorted(nodes.bodies[nodes.bodies >= 0].tolist()) == sorted(of_body)
     above: list[int] = []

@@ -22,8 +22,8 @@ from scene_graph_ros.planning import (
     SceneGraphCollisionChecker,
 )
 from scene_graph_ros.planning.regions.faces import Cut, cut_between
+from scene_graph_ros.planning.regions.hit_and_run import walked
 from scene_graph_ros.planning.regions.region_record import share_bound
-from scene_graph_ros.planning.regions.walks import walked
 
 LOW, HIGH = np.array([-3.0, -2.8]), np.array([3.0, 2.8])
 DOMAIN = HPolyhedron.make_box(LOW, HIGH)

@@ -1,4 +1,4 @@
-"""Values derived of other values: computed once, by who asks first, and kept while they hold.
+"""Values derived from other values: computed when first asked for, and kept while they hold.
 
 A function that derives something says beside its definition what that depends on. It is called
 like any function; whoever changes a model says which parts of it have changed, and what depends

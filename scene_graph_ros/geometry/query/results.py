@@ -1,7 +1,7 @@
 """Result tables: what queries return.
 
 A table is a sequence of records, made when one is looked at. Its columns are arrays of the same
-names as the records' fields, read-only, so nothing is copied for who wants numbers. Ids are
+names as the records' fields, read-only, so callers who want numbers copy nothing. Ids are
 ``GeometryId`` in records and integers in columns.
 """
 

@@ -130,7 +130,7 @@ class Browser:
         return self._view.count()
 
     def counters(self) -> Mapping[str, Any]:
-        """Return the address, who looks, and what was done for them."""
+        """Return the address, how many pages are open, and what they were sent."""
         moved = {} if self._joints is None else {"joints moved": self._joints.moved}
         return {**self._view.counters(), **moved}
 

@@ -16,7 +16,7 @@ from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 
 from msg_adapters.definitions import kind_of
-from scene_graph_ros.node.effects.beside import Found
+from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.receipts import Receipts
 from scene_graph_ros.node.runtime.qos import overridable
 from scene_graph_ros.node.world.planned_path import PlannedPath
@@ -113,8 +113,8 @@ class Effect(Protocol):
 class WorksAlone(Protocol):
     """An effect that computes and publishes in a thread of its own.
 
-    What goes wrong there nobody else sees, so it says so itself; who fails is off until the scene
-    changes.
+    Nobody else sees what goes wrong there, so it says so itself. An effect that fails is off until
+    the scene changes.
     """
 
     def failure(self) -> str:
@@ -153,7 +153,7 @@ class Reader(Protocol):
 
 
 def _readers(host: Host, kind: Any, name: str, topic: str, qos: QoSProfile) -> Iterator[Reader]:
-    """Yield who reads ``topic``, called ``name`` before it was resolved."""
+    """Yield the readers of ``topic`` beside subscribers; ``name`` is not resolved yet."""
     tape = None if host.recorder is None else host.recorder.tape(kind, name, topic, qos)
     if tape is not None:
         yield tape

@@ -29,7 +29,7 @@ _WITHOUT_LIMITS = {"rad": math.pi, "m": 1.0}
 """How far a slider goes to both sides for a joint that has no limits."""
 
 _LOOK_PERIOD = 0.5
-"""Seconds between two looks at who publishes."""
+"""Seconds between two looks at the publishers of joint states."""
 
 
 def sliders_of(snapshot: WorldSnapshot) -> tuple[Slider, ...]:

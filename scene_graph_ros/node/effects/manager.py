@@ -11,7 +11,7 @@ import traceback
 from typing import Any
 
 from scene_graph_ros.geometry.steps import between_steps
-from scene_graph_ros.node.effects.beside import Found
+from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.declarations import (
     AnswerDeclaration,
     camera_effect,

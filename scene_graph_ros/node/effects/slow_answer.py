@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from scene_graph_ros.node.effects.beside import Beside, Found
+from scene_graph_ros.node.effects.answer_thread import AnswerThread, Found
 from scene_graph_ros.node.effects.state import Answer, Question
 from scene_graph_ros.node.world.world import WorldSnapshot
 
@@ -24,7 +24,7 @@ class SlowAnswer(Answer):
         """Wait ``patience()`` seconds; call ``late`` when an answer has come after that."""
         super().__init__(question)
         self._patience = patience
-        self._beside = Beside(self._compute, late)
+        self._thread = AnswerThread(self._compute, late)
         self._without = 0
         self._is_late = False
 
@@ -32,18 +32,18 @@ class SlowAnswer(Answer):
         """Return the answer; None where it is late. Raises what the question does."""
         is_new = self.is_new(snapshot)
         self._sequence = snapshot.sequence
-        answer = self._beside.ask(snapshot, self._patience())
+        answer = self._thread.ask(snapshot, self._patience())
         self._is_late = answer is None
         self._without += is_new and self._is_late
         return answer
 
     def newest(self) -> Found | None:
         """Return the newest answer that has come, and the snapshot that it is about."""
-        return self._beside.newest
+        return self._thread.newest
 
     def seconds_beside(self) -> float:
         """Return how long the last one took, or how long one is being looked for by now."""
-        return self._beside.seconds()
+        return self._thread.seconds()
 
     def counters(self) -> Mapping[str, Any]:
         """Return the same as others, and how many snapshots went without."""
@@ -55,8 +55,8 @@ class SlowAnswer(Answer):
 
     def close(self) -> None:
         """End the thread."""
-        self._beside.close()
+        self._thread.close()
 
     def _last(self) -> Any:
-        found = self._beside.newest
+        found = self._thread.newest
         return None if found is None else found.answer

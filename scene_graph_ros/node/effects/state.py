@@ -9,7 +9,7 @@ import importlib
 import time
 from typing import Any, Protocol
 
-from scene_graph_ros.node.effects.beside import Found
+from scene_graph_ros.node.effects.answer_thread import Found
 from scene_graph_ros.node.effects.declarations import EffectDeclaration
 from scene_graph_ros.node.effects.effect import Effect, WorksAlone
 from scene_graph_ros.node.world.world import WorldSnapshot

@@ -26,7 +26,7 @@ import scene_graph_msgs.srv
 from scene_graph_msgs.srv import ListEffects
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.effects.manager import Effects
-from scene_graph_ros.node.runtime.collecting import at_rest
+from scene_graph_ros.node.runtime.garbage_collection import at_rest
 from scene_graph_ros.node.runtime.names import service_name
 from scene_graph_ros.node.runtime.requests import Answer, RequestLoop, Respond
 from scene_graph_ros.node.services.bodies import prepare

@@ -1,4 +1,4 @@
-"""OMPL, imported by who asks first."""
+"""OMPL, imported when first asked for."""
 
 from __future__ import annotations
 

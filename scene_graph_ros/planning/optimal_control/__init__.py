@@ -1,1 +1,1 @@
-"""The best motion of a system, by nonlinear programs on CasADi, which is imported when asked."""
+"""The best motion of a system, by nonlinear programs on CasADi, which is imported on demand."""

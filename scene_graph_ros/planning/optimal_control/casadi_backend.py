@@ -1,4 +1,4 @@
-"""CasADi, imported by who asks first."""
+"""CasADi, imported when first asked for."""
 
 from __future__ import annotations
 

@@ -27,11 +27,11 @@ from scene_graph_ros.planning.regions.feasibility import (
     checked_obstacles,
     Feasibility,
 )
+from scene_graph_ros.planning.regions.hit_and_run import walked
 from scene_graph_ros.planning.regions.iris_zo import bisected, refuse_inside
 from scene_graph_ros.planning.regions.np_options import IrisNpOptions
 from scene_graph_ros.planning.regions.outer_loop import Attempt, grow, rounding_shape
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion, share_bound
-from scene_graph_ros.planning.regions.walks import walked
 
 __all__ = ["grow_np", "iris_in_configuration_space", "np_options"]
 

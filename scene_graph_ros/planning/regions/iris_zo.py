@@ -32,10 +32,10 @@ from scene_graph_ros.planning.regions.feasibility import (
     checked_obstacles,
     Feasibility,
 )
+from scene_graph_ros.planning.regions.hit_and_run import walked
 from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
 from scene_graph_ros.planning.regions.outer_loop import Attempt, grow, rounding_shape
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion, share_bound
-from scene_graph_ros.planning.regions.walks import walked
 
 __all__ = ["bisected", "grow_zo", "iris_zo", "refuse_inside"]
 

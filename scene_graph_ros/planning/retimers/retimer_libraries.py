@@ -1,4 +1,4 @@
-"""TOPP-RA and Ruckig, imported by who asks first."""
+"""TOPP-RA and Ruckig, imported when first asked for."""
 
 from __future__ import annotations
 

@@ -148,7 +148,7 @@ class BrowserView:
         return self._pump.messages
 
     def counters(self) -> dict[str, Any]:
-        """Return who looks, and what was done for them."""
+        """Return the address, how many pages are open, and what they were sent."""
         return {
             "address": self.address,
             "pages": self._pump.count(),
@@ -195,7 +195,7 @@ class BrowserView:
         )
         async with server:
             await self._stopped.wait()
-            # Nobody is waited for: neither a page that is stuck nor who has not asked yet.
+            # Wait neither for a page that is stuck nor for one that has not asked yet.
             for connection in list(self._connections.open):
                 connection.transport.abort()
         others = asyncio.all_tasks() - {asyncio.current_task()}

@@ -1,8 +1,8 @@
 """Where a point of a shape with a closed form is on the picture that covers it.
 
-Coordinates (u, v) run from 0 to 1 across the picture, u to the right and v up. No picture is
-mirrored for who looks at it from outside. On sides around the z axis, u goes once around, v goes
-up along z, and the middle of the picture is towards the x axis. ``docs/cameras.md`` lists all.
+Coordinates (u, v) run from 0 to 1 across the picture, u to the right and v up. Seen from outside,
+no picture is mirrored. On sides around the z axis, u goes once around, v goes up along z, and the
+middle of the picture is towards the x axis. ``docs/cameras.md`` lists all.
 """
 
 import math

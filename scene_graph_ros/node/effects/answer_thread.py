@@ -1,4 +1,4 @@
-"""A thread beside the updates for what may take long: who asks waits for a while, not for ever."""
+"""A thread that computes slow answers beside the updates, which wait for a while, not for ever."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 from scene_graph_ros.node.world.world import WorldSnapshot
 
-__all__ = ["Beside", "Found"]
+__all__ = ["AnswerThread", "Found"]
 
 
 class Found(NamedTuple):
@@ -27,7 +27,7 @@ class _Job(NamedTuple):
     begin: float
 
 
-class Beside:
+class AnswerThread:
     """Answers one question about snapshots, one at a time, in a thread of its own.
 
     While it is at one, later snapshots are passed over: the newest is taken when it is done.

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FEWEST", "StillNodes", "no_nodes", "still_nodes"]
+__all__ = ["FEWEST", "StaticNodes", "no_nodes", "static_nodes"]
 
 FEWEST = 32
 """Bodies that a tree is worth: fewer are looked at one by one as fast."""
@@ -21,7 +21,7 @@ _ROUNDING = 1.0 + 1e-12
 """Times radii: far more than rounding takes off them."""
 
 
-class StillNodes(NamedTuple):
+class StaticNodes(NamedTuple):
     """The nodes of a tree, none where it is not worth it."""
 
     centers: NDArray[np.float64]
@@ -34,10 +34,10 @@ class StillNodes(NamedTuple):
     """``(n,)``: the body of a leaf, else -1."""
 
 
-def no_nodes() -> StillNodes:
+def no_nodes() -> StaticNodes:
     """Return a tree of nothing."""
     rows = np.empty(0, np.int64)
-    return StillNodes(np.empty((0, 3)), np.empty(0), rows, rows)
+    return StaticNodes(np.empty((0, 3)), np.empty(0), rows, rows)
 
 
 class _Shape(NamedTuple):
@@ -50,9 +50,9 @@ class _Shape(NamedTuple):
     """Of each level rows of nodes, and where their bodies begin, in the order of leaves."""
 
 
-def still_nodes(
+def static_nodes(
     bodies: NDArray[np.int64], centers: NDArray[np.float64], radii: NDArray[np.float64]
-) -> StillNodes:
+) -> StaticNodes:
     """Return the tree of bodies ``(m,)`` with balls around them, ``(m, 3)`` in W and ``(m,)``."""
     count = len(bodies)
     if count < FEWEST:
@@ -62,7 +62,7 @@ def still_nodes(
     for _, starts in shape.levels:
         order = order[_along_widest_axes(centers[order], starts)]
     C, R = centers[order], radii[order]
-    nodes = StillNodes(
+    nodes = StaticNodes(
         np.empty((len(shape.skips), 3)),
         np.empty(len(shape.skips)),
         shape.skips,

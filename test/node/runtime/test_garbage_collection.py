@@ -6,7 +6,7 @@ import gc
 
 import pytest
 
-from scene_graph_ros.node.runtime.collecting import (
+from scene_graph_ros.node.runtime.garbage_collection import (
     at_rest,
     keep_what_is_there,
     LARGE,
