@@ -45,7 +45,7 @@ class BodyMatrices:
         return self._whole(self.padding, 0.0)
 
     def with_padding_matrix(self, matrix: ArrayLike) -> BodyMatrices:
-        """Return matrices with all paddings set."""
+        """Return matrices with all paddings ``(n, n)`` set, metres."""
         padding = self._checked("collision_padding", matrix, np.float64, 0)
         return replace(self, padding=padding)
 
@@ -94,7 +94,7 @@ class BodyMatrices:
         return self._whole(self.filtered, ALWAYS_FILTERED)
 
     def with_filter_matrix(self, matrix: ArrayLike) -> BodyMatrices:
-        """Return matrices with all filters set."""
+        """Return matrices with all filters ``(n, n)`` set: CHECKED or FILTERED."""
         field = "filter_matrix"
         filtered = self._checked(field, matrix, np.int8, ALWAYS_FILTERED)
         bad = (filtered != CHECKED) & (filtered != FILTERED)

@@ -114,7 +114,7 @@ class ChangingChecker:
     def add_collision_shape_to_frame(
         self, group_name: str, frameA: AnyBody, shape: Shape, X_AG: ArrayLike
     ) -> bool:
-        """Add a shape to frame A, which is a body; see `add_collision_shape_to_body`."""
+        """Add a shape to frame A, a body, at ``X_AG`` ``(4, 4)``; see `add_collision_shape`."""
         frame = self._state.bodies.find(frameA, "frameA")
         return self.add_collision_shape_to_body(group_name, frame, shape, X_AG)
 

@@ -38,7 +38,7 @@ class CollisionCheckerContext:
         return self._q
 
     def set_positions(self, q: ArrayLike) -> None:
-        """Set them. Raises KinematicTreeError for another shape and what is not finite."""
+        """Set the positions ``(nq,)``. Raises KinematicTreeError for what is no configuration."""
         (configuration,) = self._state().plan.tree.checked_configurations(q)
         self._q = _frozen(configuration.copy())
 

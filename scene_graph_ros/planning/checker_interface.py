@@ -211,7 +211,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         """Return what `measure_context_edge` does."""
         return self.measure_context_edge(model_context, q1, q2)
 
-    # Contexts.
+    # Contexts. CollisionCheckerError is raised for one that is not this checker's own.
 
     @property
     def num_allocated_contexts(self) -> int:
@@ -219,7 +219,7 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
         return self._contexts.count
 
     def model_context(self, context_number: int | None = None) -> CollisionCheckerContext:
-        """Return a context by its number from 0 on; the first without. Raises as all here."""
+        """Return a context by its number, the first without; raises for one that there is not."""
         return self._contexts.numbered(context_number)
 
     def make_standalone_model_context(self) -> CollisionCheckerContext:
@@ -236,13 +236,13 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def update_positions(
         self, q: ArrayLike, context_number: int | None = None
     ) -> CollisionCheckerContext:
-        """Set the positions of a context with a number; return it."""
+        """Set the positions ``(nq,)`` of a context with a number; return it."""
         return self.update_context_positions(self.model_context(context_number), q)
 
     def update_context_positions(
         self, model_context: CollisionCheckerContext, q: ArrayLike
     ) -> CollisionCheckerContext:
-        """Set the positions of a context; return it. Raises CollisionCheckerError for no own."""
+        """Set the positions ``(nq,)`` of a context; return it. Raises as all here for no own."""
         context = self._contexts.own(model_context)
         context.set_positions(one_configuration("q", q)[0])
         return context
@@ -250,34 +250,34 @@ class CollisionChecker(ChangingChecker, MeasuringChecker, ABC):
     def check_context_config_collision_free(
         self, model_context: CollisionCheckerContext, q: ArrayLike
     ) -> bool:
-        """Set a context's positions; tell whether they are free."""
+        """Set a context's positions ``(nq,)``; tell whether they are free."""
         return self.check_config_collision_free(self.update_context_positions(model_context, q).q)
 
     def check_context_edge_collision_free(
         self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
     ) -> bool:
-        """Tell whether an edge is free; the context's positions are the end's afterwards."""
+        """Tell whether the edge from q1 to q2 ``(nq,)`` is free; the context then is at q2."""
         self.update_context_positions(model_context, q2)
         return self.check_edge_collision_free(q1, q2)
 
     def measure_context_edge(
         self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
     ) -> EdgeMeasure:
-        """Measure an edge; the context's positions are the end's afterwards."""
+        """Measure the edge from q1 to q2 ``(nq,)``; the context then is at q2."""
         self.update_context_positions(model_context, q2)
         return self.measure_edge(q1, q2)
 
     def calc_context_robot_clearance(
         self, model_context: CollisionCheckerContext, q: ArrayLike, influence_distance: float
     ) -> RobotClearance:
-        """Set a context's positions; return the clearance there."""
+        """Set a context's positions ``(nq,)``; return the clearance there up to a distance (m)."""
         context = self.update_context_positions(model_context, q)
         return self.calc_robot_clearance(context.q, influence_distance)
 
     def classify_context_body_collisions(
         self, model_context: CollisionCheckerContext, q: ArrayLike
     ) -> list[RobotCollisionType]:
-        """Set a context's positions; return what each body collides with there."""
+        """Set a context's positions ``(nq,)``; return what each body collides with there."""
         return self.classify_body_collisions(self.update_context_positions(model_context, q).q)
 
     def max_context_num_distances(self, model_context: CollisionCheckerContext) -> int:

@@ -252,7 +252,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
     def calc_clearance_columns(
         self, configurations: ArrayLike, influence_distance: float
     ) -> ClearanceColumns:
-        """Return what `calc_robot_clearances` does as arrays, which costs no object a row."""
+        """Return what `calc_robot_clearances` does of ``(n, nq)`` as arrays, without objects."""
         influence = _influence(influence_distance)
         return clearance_columns(
             self._state, self.checked_configurations(configurations), influence

@@ -39,7 +39,7 @@ class DistanceAndInterpolationProvider(ABC):
     """
 
     def compute_configuration_distance(self, q1: ArrayLike, q2: ArrayLike) -> float:
-        """Return the distance from q1 to q2, which is not negative.
+        """Return the distance from q1 to q2 ``(nq,)``, which is not negative.
 
         Raises CollisionCheckerError for configurations that are not finite or not alike in shape,
         and for what is no distance.
@@ -55,7 +55,7 @@ class DistanceAndInterpolationProvider(ABC):
     def interpolate_between_configurations(
         self, q1: ArrayLike, q2: ArrayLike, ratio: float
     ) -> NDArray[np.float64]:
-        """Return the configuration at a ratio from 0 to 1 of the way from q1 to q2.
+        """Return the configuration ``(nq,)`` at a ratio from 0 to 1 of the way from q1 to q2.
 
         Raises CollisionCheckerError for another ratio, configurations that are not finite or not
         alike in shape, and for what is no configuration.

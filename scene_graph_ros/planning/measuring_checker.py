@@ -120,7 +120,7 @@ class MeasuringChecker:
     def interpolate_between_configurations(
         self, q1: ArrayLike, q2: ArrayLike, ratio: float
     ) -> NDArray[np.float64]:
-        """Return the provider's configuration at a ratio from 0 to 1 of the way."""
+        """Return the provider's configuration ``(nq,)`` at a ratio, 0 to 1, of the way to q2."""
         return self._provider.interpolate_between_configurations(q1, q2, ratio)
 
     def make_standalone_configuration_distance_function(self) -> ConfigurationDistanceFunction:

@@ -56,7 +56,7 @@ class KinematicTree(TreeLayout):
         object.__setattr__(self, "X_WB", np.array(self.X_WB, dtype=np.float64))
 
     def group_positions(self, name: str) -> NDArray[np.intp]:
-        """Return where the positions of a group's joints are in q.
+        """Return where the positions of a group's joints are in q, ``(k,)``.
 
         Joints that follow others have none. Raises KinematicTreeError for an unknown group.
         """

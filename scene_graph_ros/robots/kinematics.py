@@ -111,7 +111,7 @@ class Kinematics:
         return self._q[0].copy()
 
     def update(self, joint_names: Sequence[str], positions: ArrayLike) -> None:
-        """Move the named joints; the others stay, except those that mimic a named one.
+        """Move the named joints to positions ``(n,)``, rad or m; those that mimic one follow.
 
         A mimicking joint that is named itself goes where its own position says. Positions beyond
         a joint's limits are taken as they are: this is what the robot measured. Names the robot

@@ -46,7 +46,7 @@ class LoadedRobot:
     def frame_poses(
         self, joint_names: Sequence[str] = (), positions: ArrayLike = ()
     ) -> dict[FrameId, Pose]:
-        """Update the named joints and return the pose ``X_WL`` of each link's frame.
+        """Move the named joints, rad or m, and return ``X_WL`` ``(4, 4)`` of each link's frame.
 
         Raises JointStateError, and moves nothing, for positions that are not usable.
         """

@@ -54,9 +54,9 @@ class RenderEngine(Protocol):
         kinds: frozenset[ImageKind],
         depth_range: DepthRange | None,
     ) -> Images:
-        """Return the images of these kinds that a sensor at ``X_WS`` sees.
+        """Return the images of these kinds that a sensor at ``X_WS`` ``(4, 4)`` sees.
 
-        It draws the geometries whose appearance accepts ``core.renderer_name``. There is a
-        ``depth_range`` if depth is asked for.
+        S has z ahead and y down. Drawn are the geometries whose appearance accepts
+        ``core.renderer_name``. There is a ``depth_range`` if depth is asked for.
         """
         ...

@@ -81,7 +81,7 @@ class CspaceFreeBox:
     def find_pair_certificate(
         self, geometry_pair: GeometryPair, q_box_lower: ArrayLike, q_box_upper: ArrayLike
     ) -> PairCertificate | PairFailure:
-        """Return what is shown of one pair in a box. Raises CertificateError."""
+        """Return what is shown of one pair in a box, ``(nq,)`` each. Raises CertificateError."""
         search, C, d = self._search(self._checked(q_box_lower, q_box_upper))
         return search.find_pair_certificate(geometry_pair, C, d)
 
@@ -93,7 +93,7 @@ class CspaceFreeBox:
         max_boxes: int = 1_000_000,
         threads: int = 1,
     ) -> DistanceCertificate:
-        """Return what distances show of a box: see the function of this name. Raises as it."""
+        """Return what distances show of a box, ``(nq,)`` each: see the function of this name."""
         box = HPolyhedron.make_box(*self._checked(q_box_lower, q_box_upper))
         return certify_by_distances(self._checker, box, max_boxes=max_boxes, threads=threads)
 

@@ -90,13 +90,13 @@ class CspaceFreePolytope:
         most_clearance: bool = True,
         executor: AnyExecutor | None = None,
     ) -> PolytopeCertificate:
-        """Return what is shown of ``{s: C s <= d}`` within the joints' limits.
+        """Return what is shown of ``{s: C s <= d}``, ``(m, nq)`` and ``(m,)``, within limits.
 
-        A success is a proof, checked in rational arithmetic; anything else is none, and its
-        ``failures`` say which pair and why. Some of the region's points are tried first: where
-        one collides, no program is solved. Pairs are shared out among the workers of an
-        ``executor``; otherwise the search ends at the first failure unless
-        ``terminate_at_failure`` is False.
+        These are the joints'; s are tangents of half angles, and metres. A success is a proof,
+        checked in rational arithmetic; anything else is none, and its ``failures`` say which pair
+        and why. Some of the region's points are tried first: where one collides, no program is
+        solved. Pairs are shared out among the workers of an ``executor``; otherwise the search
+        ends at the first failure unless ``terminate_at_failure`` is False.
 
         Of many joints and points planes that do not move are tried first. Then, with
         ``most_clearance``, the pairs that keep least get the planes that keep most, which costs
@@ -114,7 +114,7 @@ class CspaceFreePolytope:
     def find_pair_certificate(
         self, geometry_pair: GeometryPair, C: ArrayLike, d: ArrayLike
     ) -> PairCertificate | PairFailure:
-        """Return what is shown of one pair in a polytope. Raises CertificateError."""
+        """Return what is shown of one pair in ``{s: C s <= d}``. Raises CertificateError."""
         (ids,) = self._ignored([geometry_pair])
         pair = self._plan.pair_of(*ids)
         assert pair is not None  # as it is a pair that is checked
@@ -191,7 +191,7 @@ class CspaceFreePolytope:
         *,
         executor: AnyExecutor | None = None,
     ) -> list[PolytopeCertificate]:
-        """Return proofs of polytopes that grow, the largest last; the first is the one given.
+        """Return proofs of polytopes that grow, the largest last, from ``C_init s <= d_init`` on.
 
         In each round planes are found for the polytope, then its faces, in place and direction,
         for their multipliers, so that the largest ellipsoid inside stays there and has the most

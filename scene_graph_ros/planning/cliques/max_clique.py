@@ -121,7 +121,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         return None if self._guess is None else self._guess.copy()
 
     def set_initial_guess(self, initial_guess: ArrayLike | None) -> None:
-        """Set the guess. Raises CliqueError for what is no vector of finite numbers."""
+        """Set the guess ``(n,)``. Raises CliqueError for what is no vector of finite numbers."""
         if initial_guess is None:
             self._guess: NDArray[np.float64] | None = None
             return

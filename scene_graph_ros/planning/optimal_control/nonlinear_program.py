@@ -221,7 +221,7 @@ class NonlinearProgram(ProgramParts):
     # Guesses and solutions.
 
     def set_initial_guess(self, variables: Any, values: ArrayLike) -> None:
-        """Say where the search begins for variables that were made in one call."""
+        """Say where the search begins for variables of one call: a number, or ``(rows,)``."""
         k = self._known.get(variables.__hash__())
         if k is None:
             raise TrajectoryOptimizationError(

@@ -69,7 +69,10 @@ class BsplineTrajectory:
     def clamped_uniform(
         cls, control_points: ArrayLike, degree: int, start_time: float = 0.0, end_time: float = 1.0
     ) -> BsplineTrajectory:
-        """Return the curve from the first control point to the last, with even knots between."""
+        """Return the curve from the first control point to the last, with even knots between.
+
+        ``control_points`` are ``(c, n)``; times are in s.
+        """
         points = as_numbers("control_points", control_points)
         d = as_order("degree", degree)
         start, end = as_finite("start_time", start_time), as_finite("end_time", end_time)

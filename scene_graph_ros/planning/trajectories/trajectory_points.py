@@ -67,7 +67,7 @@ class TrajectoryPoints:
     def of_curve(
         cls, curve: Trajectory, nanoseconds: ArrayLike, derivatives: int = 2
     ) -> TrajectoryPoints:
-        """Return what a curve and as many of its derivatives, 0 to 2, are at given times.
+        """Return what a curve and as many of its derivatives, 0 to 2, are at times ``(m,)`` in ns.
 
         Whether what runs through the points keeps limits is for `find_excess`, and whether it is
         free for `prove_trajectory`. Raises TrajectoryError for times that are no whole numbers or
