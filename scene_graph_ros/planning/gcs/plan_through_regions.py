@@ -117,15 +117,9 @@ def plan_through_regions(
     if regions is None:
         regions = grown = _grown(checker, (first, last), group, growth_padding, seed)
     first, last = first[held.rows], last[held.rows]
-    fastest = as_vector(velocities, f"{label}: velocities", len(first))
-    if (fastest <= 0.0).any():
-        k = int(np.argmin(fastest))
-        raise ConvexSetError(f"{label}: velocities[{k}] must be positive, not {fastest[k]}")
+    fastest = _speeds(velocities, len(first))
     if continuous_revolute_joints is None:
-        turning = (
-            [] if checker is None else get_continuous_revolute_joint_indices(checker.model.tree)
-        )
-        continuous_revolute_joints = np.flatnonzero(np.isin(held.rows, turning)).tolist()
+        continuous_revolute_joints = _turning(checker, held)
     graph = GcsTrajectoryOptimization(len(first), continuous_revolute_joints)
     free = graph.add_regions(regions, as_count(order, 1, f"{label}: order"), name="regions")
     begin = graph.add_regions([Point(first)], 0, name="start")
@@ -147,13 +141,39 @@ def plan_through_regions(
     on_way = tuple(places[v.id] for v in result.vertices if v.id in places)
     if checker is None:
         return RegionPlan(whole, result, (), result.reason, on_way)
-    points = np.array([segment.control_points for segment in whole.segments])  # type: ignore[attr-defined]
+    measures = _measured(checker, held, whole)
+    reason = _collision(checker, measures) or result.reason
+    return RegionPlan(whole, result, measures, reason, on_way, grown)
+
+
+def _speeds(velocities: ArrayLike, count: int) -> NDArray[np.float64]:
+    """Return the largest speed of each position. Raises ConvexSetError for what is none."""
+    label = "plan_through_regions: velocities"
+    fastest = as_vector(velocities, label, count)
+    if (fastest <= 0.0).any():
+        k = int(np.argmin(fastest))
+        raise ConvexSetError(f"{label}[{k}] must be positive, not {fastest[k]}")
+    return fastest
+
+
+def _turning(checker: SceneGraphCollisionChecker | None, held: Held) -> list[int]:
+    """Return which of the positions that move turn without an end; without a checker none."""
+    if checker is None:
+        return []
+    joints = get_continuous_revolute_joint_indices(checker.model.tree)
+    turning: list[int] = np.flatnonzero(np.isin(held.rows, joints)).tolist()
+    return turning
+
+
+def _measured(
+    checker: SceneGraphCollisionChecker, held: Held, trajectory: CompositeTrajectory
+) -> tuple[EdgeMeasure, ...]:
+    """Return how far each segment is proven free, by its control points."""
+    points = np.array([segment.control_points for segment in trajectory.segments])  # type: ignore[attr-defined]
     straight = checker.clone()  # Segments of order 1 are no ways of a provider's.
     linear = LinearDistanceAndInterpolationProvider(checker.model.tree)
     straight.set_distance_and_interpolation_provider(linear)
-    measures = tuple(straight.measure_edges(held.whole(points)))
-    reason = _collision(checker, measures) or result.reason
-    return RegionPlan(whole, result, measures, reason, on_way, grown)
+    return tuple(straight.measure_edges(held.whole(points)))
 
 
 def _grown(

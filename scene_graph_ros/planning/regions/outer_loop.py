@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -56,7 +56,6 @@ def grow(
     best: Attempt | None = None
     found: Extremal | None = None
     volumes: list[float] = []
-    stop = getattr(options, "termination_func", None)
     reason = ""
     while not reason:
         if best is not None and not feasibility.free(center[np.newaxis])[0]:
@@ -78,25 +77,28 @@ def grow(
             reason = "thin"
             break
         B, center = found.B, found.center
-        volume = unit_ball_volume(len(center)) * abs(float(np.linalg.det(B)))
-        growth, so_far = volume - max(volumes, default=0.0), max(volumes, default=0.0)
-        volumes.append(volume)
-        least, share = options.termination_threshold, options.relative_termination_threshold
-        is_small = (growth <= least and least >= 0.0) or (
-            growth <= share * so_far and share >= 0.0
-        )
-        if stop is not None and stop(region):
-            reason = "termination_func"
-        elif len(volumes) > 1 and is_small:
-            reason = "converged"
-        elif len(volumes) >= most:
-            reason = "iterations"
+        volumes.append(unit_ball_volume(len(center)) * abs(float(np.linalg.det(B))))
+        reason = _reason_to_end(options, region, volumes, most)
     assert best is not None
     ellipsoid = None if found is None else Hyperellipsoid(AffineBall(found.B, found.center))
     test = {name: getattr(best, name) for name in _TEST}
     return ConfigurationRegion(
         best.region, ellipsoid, **test, kept=kept, volumes=tuple(volumes), reason=reason
     )
+
+
+def _reason_to_end(options: Any, region: HPolyhedron, volumes: Sequence[float], most: int) -> str:
+    """Return why no further ellipsoid is tried, by the volumes so far; empty where one is."""
+    stop = getattr(options, "termination_func", None)
+    if stop is not None and stop(region):
+        return "termination_func"
+    so_far = max(volumes[:-1], default=0.0)
+    growth = volumes[-1] - so_far
+    least, share = options.termination_threshold, options.relative_termination_threshold
+    is_small = (growth <= least and least >= 0.0) or (growth <= share * so_far and share >= 0.0)
+    if len(volumes) > 1 and is_small:
+        return "converged"
+    return "iterations" if len(volumes) >= most else ""
 
 
 def rounding_shape(A: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
