@@ -256,8 +256,10 @@ def link_poses(tree, q, X_WB, links, X_WL):
 
 
 @inlined_kernel
-def _add_turn(J, column, ax, ay, az, rx, ry, rz, factor):
+def _add_turn(J, column, axis, r, factor):
     """Add what a unit of turning about an axis does to a point at r from it."""
+    ax, ay, az = axis
+    rx, ry, rz = r[0], r[1], r[2]
     J[0, column] += factor * ax
     J[1, column] += factor * ay
     J[2, column] += factor * az
@@ -267,11 +269,11 @@ def _add_turn(J, column, ax, ay, az, rx, ry, rz, factor):
 
 
 @inlined_kernel
-def _add_slide(J, column, ax, ay, az, factor):
+def _add_slide(J, column, axis, factor):
     """Add what a unit of sliding along an axis does to a point."""
-    J[3, column] += factor * ax
-    J[4, column] += factor * ay
-    J[5, column] += factor * az
+    J[3, column] += factor * axis[0]
+    J[4, column] += factor * axis[1]
+    J[5, column] += factor * axis[2]
 
 
 @kernel
@@ -302,17 +304,17 @@ def joint_columns(tree, q, X_WB, link, p_LQ, J):
                         Q += X[4 * i + m, k] * p_LQ[m]
                     r[i] = Q - X_WJ[joint, 4 * i + 3, k]
                 factor = tree.multipliers[joint]
-                for axis in range(3):
-                    ax, ay, az = X_before[axis, k], X_before[4 + axis, k], X_before[8 + axis, k]
+                for i in range(3):
+                    axis = X_before[i, k], X_before[4 + i, k], X_before[8 + i, k]
                     if kind == FLOATING:
-                        _add_turn(out, column + axis, ax, ay, az, r[0], r[1], r[2], 1.0)
-                        _add_slide(out, column + 3 + axis, ax, ay, az, 1.0)
-                    elif kind == PLANAR and axis < 2:
-                        _add_slide(out, column + axis, ax, ay, az, 1.0)
+                        _add_turn(out, column + i, axis, r, 1.0)
+                        _add_slide(out, column + 3 + i, axis, 1.0)
+                    elif kind == PLANAR and i < 2:
+                        _add_slide(out, column + i, axis, 1.0)
                     elif kind == PLANAR:
-                        _add_turn(out, column + 2, ax, ay, az, r[0], r[1], r[2], 1.0)
-                    elif kind == PRISMATIC and axis == 2:
-                        _add_slide(out, column, ax, ay, az, factor)
-                    elif kind == REVOLUTE and axis == 2:
-                        _add_turn(out, column, ax, ay, az, r[0], r[1], r[2], factor)
+                        _add_turn(out, column + 2, axis, r, 1.0)
+                    elif kind == PRISMATIC and i == 2:
+                        _add_slide(out, column, axis, factor)
+                    elif kind == REVOLUTE and i == 2:
+                        _add_turn(out, column, axis, r, factor)
             joint = tree.parents[joint]

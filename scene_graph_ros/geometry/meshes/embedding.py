@@ -59,8 +59,9 @@ def _depth(x, vertices, tetrahedra, t):
 
 
 @lean_kernel
-def _deepest_near(x, vertices, tetrahedra, lower, upper, left, right, order, slack):
+def _deepest_near(x, mesh, tree, slack):
     """Return (tetrahedron, depth) of the deepest one whose node's box holds x, or (-1, -inf)."""
+    (vertices, tetrahedra), (lower, upper, left, right, order) = mesh, tree
     stack = traversal_stack()
     stack[0], depth = 0, 1
     found, deepest = -1, -np.inf
@@ -86,15 +87,14 @@ def _deepest_near(x, vertices, tetrahedra, lower, upper, left, right, order, sla
 
 
 @kernel
-def _embed(points, vertices, tetrahedra, lower, upper, left, right, order, slack):
-    """Return (t (n,), weights (n, 4)); see ``embed_points``."""
+def _embed(points, mesh, tree, slack):
+    """Return (t (n,), weights (n, 4)); see ``embed_points``. The tree is one of ``build_bvh``."""
+    vertices, tetrahedra = mesh
     holder = np.empty(len(points), np.int64)
     weights = np.empty((len(points), 4))
     for i in range(len(points)):
         x = load_vector(points, i)
-        best, deepest = _deepest_near(
-            x, vertices, tetrahedra, lower, upper, left, right, order, slack
-        )
+        best, deepest = _deepest_near(x, mesh, tree, slack)
         if deepest < -slack:
             for t in range(len(tetrahedra)):
                 reached, _ = _depth(x, vertices, tetrahedra, t)
@@ -130,6 +130,6 @@ def embed_points(
     tree: tuple[Any, ...] = build_bvh(lower, upper)
     slack = COINCIDENCE * float(np.abs(vertices).max())
     # Read-only arrays are another type to the compiler.
-    arrays = (np.array(a, order="C") for a in (points, vertices, tetrahedra))
-    holder, weights = _embed(*arrays, *tree, slack)
+    at, *mesh = (np.array(a, order="C") for a in (points, vertices, tetrahedra))
+    holder, weights = _embed(at, tuple(mesh), tree, slack)
     return holder, weights
