@@ -126,3 +126,17 @@ def test_a_direction_from_no_known_point_proves_nothing():
     assert not is_bounded
     assert certificate.kind == "undecided"
     assert not certificate.verify()
+
+
+def test_what_is_bounded_reaches_nowhere_without_an_end():
+    """Semidefinite matrices within a ball: the solver's point came without the box around it."""
+    matrices = Spectrahedron(
+        [np.zeros((2, 2)), [[1, 0], [0, 0]], [[0, 1], [1, 0]], [[0, 0], [0, 1]]]
+    )
+    both = Intersection(matrices, Hyperellipsoid.make_hypersphere(0.5, [2.0, 0.0, 2.0]))
+    assert both.is_bounded()
+    for k, high in enumerate((2.5, 0.5, 2.5)):
+        reached = both.support(np.eye(3)[k])
+        assert reached.value == pytest.approx(high, rel=1e-8)
+    box = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(both)
+    np.testing.assert_allclose(box.lb, [1.5, -0.5, 1.5], rtol=1e-8)

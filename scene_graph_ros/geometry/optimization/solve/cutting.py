@@ -163,11 +163,14 @@ class _Search:
         self.best = np.inf
 
     def take_proposal(self, about: np.ndarray | None) -> Found | None:
-        """Take the point that the solver of cone programs proposes, or the cuts."""
+        """Take the point that the solver of cone programs proposes, or the cuts.
+
+        Cuts come with the point, too: without those around balls, optima have no bounds.
+        """
         proposed = propose(self.lift, None, about)
         point = None if proposed is None else exact_point(self.lift.rows, proposed.x)
         if point is not None and _is_in_cones(self.lift.cones, point):
-            return Found("point", point, (), 0.0)
+            return Found("point", point, tuple(self.cuts), 0.0)
         self.cuts += proposed_cuts(self.lift, proposed)
         return None
 
