@@ -6,7 +6,7 @@ The scene is the demo's robot cell as it starts, or any other scene file. Region
 obstacles; the ball's middle may be where it is no nearer to a face than its radius. What is
 straight between two points of a region is in the region; where two regions meet, a way can go on
 in the other. The shortest path through this graph of convex sets is drawn, and what the relaxation
-makes of it: the thicker, the more of its flow.
+makes of it: the thicker and the stronger in colour, the more of its flow.
 """
 
 from __future__ import annotations
@@ -61,13 +61,14 @@ SAMPLES = (
     (0.3, 0.5, 1.2),
 )
 """Over the table, before the shelf, on all sides of both, and above."""
-FLOW, PATH, END = (0.95, 0.6, 0.1), (0.1, 0.45, 0.9), (0.85, 0.15, 0.2)
-THIN, THICK = 0.006, 0.022
-"""Metres. Diameters of rods for the least flow that is drawn, and for all of it."""
+NO_FLOW, FLOW = np.array([0.93, 0.88, 0.78]), np.array([0.95, 0.45, 0.0])
+PATH, END = (0.1, 0.45, 0.9), (0.85, 0.15, 0.2)
+THIN, THICK = 0.003, 0.026
+"""Metres. Diameters of rods for the least flow that is drawn, and for all of it and the path."""
 CAMERA = Camera(
-    eye=(3.5, -1.7, 1.6), target=(0.2, 0.15, 0.62), field_of_view=36.0, width=840, height=600
+    eye=(3.15, -0.75, 0.92), target=(0.2, 0.27, 0.63), field_of_view=34.0, width=840, height=600
 )
-LEAST_FLOW = 0.015
+LEAST_FLOW = 0.03
 """Less is not drawn."""
 
 
@@ -200,7 +201,9 @@ def drawn(
             flow = flows[first] * flows[last] / total
             if flow > LEAST_FLOW:
                 way = [relaxed.phi_xv[e.id][:3] / flows[e] for e in (first, last)]
-                markers.append(rod(*way, THIN + flow * (THICK - THIN), FLOW))
+                share = math.sqrt(flow)
+                color = NO_FLOW + share * (FLOW - NO_FLOW)
+                markers.append(rod(*way, THIN + flow * (THICK - THIN), color))
     for step in (x.reshape(2, 3) for x in result.points[1:-1]):
         markers.append(rod(*step, THICK, PATH))
         markers.append(sphere(step[1], 1.4 * THICK, PATH))
@@ -208,7 +211,7 @@ def drawn(
     return [*markers, *(sphere(x, 2.0 * radius, END) for x in ends)]
 
 
-def sphere(x: np.ndarray, diameter: float, color: tuple[float, float, float]) -> Marker:
+def sphere(x: np.ndarray, diameter: float, color: Sequence[float]) -> Marker:
     """Return a ball of a colour."""
     size = Vector3(x=diameter, y=diameter, z=diameter)
     marker = Marker(type=Marker.SPHERE, color=rgb(color), scale=size)
@@ -217,7 +220,7 @@ def sphere(x: np.ndarray, diameter: float, color: tuple[float, float, float]) ->
 
 
 def rod(
-    first: np.ndarray, last: np.ndarray, diameter: float, color: tuple[float, float, float]
+    first: np.ndarray, last: np.ndarray, diameter: float, color: Sequence[float] | np.ndarray
 ) -> Marker:
     """Return a cylinder from one point to another."""
     way = last - first
@@ -235,9 +238,9 @@ def rod(
     return marker
 
 
-def rgb(color: tuple[float, float, float]) -> ColorRGBA:
+def rgb(color: Sequence[float] | np.ndarray) -> ColorRGBA:
     """Return a colour that hides what is behind it."""
-    return ColorRGBA(**dict(zip("rgb", color, strict=True)), a=1.0)
+    return ColorRGBA(**dict(zip("rgb", map(float, color), strict=True)), a=1.0)
 
 
 if __name__ == "__main__":
