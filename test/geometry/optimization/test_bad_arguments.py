@@ -75,6 +75,7 @@ ANY_OBJECT = {"certificate", "remove_empty_sets", "check_for_redundancy", "phi_v
     "keep_whole_intersection",
     "require_sample_point_is_contained",
     "verify_domain_boundedness",
+    "preprocess_bbox",
     "name",
     "ignored",
     "among",

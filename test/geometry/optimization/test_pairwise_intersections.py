@@ -171,3 +171,34 @@ def test_a_polyhedron_knows_when_its_rows_are_a_box():
         (np.concatenate([rows, [[0.0, 0.0]]]), [*sides, 1.0]),
     ]:
         assert HPolyhedron(other_rows, other_sides).own_box is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_without_boxes_the_same_pairs_meet(seed):
+    """Only how much is asked changes; sets may go on for ever, or have no point."""
+    sets = random_sets(seed)
+    with_boxes = compute_pairwise_intersections(sets)
+    without = compute_pairwise_intersections(sets, preprocess_bbox=False)
+    assert sorted(without[0]) == sorted(with_boxes[0])
+    above = HPolyhedron([[0.0, -1.0]], [-0.5])
+    nothing = HPolyhedron([[1.0, 0.0], [-1.0, 0.0]], [0.0, -1.0])
+    more = [*sets, above, nothing]
+    pairs, _ = compute_pairwise_intersections(more, preprocess_bbox=False)
+    truth = {k for k, each in enumerate(sets) if each.intersects_with(above)}
+    assert {i for i, j in pairs if j == len(sets)} == truth
+    assert not any(len(sets) + 1 in pair for pair in pairs)
+    with pytest.raises(ConvexSetError, match=r"set 14, .*, is empty or unbounded"):
+        compute_pairwise_intersections(more)
+
+
+def test_without_boxes_turns_are_found_all_the_same():
+    """Along a joint that turns without an end it is known how wide sets are; others may be."""
+    near = HPolyhedron([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]], [0.5, 0.5, 0.0])
+    turned = HPolyhedron([[1.0, 0.0], [-1.0, 0.0]], [4.0 * math.pi + 1.0, -4.0 * math.pi])
+    pairs, offsets = compute_pairwise_intersections(
+        [near, turned], None, [0], preprocess_bbox=False
+    )
+    assert pairs == [(0, 1), (1, 0)]
+    np.testing.assert_allclose(offsets, [[4.0 * math.pi, 0.0], [-4.0 * math.pi, 0.0]])
+    with pytest.raises(ConvexSetError, match="is empty or unbounded"):
+        compute_pairwise_intersections([near, turned], None, [1], preprocess_bbox=False)

@@ -33,6 +33,9 @@ _TURN = 2.0 * np.pi
 _ROUNDING = 1e-12
 """Relative to the coordinates: boxes that are so near may touch; the sets themselves decide."""
 
+_ENDLESS = 1e150
+"""In place of an end, where coordinates have none; their sums are still numbers."""
+
 _ROOM = 16
 """For so many neighbours a set there is room at first."""
 
@@ -65,6 +68,7 @@ def compute_pairwise_intersections(
     *,
     bboxes_A: Sequence[Hyperrectangle] | None = None,
     bboxes_B: Sequence[Hyperrectangle] | None = None,
+    preprocess_bbox: bool = True,
 ) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Return the pairs (i, j) of sets that have a point in common, and an offset ``(n,)`` each.
 
@@ -75,7 +79,9 @@ def compute_pairwise_intersections(
 
     ``bboxes_A`` and ``bboxes_B`` are boxes around the sets, which otherwise are computed. Raises
     ConvexSetError for sets that are empty or unbounded, of different dimensions, or as wide as pi
-    along such a joint.
+    along such a joint. With ``preprocess_bbox=False`` no boxes are computed, only how wide sets
+    are along such joints: each pair is asked, which pays where nearly all meet, and sets may be
+    unbounded or empty.
     """
     label = "compute_pairwise_intersections"
     A = _checked(convex_sets_A, f"{label}: convex_sets_A")
@@ -87,8 +93,9 @@ def compute_pairwise_intersections(
             f"{label}: convex_sets_B have {B[0].ambient_dimension} dimensions, convex_sets_A {n}"
         )
     joints = as_joints(continuous_revolute_joints, n, label)
-    boxes_A = _boxes(A, bboxes_A, f"{label}: bboxes_A")
-    boxes_B = boxes_A if is_one_list else _boxes(B, bboxes_B, f"{label}: bboxes_B")
+    bounds = None if preprocess_bbox else joints
+    boxes_A = _boxes(A, bboxes_A, f"{label}: bboxes_A", bounds)
+    boxes_B = boxes_A if is_one_list else _boxes(B, bboxes_B, f"{label}: bboxes_B", bounds)
     _check_widths(boxes_A, joints, f"{label}: convex_sets_A")
     _check_widths(boxes_B, joints, f"{label}: convex_sets_B")
     pairs, turns = _near_pairs(boxes_A, boxes_B, joints, is_one_list)
@@ -155,8 +162,16 @@ def own_box(convex_set: ConvexSet) -> Boxes | None:
     return None
 
 
-def _boxes(sets: list[ConvexSet], given: Sequence[Hyperrectangle] | None, label: str) -> Boxes:
-    """Return the lower and upper corners ``(m, n)`` of boxes around sets."""
+def _boxes(
+    sets: list[ConvexSet],
+    given: Sequence[Hyperrectangle] | None,
+    label: str,
+    bounds: list[int] | None,
+) -> Boxes:
+    """Return the lower and upper corners ``(m, n)`` of boxes around sets.
+
+    With ``bounds`` boxes of what is no box are computed along these coordinates alone.
+    """
     n = sets[0].ambient_dimension
     given = None if given is None else as_list(given, label)
     for each in given or ():
@@ -169,12 +184,27 @@ def _boxes(sets: list[ConvexSet], given: Sequence[Hyperrectangle] | None, label:
     found = []
     for k, each in enumerate(sets):
         box = own_box(each) if given is None else (given[k].lb, given[k].ub)
-        box = bounds_of(each) if box is None else box
+        if box is None:
+            box = bounds_of(each) if bounds is None else _bounds_along(each, bounds)
         if box is None:
             raise ConvexSetError(f"{label}: set {k}, {quoted(each)}, is empty or unbounded")
         found.append(box)
     low, high = (np.array(corners) for corners in zip(*found, strict=True))
     return low, high
+
+
+def _bounds_along(of: ConvexSet, coordinates: list[int]) -> Boxes | None:
+    """Return corners ``(n,)`` around a set along some coordinates, without an end along others."""
+    low, high = np.full((2, of.ambient_dimension), _ENDLESS)
+    for k in coordinates:
+        if of.is_empty():
+            return None
+        axis = np.eye(of.ambient_dimension)[k]
+        down, up = of.support(-axis), of.support(axis)
+        low[k], high[k] = down.value + down.gap, up.value + up.gap
+    if not (np.isfinite(low) & np.isfinite(high)).all():
+        return None
+    return -low, high
 
 
 def _check_widths(boxes: Boxes, joints: list[int], label: str) -> None:
