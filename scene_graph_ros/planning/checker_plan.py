@@ -22,6 +22,9 @@ from scene_graph_ros.robots.kinematic_tree import KinematicTree
 
 __all__ = ["AllPairs", "CheckerPlan", "carrier", "make_plan", "placed"]
 
+_OUTWARDS = 1.0 + 1e-14
+"""Times the radii of balls around hulls: more than rounding takes off them."""
+
 
 class AllPairs(NamedTuple):
     """All pairs of geometries that could be checked, in the order of the scene's own queries."""
@@ -208,7 +211,7 @@ def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.flo
 
     They contain the shapes, without a tolerance: the largest distance that is computed of a
     hull's vertices is less than the true one by 4 units in the last place at most (Higham,
-    *Accuracy and Stability of Numerical Algorithms*, 2002, section 3.1), and 1e-14 is 45 of them.
+    *Accuracy and Stability of Numerical Algorithms*, 2002, section 3.1), `_OUTWARDS` adds 45.
     """
     table = snapshot.proximity.table
     at_rest = np.tile(np.eye(4), (len(rows), 1, 1))
@@ -232,7 +235,7 @@ def _bounds(snapshot: Snapshot, rows: NDArray[np.int64]) -> tuple[NDArray[np.flo
             hulls = table.hulls
             vertices = hulls.vertices[hulls.vertex_start[hull] : hulls.vertex_start[hull + 1]]
             radii[b] = np.linalg.norm(vertices - centers[b], axis=1).max()
-    return centers, radii * (1.0 + 1e-14), lower, upper
+    return centers, radii * _OUTWARDS, lower, upper
 
 
 def _all_pairs(

@@ -8,7 +8,7 @@ in all entries of a configuration but quaternions, which must be the same in all
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.robots.tree_kernels import FLOATING
+from scene_graph_ros.robots.tree_kernels import FLOATING, SMALL_ANGLE
 
 __all__ = ["half_turn", "interpolate", "point_on"]
 
@@ -23,7 +23,7 @@ def interpolate(tree, q1, q2, t, out):
             s = tree.starts[j]
             angle, sign, size1, size2 = half_turn(q1, q2, s)
             a, b = 1.0 - t, sign * t
-            if angle > 1e-4:
+            if angle > SMALL_ANGLE:
                 a, b = (
                     math.sin(a * angle) / math.sin(angle),
                     sign * math.sin(t * angle) / math.sin(angle),

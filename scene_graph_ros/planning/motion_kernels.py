@@ -17,7 +17,14 @@ import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.planning.curve_kernels import half_turn
-from scene_graph_ros.robots.tree_kernels import FLOATING, LANES, PLANAR, PRISMATIC, REVOLUTE
+from scene_graph_ros.robots.tree_kernels import (
+    FLOATING,
+    LANES,
+    PLANAR,
+    PRISMATIC,
+    REVOLUTE,
+    SMALL_ANGLE,
+)
 
 __all__ = [
     "Motions",
@@ -150,7 +157,7 @@ def _set_rates(tree, edge, rates):
         else:
             angle, sign, size1, size2 = half_turn(q, r, s)
             scale = 2.0 * sign / (size1 * size2)
-            if angle > 1e-4:
+            if angle > SMALL_ANGLE:
                 scale *= angle / math.sin(angle)
             # The vector of the second quaternion times the first one's inverse.
             for i in range(3):

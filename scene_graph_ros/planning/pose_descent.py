@@ -34,6 +34,12 @@ _HOPELESS = 1e7
 _CENTERED = 1e-6
 """rad or m: a larger tolerance is used up; with a smaller one the target itself is looked for."""
 
+_HALF_TURN = 1e-3
+"""Twice the sine of an angle near pi below which the axis is read off R + 1 instead."""
+
+_NO_TURN = 1e-12
+"""Twice the sine of an angle below which a turn is as large as its sine."""
+
 _USED = 0.999
 """Of a tolerance."""
 
@@ -176,14 +182,14 @@ def _rotation_vectors(R: NDArray[np.float64]) -> NDArray[np.float64]:
     cosines = np.trace(R, axis1=1, axis2=2) - 1.0
     angles = np.arctan2(sines, cosines)
     # Near half a turn the axis is a column of R + 1, near none it does not matter.
-    is_half = (cosines < 0.0) & (sines < 1e-3)
+    is_half = (cosines < 0.0) & (sines < _HALF_TURN)
     for row in np.flatnonzero(is_half):
         columns = R[row] + np.eye(3)
         axis = columns[:, np.argmax(np.diag(columns))]
         sign = 1.0 if doubled[row] @ axis >= 0.0 else -1.0
         doubled[row], sines[row] = sign * axis, np.linalg.norm(axis)
     scales = np.full_like(angles, 0.5)
-    np.divide(angles, sines, out=scales, where=sines > 1e-12)
+    np.divide(angles, sines, out=scales, where=sines > _NO_TURN)
     return doubled * scales[:, np.newaxis]
 
 

@@ -24,6 +24,7 @@ from scene_graph_ros.robots.tree_kernels import (
     link_poses,
     PLANAR,
     REVOLUTE,
+    SMALL_ANGLE,
     TreeTable,
 )
 from scene_graph_ros.robots.tree_layout import TreeLayout
@@ -138,7 +139,7 @@ class KinematicTree(TreeLayout):
             b = b if a @ b >= 0.0 else -b
             angle = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(a - b))))
             weights = 1.0 - t, t
-            if angle > 1e-4:
+            if angle > SMALL_ANGLE:
                 weights = (
                     math.sin((1.0 - t) * angle) / math.sin(angle),
                     math.sin(t * angle) / math.sin(angle),

@@ -24,6 +24,9 @@ __all__ = ["RoundedHull", "rounded_hull"]
 _SIDES = 8
 """Of the prism around a cylinder: its edges are farther from the axis by 8 %."""
 
+_OUTWARDS = 1.0 + 1e-12
+"""Times the prism's radius: far more than rounding takes off it."""
+
 
 class RoundedHull(NamedTuple):
     """All points that are no farther than a radius (m) from the hull of points ``(k, 3)`` in G."""
@@ -53,7 +56,7 @@ def rounded_hull(shape: Shape, name: str) -> RoundedHull:
         return RoundedHull(np.zeros((0, 3)), 0.0)
     if isinstance(shape, Cylinder):
         angles = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
-        radius = shape.radius / np.cos(np.pi / _SIDES) * (1.0 + 1e-12)
+        radius = shape.radius / np.cos(np.pi / _SIDES) * _OUTWARDS
         ring = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         ends = [np.column_stack([ring, np.full(_SIDES, h * shape.length)]) for h in (-0.5, 0.5)]
         return RoundedHull(np.concatenate(ends), 0.0)

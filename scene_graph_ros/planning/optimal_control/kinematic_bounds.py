@@ -14,6 +14,9 @@ __all__ = ["DerivativeBound", "largest_excess", "stretch_to_hold"]
 _MOST_STRETCH = 1e-5
 """Relative: what a duration may be made longer by to hold bounds exactly."""
 
+_SPARE = 1.001
+"""Times what is needed, so that rounding does not leave a bound exceeded once more."""
+
 
 @dataclass(frozen=True, eq=False)
 class DerivativeBound:
@@ -58,7 +61,7 @@ def stretch_to_hold(
     of the time, or makes it longer than ``longest``.
     """
     needed = max((b.excess(curve) for b in bounds if b.order), default=0.0)
-    factor = 1.0 + needed * (1.0 + 1e-3)
+    factor = 1.0 + needed * _SPARE
     if needed == 0.0 or needed > _MOST_STRETCH or curve.duration * factor > longest:
         return curve
     return curve.scale_time(factor)

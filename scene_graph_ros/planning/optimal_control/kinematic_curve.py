@@ -25,6 +25,9 @@ from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTraj
 
 __all__ = ["BsplineBasis", "KinematicCurve"]
 
+_SAME_KNOT = 1e-12
+"""Of a curve's duration: knots that are so near are the same."""
+
 _LEAST_DURATION = 1e-6
 """Seconds: a duration is a divisor."""
 
@@ -144,7 +147,7 @@ class KinematicCurve:
         knots = (trajectory.knots - trajectory.start_time) / trajectory.duration
         points = trajectory.control_points
         own = self._basis.knots
-        if len(knots) != len(own) or not np.allclose(knots, own, rtol=0.0, atol=1e-12):
+        if len(knots) != len(own) or not np.allclose(knots, own, rtol=0.0, atol=_SAME_KNOT):
             s = np.linspace(0.0, 1.0, 8 * self.num_control_points())
             weights = np.array([self._basis.weights(each) for each in s])
             times = trajectory.start_time + s * trajectory.duration

@@ -25,6 +25,12 @@ _STEPS = 8
 _BEYOND = 1e-6
 """Metres that a step aims at below zero, as a pair that only touches is free."""
 
+_STUCK = 1e-9
+"""Of a step: where faces leave room for less, it leads out of the region."""
+
+_WORTH = 1e-3
+"""Of the distance from the ellipsoid's centre: what a further step must gain."""
+
 
 def descend(
     feasibility: Feasibility,
@@ -77,7 +83,7 @@ def _bring_together(
         rates = A @ step
         room = np.where(rates > 0.0, (b - A @ q) / np.where(rates > 0.0, rates, 1.0), np.inf)
         share = min(1.0, max(0.0, float(room.min(initial=np.inf))))
-        if share <= 1e-9:
+        if share <= _STUCK:
             break
         q = q + share * step
     is_inside = bool((A @ q <= b).all())
@@ -120,6 +126,6 @@ def slide(
         best = int(np.flatnonzero(better)[np.argmin(distances[better])])
         gain = float(cut.distances(q[np.newaxis])[0] - distances[best])
         q = tries[best]
-        if gain <= 1e-3 * float(distances[best]):
+        if gain <= _WORTH * float(distances[best]):
             return q
     return q

@@ -30,6 +30,9 @@ _NEAR = 1e-3
 _ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
 """What of a trajectory becomes less with which power of its speed."""
 
+_SPARE = 1.0 + 1e-12
+"""Times what makes a trajectory slow enough, so that rounding does not undo it."""
+
 _ROUNDS = 30
 """How often a trajectory is slowed down."""
 
@@ -103,7 +106,7 @@ def sample(
             return Sampled(points, None, factor, motion, rise_time)
         if worst.ratio == np.inf:
             break
-        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * (1.0 + 1e-12)
+        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * _SPARE
     return Sampled(points, worst, factor, motion, rise_time)
 
 

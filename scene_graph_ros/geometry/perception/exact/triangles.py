@@ -23,6 +23,9 @@ __all__ = ["CORNER", "draw_triangles"]
 CORNER = 5
 """Numbers that are kept of a corner: X, Y, Z in the camera's frame, and the pixel (u, v)."""
 
+_ROUNDING = 1e-14
+"""Of coordinates: more than rounding moves the point where a side meets a plane."""
+
 
 @inlined_kernel
 def _place_corners(sensor, bodies, first, count, R_SG, p_SG, corners):
@@ -65,7 +68,7 @@ def _cut_box(sensor, a, b, c):
             share = (near - p[2]) / (q[2] - p[2])
             x, y = p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])
             # What rounding moves this point by is as large as the coordinates, not as the point.
-            slack = 1e-14 * (abs(p[0]) + abs(q[0]) + abs(p[1]) + abs(q[1]))
+            slack = _ROUNDING * (abs(p[0]) + abs(q[0]) + abs(p[1]) + abs(q[1]))
             u, du = fx * (x / near) + cx, 1.0 + fx * (slack / near)
             v, dv = fy * (y / near) + cy, 1.0 + fy * (slack / near)
             u_low, u_high = min(u_low, u - du), max(u_high, u + du)
