@@ -1,5 +1,8 @@
 """Visibility graphs, cliques and regions of configurations: a Panda in its cell, one thread.
 
+And covers of an arm of two joints between a ball and a box, that of
+``examples/free_configurations.py``.
+
 ``python -m benchmarks.regions`` prints processor time, and what came of it; beside Drake, where it
 is installed (``make peers``), whose edges are sampled at 0.05 rad.
 """
@@ -8,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
+import functools
 import os
 import time
 from typing import Any
@@ -17,11 +21,14 @@ import numpy as np
 from benchmarks.machine import machine
 from benchmarks.robot_engines.drake_engine import DrakeEngine
 from benchmarks.robot_engines.robot_world import RobotWorld
+from examples.free_configurations import make_checker
 from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperellipsoid
 from scene_graph_ros.planning import (
     ConfigurationRegion,
     iris_in_configuration_space,
+    iris_in_configuration_space_from_clique_cover,
     iris_zo,
+    IrisFromCliqueCoverOptions,
     IrisNpOptions,
     IrisZoOptions,
     load_robot_diagram,
@@ -38,6 +45,8 @@ _SCENE = "config/scenes/panda_cell.yaml"
 _DRAKE_STEP = 0.05
 """rad, between samples of an edge."""
 _RADIUS, _ELLIPSOIDS = 0.01, 3
+_COVERED, _PER_ROUND = 0.95, 200
+"""Share of what is free that a cover has to have, and points of a round."""
 _SEED = (0.0, -0.4, 0.0, -2.0, 0.0, 1.6, 0.8, 0.02)
 
 
@@ -78,6 +87,56 @@ def _print_drake(
     )
     seconds, faces = _timed(lambda: drake.iris_zo(np.array(_SEED), _RADIUS, _ELLIPSOIDS))
     print(f"Drake's IrisZo: {seconds:.2f} s, {faces} faces, {seconds / zo:.1f} times ours")
+
+
+def _covers(rounds: int) -> None:
+    """Print covers of an arm of two joints, ours and Drake's, from as many generators."""
+    checker = make_checker()
+    tree = checker.model.tree
+    spread = np.random.default_rng(77).uniform(tree.lower, tree.upper, (20_000, 2))
+    free = checker.check_configs_collision_free(spread)
+    try:
+        drake = DrakeEngine(RobotWorld.of(checker), _DRAKE_STEP)
+    except ImportError as error:
+        print(f"left out: {error}")
+        drake = None
+
+    def ours(seed: int, options: IrisNpOptions | IrisZoOptions) -> list[HPolyhedron]:
+        asked = IrisFromCliqueCoverOptions(
+            iris_options=options,
+            coverage_termination_threshold=_COVERED,
+            num_points_per_visibility_round=_PER_ROUND,
+            parallelism=1,
+        )
+        generator = np.random.default_rng(seed)
+        return iris_in_configuration_space_from_clique_cover(checker, asked, generator)
+
+    def told(whose: str, cover: Callable[[int], list[HPolyhedron]]) -> float:
+        timed = [_timed(functools.partial(cover, k)) for k in range(rounds)]
+        seconds, found = zip(*timed, strict=True)
+        shares, colliding = [], []
+        for regions in found:
+            inside = [region.point_in_set(spread, 0.0) for region in regions]
+            shares.append(np.any(inside, axis=0)[free].mean())
+            colliding.append(max(1.0 - free[each].mean() for each in inside))
+        print(
+            f"{whose}: {np.mean(seconds):.2f} s, {np.mean([len(r) for r in found]):.1f} regions,"
+            f" covered {np.mean(shares):.3f} (least {np.min(shares):.3f}), of the worst region"
+            f" {np.max(colliding):.2%} collides"
+        )
+        return float(np.mean(seconds))
+
+    ways = {
+        "np": IrisNpOptions(iteration_limit=1),
+        "zo": IrisZoOptions(max_iterations=1, parallelism=1),
+    }
+    for way, options in ways.items():
+        ours(0, options)  # loads kernels
+        mine = told(f"cover by {way}", functools.partial(ours, options=options))
+        if drake is not None:
+            ask = functools.partial(drake.cover, way=way, share=_COVERED, points=_PER_ROUND)
+            theirs = told(f"Drake's cover by {way}", ask)
+            print(f"Drake's takes {theirs / mine:.1f} times as long")
 
 
 def main() -> None:
@@ -122,6 +181,7 @@ def main() -> None:
         print(error)
     else:
         print(f"{name}: {seconds:.2f} s, {_words(checker, found)}")
+    _covers(1 if arguments.quick else 5)
     print(machine(load), end="")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from benchmarks.peer_shapes import drake_shape, hull_triangles
 from benchmarks.robot_engines.robot_world import RobotWorld
 from scene_graph_ros.geometry import HalfSpace, Mesh, Shape
+from scene_graph_ros.geometry.optimization import HPolyhedron
 
 __all__ = ["DrakeEngine"]
 
@@ -35,6 +36,8 @@ class DrakeEngine:
         around = plant.AddModelInstance("around")
         inertia = tree.SpatialInertia(1.0, np.zeros(3), tree.UnitInertia(1.0, 1.0, 1.0))
         frames = [plant.world_body()]
+        ends = world.all_positions(np.stack([world.tree.lower, world.tree.upper]))
+        limits = zip(ends.min(axis=0), ends.max(axis=0), strict=True)
         for name, turns, parent, X in world.placed_joints():
             body = plant.AddRigidBody(name, instance, inertia)
             kind = tree.RevoluteJoint if turns else tree.PrismaticJoint
@@ -46,7 +49,8 @@ class DrakeEngine:
                     instance,
                 )
             )
-            plant.AddJoint(kind(name, parent_frame, body.body_frame(), [0.0, 0.0, 1.0]))
+            axis = [0.0, 0.0, 1.0]
+            plant.AddJoint(kind(name, parent_frame, body.body_frame(), axis, *next(limits)))
             frames.append(body)
         bodies = []
         for k, thing in enumerate(world.things):
@@ -135,6 +139,29 @@ class DrakeEngine:
             options,
         )
         return len(found.b())
+
+    def cover(self, seed: int, way: str, share: float, points: int) -> list[HPolyhedron]:
+        """Return Drake's regions that cover a share of what is free.
+
+        By ``way``, ``np`` or ``zo``, one ellipsoid for each, from so many points a round.
+        """
+        planning: Any = importlib.import_module("pydrake.planning")
+        options = planning.IrisFromCliqueCoverOptions()
+        if way == "np":
+            sets: Any = importlib.import_module("pydrake.geometry.optimization")
+            options.iris_options = sets.IrisOptions(iteration_limit=1)
+        else:
+            chosen = planning.IrisZoOptions()
+            chosen.sampled_iris_options.max_iterations = 1
+            chosen.sampled_iris_options.parallelism = self._single
+            options.iris_options = chosen
+        options.coverage_termination_threshold = share
+        options.num_points_per_visibility_round = points
+        options.parallelism = self._single
+        generator = importlib.import_module("pydrake.common").RandomGenerator(seed)
+        find = planning.IrisInConfigurationSpaceFromCliqueCover
+        found = find(self._checker, options, generator, [])
+        return [HPolyhedron(each.A(), each.b()) for each in found]
 
 
 def _shape(shape: Shape) -> Any:

@@ -2,6 +2,7 @@
 
 from concurrent.futures import ProcessPoolExecutor
 import functools
+import itertools
 import multiprocessing
 import pickle
 
@@ -102,6 +103,26 @@ def test_a_cover_has_the_share_that_was_asked_for(arm, spread):
         np.testing.assert_array_equal(one.A, other.A)
     again = iris_in_configuration_space_from_clique_cover(arm, options, sets=cover.regions)
     assert tuple(again) == cover.regions
+
+
+def test_a_cover_has_no_more_regions_than_it_takes(arm):
+    """It ends in the middle of a round; less is covered by the first of the same regions."""
+    covers = [
+        iris_in_configuration_space_from_clique_cover(
+            arm,
+            IrisFromCliqueCoverOptions(
+                iris_options=FAST,
+                coverage_termination_threshold=share,
+                num_points_per_visibility_round=100,
+                num_points_per_coverage_check=1000,
+            ),
+        )
+        for share in (0.3, 0.5, 0.8)
+    ]
+    for few, more in itertools.pairwise(covers):
+        assert 1 <= len(few) < len(more)
+        for one, other in zip(few, more, strict=False):
+            np.testing.assert_array_equal(one.A, other.A)
 
 
 def test_a_cover_keeps_to_paddings_and_obstacles_and_drops_what_fails(arm, spread):

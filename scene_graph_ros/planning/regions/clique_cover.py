@@ -191,7 +191,8 @@ class _Cover:
         options, iterations = self._options, 0
         while True:
             free = self._draw(options.num_points_per_coverage_check, covered=True)
-            count, covered = len(free), int(self._is_covered(free).sum())
+            left = free[~self._is_covered(free)]
+            count, covered = len(free), len(free) - len(left)
             share = covered / count if count else 1.0
             if share >= options.coverage_termination_threshold:
                 reason = "covered"
@@ -207,7 +208,7 @@ class _Cover:
             cliques = self._cliques(points)
             if not cliques:
                 self._count *= 2
-            self._add(cliques)
+            self._add(cliques, left, count)
         bound = 1.0 - share_bound(count, count - covered, 1.0 - _CONFIDENCE) if count else 0.0
         return RegionCover(
             tuple(self._regions),
@@ -258,22 +259,35 @@ class _Cover:
         cover = self._solver.solve_min_clique_cover(graph, partition=True)
         return [points[sorted(clique)] for clique in cover]
 
-    def _add(self, cliques: Sequence[NDArray[np.float64]]) -> None:
-        """Grow a region around each clique."""
+    def _add(
+        self, cliques: Sequence[NDArray[np.float64]], left: NDArray[np.float64], count: int
+    ) -> None:
+        """Grow a region around each clique, but where earlier ones have left too few points.
+
+        Until of ``count`` free points as many are covered as is asked for; those ``left`` are not.
+        Other processes grow all, of which the same ones are kept.
+        """
         options = self._options
         rank_tol = options.rank_tol_for_minimum_volume_circumscribed_ellipsoid
         shares = [
             (self._asked, self._domain, clique, rank_tol, options.iris_options, self._threads)
             for clique in cliques
         ]
-        for clique, found in zip(
-            cliques, in_executor(_region_of_clique, shares, self._executor), strict=True
-        ):
+        grown = None
+        if self._executor is not None:
+            grown = in_executor(_region_of_clique, shares, self._executor)
+        for k, clique in enumerate(cliques):
+            if np.count_nonzero(~self._is_covered(clique)) < self._least:
+                continue
+            found = _region_of_clique(*shares[k]) if grown is None else grown[k]
             if isinstance(found, str):
                 self._dropped.append(DroppedClique(clique, found))
             else:
                 self._records.append(found)
                 self._regions.append(found.region)
+                left = left[~found.region.point_in_set(left, options.point_in_set_tol)]
+                if 1.0 - len(left) / count >= options.coverage_termination_threshold:
+                    break
 
 
 def _seen(
