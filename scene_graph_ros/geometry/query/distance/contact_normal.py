@@ -86,22 +86,22 @@ def triangle_core(vertices, triangles, t):
 
 
 @inlined_kernel
-def _gap_to_core(surfaces, core, hulls, R, p, triangles, count, n):
+def _gap_to_core(at, triangles, count, n):
     """Return how far a core is in front of the foremost of some triangles, along n."""
-    highest = -math.inf
+    surfaces, highest = at.surfaces, -math.inf
     for c in range(count):
         for corner in range(3):
             v = surfaces.triangles[triangles[c], corner]
             highest = max(highest, dot(n, load_vector(surfaces.vertices, v)))
-    x, _ = placed_support(Placed(core, R, p), hulls, scale(-1.0, n))
+    x, _ = placed_support(Placed(at.core, at.R, at.p), at.hulls, scale(-1.0, n))
     return dot(n, x) - highest
 
 
 @merged_kernel
-def _settled(surfaces, core, hulls, R, p, triangles, count, distance, n, size):
+def _settled(at, triangles, count, distance, n, size):
     """Return (is found, n): a direction along which a core is ``distance`` from triangles."""
-    enough = distance - COINCIDENCE * size
-    gap = _gap_to_core(surfaces, core, hulls, R, p, triangles, count, n)
+    surfaces, enough = at.surfaces, distance - COINCIDENCE * size
+    gap = _gap_to_core(at, triangles, count, n)
     lift = FIRST_LIFT * size
     for _ in range(STEPS):
         if gap >= enough:
@@ -110,11 +110,11 @@ def _settled(surfaces, core, hulls, R, p, triangles, count, distance, n, size):
         for c in range(count):
             triangle = triangle_core(surfaces.vertices, surfaces.triangles, triangles[c])
             near, _, _, m, _, _, _ = convex_distance(
-                triangle, core, R, axpy(lift, n, p), hulls, least, 0.0
+                triangle, at.core, at.R, axpy(lift, n, at.p), at.hulls, least, 0.0
             )
             if near < least:
                 least, other = near, scale(-1.0, m)
-        between = _gap_to_core(surfaces, core, hulls, R, p, triangles, count, other)
+        between = _gap_to_core(at, triangles, count, other)
         if between > gap:
             gap, n = between, other
         lift *= SHORTER
@@ -136,8 +136,8 @@ def _keep_those_at(surfaces, x, triangles, count, tolerance):
 
 
 @merged_kernel
-def normal_to_core(surfaces, core, mesh_core, hulls, R, p, triangles, count, contact, size):
-    """Return (n, unique) of a core without a radius that is placed at R, p in a surface's frame.
+def normal_to_core(at, triangles, count, contact, size):
+    """Return (n, unique) of a core without a radius at a mesh.
 
     ``triangles`` are the ``count`` ones that are nearest, ``contact`` is what is known from one of
     them: (distance, its point, unit normal out of the surface, whether that is the only one). If
@@ -145,14 +145,16 @@ def normal_to_core(surfaces, core, mesh_core, hulls, R, p, triangles, count, con
     """
     distance, x, n, unique = contact
     slack = TOUCHING * COINCIDENCE * size
-    phi, _, _, m, is_unique, _, _ = convex_distance(mesh_core, core, R, p, hulls, math.inf, 0.0)
+    phi, _, _, m, is_unique, _, _ = convex_distance(
+        at.hull, at.core, at.R, at.p, at.hulls, math.inf, 0.0
+    )
     if phi >= distance - slack:
         return scale(-1.0, m), is_unique
-    is_found, m = _settled(surfaces, core, hulls, R, p, triangles, count, distance, n, size)
+    is_found, m = _settled(at, triangles, count, distance, n, size)
     if not is_found:
-        kept = _keep_those_at(surfaces, x, triangles, count, slack)
+        kept = _keep_those_at(at.surfaces, x, triangles, count, slack)
         if kept < count:
-            is_found, m = _settled(surfaces, core, hulls, R, p, triangles, kept, distance, n, size)
+            is_found, m = _settled(at, triangles, kept, distance, n, size)
     return m if is_found else n, unique
 
 

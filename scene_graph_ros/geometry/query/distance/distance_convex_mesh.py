@@ -36,6 +36,7 @@ from scene_graph_ros.geometry.query.distance.contact_normal import (
     TOUCHING,
     triangle_core,
 )
+from scene_graph_ros.geometry.query.distance.core_at_mesh import CoreAtMesh, without_radius
 from scene_graph_ros.geometry.query.distance.triangle_search import (
     nearest_on_hull,
     plane_of_core,
@@ -55,7 +56,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
 )
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
-__all__ = ["core_bounds", "distance_convex_mesh", "is_in_box"]
+__all__ = ["distance_convex_mesh", "is_in_box"]
 
 KNOWN_ERROR = 1e-11
 """Relative to the larger size: as much of a distance's known error may make an overlap touching.
@@ -66,9 +67,9 @@ _LOOSE = 1e-3
 
 
 @inlined_kernel
-def core_bounds(core, hulls, R, p):
-    """Return (lower, upper): the bounding box of a placed core, without its radius."""
-    placed = Placed(core, R, p)
+def _bounds(at):
+    """Return (lower, upper): the bounding box of a core, without its radius."""
+    placed, hulls = Placed(at.core, at.R, at.p), at.hulls
     x0, _ = placed_support(placed, hulls, (-1.0, 0.0, 0.0))
     y0, _ = placed_support(placed, hulls, (0.0, -1.0, 0.0))
     z0, _ = placed_support(placed, hulls, (0.0, 0.0, -1.0))
@@ -88,10 +89,10 @@ def is_in_box(lower, upper, row, p):
 
 
 @inlined_kernel
-def _depth_behind(core, hulls, R_MK, p_MK, n, height):
+def _depth_behind(at, n, height):
     """Return (depth, x): how far a core reaches behind the plane n . x = height, and where."""
-    x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, scale(-1.0, n))
-    x = axpy(-core[2], n, x)
+    x, _ = placed_support(Placed(at.core, at.R, at.p), at.hulls, scale(-1.0, n))
+    x = axpy(-at.core[2], n, x)
     return height - dot(n, x), x
 
 
@@ -107,10 +108,11 @@ def _is_foremost(vertices, triangles, cuts, count, n, height, tolerance):
 
 
 @inlined_kernel
-def _leave_cuts(surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance):
+def _leave_cuts(at, cuts, count, tolerance):
     """Return (depth, n, x, unique): the way out across a cut triangle, and the deepest point x."""
-    depth, n, x, unique, foremost = -1.0, (0.0, 0.0, 1.0), p_MK, True, False
-    sides = 1 if surfaces.is_closed[k] else 2
+    surfaces = at.surfaces
+    depth, n, x, unique, foremost = -1.0, (0.0, 0.0, 1.0), at.p, True, False
+    sides = 1 if surfaces.is_closed[at.surface] else 2
     for c in range(count):
         for side in range(sides):
             m = load_vector(surfaces.normals, cuts[c])
@@ -122,7 +124,7 @@ def _leave_cuts(surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance):
             )
             if foremost and not is_foremost:
                 continue
-            candidate, y = _depth_behind(core, hulls, R_MK, p_MK, m, height)
+            candidate, y = _depth_behind(at, m, height)
             is_better = candidate < depth if is_foremost else candidate > depth
             if is_foremost and not foremost:
                 is_better = True
@@ -136,9 +138,10 @@ def _leave_cuts(surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance):
 
 
 @lean_kernel
-def _is_within(surfaces, k, size, core, hulls, R_MK, p_MK):
+def _is_within(at, size):
     """Return whether a core that only touches a surface is inside of it."""
-    if not surfaces.is_closed[k]:
+    surfaces, placed = at.surfaces, Placed(at.core, at.R, at.p)
+    if not surfaces.is_closed[at.surface]:
         return False
     middle = (0.0, 0.0, 0.0)
     for trial in range(6):
@@ -149,29 +152,30 @@ def _is_within(surfaces, k, size, core, hulls, R_MK, p_MK):
             sign if axis == 1 else 0.0,
             sign if axis == 2 else 0.0,
         )
-        x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, d)
+        x, _ = placed_support(placed, at.hulls, d)
         middle = axpy(1.0 / 6.0, x, middle)
-    return point_mesh(surfaces, k, size, middle, math.inf)[0] < 0.0
+    return point_mesh(surfaces, at.surface, size, middle, math.inf)[0] < 0.0
 
 
 @merged_kernel
-def _over_triangles(vertices, triangles, normals, core, hulls, R, p, cuts, count, n, depth, x):
+def _over_triangles(at, cuts, count, n, depth, x):
     """Return a point of a core that is as deep as x behind a plane, and behind a cut triangle.
 
     The core, moved out by ``depth`` along n, touches the plane: where it touches one of the
     triangles in it is what was asked for. Where it touches none, x is all there is.
     """
+    vertices, triangles = at.surfaces.vertices, at.surfaces.triangles
     height = dot(n, x) + depth
-    slack = 4.0 * COINCIDENCE * (norm(x) + depth)
-    lifted = axpy(depth, n, p)
+    slack = TOUCHING * COINCIDENCE * (norm(x) + depth)
+    lifted = axpy(depth, n, at.p)
     for c in range(count):
-        m = load_vector(normals, cuts[c])
+        m = load_vector(at.surfaces.normals, cuts[c])
         v = load_vector(vertices, triangles[cuts[c], 0])
         if abs(dot(m, n)) < 1.0 - COINCIDENCE or abs(dot(n, v) - height) > slack:
             continue
         triangle = triangle_core(vertices, triangles, cuts[c])
         distance, a, _, _, _, _, _ = convex_distance(
-            triangle, core, R, lifted, hulls, math.inf, 0.0
+            triangle, at.core, at.R, lifted, at.hulls, math.inf, 0.0
         )
         if abs(distance) <= slack:
             return axpy(-depth, n, a)
@@ -189,20 +193,19 @@ def _furthest(box):
 
 
 @kernel
-def _distance_by_search(
-    surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, reach, allowed, plane, near
-):
+def _distance_by_search(at, size, reach, allowed, plane, near):
     """Do the same as ``_distance_in_mesh_frame``, by all triangles that may be near.
 
     ``reach`` bounds the distance of the core without its radius, ``plane`` is that between the
     core and the mesh's hull, if they are apart, and ``near`` the hull's nearest point.
     """
-    bare = (core[0], core[1], 0.0, core[3])
-    box = core_bounds(bare, hulls, R_MK, p_MK)
+    surfaces, k, core, p_MK = at.surfaces, at.surface, at.core, at.p
+    bare = without_radius(at)
+    box = _bounds(bare)
     # Coordinates, and so distances, are as exact as the larger of the two permits.
     larger = max(size, _furthest(box))
     tolerance = COINCIDENCE * larger
-    some_point, _ = placed_support(Placed(bare, R_MK, p_MK), hulls, (1.0, 0.0, 0.0))
+    some_point, _ = placed_support(Placed(bare.core, at.R, p_MK), at.hulls, (1.0, 0.0, 0.0))
     is_inside = False
     if surfaces.is_closed[k] and is_in_box(
         surfaces.node_lower, surfaces.node_upper, surfaces.node_start[k], some_point
@@ -214,7 +217,7 @@ def _distance_by_search(
     within = tolerance
     for _ in range(2):
         distance, error, p_MN, n, unique, cuts, count = search_triangles(
-            surfaces, k, bare, around, near, hulls, R_MK, p_MK, reach, within, larger, allowed
+            bare, around, near, (reach, within, larger), allowed
         )
         if count > 0 or is_inside or not distance <= NEAR_CONTACT * larger:
             break
@@ -227,42 +230,23 @@ def _distance_by_search(
         return phi, axpy(phi, n, p_MN), p_MN, n, unique
     if count == 0:
         n = scale(-1.0, n)
-        depth, x = _depth_behind(core, hulls, R_MK, p_MK, n, dot(n, p_MN))
+        depth, x = _depth_behind(at, n, dot(n, p_MN))
     else:
-        depth, way, x, is_only_way = _leave_cuts(
-            surfaces, k, core, hulls, R_MK, p_MK, cuts, count, tolerance
-        )
+        depth, way, x, is_only_way = _leave_cuts(at, cuts, count, tolerance)
         touching = TOUCHING * tolerance
         if within <= tolerance and depth - core[2] <= touching:
             # One triangle's depth may be off by more, where it is tiny beside the core.
             distance = max(distance, core[2] - depth)
         touching += min(error, KNOWN_ERROR * larger)
-        if within > tolerance or (
-            distance >= -touching and not _is_within(surfaces, k, size, core, hulls, R_MK, p_MK)
-        ):
+        if within > tolerance or (distance >= -touching and not _is_within(at, size)):
             contact = (distance, p_MN, n, unique)
-            n, unique = normal_to_core(
-                surfaces, bare, mesh_core, hulls, R_MK, p_MK, cuts, count, contact, larger
-            )
+            n, unique = normal_to_core(bare, cuts, count, contact, larger)
             phi = distance - core[2]
             return phi, axpy(phi, n, p_MN), p_MN, n, unique
         n, unique = way, is_only_way
-        x = _over_triangles(
-            surfaces.vertices,
-            surfaces.triangles,
-            surfaces.normals,
-            core,
-            hulls,
-            R_MK,
-            p_MK,
-            cuts,
-            count,
-            n,
-            depth,
-            x,
-        )
+        x = _over_triangles(at, cuts, count, n, depth, x)
     phi, p_MCm, p_MCk, n_hull, is_unique, _, _ = convex_distance(
-        mesh_core, core, R_MK, p_MK, hulls, math.inf, 0.0
+        at.hull, core, at.R, p_MK, at.hulls, math.inf, 0.0
     )
     if phi > -depth:
         return phi, p_MCk, p_MCm, scale(-1.0, n_hull), is_unique
@@ -270,29 +254,25 @@ def _distance_by_search(
 
 
 @kernel
-def _distance_in_mesh_frame(surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, bound, allowed):
+def _distance_in_mesh_frame(at, size, bound, allowed):
     """Return (phi, p_MCk, p_MCm, nhat_MK_M, unique): nhat points out of the mesh into K."""
-    bare = (core[0], core[1], 0.0, core[3])
-    reach = max(bound, 0.0) + core[2]
+    p_MK, bare, radius = at.p, without_radius(at), at.core[2]
+    reach = max(bound, 0.0) + radius
     far = max(size, abs(p_MK[0]), abs(p_MK[1]), abs(p_MK[2]))
     # The mesh is in its hull: what that is away from the core is no more than the distance.
     apart, near, _, n, _, gap, _ = convex_distance(
-        mesh_core, bare, R_MK, p_MK, hulls, reach, _LOOSE * far
+        at.hull, bare.core, at.R, p_MK, at.hulls, reach, _LOOSE * far
     )
     if gap == math.inf and apart > reach:
         return math.inf, p_MK, p_MK, n, False
-    plane = plane_of_core(bare, hulls, R_MK, p_MK, scale(-1.0, n))
+    plane = plane_of_core(bare, scale(-1.0, n))
     if apart - gap > _LOOSE * far:
         sizes = reach, COINCIDENCE * far
-        is_proven, distance, p_MN, n, unique = nearest_on_hull(
-            surfaces, k, bare, mesh_core, plane, near, hulls, R_MK, p_MK, sizes, allowed
-        )
+        is_proven, distance, p_MN, n, unique = nearest_on_hull(bare, plane, near, sizes, allowed)
         if is_proven:
-            phi = distance - core[2]
+            phi = distance - radius
             return phi, axpy(phi, n, p_MN), p_MN, n, unique
-    return _distance_by_search(
-        surfaces, k, size, core, mesh_core, hulls, R_MK, p_MK, reach, allowed, plane, near
-    )
+    return _distance_by_search(at, size, reach, allowed, plane, near)
 
 
 @merged_kernel
@@ -305,19 +285,12 @@ def distance_convex_mesh(table, j, core, R_AB, p_AB, max_distance, tolerance):
     R_BA = transpose(R_AB)
     p_BA = scale(-1.0, rotate_inverse(R_AB, p_AB))
     zeros = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    mesh_core = (HULL, np.int64(table.hulls.block_start[table.hull[j]]), 0.0, zeros)
+    hull = (HULL, np.int64(table.hulls.block_start[table.hull[j]]), 0.0, zeros)
+    at = CoreAtMesh(table.surfaces, table.surface[j], hull, core, R_BA, p_BA, table.hulls.blocks)
+    # The sign of a core with a radius is not that of the core without.
+    allowed = tolerance if core[2] == 0.0 else 0.0
     phi, p_BCa, p_BCb, nhat_BA_B, unique = _distance_in_mesh_frame(
-        table.surfaces,
-        table.surface[j],
-        table.scale[j],
-        core,
-        mesh_core,
-        table.hulls.blocks,
-        R_BA,
-        p_BA,
-        max_distance,
-        # The sign of a core with a radius is not that of the core without.
-        tolerance if core[2] == 0.0 else 0.0,
+        at, table.scale[j], max_distance, allowed
     )
     p_ACa = add(rotate(R_AB, p_BCa), p_AB)
     p_ACb = add(rotate(R_AB, p_BCb), p_AB)

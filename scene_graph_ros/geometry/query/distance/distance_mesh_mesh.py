@@ -15,6 +15,7 @@ that separates them for certain.
 """
 
 import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from scene_graph_ros.geometry.meshes.bvh import MAX_DEPTH
 from scene_graph_ros.geometry.narrowphase.convex_distance import convex_distance
 from scene_graph_ros.geometry.narrowphase.cores.kinds import HULL
 from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support
-from scene_graph_ros.geometry.narrowphase.pair import Placed
+from scene_graph_ros.geometry.narrowphase.pair import body_A, body_B, Pair
 from scene_graph_ros.geometry.query.distance.contact_normal import (
     corners_of,
     normal_of_triangles,
@@ -46,15 +47,28 @@ from scene_graph_ros.geometry.spatial.vectors import (
     rotate_inverse,
     scale,
     subtract,
+    transpose,
 )
+from scene_graph_ros.geometry.tables.shape_table import Surfaces
 from scene_graph_ros.geometry.tolerances import COINCIDENCE, NEAR_CONTACT
 
 __all__ = ["distance_mesh_mesh"]
 
-_IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-_ORIGIN = (0.0, 0.0, 0.0)
 _FIRST_CAPACITY = 64
 _ZEROS = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+class TwoMeshes(NamedTuple):
+    """Rows A and B of the surfaces, B at the pose (R, p) in A's frame."""
+
+    surfaces: Surfaces
+    A: int
+    B: int
+    size: float
+    """Metres: the larger of both."""
+    R: Any
+    p: tuple[float, float, float]
+    """Metres."""
 
 
 @lean_kernel
@@ -256,15 +270,17 @@ def _is_inside(surfaces, k, m, size, R, p):
 
 
 @merged_kernel
-def _leave_containment(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, distance, x, n):
+def _leave_containment(meshes, hulls, contact):
     """Return (depth, p_ACa, nhat_BA_A) of meshes of which one is inside the other.
 
-    n points from B's nearest point, x - distance n, to A's, x: the way back.
+    ``hulls`` is the ``Pair`` of their convex hulls, ``contact`` is (distance, x, n): n points from
+    B's nearest point, x - distance n, to A's, x: the way back.
     """
+    distance, x, n = contact
     n = scale(-1.0, n)
-    a, _ = placed_support(Placed(hull_A, _IDENTITY, _ORIGIN), hulls, scale(-1.0, n))
-    b, _ = placed_support(Placed(hull_B, R, p), hulls, n)
-    if _is_inside(surfaces, k, m, size, *_inverse(R, p)):
+    a, _ = placed_support(body_A(hulls), hulls.hulls, scale(-1.0, n))
+    b, _ = placed_support(body_B(hulls), hulls.hulls, n)
+    if _is_inside(meshes.surfaces, meshes.A, meshes.B, meshes.size, *_inverse(meshes)):
         # A leaves across the plane at B's point x + distance n.
         return dot(n, subtract(x, a)) + distance, a, n
     # B leaves along -n, across the plane at A's point x.
@@ -273,9 +289,10 @@ def _leave_containment(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, distan
 
 
 @merged_kernel
-def _leave_by_vertex(surfaces, k, m, size, R, p):
+def _leave_by_vertex(meshes):
     """Return (depth, p_ACa, nhat_BA_A) of the deepest vertex inside; depth -1 if none is."""
-    R_BA, p_BA = _inverse(R, p)
+    surfaces, k, m, size, R, p = meshes
+    R_BA, p_BA = _inverse(meshes)
     first, x_B, n_B = _deepest_vertex(surfaces, k, m, size, R_BA, p_BA)
     second, x_A, n_A = _deepest_vertex(surfaces, m, k, size, R, p)
     if first >= second:
@@ -284,24 +301,25 @@ def _leave_by_vertex(surfaces, k, m, size, R, p):
 
 
 @lean_kernel
-def _inverse(R, p):
-    transposed = (R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8])
-    return transposed, scale(-1.0, rotate_inverse(R, p))
+def _inverse(meshes):
+    """Return (R_BA, p_BA)."""
+    return transpose(meshes.R), scale(-1.0, rotate_inverse(meshes.R, meshes.p))
 
 
 @merged_kernel
-def _leave_cut(surfaces, k, m, size, R, p, pairs, count, by_pair, by_hull):
+def _leave_cut(meshes, pairs, count, by_pair, by_hull):
     """Return (distance, p_ACa, p_ACb, nhat_BA_A, unique) of meshes that touch or cut each other.
 
     ``by_pair`` is the way out of the pair of triangles that overlap most: (depth, point of A,
     normal); ``by_hull`` is what the convex hulls would answer.
     """
+    surfaces, _, _, size, R, p = meshes
     phi, n_hull, unique = by_hull[0], by_hull[3], by_hull[4]
     slack = TOUCHING * COINCIDENCE * size
     if phi >= -slack:
         x = touching_point(surfaces, R, p, pairs, count, n_hull, phi, size)
         return phi, x, axpy(-phi, n_hull, x), n_hull, unique
-    depth, x, n = _leave_by_vertex(surfaces, k, m, size, R, p)
+    depth, x, n = _leave_by_vertex(meshes)
     if depth <= slack:
         is_touching, gap, y, out, is_only_one = touching_triangles(
             surfaces, R, p, pairs, count, size
@@ -316,9 +334,11 @@ def _leave_cut(surfaces, k, m, size, R, p, pairs, count, by_pair, by_hull):
 
 
 @kernel
-def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
+def _distance(meshes, hulls, bound):
+    """Return the result of ``distance_mesh_mesh``; ``hulls`` is the ``Pair`` of convex hulls."""
+    surfaces, k, m, size, R, p = meshes
     tolerance = COINCIDENCE * size
-    R_BA, p_BA = _inverse(R, p)
+    R_BA, p_BA = _inverse(meshes)
     contained = _is_inside(surfaces, k, m, size, R_BA, p_BA)
     contained = contained or _is_inside(surfaces, m, k, size, R, p)
     reach = math.inf if contained else max(bound, 0.0)
@@ -335,7 +355,9 @@ def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
         return math.inf, x, x, n, False
     if count == 0 and not contained:
         return distance, x, axpy(-distance, n, x), n, True
-    phi, a, b, n_hull, unique, _, _ = convex_distance(hull_A, hull_B, R, p, hulls, math.inf, 0.0)
+    phi, a, b, n_hull, unique, _, _ = convex_distance(
+        hulls.core_A, hulls.core_B, R, p, hulls.hulls, math.inf, 0.0
+    )
     if within > tolerance:
         if phi >= distance - TOUCHING * tolerance:
             n = n_hull
@@ -345,10 +367,8 @@ def _distance(surfaces, k, m, size, hulls, hull_A, hull_B, R, p, bound):
         return distance, x, axpy(-distance, n, x), n, True
     if count > 0:
         by_pair, by_hull = (depth, y, out), (phi, a, b, n_hull, unique)
-        return _leave_cut(surfaces, k, m, size, R, p, pairs, count, by_pair, by_hull)
-    depth, y, out = _leave_containment(
-        surfaces, k, m, size, hulls, hull_A, hull_B, R, p, distance, x, n
-    )
+        return _leave_cut(meshes, pairs, count, by_pair, by_hull)
+    depth, y, out = _leave_containment(meshes, hulls, (distance, x, n))
     if phi > -depth:
         return phi, a, b, n_hull, unique
     return -depth, y, axpy(depth, out, y), out, True
@@ -360,15 +380,9 @@ def distance_mesh_mesh(table, i, j, R_AB, p_AB, max_distance):
 
     Beyond ``max_distance``, phi may be inf, without witnesses.
     """
-    return _distance(
-        table.surfaces,
-        table.surface[i],
-        table.surface[j],
-        max(table.scale[i], table.scale[j]),
-        table.hulls.blocks,
-        (HULL, np.int64(table.hulls.block_start[table.hull[i]]), 0.0, _ZEROS),
-        (HULL, np.int64(table.hulls.block_start[table.hull[j]]), 0.0, _ZEROS),
-        R_AB,
-        p_AB,
-        max_distance,
-    )
+    A, B = table.surface[i], table.surface[j]
+    meshes = TwoMeshes(table.surfaces, A, B, max(table.scale[i], table.scale[j]), R_AB, p_AB)
+    hull_A = (HULL, np.int64(table.hulls.block_start[table.hull[i]]), 0.0, _ZEROS)
+    hull_B = (HULL, np.int64(table.hulls.block_start[table.hull[j]]), 0.0, _ZEROS)
+    hulls = Pair(hull_A, hull_B, R_AB, p_AB, table.hulls.blocks)
+    return _distance(meshes, hulls, max_distance)

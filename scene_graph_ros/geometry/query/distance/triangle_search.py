@@ -77,9 +77,9 @@ def _triangle_front(params, n):
 
 
 @lean_kernel
-def plane_of_core(core, hulls, R_MK, p_MK, n):
+def plane_of_core(at, n):
     """Return (n, h): all of a core is where n . x >= h, and some of it at h."""
-    x, _ = placed_support(Placed(core, R_MK, p_MK), hulls, scale(-1.0, n))
+    x, _ = placed_support(Placed(at.core, at.R, at.p), at.hulls, scale(-1.0, n))
     return n, dot(n, x)
 
 
@@ -114,13 +114,13 @@ def _leaf_near(surfaces, node, p):
 
 
 @inlined_kernel
-def _is_cut(triangle, core, R_MK, p_MK, hulls, tolerance):
+def _is_cut(triangle, at, tolerance):
     """Return (is certain, whether a bare core touches a triangle), by GJK, which asks no depth."""
-    corners = triangle[3]
-    v = (corners[0] - p_MK[0], corners[1] - p_MK[1], corners[2] - p_MK[2])
+    corners, p = triangle[3], at.p
+    v = (corners[0] - p[0], corners[1] - p[1], corners[2] - p[2])
     if not dot(v, v) > 0.0:
         v = (1.0, 0.0, 0.0)
-    pair = Pair(triangle, core, R_MK, p_MK, hulls)
+    pair = Pair(triangle, at.core, at.R, p, at.hulls)
     work = Workspace(_simplex(), _corners(), _weights())
     status, _, _, _, _ = gjk(pair, v, 0, tolerance, 0.0, 0.0, work)
     return status in (FAR, OVERLAP), status == OVERLAP
@@ -161,18 +161,17 @@ def _foremost_of_leaf(surfaces, node, n):
 
 
 @merged_kernel
-def nearest_on_hull(surfaces, k, core, mesh_core, plane, near, hulls, R_MK, p_MK, sizes, allowed):
-    """Return (is proven, distance, p_MN, n, unique) of a bare core and a triangle of surface k.
+def nearest_on_hull(at, plane, near, sizes, allowed):
+    """Return (is proven, distance, p_MN, n, unique) of a bare core and a triangle of a mesh.
 
     It is one beside a point ``near``, and proven to be the nearest if all of the mesh's convex
     hull is behind it, seen from the core. ``plane`` is one that is in front of the hull, as
     ``plane_of_core`` has it; ``sizes`` are how far it may be, and the rounding of distances.
     """
-    bound, rounding = sizes
-    across, behind = plane
+    surfaces, (bound, rounding), (across, behind) = at.surfaces, sizes, plane
     passed, nearest, nearest_triangle = bound + rounding, math.inf, -1
-    p_MN, n, is_unique = p_MK, across, True
-    node = _leaf_near(surfaces, surfaces.node_start[k], near)
+    p_MN, n, is_unique = at.p, across, True
+    node = _leaf_near(surfaces, surfaces.node_start[at.surface], near)
     first = _foremost_of_leaf(surfaces, node, across)
     left, right = surfaces.node_left[node], surfaces.node_right[node]
     for trial in range(-1, right):
@@ -183,7 +182,7 @@ def nearest_on_hull(surfaces, k, core, mesh_core, plane, near, hulls, R_MK, p_MK
             continue
         best = min(bound, nearest + rounding)
         distance, a, _, m, unique, _, _ = convex_distance(
-            triangle, core, R_MK, p_MK, hulls, best, allowed
+            triangle, at.core, at.R, at.p, at.hulls, best, allowed
         )
         if distance > best:
             continue
@@ -191,36 +190,35 @@ def nearest_on_hull(surfaces, k, core, mesh_core, plane, near, hulls, R_MK, p_MK
         new, old = (distance, t, a, m), (nearest, nearest_triangle, p_MN, n)
         if nearest_triangle < 0 or _is_closer(surfaces, new, old, rounding):
             nearest, nearest_triangle, p_MN, n, is_unique = distance, t, a, m, unique
-            across, behind = plane_of_core(core, hulls, R_MK, p_MK, m)
+            across, behind = plane_of_core(at, m)
             passed = nearest - rounding
     if nearest_triangle < 0:
         return False, nearest, p_MN, n, is_unique
-    x, _ = support(mesh_core, hulls, n)
+    x, _ = support(at.hull, at.hulls, n)
     return dot(n, x) <= behind - nearest + rounding, nearest, p_MN, n, is_unique
 
 
 @merged_kernel
-def search_triangles(
-    surfaces, k, core, around, near, hulls, R_MK, p_MK, bound, tolerance, larger, allowed
-):
-    """Return (distance, error, p_MN, n, unique, cuts, count) of surface k and a bare core.
+def search_triangles(at, around, near, sizes, allowed):
+    """Return (distance, error, p_MN, n, unique, cuts, count) of a mesh and a bare core.
 
-    The nearest triangle no further than ``bound``, with the witness on the mesh and the normal out
-    of it into the core; or the ``count`` triangles within ``tolerance`` of the core, in ``cuts``,
-    and what it is to the one it is nearest to, or to one that it reaches deep into. ``error``
-    bounds that of the distance; ``around`` holds the bounds of the core; the search begins beside
-    the point ``near``; ``larger`` is the larger of both sizes.
+    ``sizes`` are a bound, a tolerance, and the larger of both sizes. It is the nearest triangle
+    no further than the bound, with the witness on the mesh and the normal out of it into the core;
+    or the ``count`` triangles within the tolerance of the core, in ``cuts``, and what it is to the
+    one it is nearest to, or to one that it reaches deep into. ``error`` bounds that of the
+    distance; ``around`` holds the bounds of the core; the search begins beside the point ``near``.
     """
+    surfaces, (bound, tolerance, larger) = at.surfaces, sizes
     cuts = np.empty(_FIRST_CAPACITY, np.int64)
     stack = np.empty(MAX_DEPTH + 2, np.int64)
     (lower, upper), (across, behind) = around
     rounding, deep = COINCIDENCE * larger, NEAR_CONTACT * larger
     # ``best`` is the least distance that is worth a look, ``nearest`` that of the contact, and
     # ``passed`` how far in front of all else the core may be along the contact's normal.
-    best, p_MN, n, is_unique = max(bound, tolerance), p_MK, (0.0, 0.0, 1.0), True
+    best, p_MN, n, is_unique = max(bound, tolerance), at.p, (0.0, 0.0, 1.0), True
     nearest, nearest_triangle, error = math.inf, -1, 0.0
     passed = best + rounding
-    root = surfaces.node_start[k]
+    root = surfaces.node_start[at.surface]
     first = _leaf_near(surfaces, root, near)
     stack[0], stack[1] = root, first
     count, depth, is_begun = 0, 2, False
@@ -245,11 +243,11 @@ def search_triangles(
                 continue
             is_cut, is_known = False, nearest < -deep
             if is_known:
-                is_known, is_cut = _is_cut(triangle, core, R_MK, p_MK, hulls, tolerance)
-            distance, a, m, unique, gap = math.inf, p_MK, n, True, 0.0
+                is_known, is_cut = _is_cut(triangle, at, tolerance)
+            distance, a, m, unique, gap = math.inf, at.p, n, True, 0.0
             if not is_known:
                 distance, a, _, m, unique, gap, _ = convex_distance(
-                    triangle, core, R_MK, p_MK, hulls, best, allowed
+                    triangle, at.core, at.R, at.p, at.hulls, best, allowed
                 )
                 is_cut = distance <= tolerance
             if is_cut:
@@ -262,7 +260,7 @@ def search_triangles(
             if nearest_triangle < 0 or _is_closer(surfaces, new, old, rounding):
                 nearest, nearest_triangle, p_MN, n, is_unique = distance, t, a, m, unique
                 error = gap
-                across, behind = plane_of_core(core, hulls, R_MK, p_MK, m)
+                across, behind = plane_of_core(at, m)
                 best = min(best, max(distance + rounding, tolerance))
                 passed = best + rounding if nearest <= tolerance else nearest - rounding
     return nearest, error, p_MN, n, is_unique, cuts, count

@@ -23,6 +23,9 @@ from scene_graph_ros.geometry.tolerances import COINCIDENCE
 
 __all__ = ["distance_triangle_triangle", "reach_of"]
 
+_SHARE = 0.01
+"""By how much more of a square two contacts are surely not as near as each other; e below."""
+
 
 @kernel
 def _pick(triangle, k):
@@ -79,8 +82,8 @@ def _better(first, second, new, old, rounding):
     Of two as near as each other, to ``rounding``, it is the one whose planes have the triangles
     behind them: beside an edge, distances tell to half the digits only whether it is the nearest.
     """
-    # No less than the root of the square plus twice the rounding, squared.
-    if new[0] > 1.01 * old[0] + 404.0 * rounding * rounding:
+    # No less than (root + 2 rounding)^2, as 4 root rounding <= e old + 4 rounding^2 / e.
+    if new[0] > (1.0 + _SHARE) * old[0] + 4.0 * (1.0 + 1.0 / _SHARE) * rounding * rounding:
         return old
     if not abs(math.sqrt(new[0]) - math.sqrt(old[0])) <= rounding:
         return new if new[0] < old[0] else old
