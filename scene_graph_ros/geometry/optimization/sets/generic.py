@@ -16,7 +16,14 @@ from scene_graph_ros.geometry.optimization.solve.cutting import (
 from scene_graph_ros.geometry.optimization.solve.maximize import maximize
 from scene_graph_ros.geometry.optimization.solve.nearest_by_support import nearest_by_support
 
-__all__ = ["check_gaps", "inner_point", "nearest_in_form", "project_on_set", "support_of_lift"]
+__all__ = [
+    "check_gaps",
+    "inner_point",
+    "is_near",
+    "nearest_in_form",
+    "project_on_set",
+    "support_of_lift",
+]
 
 _PROMISED = 1e-9
 """Relative to the size of what is asked: a larger gap is an error."""
@@ -116,7 +123,7 @@ def _check_gap(gap: float, size: float, asked: Any, p: np.ndarray) -> None:
         )
 
 
-def _is_near(p: np.ndarray, found: tuple[float, np.ndarray, float]) -> bool:
+def is_near(p: np.ndarray, found: tuple[float, np.ndarray, float]) -> bool:
     """Tell whether a nearest point is known as well as promised, or its distance can't be."""
     distance, x, gap = found
     size = float(np.abs(np.append(p, x)).max(initial=0.0))
@@ -126,24 +133,25 @@ def _is_near(p: np.ndarray, found: tuple[float, np.ndarray, float]) -> bool:
 def check_gaps(asked: Any, points: Any, nearest: Any, distances: Any, gaps: Any) -> None:
     """Raise SolverError where a gap of a nearest point is larger than promised."""
     for p, x, distance, gap in zip(points, nearest, distances, gaps, strict=True):
-        if not _is_near(p, (distance, x, gap)):
+        if not is_near(p, (distance, x, gap)):
             _check_gap(gap, float(np.abs(np.append(p, x)).max(initial=0.0)), asked, p)
 
 
 def _nearest_of_unbounded(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray, float]:
     """Return the nearest point by one method, and where that falls short by another one.
 
-    Of matrices, planes show supports of a part of the set less well than the distance.
+    Flat sets reach exactly as far as their rows say; how far cones reach takes as many planes in
+    each direction as the distance alone. Near the surface, or inside, both are asked.
     """
     methods = [_nearest_of_part, lambda asked, p: nearest_in_form(asked, np.eye(len(p)), p)]
     best, failure = None, None
-    for method in reversed(methods) if asked.lifted.matrices else methods:
+    for method in reversed(methods) if asked.lifted.cones else methods:
         try:
             found = method(asked, p)
         except SolverError as error:
             failure = error
             continue
-        if _is_near(p, found):
+        if is_near(p, found) and found[0] > _AT_SURFACE * float(np.abs(p).max()):
             return found
         best = found if best is None or found[2] < best[2] else best
     if best is None:
@@ -165,11 +173,14 @@ def _nearest_of_part(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray, floa
     unit = np.eye(n, e)
     walls = np.concatenate([unit, -unit]), np.append(p + width, width - p)
     part = joined([asked.lifted, Lift(np.zeros((0, e)), np.zeros(0), *walls)])
+    known = list(cuts)
 
     def reach(d: np.ndarray) -> tuple[float, np.ndarray, float]:
         c = np.append(d, np.zeros(e - n))
         if part.cones:
-            found = maximize_in_cones(part, c, inner, cuts)
+            found = maximize_in_cones(part, c, inner, known)
+            # Directions are much the same at last, and so is where planes matter.
+            known[:] = found.cuts
             return found.value, found.x[:n], max(0.0, found.upper - found.value)
         best = maximize(part.rows, c, inner)
         return best.value, best.x[:n], best.gap

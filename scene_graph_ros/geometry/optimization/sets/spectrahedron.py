@@ -17,7 +17,7 @@ from scene_graph_ros.geometry.optimization.sets.conic_program import (
     matrix_of,
 )
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.generic import check_gaps
+from scene_graph_ros.geometry.optimization.sets.generic import is_near
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -140,9 +140,11 @@ class Spectrahedron(ConvexSet):
             distance = float(np.linalg.norm(points[k] - nearest[k]))
             below = float(way @ points[k]) - far.value - far.gap
             gaps[k] = min(distance, max(0.0, distance - below))
-        distances = np.linalg.norm(points - nearest, axis=1)
-        check_gaps(self, points, nearest, distances, gaps)
-        return Projection(distances, nearest, gaps)
+            if not is_near(points[k], (distance, nearest[k], gaps[k])):
+                # Along a way that rounding turned, an unbounded set has no end.
+                found = super()._project(points[[k]])
+                nearest[k], gaps[k] = found.points[0], found.gaps[0]
+        return Projection(np.linalg.norm(points - nearest, axis=1), nearest, gaps)
 
     def _nearest(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest point and the unit way ``(n,)`` from it, as the solver finds them."""

@@ -10,7 +10,7 @@ that what is proven of them is exact.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
@@ -100,7 +100,7 @@ class Found:
 class Reached:
     """The largest ``c . x`` found, at a point inside, and a bound that no point exceeds.
 
-    ``size`` is by how much the first bound was above the first point.
+    ``size`` is by how much the first bound was above the first point; ``cuts`` are all there were.
     """
 
     value: float
@@ -108,6 +108,7 @@ class Reached:
     upper: float
     ray: np.ndarray | None
     size: float = 0.0
+    cuts: tuple[Cut, ...] = ()
 
 
 def _cuts(cones: Sequence[Cone], x: np.ndarray, least: float = 0.0) -> list[Cut]:
@@ -274,4 +275,4 @@ def maximize_in_cones(
         if not added:
             break
         cuts += added
-    return best
+    return replace(best, cuts=tuple(cuts))
