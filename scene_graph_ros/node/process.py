@@ -56,7 +56,7 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     # The node says it in its log.
     warnings.simplefilter("ignore", KernelCacheWarning)
     os.environ.setdefault(_PROFILES_FILE, str(Path(__file__).with_name("fast_dds.xml")))
-    ending.has_begun()
+    ending.note_beginning()
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     with mesh_color_warnings_told(get_logger(NODE_NAME).warning):

@@ -39,8 +39,8 @@ _COMPILER = f"{_PACKAGE}.geometry.compiled."
 class Ending:
     """Sets ``requested`` on the first signal, and ends the process ``timeout`` seconds later.
 
-    A second signal ends it at once, and so does the first where nothing `has_begun` that would
-    have to be ended in order.
+    A second signal ends it at once, and so does the first before `note_beginning`, when there is
+    nothing yet to be ended in order.
     """
 
     def __init__(self) -> None:
@@ -51,11 +51,11 @@ class Ending:
         self._reader, writer = os.pipe()
         os.set_blocking(writer, False)
         for number in _SIGNALS:
-            signal.signal(number, _is_read_by_the_watcher)
+            signal.signal(number, _leave_it_to_the_watcher)
         signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
         threading.Thread(target=self._watch, name="signals", daemon=True).start()
 
-    def has_begun(self) -> None:
+    def note_beginning(self) -> None:
         """Say that from now on there is something to end in order."""
         self._has_begun = True
 
@@ -101,7 +101,7 @@ class Ending:
         os._exit(_KILLED + number)
 
 
-def _is_read_by_the_watcher(number: int, frame: FrameType | None) -> None:
+def _leave_it_to_the_watcher(number: int, frame: FrameType | None) -> None:
     """Do nothing: that there is a handler is what makes the interpreter write to the pipe."""
 
 
