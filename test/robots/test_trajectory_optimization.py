@@ -51,6 +51,11 @@ def test_swing_ups_from_a_straight_line(name):
         np.testing.assert_allclose(x[k] + h / 6 * (a + 4 * middle + b), x[k + 1], atol=1e-6)
     # The curve obeys the dynamics at knots, and is measured between them.
     assert result.residual_between_knots > 0.0
+    worst = result.residual_time
+    there = f(result.trajectory.value(worst), result.input_trajectory.value(worst))
+    off = abs(result.trajectory.derivative().value(worst) - there).max()
+    assert off == pytest.approx(result.residual_between_knots, rel=1e-9)
+    assert result.program_result.solver_status == "Solve_Succeeded"
     k = int(0.5 * len(x))
     t = result.sample_times[k]
     np.testing.assert_allclose(
