@@ -141,13 +141,7 @@ def plan_path(
     `SceneGraphCollisionChecker` does for configurations of another shape or with numbers that mean
     nothing.
     """
-    if planner not in PLANNERS and not isinstance(planner, OmplPlanner):
-        known = ", ".join(PLANNERS)
-        raise PlanningError(
-            f"planner must be one of {known}, or an OmplPlanner, not {quoted(planner)}"
-        )
-    if roadmap is not None and planner != "prm":
-        raise PlanningError(f"a roadmap is for the planner 'prm', not for {quoted(planner)}")
+    _check_planner(planner, roadmap)
     patience, saving = _numbers(seed, timeout, least_saving)
     checker = checker.clone()  # Others may change theirs meanwhile.
     if np.ndim(start) != 1:
@@ -191,6 +185,17 @@ def plan_path(
             look,
         )
     return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
+
+
+def _check_planner(planner: object, roadmap: Roadmap | None) -> None:
+    """Raise PlanningError for what is no planner, and for a roadmap that it does not take."""
+    if planner not in PLANNERS and not isinstance(planner, OmplPlanner):
+        known = ", ".join(PLANNERS)
+        raise PlanningError(
+            f"planner must be one of {known}, or an OmplPlanner, not {quoted(planner)}"
+        )
+    if roadmap is not None and planner != "prm":
+        raise PlanningError(f"a roadmap is for the planner 'prm', not for {quoted(planner)}")
 
 
 def _numbers(seed: int, timeout: float | None, least_saving: float) -> tuple[float | None, float]:

@@ -16,32 +16,14 @@ def with_one_picture_each(bodies: Bodies, cover: Cover) -> tuple[Bodies, Cover]:
 
     Each has the triangles of one picture and one colour, or those without a picture.
     """
-    split = cover.picture == BY_TRIANGLE
-    if not split.any():
+    if not (cover.picture == BY_TRIANGLE).any():
         return bodies, cover
-    rows: list[int] = []
-    chosen: dict[int, NDArray[np.int64]] = {}
-    for row in range(len(bodies.kind)):
-        if not split[row]:
-            rows.append(row)
-            continue
-        for part in _parts(bodies, cover, row):
-            chosen[len(rows)] = part
-            rows.append(row)
-    take = np.array(rows, np.int64)
-    result = bodies._replace(
-        **{
-            name: getattr(bodies, name)[take]
-            for name in ("kind", "size", "X_WG", "center", "radius", "mesh", "label")
-        },
-        diffuse=bodies.diffuse[take],
-        is_painted=bodies.is_painted[take],
-    )
-    picture, first = cover.picture[take], cover.first[take]
+    rows, parts = _rows_and_parts(bodies, cover)
+    result, covered = _taken(bodies, cover, rows)
     vertices, triangles, paint = [bodies.vertices], [bodies.triangles], [bodies.paint]
     vertex_start, triangle_start = list(bodies.vertex_start), list(bodies.triangle_start)
     corners, count = [cover.corners], len(cover.corners)
-    for new, part in chosen.items():
+    for new, part in parts.items():
         row = rows[new]
         mesh = bodies.mesh[row]
         at = bodies.triangle_start[mesh] + part
@@ -51,13 +33,13 @@ def with_one_picture_each(bodies: Bodies, cover: Cover) -> tuple[Bodies, Cover]:
         paint.append(bodies.paint[at])
         vertex_start.append(vertex_start[-1] + len(vertices[-1]))
         triangle_start.append(triangle_start[-1] + len(part))
-        picture[new] = cover.of_triangle[cover.first[row] + part[0]]
-        if picture[new] >= 0:
+        picture = covered.picture[new] = cover.of_triangle[cover.first[row] + part[0]]
+        if picture >= 0:
             # All of these have one colour, with which the picture is multiplied.
             result.is_painted[new] = False
             if paint[-1][0] >= 0:
                 result.diffuse[new] = bodies.palette[paint[-1][0]]
-        first[new] = count
+        covered.first[new] = count
         corners.append(cover.corners[cover.first[row] + part])
         count += len(part)
     return (
@@ -68,14 +50,35 @@ def with_one_picture_each(bodies: Bodies, cover: Cover) -> tuple[Bodies, Cover]:
             triangle_start=np.array(triangle_start, np.int64),
             paint=np.concatenate(paint),
         ),
-        cover._replace(
-            alpha=cover.alpha[take],
-            is_transparent=cover.is_transparent[take],
-            repeats=cover.repeats[take],
-            picture=picture,
-            first=first,
-            corners=np.concatenate(corners),
-        ),
+        covered._replace(corners=np.concatenate(corners)),
+    )
+
+
+def _rows_and_parts(
+    bodies: Bodies, cover: Cover
+) -> tuple[NDArray[np.int64], dict[int, NDArray[np.int64]]]:
+    """Return which body each new one is of, and of those that are parts the triangles."""
+    rows: list[int] = []
+    parts: dict[int, NDArray[np.int64]] = {}
+    for row, picture in enumerate(cover.picture):
+        if picture != BY_TRIANGLE:
+            rows.append(row)
+            continue
+        for part in _parts(bodies, cover, row):
+            parts[len(rows)] = part
+            rows.append(row)
+    return np.array(rows, np.int64), parts
+
+
+def _taken(bodies: Bodies, cover: Cover, rows: NDArray[np.int64]) -> tuple[Bodies, Cover]:
+    """Return some rows, new arrays of them; what they share is that of the former."""
+    of_bodies = (
+        "kind", "size", "X_WG", "center", "radius", "mesh", "label", "diffuse", "is_painted",
+    )  # fmt: skip
+    of_cover = ("alpha", "is_transparent", "repeats", "picture", "first")
+    return (
+        bodies._replace(**{name: getattr(bodies, name)[rows] for name in of_bodies}),
+        cover._replace(**{name: getattr(cover, name)[rows] for name in of_cover}),
     )
 
 
