@@ -1,6 +1,7 @@
 """Programs over cones, and membership in every kind of set by them."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -23,6 +24,7 @@ from scene_graph_ros.geometry.optimization import (
     Spectrahedron,
     VPolytope,
 )
+from scene_graph_ros.geometry.optimization.solve import cone_program
 
 BALL = Hyperellipsoid([[2.0, 0.0], [1.0, 1.0]], [0.3, -0.2])
 BOX = Hyperrectangle([-1.0, 0.0], [0.5, 2.0])
@@ -267,3 +269,31 @@ def test_bad_arguments_are_named():
     for ask, message in refused(ConicProgram()):
         with pytest.raises(ConvexSetError, match=message):
             ask()
+
+
+def test_a_solver_that_loses_its_way_is_asked_to_take_shorter_steps(monkeypatch):
+    """Once more, and only where nothing near was found; what it says then is measured alike."""
+    asked = []
+    ask = cone_program._ask_clarabel
+
+    def lost(A, b, q, cones, tolerance, what, options=None):
+        asked.append(dict(options or {}))
+        found = ask(A, b, q, cones, tolerance, what, options)
+        if "max_step_fraction" in asked[-1]:
+            return found
+        return SimpleNamespace(
+            x=found.x, z=np.add(found.z, 1.0), s=found.s, status="NumericalError"
+        )
+
+    def solve():
+        program = ConicProgram()
+        x = program.add_variables(2)
+        program.add_linear_inequalities(-np.eye(2), [-1.0, -2.0], x)
+        program.add_linear_cost([1.0, 1.0], x)
+        return program.solve()
+
+    assert solve().cost == pytest.approx(3.0, abs=1e-7)
+    monkeypatch.setattr(cone_program, "_ask_clarabel", lost)
+    assert solve().cost == pytest.approx(3.0, abs=1e-7)
+    assert ["max_step_fraction" in options for options in asked][-1:] == [True]
+    assert sum("max_step_fraction" in options for options in asked) == 1

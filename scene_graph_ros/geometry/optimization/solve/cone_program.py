@@ -42,6 +42,9 @@ them takes as long as finding them. What the solver says of its solution does no
 
 _UNREFINED = SolverChoice("clarabel", {"iterative_refinement_enable": False})
 
+_CAREFUL = SolverChoice("clarabel", {"equilibrate_enable": False, "max_step_fraction": 0.9})
+"""Where it lost its way: steps end further from the border, exponential cones' above all."""
+
 _MOST_ITERATIONS = 200
 
 
@@ -206,10 +209,16 @@ class ConeProgram:
         A, b, q = self.matrices()
         offsets = np.cumsum([0, *(self._counts[cone] for cone in Cone)])
         best: tuple[float, Any] = (np.inf, None)
+        found: Any = None
+        accepted = max(_ACCEPTED, _ACCEPTED_ROUGH) if is_rough else _ACCEPTED
         ways = [(tolerance, by) for tolerance in _tolerances(by)]
         if is_rough and by is None:
             ways.insert(0, (tolerance, _UNREFINED))
+        if by is None:
+            ways.append((tolerance, _CAREFUL))
         for asked, way in ways:
+            if way is _CAREFUL and (best[0] <= accepted or "Infeasible" in str(found.status)):
+                break
             found = _ask(A, b, q, (self._counts, self._sizes), asked, what, way)
             x, z, s = (np.asarray(each) for each in (found.x, found.z, found.s))
             is_ray = "PrimalInfeasible" in str(found.status)
@@ -222,7 +231,6 @@ class ConeProgram:
                 break
         # What it gave up on may be as near: its residuals say so, not its word.
         residual = best[0]
-        accepted = max(_ACCEPTED, _ACCEPTED_ROUGH) if is_rough else _ACCEPTED
         if not residual <= accepted:
             endless = "; its cost may go down for ever" if "Dual" in str(found.status) else ""
             off = f"largest residual {residual:.1e}, accepted {accepted:g}"
@@ -336,7 +344,7 @@ def _ask_clarabel(
     for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
         setattr(settings, name, tolerance)
     given = {} if options is None else options
-    if given and options is not _UNREFINED.options:
+    if given and options not in (_UNREFINED.options, _CAREFUL.options):
         check_names(given, [n for n in dir(settings) if n[0] != "_"], "solver 'clarabel'")
     try:
         for name, value in given.items():
