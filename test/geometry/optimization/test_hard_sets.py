@@ -13,8 +13,10 @@ from scene_graph_ros.geometry.optimization import (
     Hyperellipsoid,
     Hyperrectangle,
     Intersection,
+    iris,
     MinkowskiSum,
     Point,
+    SampleError,
     Spectrahedron,
     VPolytope,
 )
@@ -140,3 +142,23 @@ def test_what_is_bounded_reaches_nowhere_without_an_end():
         assert reached.value == pytest.approx(high, rel=1e-8)
     box = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(both)
     np.testing.assert_allclose(box.lb, [1.5, -0.5, 1.5], rtol=1e-8)
+
+
+def test_directions_are_of_the_size_of_1():
+    """Their exact entries are determinants, which outgrow floats; only their way counts."""
+    rng = np.random.default_rng(4)
+    F = rng.normal(size=(5, 3, 3))
+    whole = ConvexHull(
+        [
+            Point(1e3 * rng.normal(size=4)),
+            AffineSubspace(rng.normal(size=(4, 4)), 1e3 * rng.normal(size=4)),
+        ]
+    )
+    everything = MinkowskiSum([Spectrahedron(1e3 * (F + F.transpose(0, 2, 1))), whole])
+    is_bounded, certificate = everything.is_bounded(certificate=True)
+    assert not is_bounded
+    assert certificate.verify()
+    assert 0.25 < np.abs(certificate.vector).max() < 4.0
+    # As an obstacle it is cut by the domain's box, and holds every sample.
+    with pytest.raises(SampleError, match=r"is in or at obstacles\[0\] \(MinkowskiSum\)"):
+        iris([everything], np.zeros(4), HPolyhedron.make_box(np.full(4, -1e4), np.full(4, 1e4)))

@@ -66,7 +66,7 @@ class Obstacles:
         self._kinds = [type(each).__name__ for each in obstacles]
         self._stack_corners(dimension)
         self._stack_ellipsoids(dimension)
-        self._put_balls_around()
+        self._put_balls_around(box)
 
     def _stack_corners(self, dimension: int) -> None:
         """Put corners of all hulls in a row, so that one product asks all of them."""
@@ -82,7 +82,7 @@ class Obstacles:
         self._with_maps = np.array([k for k, _ in stacks], dtype=np.int64)
         self._maps = np.array([B for _, B in stacks]).reshape(len(stacks), dimension, dimension)
 
-    def _put_balls_around(self) -> None:
+    def _put_balls_around(self, box: Hyperrectangle) -> None:
         """Find a ball around each obstacle: around all hulls at once, of others one by one."""
         if len(self._starts):
             low, high = (
@@ -99,7 +99,7 @@ class Obstacles:
             zip(self.sets, self._corners, self._ellipsoids, strict=True)
         ):
             if V is None and (ball is not None or not each.is_empty()):
-                self._centers[k], self._radii[k] = _ball_around(each, ball)
+                self._centers[k], self._radii[k] = _ball_around(each, ball, box)
                 self.counts[k] = True
 
     def label(self, k: int) -> str:
@@ -263,10 +263,12 @@ def _within(each: Any, box: Hyperrectangle) -> Any:
     return Intersection([each, box])
 
 
-def _ball_around(each: ConvexSet, ball: AffineBall | None) -> tuple[np.ndarray, float]:
-    """Return a ball around a bounded set."""
+def _ball_around(
+    each: ConvexSet, ball: AffineBall | None, box: Hyperrectangle
+) -> tuple[np.ndarray, float]:
+    """Return a ball around a set that is bounded, by the box at least."""
     if ball is not None:
         return ball.center, float(np.linalg.norm(ball.B)) * (1.0 + _SURE)
-    around = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(each)
-    assert around is not None, "only what is bounded and not empty comes here"
+    # Of what was cut by the box it may be left open whether that bounds it.
+    around = Hyperrectangle.maybe_calc_axis_aligned_bounding_box(each) or box
     return around.center(), 0.5 * float(np.linalg.norm(around.ub - around.lb))

@@ -15,6 +15,7 @@ from scene_graph_ros.geometry.optimization.solve.proof import (
     fresh_basis,
     in_order,
     Proof,
+    two_to,
     walk,
     weights_of_basis,
 )
@@ -55,15 +56,23 @@ def recession(rows: Rows) -> Proof:
         answer = exact.climb(goal)
         assert answer is not None  # nothing is enough
         if not isinstance(answer, dict):
-            return Proof("recession", as_given(tuple(Fraction(v) for v in answer), rows))
+            way = as_given(tuple(Fraction(v) for v in answer), rows)
+            return Proof("recession", _of_size_one(way))
         line = _free_direction(exact)
         if line is not None:
-            return Proof("recession", as_given(line, rows))
+            return Proof("recession", _of_size_one(as_given(line, rows)))
         found = exact.weights_of_rows(answer), exact.bound(answer)
     weights = {i: Fraction(1) for i in range(split, m)}
     for i, weight in found[0].items():
         weights[i] = weights.get(i, Fraction(0)) + weight / denominator
     return Proof("multipliers", in_order(weights, rows))
+
+
+def _of_size_one(way: tuple[Fraction, ...]) -> tuple[Fraction, ...]:
+    """Return a direction divided by a power of two: whole numbers outgrow floats."""
+    largest = max(abs(v) for v in way)
+    exponent = largest.numerator.bit_length() - largest.denominator.bit_length()
+    return tuple(v * two_to(-exponent) for v in way)
 
 
 def _whole_sum(A: np.ndarray) -> tuple[np.ndarray, int]:
