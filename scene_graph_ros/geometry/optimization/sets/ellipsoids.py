@@ -83,7 +83,8 @@ def inscribed(polyhedron: Any, enough: float = 0.0) -> Extremal:
     assert best is not None
     if not best.gap <= max(enough, _PROMISED["inscribed"] * (1.0 + n)):
         raise SolverError(
-            f"{label}: the log volume is known to {best.gap:.1e} only; reduce_inequalities() first"
+            f"{label}: the log volume is known to {best.gap:.1e} only; reduce_inequalities()"
+            " first, or leave out directions in which the set is thin beside its coordinates"
         )
     return best
 
