@@ -143,9 +143,16 @@ def _nearest_of_unbounded(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray,
     Flat sets reach exactly as far as their rows say; how far cones reach takes as many planes in
     each direction as the distance alone. Near the surface, or inside, both are asked.
     """
-    methods = [_nearest_of_part, lambda asked, p: nearest_in_form(asked, np.eye(len(p)), p)]
+
+    def by_distance(asked: Any, p: np.ndarray) -> tuple[float, np.ndarray, float]:
+        return nearest_in_form(asked, np.eye(len(p)), p)
+
+    methods = [_nearest_of_part, by_distance]
+    if asked.lifted.cones:
+        # Supports of matrices take a program each, in hundreds of directions.
+        methods = [by_distance] if asked.lifted.matrices else [by_distance, _nearest_of_part]
     best, failure = None, None
-    for method in reversed(methods) if asked.lifted.cones else methods:
+    for method in methods:
         try:
             found = method(asked, p)
         except SolverError as error:

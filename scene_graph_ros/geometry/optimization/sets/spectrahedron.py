@@ -17,7 +17,11 @@ from scene_graph_ros.geometry.optimization.sets.conic_program import (
     matrix_of,
 )
 from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.generic import is_near
+from scene_graph_ros.geometry.optimization.sets.generic import (
+    check_gaps,
+    is_near,
+    nearest_in_form,
+)
 from scene_graph_ros.geometry.optimization.solve.cone_program import Cone
 from scene_graph_ros.geometry.tolerances import EPSILON
 
@@ -142,9 +146,10 @@ class Spectrahedron(ConvexSet):
             gaps[k] = min(distance, max(0.0, distance - below))
             if not is_near(points[k], (distance, nearest[k], gaps[k])):
                 # Along a way that rounding turned, an unbounded set has no end.
-                found = super()._project(points[[k]])
-                nearest[k], gaps[k] = found.points[0], found.gaps[0]
-        return Projection(np.linalg.norm(points - nearest, axis=1), nearest, gaps)
+                _, nearest[k], gaps[k] = nearest_in_form(self, np.eye(len(way)), points[k])
+        distances = np.linalg.norm(points - nearest, axis=1)
+        check_gaps(self, points, nearest, distances, gaps)
+        return Projection(distances, nearest, gaps)
 
     def _nearest(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the nearest point and the unit way ``(n,)`` from it, as the solver finds them."""
