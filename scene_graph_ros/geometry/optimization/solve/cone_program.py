@@ -217,7 +217,7 @@ class ConeProgram:
         if by is None:
             ways.append((tolerance, _CAREFUL))
         for asked, way in ways:
-            if way is _CAREFUL and (best[0] <= accepted or "Infeasible" in str(found.status)):
+            if way is _CAREFUL and (best[0] <= accepted or "Dual" in str(found.status)):
                 break
             found = _ask(A, b, q, (self._counts, self._sizes), asked, what, way)
             x, z, s = (np.asarray(each) for each in (found.x, found.z, found.s))
