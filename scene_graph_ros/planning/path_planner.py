@@ -33,9 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["PLANNERS", "plan_path"]
 
-PLANNERS = ("rrt_connect", "prm")
-"""What may be asked for."""
-
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
 
@@ -47,6 +44,22 @@ _loaded: set[str] = set()
 
 _QUOTED = 5
 """Goals of which is said what is wrong with them."""
+
+
+def _by_two_trees(task: SearchTask, roadmap: Roadmap | None) -> PathSearch:
+    return PathSearch(task)
+
+
+def _by_roadmap(task: SearchTask, roadmap: Roadmap | None) -> PathSearch:
+    from scene_graph_ros.planning.roadmap_search import RoadmapSearch
+
+    return RoadmapSearch(task, roadmap)
+
+
+_SEARCHES = {"rrt_connect": _by_two_trees, "prm": _by_roadmap}
+
+PLANNERS = tuple(_SEARCHES)
+"""What may be asked for."""
 
 
 class _Progress:
@@ -221,11 +234,7 @@ def _new_search(
     if isinstance(planner, OmplPlanner):
         planner.check_name()
         return partial(OmplSearch, planner=planner, timeout=timeout)
-    if planner == "rrt_connect":
-        return PathSearch
-    from scene_graph_ros.planning.roadmap_search import RoadmapSearch
-
-    return partial(RoadmapSearch, roadmap=roadmap)
+    return partial(_SEARCHES[planner], roadmap=roadmap)
 
 
 def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:

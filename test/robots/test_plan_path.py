@@ -21,6 +21,7 @@ from scene_graph_ros.planning import (
     PlanningError,
     SceneGraphCollisionChecker,
 )
+from scene_graph_ros.planning.path_planner import PLANNERS
 from scene_graph_ros.robots import KinematicTreeError
 
 # A ball on two rails, x and y, before a wall 0.1 m thick at x = 1 with a gap at y = 0.4.
@@ -379,6 +380,12 @@ def test_what_is_not_of_the_group_stays(checker, problems):
     goal[7] = 0.02
     with pytest.raises(PlanningError, match="'panda_finger_joint1' is not of group 'arm'"):
         plan_path(checker, start, goal, group="arm")
+
+
+@pytest.mark.parametrize("planner", PLANNERS)
+def test_every_planner_is_explained(planner):
+    """Where it is asked for by name."""
+    assert f'"{planner}"' in plan_path.__doc__
 
 
 def test_bad_arguments_are_named(tmp_path):
