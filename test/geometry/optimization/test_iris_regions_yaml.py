@@ -78,6 +78,12 @@ def test_drake_reads_and_writes_the_same_files(tmp_path):
     ("text", "message"),
     [
         ("[1, 2]", "must be a mapping of names"),
+        ("a: 2020-13-45", "regions.yaml: no YAML: month must be in 1..12"),
+        pytest.param("[" * 20_000, "regions.yaml: no YAML: ", id="deep"),
+        ("a: {A: 7, b: 1}", r"A has the shape \(\), ambient_dimension is None"),
+        pytest.param("a: {A: 1" + 400 * "0" + ", b: 1}", "must be rows of numbers", id="long"),
+        ("a: {A: [], b: [], ambient_dimension: 99999999}", "ambient_dimension is 99999999"),
+        ("a: {A: [[1]], b: [1], ambient_dimension: true}", "ambient_dimension is True"),
         ("top: 3", "top has no 'A'"),
         ("top: {A: [[1]]}", "top has no 'b'; it has A"),
         ("top: {A: [[1], [1, 2]], b: [1]}", "top: A and b must be rows of numbers"),

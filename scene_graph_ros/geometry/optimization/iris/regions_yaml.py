@@ -23,6 +23,9 @@ __all__ = [
     "save_iris_regions_yaml_file",
 ]
 
+_MOST_DIMENSIONS = 10_000
+"""Of which a square matrix still fits in memory."""
+
 
 def save_iris_regions_yaml_file(
     filename: str | Path, regions: Mapping[str, HPolyhedron], child_name: str | None = None
@@ -78,7 +81,8 @@ def load_iris_regions_yaml_file(
     _check_child_name(child_name, "load_iris_regions_yaml_file")
     try:
         document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        # Dates that are none are a ValueError, what is nested too deeply is the last.
         raise ConvexSetError(f"{path}: no YAML: {error}") from None
     return regions_from_document(document, str(path), child_name)
 
@@ -123,12 +127,15 @@ def _region(value: Any, where: str) -> HPolyhedron:
     rows, sides = _entry(value, "A", where), _entry(value, "b", where)
     try:
         A, b = np.array(rows, dtype=np.float64), np.array(sides, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ConvexSetError(f"{where}: A and b must be rows of numbers") from None
-    n = value.get("ambient_dimension", A.shape[-1])
-    if not A.size and not b.size and isinstance(n, int) and n >= 0:
+    n = value.get("ambient_dimension", A.shape[-1] if A.ndim else None)
+    is_whole = isinstance(n, int) and not isinstance(n, bool)
+    if not A.size and not b.size and is_whole and 0 <= n <= _MOST_DIMENSIONS:
         # No rows: all points.
         A = np.zeros((0, n))
-    if A.ndim != 2 or A.shape[1] != n:
-        raise ConvexSetError(f"{where}: A has the shape {A.shape}, ambient_dimension is {n!r}")
+    if A.ndim != 2 or not is_whole or A.shape[1] != n:
+        raise ConvexSetError(
+            f"{where}: A has the shape {A.shape}, ambient_dimension is {quoted(n)}"
+        )
     return HPolyhedron(A, b)
