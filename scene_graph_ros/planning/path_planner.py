@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
 import math
 import time
 from typing import Any, NamedTuple, TYPE_CHECKING
@@ -18,10 +17,11 @@ from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecke
 from scene_graph_ros.planning.edge_proofs import EdgeProofs, new_stop, prove
 from scene_graph_ros.planning.edge_stretches import EdgeRules, FREE, UNFINISHED
 from scene_graph_ros.planning.errors import PlanningError
-from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner, OmplSearch
+from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner
 from scene_graph_ros.planning.path_ends import find_troubles
 from scene_graph_ros.planning.path_search import LEAST_SAVING, PathSearch, search_rules, SearchTask
 from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
+from scene_graph_ros.planning.planners import check_planner, new_search
 from scene_graph_ros.planning.pose_goals import find_pose_goals, load_pose_kernels
 from scene_graph_ros.planning.pose_target import PoseTarget
 from scene_graph_ros.planning.position_limits import describe_excess
@@ -31,7 +31,7 @@ from scene_graph_ros.planning.stoppable import run_stoppable, Stops, Turns
 if TYPE_CHECKING:
     from scene_graph_ros.planning.roadmap import Roadmap
 
-__all__ = ["PLANNERS", "plan_path"]
+__all__ = ["plan_path"]
 
 _SAME = 1e-12
 """rad and m: a start that is nearer to a goal is there."""
@@ -44,22 +44,6 @@ _loaded: set[str] = set()
 
 _QUOTED = 5
 """Goals of which is said what is wrong with them."""
-
-
-def _by_two_trees(task: SearchTask, roadmap: Roadmap | None) -> PathSearch:
-    return PathSearch(task)
-
-
-def _by_roadmap(task: SearchTask, roadmap: Roadmap | None) -> PathSearch:
-    from scene_graph_ros.planning.roadmap_search import RoadmapSearch
-
-    return RoadmapSearch(task, roadmap)
-
-
-_SEARCHES = {"rrt_connect": _by_two_trees, "prm": _by_roadmap}
-
-PLANNERS = tuple(_SEARCHES)
-"""What may be asked for."""
 
 
 class _Progress:
@@ -154,7 +138,7 @@ def plan_path(
     `SceneGraphCollisionChecker` does for configurations of another shape or with numbers that mean
     nothing.
     """
-    _check_planner(planner, roadmap)
+    check_planner(planner, roadmap)
     patience, saving = _numbers(seed, timeout, least_saving)
     checker = checker.clone()  # Others may change theirs meanwhile.
     if np.ndim(start) != 1:
@@ -171,10 +155,10 @@ def plan_path(
     moves = _moving(checker, first, goals, group)
     space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
     left = None if patience is None else max(patience - spent, 0.0)
-    new_search = _new_search(planner, roadmap, left)
+    make_search = new_search(planner, roadmap, left)
     rules = search_rules(checker.tolerance)
     task = SearchTask(checker.plan, space, rules, int(seed), new_stop(), saving)
-    search = new_search(task)
+    search = make_search(task)
     _load_kernels(checker, search)
     progress = _Progress(spent)
 
@@ -193,22 +177,11 @@ def plan_path(
         plan = solve(search, turns.stops, turns)
     else:
         plan = run_stoppable(
-            lambda stops: solve(new_search(task._replace(stop=stops.looking)), stops, None),
+            lambda stops: solve(make_search(task._replace(stop=stops.looking)), stops, None),
             left,
             look,
         )
     return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
-
-
-def _check_planner(planner: object, roadmap: Roadmap | None) -> None:
-    """Raise PlanningError for what is no planner, and for a roadmap that it does not take."""
-    if planner not in PLANNERS and not isinstance(planner, OmplPlanner):
-        known = ", ".join(PLANNERS)
-        raise PlanningError(
-            f"planner must be one of {known}, or an OmplPlanner, not {quoted(planner)}"
-        )
-    if roadmap is not None and planner != "prm":
-        raise PlanningError(f"a roadmap is for the planner 'prm', not for {quoted(planner)}")
 
 
 def _numbers(seed: int, timeout: float | None, least_saving: float) -> tuple[float | None, float]:
@@ -225,16 +198,6 @@ def _numbers(seed: int, timeout: float | None, least_saving: float) -> tuple[flo
             f"least_saving must be from {_FINEST_SAVING:g} to 1, not {quoted(least_saving)}"
         )
     return patience, saving
-
-
-def _new_search(
-    planner: str | OmplPlanner, roadmap: Roadmap | None, timeout: float | None
-) -> Callable[..., PathSearch]:
-    """Return what makes a search. Raises MissingOmplError, and PlanningError as it does."""
-    if isinstance(planner, OmplPlanner):
-        planner.check_name()
-        return partial(OmplSearch, planner=planner, timeout=timeout)
-    return partial(_SEARCHES[planner], roadmap=roadmap)
 
 
 def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:

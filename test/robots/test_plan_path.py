@@ -21,7 +21,7 @@ from scene_graph_ros.planning import (
     PlanningError,
     SceneGraphCollisionChecker,
 )
-from scene_graph_ros.planning.path_planner import PLANNERS
+from scene_graph_ros.planning.planners import PLANNERS
 from scene_graph_ros.robots import KinematicTreeError
 
 # A ball on two rails, x and y, before a wall 0.1 m thick at x = 1 with a gap at y = 0.4.
