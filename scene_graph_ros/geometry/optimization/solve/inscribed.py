@@ -33,6 +33,12 @@ _NEAR = 1e-8
 _FAR_AWAY = 0.1
 """Of its slack, the multiplier of a row that no longer counts: the ellipsoid won't touch it."""
 
+_SPLIT_UNTIL = 1e-3
+"""Of a product of multiplier and slack: until there the matrix of many rows is split. Where they
+are small, differences would leave nothing; by then few rows count."""
+
+_ROOT_2 = 2.0**0.5
+
 _IS_KNOWN_FROM = 1e-2
 """Of a product of multiplier and slack: from there on these tell which rows count."""
 
@@ -88,20 +94,74 @@ def _matrix(W, y, z, h):
 
 
 @kernel
-def _direction(A, W, y, z, h, r1, r2, r3, dx, rate):
+def _by_products(W, y, z, h):
+    """Return the same matrix as ``diag(d) + V V'``, d and V; and ``I + V' diag(1 / d) V``.
+
+    Squares of ``w_i . w_j`` are products of all products of their entries, which are far fewer
+    than many rows.
+    """
+    m, n = W.shape
+    k = n * (n + 1) // 2
+    d, V, S = np.empty(m), np.empty((m, k)), np.eye(k)
+    for i in range(m):
+        d[i] = 2.0 * y[i] * h[i] * z[i]
+        at = 0
+        for a in range(n):
+            along = y[i] * W[i, a]
+            V[i, at] = along * W[i, a]
+            at += 1
+            for b in range(a + 1, n):
+                V[i, at] = _ROOT_2 * along * W[i, b]
+                at += 1
+        inverse = 1.0 / d[i]
+        for a in range(k):
+            weight = inverse * V[i, a]
+            for b in range(a, k):
+                S[a, b] += weight * V[i, b]
+    return d, V, S
+
+
+@kernel
+def _solve_by_products(d, V, S, X):
+    """Replace X ``(m, c)`` by the solution with a matrix that was split so, and S factored."""
+    m, k = V.shape
+    inner = np.zeros((k, X.shape[1]))
+    for i in range(m):
+        for c in range(X.shape[1]):
+            X[i, c] /= d[i]
+            for a in range(k):
+                inner[a, c] += V[i, a] * X[i, c]
+    solve_factored(S, inner)
+    for i in range(m):
+        for c in range(X.shape[1]):
+            total = 0.0
+            for a in range(k):
+                total += V[i, a] * inner[a, c]
+            X[i, c] -= total / d[i]
+
+
+@kernel
+def _direction(A, W, y, z, h, r1, r2, r3, dx, rate, is_split):
     """Fill ``dx (n,)`` and ``rate (m,)``, of the multipliers, with a Newton step; False for none.
 
     What a step does to the rows is solved once, for the centre's part and for the rest.
     """
     m, n = A.shape
-    G = _matrix(W, y, z, h)
+    W = W[:m]
+    if is_split:
+        d, V, G = _by_products(W, y, z, h)
+    else:
+        d, V, G = np.empty(0), np.empty((0, 0)), _matrix(W, y, z, h)
     if not factor(G):
         return False
     T = np.empty((m, n))
     for i in range(m):
         for a in range(n):
             T[i, a] = (h[i] + z[i]) * y[i] * A[i, a]
-    solve_factored(G, T)
+    if is_split:
+        _solve_by_products(d, V, G, T)
+    else:
+        solve_factored(G, T)
     M = np.zeros((n, n))
     for a in range(n):
         dx[a] = r1[a]
@@ -120,7 +180,10 @@ def _direction(A, W, y, z, h, r1, r2, r3, dx, rate):
         for a in range(n):
             Adx += A[i, a] * dx[a]
         column[i, 0] = 2.0 * y[i] * h[i] * (Adx - (r2[i] - r3[i] / y[i]))
-    solve_factored(G, column)
+    if is_split:
+        _solve_by_products(d, V, G, column)
+    else:
+        solve_factored(G, column)
     for i in range(m):
         rate[i] = column[i, 0]
     return True
@@ -204,7 +267,8 @@ def _newton(A, x, y, z, drops):
         has_passed = gap <= _NEAR and residual > 10.0 * best
         if max(residual, gap) <= _RESIDUAL or has_passed or not np.isfinite(residual):
             break
-        if not _direction(A[:count], W, y, z, h, r1, r2, r3, dx, rate):
+        is_split = gap > _SPLIT_UNTIL and count > n * (n + 1) // 2
+        if not _direction(A[:count], W, y, z, h, r1, r2, r3, dx, rate, is_split):
             break
         _step(A[:count], x, y, z, slack, r3, dx, rate, residual)
         if drops and gap <= _IS_KNOWN_FROM:
