@@ -1,4 +1,8 @@
-"""Points of a polyhedron for many walks at once: hit and run (Smith 1984), eight in lanes."""
+"""Points of a polyhedron for many walks at once: hit and run along axes, eight in lanes.
+
+Smith, "Efficient Monte Carlo procedures for generating points uniformly distributed over bounded
+regions", Operations Research 32, 1984; along axes a step takes the time of the rows alone.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,10 @@ from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
 from scene_graph_ros.geometry.compiled.lanes import (
-    any_of,
     every,
     LANES,
     larger,
     load_lanes,
-    select,
     smaller,
     store_lanes,
 )
@@ -21,10 +23,7 @@ from scene_graph_ros.planning.regions.errors import RegionError
 __all__ = ["walked"]
 
 _AT_ONCE = 1 << 18
-"""Numbers of directions that are drawn at a time: 2 MB."""
-
-_FAR = 1e300
-"""Where a walk would be that nothing ends."""
+"""Shares of steps that are drawn at a time: 2 MB."""
 
 
 def walked(
@@ -37,22 +36,31 @@ def walked(
 ) -> NDArray[np.float64]:
     """Return where walks of some steps from each of ``starts (k, n)`` end, ``(k, n)``.
 
-    In the bounded set ``A x <= b``. Directions are uniform where an ellipsoid like the set,
-    ``{shape u}``, is a ball: thin sets are crossed as fast as round ones.
+    In the bounded set ``A x <= b``. Axes are drawn anew for all walks, uniformly where an
+    ellipsoid like the set, ``{shape u}``, is a ball: thin sets are crossed as fast as round ones.
+    Eight walks at a time take the same axes.
     """
     k, n = starts.shape
     blocks = -(-k // LANES)
     x = np.empty((blocks, n, LANES))
     rows = np.minimum(np.arange(blocks * LANES), k - 1).reshape(blocks, LANES)
     x[:] = starts[rows].transpose(0, 2, 1)
-    A, b, shape = (np.ascontiguousarray(each, dtype=np.float64) for each in (A, b, shape))
-    share = max(1, _AT_ONCE // max(1, steps * n * LANES))
+    A, b = (np.ascontiguousarray(each, dtype=np.float64) for each in (A, b))
+    axes, _ = np.linalg.qr(generator.standard_normal((n, n)))
+    ways = np.ascontiguousarray((shape @ axes).T)
+    rates = np.ascontiguousarray(ways @ A.T)
+    # Those that end a step forward, those along it, those that end it back.
+    order = np.argsort(-np.sign(rates), axis=1, kind="stable")
+    counts = np.column_stack([(rates > 0.0).sum(axis=1), (rates < 0.0).sum(axis=1)])
+    if not counts.all():
+        raise RegionError("the domain is unbounded; intersect it with a box")
+    inverse = 1.0 / np.where(rates == 0.0, 1.0, rates)
+    share = max(1, _AT_ONCE // max(1, steps * LANES))
     for first in range(0, blocks, share):
         part = x[first : first + share]
-        directions = generator.standard_normal((len(part), steps, n, LANES))
-        ratios = generator.random((len(part), steps, LANES))
-        if not _walk(A, b, part, shape, directions, ratios):
-            raise RegionError("the domain is unbounded; intersect it with a box")
+        chosen = generator.integers(n, size=(len(part), steps))
+        shares = generator.random((len(part), steps, LANES))
+        _walk(A, b, part, (ways, rates, inverse, order, counts), chosen, shares)
     return np.ascontiguousarray(x.transpose(0, 2, 1).reshape(-1, n)[:k])
 
 
@@ -68,52 +76,33 @@ def _slacks(A, b, x, first, slack):
 
 
 @kernel
-def _turned(shape, directions, first, ways):
-    """Write eight directions ``(n, 8)``, those at a place times the shape ``(n, n)``."""
-    n = len(shape)
-    for i in range(n):
-        way = every(0.0)
-        for j in range(n):
-            way = way + shape[i, j] * load_lanes(directions, first + j * LANES)
-        store_lanes(ways, i * LANES, way)
+def _walk(A, b, x, along, chosen, shares):
+    """Move all of ``x (k, n, 8)`` along chosen axes ``(k, s)``, by shares of the ways there.
 
-
-@kernel
-def _chords(A, ways, slack, rates):
-    """Return how far it is to both ends along eight ways, and write what rows lose."""
+    ``along`` are the axes ``(n, n)``, what rows lose along them ``(n, m)``, its inverse, the order
+    of rows, and how many end a step forward and back ``(n, 2)``.
+    """
+    ways, rates, inverse, order, counts = along
     m, n = A.shape
-    low, high = every(-_FAR), every(_FAR)
-    for i in range(m):
-        rate = every(0.0)
-        for j in range(n):
-            rate = rate + A[i, j] * load_lanes(ways, j * LANES)
-        store_lanes(rates, i * LANES, rate)
-        end = load_lanes(slack, i * LANES) / rate
-        high = select(rate > 0.0, smaller(end, high), high)
-        low = select(rate < 0.0, larger(end, low), low)
-    return low, high
-
-
-@kernel
-def _walk(A, b, x, shape, directions, ratios):
-    """Move all of ``x (k, n, 8)``; return False where the set does not end in a direction."""
-    m, n = A.shape
-    steps = directions.shape[1]
-    slack, rates, ways = np.empty(m * LANES), np.empty(m * LANES), np.empty(n * LANES)
+    slack = np.empty(m * LANES)
     for block in range(len(x)):
         place = block * n * LANES
         _slacks(A, b, x, place, slack)
-        for s in range(steps):
-            step = block * steps + s
-            _turned(shape, directions, step * n * LANES, ways)
-            low, high = _chords(A, ways, slack, rates)
-            if any_of(low <= -_FAR) or any_of(high >= _FAR):
-                return False
-            far = low + load_lanes(ratios, step * LANES) * (high - low)
+        for s in range(chosen.shape[1]):
+            axis = chosen[block, s]
+            rows, inverses, lost = order[axis], inverse[axis], rates[axis]
+            high = load_lanes(slack, rows[0] * LANES) * inverses[rows[0]]
+            for i in range(1, counts[axis, 0]):
+                r = rows[i]
+                high = smaller(load_lanes(slack, r * LANES) * inverses[r], high)
+            low = load_lanes(slack, rows[m - 1] * LANES) * inverses[rows[m - 1]]
+            for i in range(m - counts[axis, 1], m - 1):
+                r = rows[i]
+                low = larger(load_lanes(slack, r * LANES) * inverses[r], low)
+            far = low + load_lanes(shares, (block * chosen.shape[1] + s) * LANES) * (high - low)
             for i in range(m):
-                left = load_lanes(slack, i * LANES) - far * load_lanes(rates, i * LANES)
+                left = load_lanes(slack, i * LANES) - far * lost[i]
                 store_lanes(slack, i * LANES, larger(left, every(0.0)))
             for j in range(n):
                 at = place + j * LANES
-                store_lanes(x, at, load_lanes(x, at) + far * load_lanes(ways, j * LANES))
-    return True
+                store_lanes(x, at, load_lanes(x, at) + far * ways[axis, j])

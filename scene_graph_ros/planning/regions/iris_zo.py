@@ -39,6 +39,9 @@ from scene_graph_ros.planning.regions.region_record import ConfigurationRegion, 
 
 __all__ = ["bisected", "grow_zo", "iris_zo", "refuse_inside"]
 
+_AT_ONCE = 1000
+"""Points of a test, which ends when too many of them are not free."""
+
 
 @overload
 def iris_zo(
@@ -145,8 +148,7 @@ class _Rounds:
             is_passed = False
             if hits <= _likely(samples, most, len(points)):
                 # The test is of points that nothing else has used.
-                points = self._points(A, b, starts, samples, rounding_shape(A, b))
-                free = self._feasibility.free(points)
+                points, free = self._tested(A, b, starts, samples, most)
                 more, hits = points[~free], int((~free).sum())
                 colliding = np.concatenate([colliding, more])[: options.num_particles]
                 is_passed = hits <= most
@@ -178,17 +180,36 @@ class _Rounds:
     ) -> bool:
         return bool((starts[0] @ A.T <= b).all())
 
+    def _tested(
+        self,
+        A: NDArray[np.float64],
+        b: NDArray[np.float64],
+        starts: NDArray[np.float64],
+        samples: int,
+        most: int,
+    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        """Return points of a test and which are free; not all once too many are not free."""
+        shape = rounding_shape(A, b)
+        points, free, hits = np.zeros((0, A.shape[1])), np.zeros(0, dtype=np.bool_), 0
+        while len(points) < samples and hits <= most:
+            count = min(_AT_ONCE, samples - len(points))
+            more = self._points(A, b, starts, count, shape)
+            points = np.concatenate([points, more])
+            free = np.append(free, self._feasibility.free(more))
+            hits = int((~free).sum())
+        return points, free
+
     def _points(
         self,
         A: NDArray[np.float64],
         b: NDArray[np.float64],
         starts: NDArray[np.float64],
         count: int,
-        B: NDArray[np.float64],
+        shape: NDArray[np.float64],
     ) -> NDArray[np.float64]:
         """Return points of the region, walked to from some that are already spread out."""
         chosen = starts[self._generator.integers(len(starts), size=count)]
-        return walked(A, b, chosen, self._options.mixing_steps, B, self._generator)
+        return walked(A, b, chosen, self._options.mixing_steps, shape, self._generator)
 
     def _tell(self, number: int, hits: int, samples: int, faces: int) -> None:
         if self._options.verbose:

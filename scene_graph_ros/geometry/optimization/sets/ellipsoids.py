@@ -68,7 +68,7 @@ def inscribed(polyhedron: Any, enough: float = 0.0) -> Extremal:
         center = middle + B @ find_deepest(Rows(A @ B, b - A @ middle)).x
     best = None
     for _ in range(_MOST_PASSES):
-        status, shrink, gap = inscribe(A, b, center, B)
+        status, shrink, gap = inscribe(A, b, center, B, enough)
         if status == OUTSIDE:
             raise ConvexSetError(flat)
         if status == SINGULAR:

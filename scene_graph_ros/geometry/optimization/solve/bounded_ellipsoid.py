@@ -104,13 +104,14 @@ def _put_inside(A, b, center, B, rows, y):
 
 
 @kernel
-def inscribe(A, b, center, B):
+def inscribe(A, b, center, B, enough):
     """Move a centre ``(n,)`` and map ``(n, n)`` to those of the largest ellipsoid in ``A x <= b``.
 
     They are where to begin: the centre inside, the map to coordinates in which the set is about
-    round. Returns INSCRIBED, by how much the ellipsoid is to be shrunk to be inside without
-    tolerance, and how much larger the log volume of another may be than that; or OUTSIDE where the
-    centre is not inside, SINGULAR where the rows don't bound all directions, to rounding.
+    round. A log volume known to ``enough`` will do. Returns INSCRIBED, by how much the ellipsoid
+    is to be shrunk to be inside without tolerance, and how much larger the log volume of another
+    may be than that; or OUTSIDE where the centre is not inside, SINGULAR where the rows don't
+    bound all directions, to rounding.
     """
     m, n = A.shape
     rows, scaled, slacks = np.empty((m, n)), np.empty((m, n)), np.empty(m)
@@ -126,7 +127,7 @@ def inscribe(A, b, center, B):
                 total += A[i, k] * B[k, c]
             scaled[i, c] = total / slacks[i]
     x, E, y = np.empty(n), np.empty((n, n)), np.empty(m)
-    if not largest_within(scaled, x, E, y):
+    if not largest_within(scaled, x, E, y, enough):
         return SINGULAR, 0.0, np.inf
     old = B.copy()
     for k in range(n):

@@ -10,11 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
-from scene_graph_ros.geometry.optimization.solve.dense import (
-    factor,
-    solve_factored,
-    solve_general,
-)
+from scene_graph_ros.geometry.optimization.solve.dense import factor, solve_general
+from scene_graph_ros.geometry.optimization.solve.ties import solve_ties, ties_of
 
 __all__ = ["largest_inscribed", "largest_within"]
 
@@ -23,6 +20,10 @@ _MOST_STEPS = 100
 
 _RESIDUAL = 1e-13
 """Of rows whose right sides are 1: where the method ends, or when it gets no better."""
+
+_SHARE = 1.0 / 32.0
+"""Of a log volume that is known well enough, what all rows' residuals together may be, and what
+shrinking the ellipsoid may cost along all axes."""
 
 _LEAST_TARGET = 2e-14
 """Of a product of multiplier and slack: smaller ones would let slacks vanish beside rounding."""
@@ -33,11 +34,9 @@ _NEAR = 1e-8
 _FAR_AWAY = 0.1
 """Of its slack, the multiplier of a row that no longer counts: the ellipsoid won't touch it."""
 
-_SPLIT_UNTIL = 1e-3
+_SPLIT_UNTIL = 1e-8
 """Of a product of multiplier and slack: until there the matrix of many rows is split. Where they
-are small, differences would leave nothing; by then few rows count."""
-
-_ROOT_2 = 2.0**0.5
+are smaller, differences would leave too little."""
 
 _IS_KNOWN_FROM = 1e-2
 """Of a product of multiplier and slack: from there on these tell which rows count."""
@@ -77,70 +76,6 @@ def _squares(A, y, W, lengths):
 
 
 @kernel
-def _matrix(W, y, z, h):
-    """Return what ties the rates of the multipliers to each other, as its upper triangle."""
-    m, n = W.shape
-    G, columns = np.zeros((m, m)), np.ascontiguousarray(W.T)
-    for i in range(m):
-        products = G[i]
-        for a in range(n):
-            column, weight = columns[a], W[i, a]
-            for j in range(m):
-                products[j] += weight * column[j]
-        for j in range(m):
-            products[j] = y[i] * products[j] * (y[j] * products[j])
-        G[i, i] += 2.0 * y[i] * h[i] * z[i]
-    return G
-
-
-@kernel
-def _by_products(W, y, z, h):
-    """Return the same matrix as ``diag(d) + V V'``, d and V; and ``I + V' diag(1 / d) V``.
-
-    Squares of ``w_i . w_j`` are products of all products of their entries, which are far fewer
-    than many rows.
-    """
-    m, n = W.shape
-    k = n * (n + 1) // 2
-    d, V, S = np.empty(m), np.empty((m, k)), np.eye(k)
-    for i in range(m):
-        d[i] = 2.0 * y[i] * h[i] * z[i]
-        at = 0
-        for a in range(n):
-            along = y[i] * W[i, a]
-            V[i, at] = along * W[i, a]
-            at += 1
-            for b in range(a + 1, n):
-                V[i, at] = _ROOT_2 * along * W[i, b]
-                at += 1
-        inverse = 1.0 / d[i]
-        for a in range(k):
-            weight = inverse * V[i, a]
-            for b in range(a, k):
-                S[a, b] += weight * V[i, b]
-    return d, V, S
-
-
-@kernel
-def _solve_by_products(d, V, S, X):
-    """Replace X ``(m, c)`` by the solution with a matrix that was split so, and S factored."""
-    m, k = V.shape
-    inner = np.zeros((k, X.shape[1]))
-    for i in range(m):
-        for c in range(X.shape[1]):
-            X[i, c] /= d[i]
-            for a in range(k):
-                inner[a, c] += V[i, a] * X[i, c]
-    solve_factored(S, inner)
-    for i in range(m):
-        for c in range(X.shape[1]):
-            total = 0.0
-            for a in range(k):
-                total += V[i, a] * inner[a, c]
-            X[i, c] -= total / d[i]
-
-
-@kernel
 def _direction(A, W, y, z, h, r1, r2, r3, dx, rate, is_split):
     """Fill ``dx (n,)`` and ``rate (m,)``, of the multipliers, with a Newton step; False for none.
 
@@ -148,20 +83,14 @@ def _direction(A, W, y, z, h, r1, r2, r3, dx, rate, is_split):
     """
     m, n = A.shape
     W = W[:m]
-    if is_split:
-        d, V, G = _by_products(W, y, z, h)
-    else:
-        d, V, G = np.empty(0), np.empty((0, 0)), _matrix(W, y, z, h)
+    d, V, G = ties_of(W, y, z, h, is_split)
     if not factor(G):
         return False
     T = np.empty((m, n))
     for i in range(m):
         for a in range(n):
             T[i, a] = (h[i] + z[i]) * y[i] * A[i, a]
-    if is_split:
-        _solve_by_products(d, V, G, T)
-    else:
-        solve_factored(G, T)
+    solve_ties(d, V, G, T)
     M = np.zeros((n, n))
     for a in range(n):
         dx[a] = r1[a]
@@ -180,10 +109,7 @@ def _direction(A, W, y, z, h, r1, r2, r3, dx, rate, is_split):
         for a in range(n):
             Adx += A[i, a] * dx[a]
         column[i, 0] = 2.0 * y[i] * h[i] * (Adx - (r2[i] - r3[i] / y[i]))
-    if is_split:
-        _solve_by_products(d, V, G, column)
-    else:
-        solve_factored(G, column)
+    solve_ties(d, V, G, column)
     for i in range(m):
         rate[i] = column[i, 0]
     return True
@@ -227,11 +153,11 @@ def _drop_far(A, y, z, slack, names, count):
 
 
 @kernel
-def _newton(A, x, y, z, drops):
+def _newton(A, x, y, z, drops, enough):
     """Move x ``(n,)``, y and z ``(m,)`` from where they start to the best point of the method.
 
-    With ``drops`` rows that the ellipsoid won't touch are left out once that is seen, with a
-    multiplier of 0.
+    Residuals of ``enough`` will do. With ``drops`` rows that the ellipsoid won't touch are left
+    out once that is seen, with a multiplier of 0.
     """
     m, n = A.shape
     A, slack, names, count = A.copy(), np.ones(m), np.arange(m), m
@@ -265,7 +191,7 @@ def _newton(A, x, y, z, drops):
             for i in range(count):
                 best_y[names[i]] = y[i]
         has_passed = gap <= _NEAR and residual > 10.0 * best
-        if max(residual, gap) <= _RESIDUAL or has_passed or not np.isfinite(residual):
+        if max(residual, gap) <= max(_RESIDUAL, enough) or has_passed or not np.isfinite(residual):
             break
         is_split = gap > _SPLIT_UNTIL and count > n * (n + 1) // 2
         if not _direction(A[:count], W, y, z, h, r1, r2, r3, dx, rate, is_split):
@@ -294,7 +220,7 @@ def _inverse_of_factor(U, E):
 
 
 @kernel
-def _attempt(A, x, E, weights, drops):
+def _attempt(A, x, E, weights, drops, enough):
     """Fill what `largest_within` does; -1 where it fails, 0 where the ellipsoid is not inside."""
     m, n = A.shape
     W, h, y = np.empty((m, n)), np.empty(m), np.ones(m)
@@ -304,7 +230,8 @@ def _attempt(A, x, E, weights, drops):
     y[:] = shrink**-2
     z = np.maximum(0.1, 1.0 - shrink * h)
     x[:] = 0.0
-    _newton(A, x, y, z, drops)
+    _newton(A, x, y, z, drops, _SHARE * enough / max(m, 1))
+    beyond = max(_BEYOND, _SHARE * enough / max(n, 1))
     M = np.zeros((n, n))
     for i in range(m):
         for a in range(n):
@@ -324,22 +251,22 @@ def _attempt(A, x, E, weights, drops):
             square += total * total
             slack -= A[i, a] * x[a]
         weights[i] = y[i] * np.sqrt(square)
-        if y[i] == 0.0 and slack < (1.0 - _BEYOND) * np.sqrt(square):
+        if y[i] == 0.0 and slack < (1.0 - beyond) * np.sqrt(square):
             is_inside = 0
     return is_inside
 
 
 @kernel
-def largest_within(A, x, E, weights):
+def largest_within(A, x, E, weights, enough):
     """Fill centre ``(n,)``, map ``(n, n)`` and multipliers ``(m,)`` of the largest ellipsoid.
 
-    In ``A x <= 1``, which is bounded, of m rows; multipliers weigh ``|E' a|``. False where the
-    rows don't bound all directions, to rounding.
+    In ``A x <= 1``, which is bounded, of m rows; multipliers weigh ``|E' a|``. A log volume known
+    to ``enough`` will do. False where the rows don't bound all directions, to rounding.
     """
-    found = _attempt(A, x, E, weights, True)
+    found = _attempt(A, x, E, weights, True, enough)
     if found == 0:
         # A row that was left out would have counted.
-        found = _attempt(A, x, E, weights, False)
+        found = _attempt(A, x, E, weights, False, enough)
     return found >= 0
 
 
@@ -348,6 +275,6 @@ def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     A = np.ascontiguousarray(A, dtype=np.float64)
     m, n = A.shape
     x, E, weights = np.empty(n), np.empty((n, n)), np.empty(m)
-    if not largest_within(A, x, E, weights):
+    if not largest_within(A, x, E, weights, 0.0):
         raise np.linalg.LinAlgError("its square is singular, to rounding")
     return x, E, weights
