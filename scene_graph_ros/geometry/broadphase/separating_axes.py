@@ -2,57 +2,70 @@
 
 Boxes along the world's axes meet more often than what is in them, and this shows most of those
 pairs to be apart, by a formula without a branch. What is left, the exact distance soon finds out.
+
+Lanes are the coordinates of one vector, and a spare one.
 """
 
 from __future__ import annotations
 
 import math
 
-from scene_graph_ros.geometry.broadphase.extents import BALL, half_extent, RADIUS
+from scene_graph_ros.geometry.broadphase.extents import BALL, BOX_PART, NUMBERS
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    every_four,
+    load_four,
+    magnitude,
+    merging,
+    reordering,
+    root,
+    smaller,
+)
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
-from scene_graph_ros.geometry.spatial.vectors import axpy, dot, subtract
 from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
 __all__ = ["drop_separated"]
 
+_POSE, _CENTRE = 16, BALL + 1
+"""Numbers of a pose, and of a row of centres."""
 
-@inlined_kernel
-def _in_frame(X_WG, i, u):
-    """Return a direction u in W in the frame of row i."""
-    return (
-        X_WG[i, 0, 0] * u[0] + X_WG[i, 1, 0] * u[1] + X_WG[i, 2, 0] * u[2],
-        X_WG[i, 0, 1] * u[0] + X_WG[i, 1, 1] * u[1] + X_WG[i, 2, 1] * u[2],
-        X_WG[i, 0, 2] * u[0] + X_WG[i, 1, 2] * u[1] + X_WG[i, 2, 2] * u[2],
-    )
-
-
-@inlined_kernel
-def _axis(X_WG, i, k):
-    """Return an axis of row i in W, or its origin."""
-    return X_WG[i, 0, k], X_WG[i, 1, k], X_WG[i, 2, k]
+_with_one = merging(0, 1, 2, 7)
+"""The coordinates of the first, and the spare number of the second."""
+_spare = merging(3, 3, 7, 7)
+"""The spare number of the first, twice, and that of the second."""
+_front, _back = merging(0, 1, 4, 5), merging(2, 2, 6, 6)
+"""The first two coordinates of both, and the third ones."""
+_neighbors = reordering(1, 0, 3, 2)
 
 
 @inlined_kernel
-def _centre(centres, X_WG, i):
-    """Return the centre of row i in W."""
-    c = axpy(centres[i, 0], _axis(X_WG, i, 0), _axis(X_WG, i, 3))
-    return axpy(centres[i, 2], _axis(X_WG, i, 2), axpy(centres[i, 1], _axis(X_WG, i, 1), c))
+def _sums(a, b):
+    """Return the sum of a's coordinates, twice, and that of b's."""
+    front = _front(a, b)
+    return front + _neighbors(front) + _back(a, b)
 
 
 @inlined_kernel
-def _coordinates(centres, X_WG, i):
-    """Return the sum of the sizes of all coordinates that a centre is computed from."""
-    total = abs(X_WG[i, 0, 3]) + abs(X_WG[i, 1, 3]) + abs(X_WG[i, 2, 3])
-    return total + abs(centres[i, 0]) + abs(centres[i, 1]) + abs(centres[i, 2])
+def _rows(X_WG, i):
+    """Return the three rows of a pose: coordinates of the axes, and one of the origin."""
+    at = i * _POSE
+    return load_four(X_WG, at), load_four(X_WG, at + 4), load_four(X_WG, at + 8)
 
 
 @inlined_kernel
-def _reach(extents, centres, X_WG, i, u, length):
-    """Return how far row i reaches at most from its centre along u, times the length of u."""
-    x, y, z = _in_frame(X_WG, i, u)
-    half = half_extent(extents, i, x, y, z) + extents[i, RADIUS] * length
-    return min(half, centres[i, BALL] * length)
+def _along(X, Y, c_X, c_Y):
+    """Return a coordinate in W of the vector between two centres, from rows of poses."""
+    part = Y * c_Y - X * c_X
+    return (part[0] + part[1]) + (part[2] + part[3])
+
+
+@inlined_kernel
+def _coordinates(X, Y, c_X, c_Y):
+    """Return the sum of the sizes of all coordinates that centres are computed from."""
+    origins = magnitude(X[0]) + magnitude(X[1]) + magnitude(X[2])
+    origins = origins + magnitude(Y[0]) + magnitude(Y[1]) + magnitude(Y[2])
+    centres = magnitude(c_X) + magnitude(c_Y)
+    return origins[3] + centres[0] + centres[1] + centres[2]
 
 
 @inlined_kernel
@@ -61,14 +74,30 @@ def _are_separated(extents, centres, X_WG, i, j, margin):
 
     Everything is times the distance of the centres. What is infinite or nan separates nothing.
     """
-    u = subtract(_centre(centres, X_WG, j), _centre(centres, X_WG, i))
-    square = dot(u, u)
+    X, Y = _rows(X_WG, i), _rows(X_WG, j)
+    c_X, c_Y = load_four(centres, i * _CENTRE), load_four(centres, j * _CENTRE)
+    one = every_four(1.0)
+    to_X, to_Y = _with_one(c_X, one), _with_one(c_Y, one)
+    u = (
+        _along(X[0], Y[0], to_X, to_Y),
+        _along(X[1], Y[1], to_X, to_Y),
+        _along(X[2], Y[2], to_X, to_Y),
+    )
+    square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
     length = math.sqrt(square)
-    half = _reach(extents, centres, X_WG, i, u, length)
-    half += _reach(extents, centres, X_WG, j, u, length)
-    largest = margin + _coordinates(centres, X_WG, i) + _coordinates(centres, X_WG, j)
-    slack = BOX_ROUNDING * (length * largest + half)
-    return square - half > length * margin + slack
+    q_X = u[0] * X[0] + u[1] * X[1] + u[2] * X[2]
+    q_Y = u[0] * Y[0] + u[1] * Y[1] + u[2] * Y[2]
+    at_X, at_Y = i * NUMBERS, j * NUMBERS
+    round_X, round_Y = load_four(extents, at_X), load_four(extents, at_Y)
+    a, b = round_X * q_X, round_Y * q_Y
+    flat_X = load_four(extents, at_X + BOX_PART) * magnitude(q_X)
+    flat_Y = load_four(extents, at_Y + BOX_PART) * magnitude(q_Y)
+    # How far both reach from their centres, times the length.
+    half = root(_sums(a * a, b * b)) + _sums(flat_X, flat_Y) + _spare(round_X, round_Y) * length
+    half = smaller(half, _spare(c_X, c_Y) * length)
+    both = half[0] + half[2]
+    slack = BOX_ROUNDING * (length * (margin + _coordinates(X, Y, c_X, c_Y)) + both)
+    return square - both > length * margin + slack
 
 
 @lean_kernel
