@@ -12,12 +12,12 @@ they are lifted along that. All else is left to GJK and EPA at the true poses.
 """
 
 import math
+from typing import NamedTuple
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.contact.contact_of_known import contact_of_known
 from scene_graph_ros.geometry.narrowphase.contact.refine import (
     refine_inlined,
-    separation,
     separation_inlined,
 )
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
@@ -42,6 +42,7 @@ from scene_graph_ros.geometry.narrowphase.pair import (
     Pair,
     Simplex,
     swapped,
+    Vector,
 )
 from scene_graph_ros.geometry.narrowphase.propose.gjk import CONVERGED, FAR, gjk_inlined, OVERLAP
 from scene_graph_ros.geometry.narrowphase.propose.simplex import simplex_normal, weighted_points
@@ -100,13 +101,38 @@ NEXT_GUESS = FIRST_GUESS * FIRST_GUESS
 """The same where it did not, or from a direction that is less deep."""
 
 
+class Direction(NamedTuple):
+    """A unit normal n, the support points along it, which they are, and how far apart (m)."""
+
+    distance: float
+    n: Vector
+    a: Vector
+    b: Vector
+    index_A: int
+    index_B: int
+
+
 @inlined_kernel
-def _try(pair, n, distance, best):
-    """Return the larger of the known separation and that along the line of n, and its normal."""
+def _along_inlined(pair, n):
+    """Return a Direction: how far A and B are apart along n, and where."""
+    a, index_A = support(pair.core_A, pair.hulls, scale(-1.0, n))
+    b, index_B = placed_support(body_B(pair), pair.hulls, n)
+    return Direction(dot(n, subtract(a, b)), n, a, b, index_A, index_B)
+
+
+@lean_kernel
+def _along(pair, n):
+    """Do the same as ``_along_inlined``, as a call."""
+    return _along_inlined(pair, n)
+
+
+@inlined_kernel
+def _try(pair, n, best):
+    """Return the direction with the larger separation: the best so far, or the line of n."""
     if dot(n, pair.p) > 0.0:
         n = scale(-1.0, n)
-    along = separation_inlined(pair, n)
-    return (along, n) if along > distance else (distance, best)
+    found = _along_inlined(pair, n)
+    return found if found.distance > best.distance else best
 
 
 @inlined_kernel
@@ -134,42 +160,61 @@ def _across_cylinder(pair):
 
 @inlined_kernel
 def _first_direction(pair):
-    """Return (separation, n) of the best of the line of origins and the normals of planes."""
+    """Return the best Direction of the line of origins and the normals of planes."""
     core_A, core_B, R, p, _ = pair
-    n = unit(scale(-1.0, p), (1.0, 0.0, 0.0))
-    distance = separation_inlined(pair, n)
-    if is_listed(core_A) and distance < 0.0:
-        distance, n = _try_faces(pair, distance, n)
-    if is_listed(core_B) and distance < 0.0:
-        m = rotate_inverse(R, scale(-1.0, n))
-        distance, m = _try_faces(swapped(pair), distance, m)
-        n = rotate(R, scale(-1.0, m))
+    best = _along_inlined(pair, unit(scale(-1.0, p), (1.0, 0.0, 0.0)))
+    if is_listed(core_A) and best.distance < 0.0:
+        distance, n = _try_faces(pair, best.distance, best.n)
+        if distance > best.distance:
+            best = _along(pair, n)
+    if is_listed(core_B) and best.distance < 0.0:
+        m = rotate_inverse(R, scale(-1.0, best.n))
+        distance, m = _try_faces(swapped(pair), best.distance, m)
+        if distance > best.distance:
+            best = _along(pair, rotate(R, scale(-1.0, m)))
     for k in range(3):
         if has_plane_across(core_A, k):
-            distance, n = _try(pair, column(IDENTITY, k), distance, n)
+            best = _try(pair, column(IDENTITY, k), best)
         if has_plane_across(core_B, k):
-            distance, n = _try(pair, column(R, k), distance, n)
+            best = _try(pair, column(R, k), best)
     if side(body_A(pair))[0] != NONE and is_curved(core_B):
-        distance, n = _try(pair, _across_cylinder(pair), distance, n)
-    return distance, n
+        best = _try(pair, _across_cylinder(pair), best)
+    return best
 
 
 @inlined_kernel
-def _lift(pair, n, distance, guess, work):
+def _begin(first, shift, work):
+    """Write the support points of a Direction, moved apart by ``shift``, into the first row.
+
+    Return the point of C that they are.
+    """
+    S, n = work.S, first.n
+    b = axpy(-shift, n, first.b)
+    w = subtract(first.a, b)
+    for c in range(3):
+        S[0, c] = w[c]
+        S[0, 3 + c] = first.a[c]
+        S[0, 6 + c] = b[c]
+    work.ids[0, 0], work.ids[0, 1] = first.index_A, first.index_B
+    work.lam[0] = 1.0
+    return w
+
+
+@inlined_kernel
+def _lift(pair, first, guess, work):
     """Return (rows in the simplex, its closest point, the separation along it, size).
 
     All at true poses; no rows: no answer, and a separation of -inf: it is not known.
     """
     core_A, core_B, R, p, hulls = pair
-    S = work.S
+    S, n, distance = work.S, first.n, first.distance
     height = LIFT * max(norm(p), abs(distance))
     shift = max(height - distance, 0.0)
     apart = Pair(core_A, core_B, R, axpy(-shift, n, p), hulls)
     gap = guess if is_curved(core_A) or is_curved(core_B) else 0.0
-    status, count, v, lower, size = gjk_inlined(
-        apart, scale(height, n), 0, math.inf, gap, 0.0, work
-    )
-    if status == OVERLAP:
+    w = _begin(first, shift, work)
+    status, count, v, lower, size = gjk_inlined(apart, w, 1, math.inf, gap, 0.0, work)
+    if status == OVERLAP or not height > 0.0:
         return 0, v, -math.inf, size
     for i in range(count):
         for c in range(3):
@@ -219,12 +264,12 @@ def _others(pair, a, b, n, depth, size, S):
 
 
 @inlined_kernel
-def _lifted(pair, limit, n, distance, work):
-    """Do the same as ``lifted_contact`` by lifting, first along n, ``distance`` being along it."""
-    a = b = (0.0, 0.0, 0.0)
+def _lifted(pair, limit, first, work):
+    """Do the same as ``lifted_contact`` by lifting, along ``first`` to begin with."""
+    n, a, b, distance = first.n, first.a, first.b, first.distance
     guess = FIRST_GUESS
     for _ in range(LIFTS):
-        count, v, along, size = _lift(pair, n, distance, guess, work)
+        count, v, along, size = _lift(pair, first, guess, work)
         if count == 0:
             break
         simplex = Simplex(work.S, work.ids, work.lam, count)
@@ -236,6 +281,7 @@ def _lifted(pair, limit, n, distance, work):
         n, a, b, distance = found.n, found.a, found.b, found.distance
         guess = NEXT_GUESS
         if not proven:
+            first = _along(pair, n)
             continue
         if distance >= 0.0:
             return _LIFTED, distance, a, b, n, found.error
@@ -246,19 +292,20 @@ def _lifted(pair, limit, n, distance, work):
             return decided_by, distance, a, b, n, found.error
         if verdict != LESS:
             break
-        n = m
-        distance = separation(pair, n)
+        first = _along(pair, m)
+        n, distance = m, first.distance
     return _OPEN, distance, a, b, n, math.inf
 
 
 @inlined_kernel
-def _apart_polytopes(pair, limit, n, distance, work):
-    """Do the same as ``lifted_contact`` for polytopes that are ``distance`` > 0 apart along n.
+def _apart_polytopes(pair, limit, first, work):
+    """Do the same as ``lifted_contact`` for polytopes that are apart along ``first``.
 
     Nothing needs to be polished: GJK's last simplex is exact, unless it is so slender that its
     weights and its nearest point tell different witnesses.
     """
-    status, count, v, lower, size = gjk_inlined(pair, scale(distance, n), 0, limit, 0.0, 0.0, work)
+    w = _begin(first, 0.0, work)
+    status, count, v, lower, size = gjk_inlined(pair, w, 1, limit, 0.0, 0.0, work)
     simplex = Simplex(work.S, work.ids, work.lam, count)
     n = simplex_normal(simplex, v)
     a, b = weighted_points(simplex)
@@ -288,14 +335,14 @@ def lifted_contact(pair, limit, work):
     a = b = (0.0, 0.0, 0.0)
     if not (is_simple(core_A, hulls) and is_simple(core_B, hulls)):
         return _OPEN, 0.0, a, b, a, math.inf
-    distance, n = _first_direction(pair)
-    if distance < 0.0 and are_polytopes_or_cylinders(pair):
-        proven, found = _searched(pair, n, distance, work)
-        n, a, b, distance = found.n, found.a, found.b, found.distance
+    first = _first_direction(pair)
+    if first.distance < 0.0 and are_polytopes_or_cylinders(pair):
+        proven, found = _searched(pair, first.n, first.distance, work)
         if proven:
-            return _CRITICAL_DIRECTIONS, distance, a, b, n, found.error
-    if distance > limit:
-        return _SEPARATED, distance, a, b, n, math.inf
-    if distance > 0.0 and not (is_curved(core_A) or is_curved(core_B)):
-        return _apart_polytopes(pair, limit, n, distance, work)
-    return _lifted(pair, limit, n, distance, work)
+            return _CRITICAL_DIRECTIONS, found.distance, found.a, found.b, found.n, found.error
+        first = _along(pair, found.n)
+    if first.distance > limit:
+        return _SEPARATED, first.distance, a, b, first.n, math.inf
+    if first.distance > 0.0 and not (is_curved(core_A) or is_curved(core_B)):
+        return _apart_polytopes(pair, limit, first, work)
+    return _lifted(pair, limit, first, work)

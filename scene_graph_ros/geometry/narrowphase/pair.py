@@ -21,6 +21,7 @@ __all__ = [
     "Pair",
     "Placed",
     "Simplex",
+    "Vector",
     "Workspace",
     "at_origin",
     "body_A",
