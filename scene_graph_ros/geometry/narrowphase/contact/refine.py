@@ -107,6 +107,47 @@ def _unproven(nearly, n, a, b, highest, allowed):
 
 
 @inlined_kernel
+def _guessed(pair, simplex, n, guess):
+    """Return the features that a simplex spans, or for the next guess corners along n."""
+    d = scale(-1.0, n)
+    feature_A = feature_at(body_A(pair), simplex, A_SIDE, d)
+    feature_B = feature_at(body_B(pair), simplex, B_SIDE, n)
+    if guess > 0:
+        feature_A = corner_feature(body_A(pair), pair.hulls, feature_A, d)
+        feature_B = corner_feature(body_B(pair), pair.hulls, feature_B, n)
+    return feature_A, feature_B
+
+
+@inlined_kernel
+def _is_back(following, now, before):
+    """Return whether a feature is to be of the kind again that it was of before the last switch.
+
+    An end of an edge, and the corner that it is, may differ by rounding.
+    """
+    return following[0] == before[0] and now[0] != before[0]
+
+
+@inlined_kernel
+def _are_back(next_A, next_B, feature_A, feature_B, before_A, before_B):
+    return _is_back(next_A, feature_A, before_A) and _is_back(next_B, feature_B, before_B)
+
+
+@inlined_kernel
+def _alone(next_A, next_B, feature_A, feature_B, is_again):
+    """Let one of two features switch, where both go to and fro: first A, and B after that."""
+    if is_again:
+        return feature_A, next_B
+    return next_A, feature_B
+
+
+@inlined_kernel
+def _is_in_vain(next_A, next_B, feature_A, feature_B, before_A, before_B):
+    """Return whether no feature switches, or one of them goes to and fro."""
+    stays = next_A == feature_A and next_B == feature_B
+    return stays or (next_A == before_A and next_B == before_B)
+
+
+@inlined_kernel
 def refine_inlined(pair, n, a, b, size, simplex, guesses):
     """Return (is proven, contact) of the contact near a simplex.
 
@@ -117,38 +158,38 @@ def refine_inlined(pair, n, a, b, size, simplex, guesses):
     two ``guesses`` then the corners of polytopes that lie furthest along the normal.
     """
     hulls = pair.hulls
-    d = scale(-1.0, n)
     allowed = POLISH_RESIDUAL * EPSILON * size
     start = best = n
     highest = -math.inf
     nearly = Contact(n, a, b, highest, math.inf, 0.0)
     for guess in range(guesses):
-        feature_A = feature_at(body_A(pair), simplex, A_SIDE, d)
-        feature_B = feature_at(body_B(pair), simplex, B_SIDE, n)
-        if guess > 0:
-            feature_A = corner_feature(body_A(pair), hulls, feature_A, d)
-            feature_B = corner_feature(body_B(pair), hulls, feature_B, n)
+        feature_A, feature_B = _guessed(pair, simplex, n, guess)
         before_A, before_B = feature_A, feature_B
+        is_again = False
         for _ in range(MAX_SWITCHES):
             if feature_A[0] == NONE or feature_B[0] == NONE:
                 break
             found, a_free, b_free = contact_inlined(
                 feature_A, feature_B, pair, n, a, b, size, simplex
             )
-            if found.error <= allowed:
+            if found.error <= allowed and (found.distance >= 0.0 or not is_again):
                 return True, found
             if highest == -math.inf:
                 highest = separation(pair, start)
-            if found.error < nearly.error:
-                nearly = found
             m = found.n
-            if found.distance > highest:
+            if found.error < nearly.error and not is_again:
+                nearly = found
+            if found.distance > highest and not is_again:
                 best, highest = m, found.distance
             out = scale(-1.0, m)
             next_A = neighbor(body_A(pair), hulls, feature_A, a_free, out, allowed)
             next_B = neighbor(body_B(pair), hulls, feature_B, b_free, m, allowed)
-            is_same = next_A == feature_A and next_B == feature_B
-            if is_same or (next_A == before_A and next_B == before_B):  # to and fro
+            is_apart = found.distance >= 0.0
+            if is_apart and _are_back(next_A, next_B, feature_A, feature_B, before_A, before_B):
+                # From here on nothing counts but both bounds: of depths, another may be less.
+                next_A, next_B = _alone(next_A, next_B, feature_A, feature_B, is_again)
+                is_again = True
+            elif _is_in_vain(next_A, next_B, feature_A, feature_B, before_A, before_B):
                 break
             before_A, before_B = feature_A, feature_B
             feature_A, feature_B = next_A, next_B
