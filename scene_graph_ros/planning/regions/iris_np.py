@@ -231,18 +231,22 @@ class _Searches:
         b: NDArray[np.float64],
         colliding: NDArray[np.float64],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        nearer = bisected(self._feasibility, colliding, cut.center, _HALVINGS)
-        order = np.argsort(cut.distances(nearer), kind="stable")
-        slid = [
-            slide(self._feasibility, cut, A, b, q, _INFLUENCE) for q in nearer[order[:_NEAREST]]
-        ]
-        nearer = np.concatenate([np.array(slid), nearer[order[_NEAREST:]]])
-        if len(self._known) < _MOST_KNOWN:
-            self._known = np.concatenate([self._known, np.array(slid)])
         margin = self._options.configuration_space_margin
-        normals, sides, inside = cut_between(cut, nearer, margin, -1)
-        refuse_inside(inside)
-        return np.concatenate([A, normals]), np.append(b, sides)
+        left = bisected(self._feasibility, colliding, cut.center, _HALVINGS)
+        # Faces at what has slid as near as it goes leave more inside than those at the others.
+        while len(left):
+            order = np.argsort(cut.distances(left), kind="stable")[:_NEAREST]
+            slid = np.array(
+                [slide(self._feasibility, cut, A, b, q, _INFLUENCE) for q in left[order]]
+            )
+            if len(self._known) < _MOST_KNOWN:
+                self._known = np.concatenate([self._known, slid])
+            normals, sides, inside = cut_between(cut, slid, margin, -1)
+            refuse_inside(inside)
+            A, b = np.concatenate([A, normals]), np.append(b, sides)
+            left = np.delete(left, order, axis=0)
+            left = left[(left @ np.array(normals).T <= np.array(sides)).all(axis=1)]
+        return A, b
 
     def _tested(
         self,
