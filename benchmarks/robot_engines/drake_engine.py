@@ -118,8 +118,8 @@ class DrakeEngine:
         columns = np.asfortranarray(self._world.all_positions(points).T)
         return planning.VisibilityGraph(self._checker, columns, parallelize=self._single)
 
-    def iris_zo(self, center: np.ndarray, radius: float, ellipsoids: int) -> int:
-        """Return how many faces Drake's ``IrisZo`` finds around a ball at ``(nq,)``.
+    def region(self, way: str, center: np.ndarray, radius: float, ellipsoids: int) -> HPolyhedron:
+        """Return Drake's region around a ball at ``(nq,)``, by ``way``: IrisZo or IrisNp2.
 
         A joint that follows another one is one more dimension, as Drake's plant has it. It asks
         for clearances, too.
@@ -129,16 +129,16 @@ class DrakeEngine:
         tree = self._world.tree
         ends = self._world.all_positions(np.stack([tree.lower, tree.upper]))
         at = self._world.all_positions(center[np.newaxis])[0]
-        options = planning.IrisZoOptions()
+        options = getattr(planning, f"{way}Options")()
         options.sampled_iris_options.parallelism = self._single
         options.sampled_iris_options.max_iterations = ellipsoids
-        found = planning.IrisZo(
+        found = getattr(planning, way)(
             self._measuring(),
             sets.Hyperellipsoid.MakeHypersphere(radius, at),
             sets.HPolyhedron.MakeBox(ends.min(axis=0), ends.max(axis=0)),
             options,
         )
-        return len(found.b())
+        return HPolyhedron(found.A(), found.b())
 
     def cover(self, seed: int, way: str, share: float, points: int) -> list[HPolyhedron]:
         """Return Drake's regions that cover a share of what is free.
