@@ -342,15 +342,21 @@ def measure(
     Of ``many`` sets by dimension which of them meet. Ours and Drake's in turn.
     """
     drake = _drake()
+
+    def draw(*numbers: int) -> np.random.Generator:
+        # Its own for each: how often points are drawn depends on the time that takes.
+        return np.random.default_rng((seed, *numbers))
+
     for n, m in sizes:
         rng = np.random.default_rng(seed)
         asked: Iterator[tuple[Any, ...]] = _questions(rng, n, m, drake)
         if n <= 3:
-            asked = itertools.chain(asked, *(_regions(rng, n, k, drake) for k in obstacles))
+            among = (_regions(draw(n, k), n, k, drake) for k in obstacles)
+            asked = itertools.chain(asked, *among)
         if n in many:
-            asked = itertools.chain(asked, _many(rng, n, m, many[n], drake))
+            asked = itertools.chain(asked, _many(draw(n), n, m, many[n], drake))
         if n == 2:
-            asked = itertools.chain(asked, *(_paths(rng, k, drake) for k in mazes))
+            asked = itertools.chain(asked, *(_paths(draw(k), k, drake) for k in mazes))
         for what, ours, theirs, *tolerance in asked:
             same = tolerance[0] if tolerance else _SAME
             answer = ours()
