@@ -113,8 +113,8 @@ class EdgeTable(Sequence[EdgeTerms]):
             *self._packed, asked, unit, own[0] if len(own) else 0
         )
         program.add_cost(at, costs)
-        of, *ends = (
-            list(itertools.accumulate(c.tolist(), initial=0)) for c in (entries[3], counts)
+        parts, ends = (
+            list(itertools.accumulate(each.tolist(), initial=0)) for each in (entries[3], counts)
         )
         sizes = {
             Cone.SECOND_ORDER: balls.tolist(),
@@ -123,9 +123,9 @@ class EdgeTable(Sequence[EdgeTerms]):
         }
         rows = []
         for cone in Cone:
-            here = slice(*of[cone : cone + 2])
+            here = slice(*parts[cone : cone + 2])
             mine = [tuple(each[here] for each in entries[:3])]
-            constant = constants[slice(*ends[0][cone : cone + 2])]
+            constant = constants[slice(*ends[cone : cone + 2])]
             rows.append(program.add_entries(cone, mine, constant, sizes.get(cone)))
         return Lowered(tuple(rows), unit)
 
