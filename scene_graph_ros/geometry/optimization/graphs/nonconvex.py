@@ -55,7 +55,8 @@ def with_functions(
     program, generator = _Program(problem, path), np.random.default_rng(0)
     best, least = list(start), np.inf
     for trial in range(_TRIALS):
-        found = program.solve(start if trial == 0 else program.near(start, generator))
+        away = _BESIDE if trial == 1 else _AWAY
+        found = program.solve(start if trial == 0 else program.near(start, away, generator))
         worst = program.violation(found)
         if worst < least:
             best, least = found, worst
@@ -70,8 +71,9 @@ _TRIALS = 5
 _KEPT = 1e-8
 """By how much points may break something to be kept."""
 
-_AWAY = 0.4
-"""Of the half width of a set: how far from its point it is begun elsewhere."""
+_BESIDE, _AWAY = 1e-4, 0.4
+"""Of the half width of a set: how far from its point it is begun elsewhere. First beside it, as a
+search that is lost from one point may end well from the next."""
 
 
 class _Program:
@@ -101,12 +103,12 @@ class _Program:
         return [placed.S @ y[at] for placed, at in zip(self._sets, self._slices, strict=True)]
 
     def near(
-        self, points: Sequence[np.ndarray], generator: np.random.Generator
+        self, points: Sequence[np.ndarray], share: float, generator: np.random.Generator
     ) -> list[np.ndarray]:
-        """Return other points of the sets, less their centres."""
+        """Return other points of the sets, less their centres, by a share of half widths away."""
         moved = []
         for placed, x in zip(self._sets, points, strict=True):
-            away = x + _AWAY * placed.half * generator.normal(size=len(x))
+            away = x + share * placed.half * generator.normal(size=len(x))
             nearest = placed.of.projection((placed.center + away)[None])
             assert nearest is not None, "sets of a graph are not empty"
             moved.append(nearest.points[0] - placed.center)
