@@ -294,6 +294,17 @@ def test_walks_end_evenly_spread_in_a_thin_simplex():
         walked(A[:3], b[:3], starts, 1, shape, np.random.default_rng(3))
 
 
+def test_walks_where_rows_are_nearly_nothing_or_there_is_nowhere_to_go():
+    """A row of 1e-310 on which a walk begins ends no step; without dimensions all stay."""
+    A = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0], [1e-310, 1e-310]])
+    b = np.array([1.0, 1.0, 1.0, 1.0, 0.0])
+    ends = walked(A, b, np.zeros((100, 2)), 20, np.eye(2), np.random.default_rng(0))
+    assert (np.abs(ends) <= 1.0 + 1e-12).all() and (ends.std(axis=0) > 0.3).all()
+    none = np.zeros((0, 0))
+    stay = walked(none, np.zeros(0), np.zeros((3, 0)), 5, none, np.random.default_rng(0))
+    assert stay.shape == (3, 0)
+
+
 @pytest.mark.parametrize(
     ("kind", "options"),
     [

@@ -22,6 +22,9 @@ from scene_graph_ros.planning.regions.errors import RegionError
 
 __all__ = ["walked"]
 
+_NO_RATE = 1e-300
+"""Of a row that ends no step: the inverse of a smaller one is more than floats can say."""
+
 _AT_ONCE = 1 << 18
 """Shares of steps that are drawn at a time: 2 MB."""
 
@@ -41,6 +44,8 @@ def walked(
     Eight walks at a time take the same axes.
     """
     k, n = starts.shape
+    if not n:
+        return starts.copy()
     blocks = -(-k // LANES)
     x = np.empty((blocks, n, LANES))
     rows = np.minimum(np.arange(blocks * LANES), k - 1).reshape(blocks, LANES)
@@ -49,6 +54,7 @@ def walked(
     axes, _ = np.linalg.qr(generator.standard_normal((n, n)))
     ways = np.ascontiguousarray((shape @ axes).T)
     rates = np.ascontiguousarray(ways @ A.T)
+    rates[np.abs(rates) < _NO_RATE] = 0.0
     # Those that end a step forward, those along it, those that end it back.
     order = np.argsort(-np.sign(rates), axis=1, kind="stable")
     counts = np.column_stack([(rates > 0.0).sum(axis=1), (rates < 0.0).sum(axis=1)])
