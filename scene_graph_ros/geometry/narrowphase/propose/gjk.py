@@ -28,6 +28,10 @@ __all__ = [
 MAX_ITERATIONS = 128
 """Polytopes need about ten; a smooth pair gains a factor of its gap each time."""
 
+IDLE_STEPS = 8
+"""How many steps may come no closer but by less than rounding. A corner of tiny weight turns v by
+more than its length tells: beside parallel faces, the next corner may be far from there."""
+
 CONVERGED = 0
 FAR = 1
 OVERLAP = 2
@@ -81,6 +85,7 @@ def gjk_inlined(pair, v, count, max_distance, relative_gap, absolute_gap, work):
     radius = pair.core_A[2] + pair.core_B[2]
     lower = -math.inf
     size = 0.0
+    idle = 0
     for i in range(count):
         size = max(size, _row_size(S, i))
     for _ in range(MAX_ITERATIONS):
@@ -107,7 +112,9 @@ def gjk_inlined(pair, v, count, max_distance, relative_gap, absolute_gap, work):
         if length <= GJK_ROUNDING * EPSILON * size:
             return OVERLAP, count, v, lower, size
         if length >= old:
-            return STALLED, count, v, lower, size
+            idle += 1
+            if idle > IDLE_STEPS or length - old > GJK_ROUNDING * EPSILON * size:
+                return STALLED, count, v, lower, size
     return STALLED, count, v, lower, size
 
 
