@@ -221,8 +221,8 @@ def _distance_by_search(at, size, reach, allowed, plane, near):
         )
         if count > 0 or is_inside or not distance <= NEAR_CONTACT * larger:
             break
-        # Next to contact: all the triangles that are as near as the nearest.
-        within = distance + tolerance
+        # Next to contact: all the triangles that are as near as the nearest, but for rounding.
+        within = distance + TOUCHING * tolerance
     if distance == math.inf:
         return math.inf, p_MK, p_MK, n, False
     if count == 0 and not is_inside:
@@ -239,6 +239,9 @@ def _distance_by_search(at, size, reach, allowed, plane, near):
             distance = max(distance, core[2] - depth)
         touching += min(error, KNOWN_ERROR * larger)
         if within > tolerance or (distance >= -touching and not _is_within(at, size)):
+            if within <= tolerance:  # all the triangles that touch, but for rounding
+                sizes = reach, TOUCHING * tolerance, larger
+                _, _, _, _, _, cuts, count = search_triangles(bare, around, near, sizes, allowed)
             contact = (distance, p_MN, n, unique)
             n, unique = normal_to_core(bare, cuts, count, contact, larger)
             phi = distance - core[2]

@@ -349,8 +349,8 @@ def _distance(meshes, hulls, bound):
         )
         if count > 0 or contained or not distance <= NEAR_CONTACT * size:
             break
-        # Next to contact: all the triangles that are as near as the nearest.
-        within = distance + tolerance
+        # Next to contact: all the triangles that are as near as the nearest, but for rounding.
+        within = distance + TOUCHING * tolerance
     if distance == math.inf:
         return math.inf, x, x, n, False
     if count == 0 and not contained:
