@@ -1,6 +1,6 @@
 """Points and ellipsoids, so many at once that the processor computes some in step.
 
-Newton's steps are taken in all lanes until none is open, by the arithmetic of ``point_ellipsoid``,
+Halley's steps are taken in all lanes until none is open, by the arithmetic of ``point_ellipsoid``,
 which answers the few lanes where they would not converge fast. Where all lanes are about one
 ellipsoid, what does not depend on the point is computed once.
 """
@@ -21,9 +21,10 @@ from scene_graph_ros.geometry.query.point.lanes import (
 from scene_graph_ros.geometry.query.point.point_ellipsoid import (
     bracket,
     first_sigma,
-    is_last,
-    is_tight,
-    newton_step,
+    halley_step,
+    HALLEY_STEPS,
+    is_halley_done,
+    is_halley_fast,
     place_plain,
     point_ellipsoid,
     set_up,
@@ -35,17 +36,15 @@ __all__ = ["answer_ellipsoid", "answer_ellipsoids"]
 _SIGMA, _IS_OPEN, _IS_HARD = (LANES * k for k in (19, 20, 21))
 
 _USUAL_STEPS = 2
-"""Newton steps that nearly all points need that are not close to the surface."""
-_MORE_STEPS = 4
-"""Newton steps after these, as long as a lane is open; then the kernel for one point answers."""
+"""Steps that nearly all points need; then they are taken as long as a lane is open."""
 
 
 @inlined_kernel
 def _step(d, c, sigma, is_open):
-    """Return (sigma, is_open) after one Newton step, none where the lane is not open."""
-    step = newton_step(c, (d[0], d[1], 0.0), sigma)
+    """Return (sigma, is_open) after one step, none where the lane is not open."""
+    step = halley_step(c, d, sigma)
     sigma = sigma + step if is_open else sigma
-    return sigma, is_open and not is_last(step, sigma)
+    return sigma, is_open and not is_halley_done(step, sigma)
 
 
 @inlined_kernel
@@ -53,10 +52,10 @@ def _begin(lanes, j, axes, p_GQ):
     """Take the usual steps in lane j; return whether it is open after them, and whether hard."""
     d = axes[4]
     _, c, is_plain = set_up(axes, p_GQ)
-    low, high = bracket(c, (d[0], d[1], 0.0))
-    is_open = is_plain and is_tight(low, high)
+    low, high = bracket(c, d)
+    is_open = is_plain and is_halley_fast(d, low, high)
     is_hard = not is_open
-    sigma = first_sigma(c, (d[0], d[1], 0.0), low, high)
+    sigma = first_sigma(c, d, low, high)
     for _ in range(_USUAL_STEPS):
         sigma, is_open = _step(d, c, sigma, is_open)
     lanes[_SIGMA + j] = sigma
@@ -124,7 +123,7 @@ def _end_all(lanes):
 def answer_ellipsoids(lanes):
     """Answer all lanes, about an ellipsoid each."""
     open_lanes, hard_lanes = _begin_all(lanes)
-    for _ in range(_MORE_STEPS):
+    for _ in range(HALLEY_STEPS - _USUAL_STEPS):
         if open_lanes == 0:
             break
         open_lanes = _go_on_all(lanes)
@@ -136,22 +135,22 @@ def answer_ellipsoids(lanes):
 @inlined_kernel
 def _wide_step(d, c, sigma, is_open):
     """Do the same as ``_step`` with wide lanes."""
-    step = newton_step(c, d, sigma)
+    step = halley_step(c, d, sigma)
     sigma = select(is_open, sigma + step, sigma)
-    return sigma, is_open & ~is_last(step, sigma)
+    return sigma, is_open & ~is_halley_done(step, sigma)
 
 
 @inlined_kernel
-def _by_newton(axes, p_GQ):
+def _by_halley(axes, p_GQ):
     """Return (phi, p_GN, grad_G, is_answered) of wide lanes and an ellipsoid."""
-    d = (axes[4][0], axes[4][1], 0.0)
+    d = axes[4]
     _, c, is_plain = set_up(axes, p_GQ)
     low, high = bracket(c, d)
-    is_easy = is_open = is_plain & is_tight(low, high)
+    is_easy = is_open = is_plain & is_halley_fast(d, low, high)
     sigma = first_sigma(c, d, low, high)
     for _ in range(_USUAL_STEPS):
         sigma, is_open = _wide_step(d, c, sigma, is_open)
-    for _ in range(_MORE_STEPS):
+    for _ in range(HALLEY_STEPS - _USUAL_STEPS):
         if not any_of(is_open):
             break
         sigma, is_open = _wide_step(d, c, sigma, is_open)
@@ -165,7 +164,7 @@ def answer_ellipsoid(asked, size):
     use_widest_vectors()
     axes, are_answered = sorted_axes(size), True
     for lane in range(0, LANES, WIDE):
-        answer = _by_newton(axes, wide_p_GQ(asked, lane))
+        answer = _by_halley(axes, wide_p_GQ(asked, lane))
         keep_wide_answers(asked, lane, answer)
         if not all_of(answer[3]):
             are_answered = False

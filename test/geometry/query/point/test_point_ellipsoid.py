@@ -123,3 +123,19 @@ def test_a_sphere_is_an_ellipsoid():
     assert answer.distance == pytest.approx(0.2, abs=1e-15)
     centre = check((0.5, 0.5, 0.5), (0.0, 0.0, 0.0))
     np.testing.assert_array_equal(centre.grad_W, (1.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("semi_axes", [(1.0, 0.5, 1e-9), (1e-9, 1.0, 1e-9), (1e7, 1e-9, 1e-3)])
+@pytest.mark.parametrize(
+    "place", [(0.3, -0.4, 0.2), (-0.6, 0.9, 2.0), (1e9, 3.0, -1e3), (0, 1, 1)]
+)
+def test_needles_and_plates_whose_products_overflow(semi_axes, place):
+    """Squares of the ratios of the semi-axes exceed what Halley's steps are taken for."""
+    check(semi_axes, np.array(semi_axes) * place)
+    check(semi_axes, place)
+
+
+@pytest.mark.parametrize("distance", [1e3, 1e8, 1e15, 1e17, 1e30])
+def test_points_far_away(distance):
+    """The distance is exact also where that of the surface is rounding beside it."""
+    check((0.3, 0.2, 0.1), distance * np.array([0.6, -0.48, 0.64]))
