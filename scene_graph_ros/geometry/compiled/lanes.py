@@ -36,6 +36,7 @@ __all__ = [
     "all_of",
     "any_of",
     "as_lanes",
+    "bits_of",
     "every",
     "every_four",
     "every_wide",
@@ -44,6 +45,7 @@ __all__ = [
     "load_lanes",
     "load_number",
     "load_wide",
+    "lowest_bit",
     "magnitude",
     "merging",
     "reordering",
@@ -61,9 +63,9 @@ LANES = 8
 """The width of lanes of like problems."""
 FOUR = 4
 """The width of lanes that are the coordinates of one thing: three of them, and one to spare."""
-WIDE = 2 * LANES
-"""The width of lanes that wait for themselves, step by step: two of the widest registers, or four
-of half of that, of which one is computed while the others wait."""
+WIDE = 4 * LANES
+"""The width of lanes that wait for themselves, step by step: four of the widest registers, or
+eight of half of that, of which one is computed while the others wait."""
 
 _NUMBER_BYTES = 8
 
@@ -258,6 +260,14 @@ if numba_config.DISABLE_JIT:
         """Return a where a lane is chosen, else b; of single numbers one."""
         return np.where(choices, a, b)[()]
 
+    def bits_of(choices):
+        """Return an integer with a bit for each lane, from the lowest on: 1 where it is chosen."""
+        return sum(1 << k for k in np.flatnonzero(choices).tolist())
+
+    def lowest_bit(bits):
+        """Return the place of the lowest bit that is 1; 64 where none is."""
+        return (bits & -bits).bit_length() - 1 if bits else 64
+
     magnitude = np.abs
     with_sign = np.copysign
     any_of, all_of = np.any, np.all
@@ -279,6 +289,27 @@ else:
             return vector
 
         return kind(numbers), lower
+
+    @intrinsic
+    def bits_of(typing_context, choices):
+        """Return an integer with a bit for each lane, from the lowest on: 1 where it is chosen."""
+        if not isinstance(choices, LaneChoices):
+            return None
+
+        def lower(context, builder, signature, arguments):
+            word = builder.bitcast(arguments[0], ir.IntType(choices.width))
+            return builder.zext(word, ir.IntType(64))
+
+        return types.int64(choices), lower
+
+    @intrinsic
+    def lowest_bit(typing_context, bits):
+        """Return the place of the lowest bit that is 1; 64 where none is."""
+
+        def lower(context, builder, signature, arguments):
+            return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 0))
+
+        return (types.int64(bits), lower) if bits == types.int64 else None
 
     @intrinsic
     def load_number(typing_context, array, place):

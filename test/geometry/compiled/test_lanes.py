@@ -11,6 +11,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     all_of,
     any_of,
     as_lanes,
+    bits_of,
     every,
     every_four,
     every_wide,
@@ -21,6 +22,7 @@ from scene_graph_ros.geometry.compiled.lanes import (
     load_lanes,
     load_number,
     load_wide,
+    lowest_bit,
     magnitude,
     merging,
     reordering,
@@ -301,3 +303,25 @@ def test_single_numbers_are_counted_flat():
     room = np.arange(24.0).reshape(3, 8)
     move_number(room, 9, 22)
     assert room[2, 6] == 9.0
+
+
+@lean_kernel
+def bits_of_larger(room):
+    """Return the bits of the lanes of which the first numbers are larger, and the lowest of them.
+
+    Of eight, of four, and of wide lanes.
+    """
+    eight = bits_of(load_lanes(room, 0) > load_lanes(room, WIDE))
+    four = bits_of(load_four(room, 0) > load_four(room, WIDE))
+    wide = bits_of(load_wide(room, 0) > load_wide(room, WIDE))
+    return eight, four, wide, lowest_bit(eight), lowest_bit(four), lowest_bit(wide)
+
+
+def test_bits_are_those_of_the_chosen_lanes():
+    """The lowest bit is that of the first lane; it is beyond all where none is chosen."""
+    room = np.zeros(2 * WIDE)
+    room[[2, 5, WIDE - 1]] = 1.0
+    high = 1 << (WIDE - 1)
+    assert bits_of_larger(room) == (0b100100, 0b100, high + 0b100100, 2, 2, 2)
+    room[[2, 5]] = -1.0
+    assert bits_of_larger(room) == (0, 0, high, 64, 64, WIDE - 1)

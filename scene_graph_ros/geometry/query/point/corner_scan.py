@@ -6,11 +6,12 @@ pass by.
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
+    every,
     every_four,
     every_wide,
     larger,
+    load_lanes,
     load_number,
-    load_wide,
     select,
 )
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
@@ -40,18 +41,18 @@ def _take_higher(best, way, number, corner):
     )
 
 
-def _scanner(corner_of):
+def _scanner(corner_of, every_lane):
     """Make a kernel that scans corners: ``corner_of(source, at, k, lane)`` is the k-th of lanes.
 
-    It has a register for each number of a lane, and all of them at once: the processor goes on to
-    the next corner before it has done with the last.
+    ``every_lane`` repeats a number for as many lanes as are looked at together. The processor goes
+    on to the next corner before it has done with the last.
     """
 
     @inlined_kernel
     def scan(p, source, at, count, lane):
         first = corner_of(source, at, 0, lane)
         way = subtract(p, first)
-        best = (dot(first, way), every_wide(0.0), first)
+        best = (dot(first, way), every_lane(0.0), first)
         for k in range(1, count):
             best = _take_higher(best, way, float(k), corner_of(source, at, k, lane))
         _, number, corner = best
@@ -80,11 +81,11 @@ def _corner_of_hull(blocks, first, k, lane):
 @inlined_kernel
 def _corner_of_tile(corners, start, k, lane):
     at = start + k * (3 * LANES) + lane
-    x, y = load_wide(corners, at), load_wide(corners, at + LANES)
-    return x, y, load_wide(corners, at + 2 * LANES)
+    x, y = load_lanes(corners, at), load_lanes(corners, at + LANES)
+    return x, y, load_lanes(corners, at + 2 * LANES)
 
 
-scan_corners_of_hull = _scanner(_corner_of_hull)
+scan_corners_of_hull = _scanner(_corner_of_hull, every_wide)
 """Look at the corners of one hull: ``scan_corners_of_hull(p, blocks, first, count, lane)``.
 
 ``p`` are wide lanes, the points; the first corner is at the place ``first`` of the blocks. For
@@ -93,12 +94,15 @@ first of several. Returned are it, its number, the way from it to the point, and
 lies further along that.
 """
 
-_scan_tile = _scanner(_corner_of_tile)
+_scan_tile = _scanner(_corner_of_tile, every)
 
 
 @inlined_kernel
 def scan_corners_of_tile(p, corners, tile, count, lane):
-    """Do so with the first corners of each lane's hull, ``corners[tile, k, axis, lane + j]``."""
+    """Do so of eight lanes, with each lane's hull: corner k is ``corners[tile, k, :, lane + j]``.
+
+    There is a vector to load for each number of a corner: with wide lanes the registers run out.
+    """
     return _scan_tile(p, corners, tile * (corners.shape[1] * (3 * LANES)), count, lane)
 
 

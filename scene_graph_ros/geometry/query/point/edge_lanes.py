@@ -5,68 +5,64 @@ lies furthest towards the point. Where no other lies further towards it than tha
 nearest; ``point_convex`` does the same, by the same arithmetic in the same order.
 """
 
-from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import FOUR, load_four, root, select, store_lanes
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    all_of,
+    as_lanes,
+    FOUR,
+    load_number,
+    root,
+    select,
+    store_number,
+)
 from scene_graph_ros.geometry.query.point.corner_scan import furthest_corner
 from scene_graph_ros.geometry.query.point.flat_features import nearest_on_segments
+from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.point_convex import FAR
-from scene_graph_ros.geometry.spatial.vectors import dot, scale, subtract
+from scene_graph_ros.geometry.spatial.vectors import dot, rotate, rotate_inverse, scale, subtract
 
-__all__ = ["ask_about_edge", "edge_answer", "find_edges"]
-
-_POINT, _CORNER, _NUMBER, _IS_FOUND = 0, 3 * FOUR, 6 * FOUR, 7 * FOUR
-_GRADIENT, _NEAREST, _PHI = _POINT, _CORNER, _NUMBER
-"""Answers take the place of the questions."""
+__all__ = ["answer_on_edges"]
 
 
 @inlined_kernel
-def _write(kept, at, v):
-    kept[at], kept[at + FOUR], kept[at + 2 * FOUR] = v
-
-
-@inlined_kernel
-def ask_about_edge(kept, slot, p_GQ, corner, number):
-    """Ask about a point and its likely corner, with its number among those of the hull.
-
-    The numbers of four questions are ``kept``; the slot is that of one of them.
-    """
-    _write(kept, _POINT + slot, p_GQ)
-    _write(kept, _CORNER + slot, corner)
-    kept[_NUMBER + slot] = number
-
-
-@inlined_kernel
-def edge_answer(kept, slot):
-    """Return (is_found, (phi, p_GN, grad_G, unique)) of a question; the rest is no answer."""
-    nearest, gradient = _NEAREST + slot, _GRADIENT + slot
-    answer = (
-        kept[_PHI + slot],
-        (kept[nearest], kept[nearest + FOUR], kept[nearest + 2 * FOUR]),
-        (kept[gradient], kept[gradient + FOUR], kept[gradient + 2 * FOUR]),
-        True,
+def _load(numbers, at, four):
+    a, b, c, d = four
+    return as_lanes(
+        (
+            load_number(numbers, at + a),
+            load_number(numbers, at + b),
+            load_number(numbers, at + c),
+            load_number(numbers, at + d),
+        )
     )
-    return kept[_IS_FOUND + slot] != 0.0, answer
 
 
 @inlined_kernel
-def _load(kept, at):
-    return load_four(kept, at), load_four(kept, at + FOUR), load_four(kept, at + 2 * FOUR)
+def _load_triple(numbers, at, four):
+    x, y = _load(numbers, at, four), _load(numbers, at + LANES, four)
+    return x, y, _load(numbers, at + 2 * LANES, four)
 
 
 @inlined_kernel
-def _store(kept, at, v):
-    store_lanes(kept, at, v[0])
-    store_lanes(kept, at + FOUR, v[1])
-    store_lanes(kept, at + 2 * FOUR, v[2])
+def _store(numbers, at, four, lanes):
+    for k in range(FOUR):
+        store_number(numbers, at + four[k], lanes[k])
 
 
-@lean_kernel
-def find_edges(kept, blocks, first, corners, size):
-    """Answer four questions about a hull.
+@inlined_kernel
+def _store_triple(numbers, at, four, v):
+    _store(numbers, at, four, v[0])
+    _store(numbers, at + LANES, four, v[1])
+    _store(numbers, at + 2 * LANES, four, v[2])
 
-    The first of its ``corners`` is at the place ``first`` of the blocks, ``size`` is its extent.
+
+@inlined_kernel
+def _nearest_edges(p, p_A, a, blocks, first, corners, size):
+    """Return (phi, p_GN, grad_G, is_found) of four points and a hull; the rest is no answer.
+
+    Each begins at its likely corner, ``p_A``, which has the number ``a``. The first of the hull's
+    ``corners`` is at the place ``first`` of the blocks, ``size`` is its extent.
     """
-    p, p_A, a = _load(kept, _POINT), _load(kept, _CORNER), load_four(kept, _NUMBER)
     n = subtract(p, p_A)
     least = dot(n, n)
     height, c, p_C = furthest_corner(blocks, first, corners, n)
@@ -79,7 +75,19 @@ def find_edges(kept, blocks, first, corners, size):
     is_last = (number == c) | (~is_end & (number == a)) | (is_end & (height <= dot(p_C, n)))
     phi = root(square)
     is_found = is_edge & (square < least) & is_last & (phi > FAR * size)
-    _store(kept, _NEAREST, x)
-    _store(kept, _GRADIENT, scale(1.0 / phi, n))
-    store_lanes(kept, _PHI, phi)
-    store_lanes(kept, _IS_FOUND, select(is_found, 1.0, 0.0))
+    return phi, x, scale(1.0 / phi, n), is_found
+
+
+@inlined_kernel
+def answer_on_edges(asked, four, numbers, blocks, first, corners, size):
+    """Answer four lanes, whose likely corners are kept; return whether all have their answers."""
+    answers, at = asked.answers, asked.first
+    p_WQ = _load_triple(asked.points, 0, four)
+    p_GQ = rotate_inverse(asked.R_WG, subtract(p_WQ, asked.p_WG))
+    p_A, a = _load_triple(answers, at + LANES, four), _load(numbers, 0, four)
+    phi, p_GN, grad_G, is_found = _nearest_edges(p_GQ, p_A, a, blocks, first, corners, size)
+    _store(answers, at, four, phi)
+    _store_triple(answers, at + LANES, four, p_GN)
+    _store_triple(answers, at + 4 * LANES, four, rotate(asked.R_WG, grad_G))
+    _store(answers, at + 7 * LANES, four, select(is_found, 1.0, 0.0))
+    return all_of(is_found)

@@ -7,35 +7,40 @@ left ``point_convex`` goes on from that corner.
 """
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import FOUR, root, store_lanes, WIDE
+from scene_graph_ros.geometry.compiled.lanes import (
+    bits_of,
+    FOUR,
+    lowest_bit,
+    root,
+    store_lanes,
+    WIDE,
+)
+from scene_graph_ros.geometry.compiled.lanes import (
+    LANES as EIGHT,
+)
 from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.corner_scan import (
     scan_corners_of_hull,
     scan_corners_of_tile,
 )
 from scene_graph_ros.geometry.query.point.edge_lanes import (
-    ask_about_edge,
-    edge_answer,
-    find_edges,
+    answer_on_edges,
 )
 from scene_graph_ros.geometry.query.point.lane_memory import (
-    edge_numbers,
     lane_numbers,
-    lane_places,
     LANES,
 )
 from scene_graph_ros.geometry.query.point.lanes import (
+    eight_questions,
     is_answered,
     is_done,
     keep_answer,
     keep_wide_answers,
-    kept_nearest,
     p_GQ_of_lane,
     question,
     set_answer,
-    set_wide_answers,
+    set_eight_answers,
     wide_p_GQ,
-    wide_question,
 )
 from scene_graph_ros.geometry.query.point.point_convex import FAR, leave_corner
 from scene_graph_ros.geometry.spatial.vectors import dot, scale
@@ -71,10 +76,10 @@ def answer_hulls(lanes, corners, tile, count, blocks, block, rows, row):
     are the hulls' extents.
     """
     use_widest_vectors()
-    for lane in range(0, LANES, WIDE):
-        size, p_GQ = wide_question(lanes, lane)
+    for lane in range(0, LANES, EIGHT):
+        size, p_GQ = eight_questions(lanes, lane)
         corner, number, way, is_furthest = scan_corners_of_tile(p_GQ, corners, tile, count, lane)
-        set_wide_answers(lanes, lane, _leave(corner, way, is_furthest, size[0]))
+        set_eight_answers(lanes, lane, _leave(corner, way, is_furthest, size[0]))
         store_lanes(lanes, _BEST + lane, number)
     for j in range(LANES):
         if not is_answered(lanes, j):
@@ -85,24 +90,27 @@ def answer_hulls(lanes, corners, tile, count, blocks, block, rows, row):
 
 
 @inlined_kernel
-def _answer_open(asked, blocks, start, size, numbers):
-    """Answer the lanes that are not answered; ``numbers`` are those of their likely corners."""
-    open_lanes, kept, count = lane_places(), edge_numbers(), 0
-    for j in range(LANES):  # without a branch, since nobody can tell which lanes they are
-        open_lanes[count] = j
-        count += 0 if is_done(asked, j) else 1
-    for group in range(0, count, FOUR):
-        for slot in range(FOUR):
-            j = open_lanes[min(group + slot, count - 1)]
-            ask_about_edge(kept, slot, p_GQ_of_lane(asked, j), kept_nearest(asked, j), numbers[j])
-        find_edges(kept, blocks, vertex_place(start, 0), int(blocks[start]), size)
-        for slot in range(min(FOUR, count - group)):
-            j = open_lanes[group + slot]
-            is_found, answer = edge_answer(kept, slot)
-            if not is_found:
-                likely = vertex_place(start, int(numbers[j]))
-                answer = leave_corner(blocks, start, size, p_GQ_of_lane(asked, j), likely)
-            keep_answer(asked, j, answer)
+def _take_lowest(lanes, otherwise):
+    """Return the lowest lane whose bit is 1, and the bits of the others."""
+    return (lowest_bit(lanes) if lanes != 0 else otherwise), lanes & (lanes - 1)
+
+
+@inlined_kernel
+def _answer_open(asked, blocks, start, size, numbers, lanes):
+    """Answer the lanes whose bits are 1; ``numbers`` are those of their likely corners."""
+    first, corners = vertex_place(start, 0), int(blocks[start])
+    while lanes != 0:
+        a, lanes = _take_lowest(lanes, 0)
+        b, lanes = _take_lowest(lanes, a)
+        c, lanes = _take_lowest(lanes, a)
+        d, lanes = _take_lowest(lanes, a)
+        four = (a, b, c, d)
+        if not answer_on_edges(asked, four, numbers, blocks, first, corners, size):
+            for k in range(FOUR):
+                if not is_done(asked, four[k]):
+                    p_GQ, likely = p_GQ_of_lane(asked, four[k]), int(numbers[four[k]])
+                    answer = leave_corner(blocks, start, size, p_GQ, vertex_place(start, likely))
+                    keep_answer(asked, four[k], answer)
 
 
 @lean_kernel
@@ -113,10 +121,12 @@ def answer_hull(asked, blocks, start, size):
     """
     use_widest_vectors()
     first, corners = vertex_place(start, 0), int(blocks[start])
-    numbers = lane_numbers()
+    numbers, lanes = lane_numbers(), 0
     for lane in range(0, LANES, WIDE):
         p_GQ = wide_p_GQ(asked, lane)
         corner, number, way, is_furthest = scan_corners_of_hull(p_GQ, blocks, first, corners, lane)
-        keep_wide_answers(asked, lane, _leave(corner, way, is_furthest, size))
+        answer = _leave(corner, way, is_furthest, size)
+        keep_wide_answers(asked, lane, answer)
         store_lanes(numbers, lane, number)
-    _answer_open(asked, blocks, start, size, numbers)
+        lanes |= bits_of(~answer[3]) << lane
+    _answer_open(asked, blocks, start, size, numbers, lanes)

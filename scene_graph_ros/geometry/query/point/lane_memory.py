@@ -2,18 +2,10 @@
 
 import numpy as np
 
-from scene_graph_ros.geometry.compiled.lanes import FOUR
 from scene_graph_ros.geometry.compiled.stack_arrays import stack_array
 from scene_graph_ros.geometry.compiled.streams import LINE
 
-__all__ = [
-    "LANES",
-    "LANE_ROWS",
-    "answer_numbers",
-    "edge_numbers",
-    "lane_numbers",
-    "lane_places",
-]
+__all__ = ["LANES", "LANE_ROWS", "answer_numbers", "lane_numbers"]
 
 LANES = 32
 """How many answers to points are computed at once, a few in each of the processor's registers."""
@@ -28,9 +20,3 @@ lane_numbers = stack_array((22 * LANES,), alignment=_LINE_BYTES)
 
 answer_numbers = stack_array((8 * LANE_ROWS * LANES,), alignment=_LINE_BYTES)
 """Return an uninitialized array of the answers of all lanes about ``LANE_ROWS`` rows."""
-
-lane_places = stack_array((LANES,), np.int64)
-"""Return an uninitialized array for the places of some lanes among all."""
-
-edge_numbers = stack_array((8 * FOUR,), alignment=_LINE_BYTES)
-"""Return an uninitialized array for four questions of ``edge_lanes``."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import load_wide, select, store_lanes
+from scene_graph_ros.geometry.compiled.lanes import load_lanes, load_wide, select, store_lanes
 from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
 from scene_graph_ros.geometry.query.point.lane_memory import LANES
 from scene_graph_ros.geometry.query.point.lanes_to_rows import SQUARE, take_square
@@ -20,23 +20,22 @@ from scene_graph_ros.geometry.spatial.vectors import rotate, rotate_inverse, sub
 
 __all__ = [
     "Asked",
+    "eight_questions",
     "enter_frames",
     "is_answered",
     "is_done",
     "keep_answer",
     "keep_wide_answers",
-    "kept_nearest",
     "leave_frames",
     "p_GQ_of_lane",
     "question",
     "read_lane",
     "set_answer",
+    "set_eight_answers",
     "set_triple",
-    "set_wide_answers",
     "take_poses",
     "triple",
     "wide_p_GQ",
-    "wide_question",
     "write_lane",
 ]
 
@@ -154,15 +153,15 @@ def is_done(asked, j):
 
 
 @inlined_kernel
-def kept_nearest(asked, j):
-    """Return the nearest point p_GN that was written for lane j."""
-    return triple(asked.answers, asked.first + LANES, j)
-
-
-@inlined_kernel
 def _load_wide(numbers, at):
     x, y = load_wide(numbers, at), load_wide(numbers, at + LANES)
     return x, y, load_wide(numbers, at + 2 * LANES)
+
+
+@inlined_kernel
+def _load_eight(numbers, at):
+    x, y = load_lanes(numbers, at), load_lanes(numbers, at + LANES)
+    return x, y, load_lanes(numbers, at + 2 * LANES)
 
 
 @inlined_kernel
@@ -190,14 +189,14 @@ def keep_wide_answers(asked, lane, answer):
 
 
 @inlined_kernel
-def wide_question(lanes, lane):
-    """Return what wide lanes are asked, from ``lane`` on: (size, p_GQ)."""
-    return _load_wide(lanes, _SIZE + lane), _load_wide(lanes, _POINT + lane)
+def eight_questions(lanes, lane):
+    """Return what eight lanes are asked, from ``lane`` on: (size, p_GQ)."""
+    return _load_eight(lanes, _SIZE + lane), _load_eight(lanes, _POINT + lane)
 
 
 @inlined_kernel
-def set_wide_answers(lanes, lane, answer):
-    """Set what wide lanes answer, from ``lane`` on, as ``set_answer`` does."""
+def set_eight_answers(lanes, lane, answer):
+    """Set what eight lanes answer, from ``lane`` on, as ``set_answer`` does."""
     phi, p_GN, grad_G, unique = answer
     store_lanes(lanes, _PHI + lane, phi)
     _store_wide(lanes, _NEAREST + lane, p_GN)

@@ -6,13 +6,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Convex
-from scene_graph_ros.geometry.compiled.lanes import FOUR
 from scene_graph_ros.geometry.query.point.batch import distance_points
-from scene_graph_ros.geometry.query.point.edge_lanes import (
-    ask_about_edge,
-    edge_answer,
-    find_edges,
-)
+from scene_graph_ros.geometry.query.point.edge_lanes import answer_on_edges
+from scene_graph_ros.geometry.query.point.lane_memory import LANES
+from scene_graph_ros.geometry.query.point.lanes import Asked
 from scene_graph_ros.geometry.tables.hull_blocks import vertex, vertex_place
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -48,16 +45,29 @@ def test_points_beyond_edges():
     assert unique.all()
 
 
+PLACES = (5, 0, 30, 17)
+"""The lanes that four questions are asked in."""
+
+
 def asked(points, numbers):
-    """Return the answers of four questions about the block, each with a corner to begin at."""
+    """Return the answers of four questions about the block, each with a corner to begin at.
+
+    Each is (phi, p_GN, grad_W, is_found); whether all were found is checked.
+    """
     hulls = build_shape_table([Convex(vertices=CORNERS)], [False]).hulls
     blocks, start = hulls.blocks, int(hulls.block_start[0])
-    kept = np.empty(8 * FOUR)
-    for slot, (point, number) in enumerate(zip(points, numbers, strict=True)):
-        corner = vertex(blocks, vertex_place(start, number))
-        ask_about_edge(kept, slot, tuple(point), corner, float(number))
-    find_edges(kept, blocks, vertex_place(start, 0), len(CORNERS), np.linalg.norm(HALF))
-    return [edge_answer(kept, slot) for slot in range(FOUR)]
+    p_WQs, answers, kept = np.zeros((3, LANES)), np.zeros((8, LANES)), np.zeros(LANES)
+    for lane, point, number in zip(PLACES, points, numbers, strict=True):
+        p_WQs[:, lane], kept[lane] = point, number
+        answers[1:4, lane] = vertex(blocks, vertex_place(start, number))
+    question = Asked(tuple(np.eye(3).ravel()), (0.0, 0.0, 0.0), p_WQs.ravel(), answers.ravel(), 0)
+    first, extent = vertex_place(start, 0), np.linalg.norm(HALF)
+    are_all = answer_on_edges(question, PLACES, kept, blocks, first, len(CORNERS), extent)
+    found = [
+        (answers[0, j], answers[1:4, j], answers[4:7, j], answers[7, j] == 1.0) for j in PLACES
+    ]
+    assert are_all == all(is_found for *_, is_found in found)
+    return found
 
 
 def corner(x, y, z):
@@ -73,14 +83,13 @@ def test_an_edge_is_found_from_either_end():
     ends = corner(1, 1, 1), corner(-1, 1, 1)
     beside, beyond = [0.1, 1.2, 1.1], [-2.3, 1.2, 0.6]
     answers = asked([beside, beside, beyond, beyond], [*ends, ends[0], ends[0]])
-    assert all(is_found for is_found, _ in answers)
-    for _, (phi, p_GN, grad_G, unique) in answers[:2]:
+    assert all(is_found for *_, is_found in answers)
+    for phi, p_GN, grad_G, _ in answers[:2]:
         np.testing.assert_allclose(p_GN, [0.1, 0.2, 0.1], rtol=1e-15)
-        assert unique
         np.testing.assert_allclose(phi, np.sqrt(2.0), rtol=1e-15)
         np.testing.assert_allclose(grad_G, np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0), atol=1e-15)
-    for _, (phi, p_GN, _, _) in answers[2:]:
-        assert p_GN == (-0.3, 0.2, 0.1)
+    for phi, p_GN, _, _ in answers[2:]:
+        assert p_GN.tolist() == [-0.3, 0.2, 0.1]
         np.testing.assert_allclose(phi, np.linalg.norm([2.0, 1.0, 0.5]), rtol=1e-15)
 
 
@@ -88,4 +97,4 @@ def test_what_takes_more_than_a_step_is_left():
     """Points nearest to a face, to the corner itself, close by, and to an edge further on."""
     number = corner(1, 1, 1)
     left = [[0.05, 0.05, 2.0], [2.0, 2.0, 2.0], [0.0, 0.21, 0.11], [-2.3, 0.0, 1.1]]
-    assert not any(is_found for is_found, _ in asked(left, [number] * FOUR))
+    assert not any(is_found for *_, is_found in asked(left, [number] * len(PLACES)))
