@@ -34,17 +34,17 @@ _UNIQUE = 7
 
 _joined = merging(*range(SQUARE))
 _even, _odd = merging(0, 8, 2, 10, 4, 12, 6, 14), merging(1, 9, 3, 11, 5, 13, 7, 15)
-_first_pairs, _last_pairs = merging(0, 1, 8, 9, 4, 5, 12, 13), merging(2, 3, 10, 11, 6, 7, 14, 15)
+_first_pairs, _last_pairs = merging(0, 1, 4, 5, 8, 9, 12, 13), merging(2, 3, 6, 7, 10, 11, 14, 15)
 
 
 @inlined_kernel
 def _half_turned(array, places, start):
     """Return four of the columns of vectors that begin at eight places, from ``start`` on."""
     # Taking halves from memory is no work for the one unit that shuffles.
-    a = _joined(load_four(array, places[0] + start), load_four(array, places[4] + start))
-    b = _joined(load_four(array, places[1] + start), load_four(array, places[5] + start))
-    c = _joined(load_four(array, places[2] + start), load_four(array, places[6] + start))
-    d = _joined(load_four(array, places[3] + start), load_four(array, places[7] + start))
+    a = _joined(load_four(array, places[0] + start), load_four(array, places[2] + start))
+    b = _joined(load_four(array, places[1] + start), load_four(array, places[3] + start))
+    c = _joined(load_four(array, places[4] + start), load_four(array, places[6] + start))
+    d = _joined(load_four(array, places[5] + start), load_four(array, places[7] + start))
     even, other_even, odd, other_odd = _even(a, b), _even(c, d), _odd(a, b), _odd(c, d)
     return (
         _first_pairs(even, other_even),
