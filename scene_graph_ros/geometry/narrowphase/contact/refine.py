@@ -48,6 +48,14 @@ AMPLIFIED = 16.0
 """How much more than usual may be left of a contact when nothing better is found: a rim that is
 seen foreshortened, or lines at a small angle, amplify rounding."""
 
+FAR_APART = 0.5
+"""Relative to the pair's size: cores further apart may be tiny beside their distance, so that what
+other features are off by is hardly more than its rounding."""
+
+FAR_RESIDUAL = 0.125
+"""Of what may usually be left of a contact: where it is more, and the cores are far apart, the
+features next to the contact's are tried, too."""
+
 SLIDE_REACH = 1e-6
 """Relative to the pair's size: witnesses of right features miss each other by less, as a rim seen
 along its axis to 1e-10 rad amplifies rounding; more says that the features are wrong."""
@@ -172,7 +180,8 @@ def refine_inlined(pair, n, a, b, size, simplex, guesses):
             found, a_free, b_free = contact_inlined(
                 feature_A, feature_B, pair, n, a, b, size, simplex
             )
-            if found.error <= allowed and (found.distance >= 0.0 or not is_again):
+            enough = allowed if found.distance <= FAR_APART * size else FAR_RESIDUAL * allowed
+            if found.error <= enough and (found.distance >= 0.0 or not is_again):
                 return True, found
             if highest == -math.inf:
                 highest = separation(pair, start)
