@@ -7,44 +7,46 @@ import itertools
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.broadphase.box_vectors import bound_points, bound_shape
-from scene_graph_ros.geometry.broadphase.extents import extents_of
+from scene_graph_ros.geometry.broadphase.box_vectors import (
+    bound_points,
+    bound_shape,
+    new_placed_rows,
+    PlacedRows,
+)
+from scene_graph_ros.geometry.broadphase.extents import centres_of, extents_of
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
-__all__ = ["CORNER", "bound_row", "box_geometry", "world_boxes"]
+__all__ = ["bound_row", "box_geometry", "place_rows", "world_boxes"]
 
 FloatArray = NDArray[np.float64]
-BoxGeometry = tuple[FloatArray, NDArray[np.int64], FloatArray]
+BoxGeometry = tuple[FloatArray, NDArray[np.int64], FloatArray, FloatArray]
 
 MAX_HULL_VERTICES = 48
 """A hull with more vertices is bounded by its turned box in G: looking at every vertex would cost
 more than the pairs that the tighter box saves."""
 
-CORNER = 4
-"""Numbers of a corner in arrays that ``bound_row`` writes to; the last one means nothing."""
-
 
 @inlined_kernel
-def bound_row(geometry, X_WG, i, lower, upper):
-    """Write the box of row i, rounded outwards, into (n, CORNER) arrays."""
-    extents, points_of, points = geometry
+def bound_row(geometry, X_WG, i, placed):
+    """Write the box of row i, rounded outwards, and its centre, to PlacedRows."""
+    extents, points_of, points, centres = geometry
     first, last = points_of[i, 0], points_of[i, 1]
     if last > first:
-        bound_points(points, first, last, X_WG, i, lower, upper)
+        bound_points(points, first, last, centres, X_WG, i, placed)
     else:
-        bound_shape(extents, X_WG, i, lower, upper)
+        bound_shape(extents, centres, X_WG, i, placed)
 
 
 @lean_kernel
-def _bound_rows(geometry, X_WG, lower, upper):
-    for i in range(len(lower)):
-        bound_row(geometry, X_WG, i & LAST_PLACE, lower, upper)
+def _bound_rows(geometry, X_WG, placed):
+    for i in range(len(placed.lower)):
+        bound_row(geometry, X_WG, i & LAST_PLACE, placed)
 
 
 def box_geometry(table: ShapeTable) -> BoxGeometry:
-    """Return what decides the boxes: ``extents_of``, ranges, and points (p, 3) in G.
+    """Return what decides the boxes: ``extents_of``, ranges, points (p, 3) in G, ``centres_of``.
 
     Row i of the ranges (n, 2) has where the points of row i's hull start and end, if it has one.
     """
@@ -59,7 +61,14 @@ def box_geometry(table: ShapeTable) -> BoxGeometry:
         points.append(given)
         ranges[hull] = count, count + len(given)
         count += len(given)
-    return extents_of(table), ranges[table.hull], np.concatenate(points)
+    return extents_of(table), ranges[table.hull], np.concatenate(points), centres_of(table)
+
+
+def place_rows(geometry: BoxGeometry, X_WG: FloatArray) -> PlacedRows:
+    """Return the boxes, rounded outwards, and the centres of all rows at poses (n, 4, 4)."""
+    placed = new_placed_rows(len(X_WG))
+    _bound_rows(geometry, X_WG, placed)
+    return placed
 
 
 def world_boxes(table: ShapeTable, X_WG: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -74,7 +83,5 @@ def world_boxes(table: ShapeTable, X_WG: FloatArray) -> tuple[FloatArray, FloatA
         for hulls of up to MAX_HULL_VERTICES vertices.
 
     """
-    corners = np.empty((2, len(table.kind), CORNER))
-    _bound_rows(box_geometry(table), X_WG, *corners)
-    lower, upper = np.ascontiguousarray(corners[:, :, :3])
-    return lower, upper
+    placed = place_rows(box_geometry(table), X_WG)
+    return np.ascontiguousarray(placed.lower[:, :3]), np.ascontiguousarray(placed.upper[:, :3])

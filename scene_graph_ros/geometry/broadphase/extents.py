@@ -23,6 +23,7 @@ __all__ = [
     "BALL",
     "BOX_PART",
     "NUMBERS",
+    "OFFSET",
     "RADIUS",
     "ROUND_PART",
     "centres_of",
@@ -34,8 +35,8 @@ FloatArray = NDArray[np.float64]
 
 NUMBERS = 8
 """Of a row of extents."""
-ROUND_PART, RADIUS, BOX_PART = 0, 3, 4
-"""Where it has a, r and b."""
+ROUND_PART, RADIUS, BOX_PART, OFFSET = 0, 3, 4, 7
+"""Where it has a, r, b and the sum of the sizes of c's coordinates."""
 BALL = 3
 """Where a row of centres has the radius of the ball around c: infinite if it tells no more."""
 
@@ -57,6 +58,7 @@ def extents_of(table: ShapeTable) -> FloatArray:
     rows[kind == ShapeKind.HALF_SPACE, RADIUS] = math.inf
     is_hull = table.hull >= 0
     rows[is_hull, BOX_PART : BOX_PART + 3] = 0.5 * (table.upper - table.lower)[is_hull]
+    rows[:, OFFSET] = np.abs(centres_of(table)[:, :3]).sum(axis=1)
     return rows
 
 

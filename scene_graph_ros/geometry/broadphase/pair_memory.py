@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.broadphase.aabb import box_geometry, world_boxes
-from scene_graph_ros.geometry.broadphase.extents import centres_of
+from scene_graph_ros.geometry.broadphase.aabb import box_geometry, place_rows
 from scene_graph_ros.geometry.broadphase.hierarchical_grid import candidate_pairs
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.broadphase.tracking import Bodies, Tracker
@@ -33,10 +32,8 @@ class PairMemory:
 
     def __init__(self, table: ShapeTable, frame: NDArray[np.int32], filter_bits: Any) -> None:
         """Take a model of n rows, as ``candidate_pairs`` does."""
-        self._table = table
         self._bodies = Bodies(
             *box_geometry(table),
-            centres=centres_of(table),
             moving=np.flatnonzero(frame != 0),
             is_half_space=table.kind == ShapeKind.HALF_SPACE,
             frame=frame,
@@ -72,13 +69,17 @@ class PairMemory:
     def _search(self, X_WG: NDArray[np.float64], margin: float, is_close: bool) -> Pairs:
         """Do without the memory."""
         bodies = self._bodies
-        lower, upper = world_boxes(self._table, X_WG)
+        geometry = (bodies.extents, bodies.points_of, bodies.points, bodies.centres)
+        placed = place_rows(geometry, X_WG)
+        lower, upper = (
+            np.ascontiguousarray(corners[:, :3]) for corners in (placed.lower, placed.upper)
+        )
         found: Pairs = candidate_pairs(
             lower, upper, bodies.is_half_space, X_WG, bodies.frame, bodies.filter_bits, margin
         )
         if not is_close:
             return found
-        count = drop_separated(bodies.extents, bodies.centres, X_WG, found, len(found), margin)
+        count = drop_separated(bodies.extents, placed.centre, X_WG, found, len(found), margin)
         return found[:count]
 
     def counters(self, margin: float) -> NDArray[np.int64]:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import math
 
-from scene_graph_ros.geometry.broadphase.extents import BALL, BOX_PART, NUMBERS
+from scene_graph_ros.geometry.broadphase.box_vectors import CORNER
+from scene_graph_ros.geometry.broadphase.extents import BOX_PART, NUMBERS
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
-    every_four,
     load_four,
     magnitude,
     merging,
@@ -26,11 +26,12 @@ from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 
 __all__ = ["drop_separated"]
 
-_POSE, _CENTRE = 16, BALL + 1
-"""Numbers of a pose, and of a row of centres."""
+_POSE = 16
+"""Numbers of a pose."""
 
-_with_one = merging(0, 1, 2, 7)
-"""The coordinates of the first, and the spare number of the second."""
+OFFSETS = 3.0
+"""How often the sum of an offset's coordinates covers those of it turned, and its own."""
+
 _spare = merging(3, 3, 7, 7)
 """The spare number of the first, twice, and that of the second."""
 _front, _back = merging(0, 1, 4, 5), merging(2, 2, 6, 6)
@@ -53,50 +54,33 @@ def _rows(X_WG, i):
 
 
 @inlined_kernel
-def _along(X, Y, c_X, c_Y):
-    """Return a coordinate in W of the vector between two centres, from rows of poses."""
-    part = Y * c_Y - X * c_X
-    return (part[0] + part[1]) + (part[2] + part[3])
-
-
-@inlined_kernel
-def _coordinates(X, Y, c_X, c_Y):
-    """Return the sum of the sizes of all coordinates that centres are computed from."""
-    origins = magnitude(X[0]) + magnitude(X[1]) + magnitude(X[2])
-    origins = origins + magnitude(Y[0]) + magnitude(Y[1]) + magnitude(Y[2])
-    centres = magnitude(c_X) + magnitude(c_Y)
-    return origins[3] + centres[0] + centres[1] + centres[2]
-
-
-@inlined_kernel
 def _are_separated(extents, centres, X_WG, i, j, margin):
     """Tell whether the line of centres shows rows i and j to be more than ``margin`` apart.
 
     Everything is times the distance of the centres. What is infinite or nan separates nothing.
     """
-    X, Y = _rows(X_WG, i), _rows(X_WG, j)
-    c_X, c_Y = load_four(centres, i * _CENTRE), load_four(centres, j * _CENTRE)
-    one = every_four(1.0)
-    to_X, to_Y = _with_one(c_X, one), _with_one(c_Y, one)
-    u = (
-        _along(X[0], Y[0], to_X, to_Y),
-        _along(X[1], Y[1], to_X, to_Y),
-        _along(X[2], Y[2], to_X, to_Y),
-    )
+    c_X, c_Y = load_four(centres, i * CORNER), load_four(centres, j * CORNER)
+    between = c_Y - c_X
+    u = between[0], between[1], between[2]
     square = u[0] * u[0] + u[1] * u[1] + u[2] * u[2]
     length = math.sqrt(square)
+    X, Y = _rows(X_WG, i), _rows(X_WG, j)
     q_X = u[0] * X[0] + u[1] * X[1] + u[2] * X[2]
     q_Y = u[0] * Y[0] + u[1] * Y[1] + u[2] * Y[2]
     at_X, at_Y = i * NUMBERS, j * NUMBERS
     round_X, round_Y = load_four(extents, at_X), load_four(extents, at_Y)
+    box_X, box_Y = load_four(extents, at_X + BOX_PART), load_four(extents, at_Y + BOX_PART)
     a, b = round_X * q_X, round_Y * q_Y
-    flat_X = load_four(extents, at_X + BOX_PART) * magnitude(q_X)
-    flat_Y = load_four(extents, at_Y + BOX_PART) * magnitude(q_Y)
     # How far both reach from their centres, times the length.
-    half = root(_sums(a * a, b * b)) + _sums(flat_X, flat_Y) + _spare(round_X, round_Y) * length
+    flat = _sums(box_X * magnitude(q_X), box_Y * magnitude(q_Y))
+    half = root(_sums(a * a, b * b)) + flat + _spare(round_X, round_Y) * length
     half = smaller(half, _spare(c_X, c_Y) * length)
     both = half[0] + half[2]
-    slack = BOX_ROUNDING * (length * (margin + _coordinates(X, Y, c_X, c_Y)) + both)
+    # A centre is computed from an origin that is no further out than it and its offset are.
+    known = magnitude(c_X) + magnitude(c_Y)
+    offsets = _spare(box_X, box_Y)
+    coordinates = known[0] + known[1] + known[2] + OFFSETS * (offsets[0] + offsets[2])
+    slack = BOX_ROUNDING * (length * (margin + coordinates) + both)
     return square - both > length * margin + slack
 
 
@@ -108,7 +92,7 @@ def drop_separated(extents, centres, X_WG, pairs, count, margin):
 
     Args:
         extents: from ``extents.extents_of``, n rows.
-        centres: from ``extents.centres_of``.
+        centres: of PlacedRows at the poses.
         X_WG: (n, 4, 4) poses.
         pairs: (k, 2) rows, written to.
         count: at most k.

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.broadphase.aabb import bound_row, CORNER
+from scene_graph_ros.geometry.broadphase.aabb import bound_row
+from scene_graph_ros.geometry.broadphase.box_vectors import new_placed_rows, PlacedRows
 from scene_graph_ros.geometry.broadphase.fences import (
     is_inside,
     make_fence,
@@ -64,11 +65,11 @@ class Bodies(NamedTuple):
     """What decides the candidates, beside poses: n rows."""
 
     extents: NDArray[np.float64]
-    """The first of ``aabb.box_geometry``, as the next two."""
+    """The first of ``aabb.box_geometry``, as the next three."""
     points_of: NDArray[np.int64]
     points: NDArray[np.float64]
     centres: NDArray[np.float64]
-    """From ``extents.centres_of``."""
+    """The last of them."""
     moving: NDArray[np.int64]
     """(m,) the rows that may move; the poses of the others are always the same."""
     is_half_space: NDArray[np.bool_]
@@ -84,9 +85,7 @@ class _Tracked(NamedTuple):
 
     X_last: NDArray[np.float64]
     """(n, 4, 4)"""
-    lower: NDArray[np.float64]
-    """(n, CORNER), as the next: the boxes."""
-    upper: NDArray[np.float64]
+    placed: PlacedRows
     fence: NDArray[np.float64]
     """(6, n): lower and upper corners."""
     step: NDArray[np.float64]
@@ -106,8 +105,7 @@ def _new_tracked(n: int, lists: NDArray[np.int64]) -> _Tracked:
     words = np.zeros((n + 7) // 8, np.int64)
     return _Tracked(
         X_last=np.full((n, 4, 4), np.nan),
-        lower=np.zeros((n, CORNER)),
-        upper=np.zeros((n, CORNER)),
+        placed=new_placed_rows(n),
         fence=np.zeros((6, n)),
         step=np.zeros(n),
         is_out=np.zeros(n, np.bool_),
@@ -148,8 +146,8 @@ def _reaches_half_space(lower, upper, is_half_space, X_WG, i, j, margin):
 @inlined_kernel
 def _move(bodies, tracked, X_WG, rows):
     """Bring the boxes of ``rows`` up to date; mark and list those that are out of their fence."""
-    geometry = (bodies.extents, bodies.points_of, bodies.points)
-    lower, upper, out = tracked.lower, tracked.upper, tracked.out
+    geometry = (bodies.extents, bodies.points_of, bodies.points, bodies.centres)
+    lower, upper, out = tracked.placed.lower, tracked.placed.upper, tracked.out
     bounded = count = 0
     for row in rows:
         i = row & LAST_PLACE
@@ -157,7 +155,7 @@ def _move(bodies, tracked, X_WG, rows):
             continue
         bounded += 1
         x, y, z = lower[i, 0], lower[i, 1], lower[i, 2]
-        bound_row(geometry, X_WG, i, lower, upper)
+        bound_row(geometry, X_WG, i, tracked.placed)
         if bodies.is_half_space[i] or not is_inside(lower, upper, tracked.fence, i):
             tracked.step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
             tracked.is_out[i] = True
@@ -175,7 +173,9 @@ def _renew(bodies, tracked, margin):
     out = tracked.out[1 : tracked.out[0] + 1]
     is_dense = length > len(is_out)
     for i in out:
-        make_fence(tracked.lower, tracked.upper, tracked.fence, tracked.step, i, is_dense)
+        make_fence(
+            tracked.placed.lower, tracked.placed.upper, tracked.fence, tracked.step, i, is_dense
+        )
     state[REFENCED] += len(out)
     state[LOOKED_AT] += len(out) * len(is_out)
     length = renew_pairs(
@@ -193,7 +193,7 @@ def _renew(bodies, tracked, margin):
 @inlined_kernel
 def _select(bodies, tracked, X_WG, margin, pairs, result):
     """Write the pairs that come within ``margin`` of each other; return how many."""
-    lower, upper, is_half_space = tracked.lower, tracked.upper, bodies.is_half_space
+    lower, upper, is_half_space = tracked.placed.lower, tracked.placed.upper, bodies.is_half_space
     limit = square_within(margin)
     count = 0
     for k in range(len(pairs)):
@@ -225,7 +225,7 @@ def _track(places, X_WG, margin, is_close):
     state[LOOKED_AT] += len(pairs)
     count = _select(bodies, tracked, X_WG, margin, pairs, result)
     if is_close:
-        count = drop_separated(bodies.extents, bodies.centres, X_WG, result, count, margin)
+        count = drop_separated(bodies.extents, tracked.placed.centre, X_WG, result, count, margin)
     return count
 
 
@@ -238,7 +238,7 @@ def _search(bodies, tracked, X_WG, margin, is_new, is_dense):
         _move(bodies, tracked, X_WG, np.arange(n))
         tracked.step[:] = 0.0
     for i in range(n):
-        make_fence(tracked.lower, tracked.upper, fence, tracked.step, i, is_dense)
+        make_fence(tracked.placed.lower, tracked.placed.upper, fence, tracked.step, i, is_dense)
     tracked.is_out[:] = False
     tracked.state[SEARCHED] += 1
     lower, upper = np.ascontiguousarray(fence[:3].T), np.ascontiguousarray(fence[3:].T)

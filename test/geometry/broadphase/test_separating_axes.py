@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Sphere
-from scene_graph_ros.geometry.broadphase.extents import centres_of, extents_of
+from scene_graph_ros.geometry.broadphase.aabb import box_geometry, place_rows
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -27,8 +27,10 @@ def are_kept(A, X_WA, B, X_WB, margin: float = 0.0) -> bool:
     """Tell whether the pair is kept."""
     table = build_shape_table([A, B], [False, False])
     X_WG = np.array([X_WA, X_WB])
+    geometry = box_geometry(table)
+    centres = place_rows(geometry, X_WG).centre
     pairs = np.array([[0, 1]])
-    return drop_separated(extents_of(table), centres_of(table), X_WG, pairs, 1, margin) == 1
+    return drop_separated(geometry[0], centres, X_WG, pairs, 1, margin) == 1
 
 
 def pose(p, R=None) -> np.ndarray:
