@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,25 +19,36 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.tables.shape_table import ShapeTable
 
-__all__ = ["bound_row", "box_geometry", "place_rows", "world_boxes"]
+__all__ = ["BoxGeometry", "bound_row", "box_geometry", "place_rows", "world_boxes"]
 
 FloatArray = NDArray[np.float64]
-BoxGeometry = tuple[FloatArray, NDArray[np.int64], FloatArray, FloatArray]
 
 MAX_HULL_VERTICES = 48
 """A hull with more vertices is bounded by its turned box in G: looking at every vertex would cost
 more than the pairs that the tighter box saves."""
 
 
+class BoxGeometry(NamedTuple):
+    """What decides the boxes and the centres of n rows, beside poses."""
+
+    extents: FloatArray
+    """From ``extents.extents_of``."""
+    points_of: NDArray[np.int64]
+    """(n, 2): where the points of row i's hull start and end, if it has one."""
+    points: FloatArray
+    """(p, 3) in G."""
+    centres: FloatArray
+    """From ``extents.centres_of``."""
+
+
 @inlined_kernel
 def bound_row(geometry, X_WG, i, placed):
     """Write the box of row i, rounded outwards, and its centre, to PlacedRows."""
-    extents, points_of, points, centres = geometry
-    first, last = points_of[i, 0], points_of[i, 1]
+    first, last = geometry.points_of[i, 0], geometry.points_of[i, 1]
     if last > first:
-        bound_points(points, first, last, centres, X_WG, i, placed)
+        bound_points(geometry.points, first, last, geometry.centres, X_WG, i, placed)
     else:
-        bound_shape(extents, centres, X_WG, i, placed)
+        bound_shape(geometry.extents, geometry.centres, X_WG, i, placed)
 
 
 @lean_kernel
@@ -46,10 +58,7 @@ def _bound_rows(geometry, X_WG, placed):
 
 
 def box_geometry(table: ShapeTable) -> BoxGeometry:
-    """Return what decides the boxes: ``extents_of``, ranges, points (p, 3) in G, ``centres_of``.
-
-    Row i of the ranges (n, 2) has where the points of row i's hull start and end, if it has one.
-    """
+    """Return what decides the boxes of a table's rows."""
     start, vertices = table.hulls.vertex_start, table.hulls.vertices
     points = [np.empty((0, 3))]
     ranges, count = np.zeros((len(start), 2), np.int64), 0  # the last one is that of no hull
@@ -61,7 +70,9 @@ def box_geometry(table: ShapeTable) -> BoxGeometry:
         points.append(given)
         ranges[hull] = count, count + len(given)
         count += len(given)
-    return extents_of(table), ranges[table.hull], np.concatenate(points), centres_of(table)
+    return BoxGeometry(
+        extents_of(table), ranges[table.hull], np.concatenate(points), centres_of(table)
+    )
 
 
 def place_rows(geometry: BoxGeometry, X_WG: FloatArray) -> PlacedRows:

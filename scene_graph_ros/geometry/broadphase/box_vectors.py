@@ -30,7 +30,8 @@ from scene_graph_ros.geometry.tolerances import BOX_ROUNDING
 __all__ = ["CORNER", "PlacedRows", "bound_points", "bound_shape", "new_placed_rows"]
 
 CORNER = 4
-"""Numbers of a corner of a box: three coordinates, and one that nobody reads."""
+"""Numbers of a corner of a box, or of a centre: three coordinates, and a spare one. A centre has
+the radius of its ball there, a corner what nobody reads."""
 
 _POSE = 16
 

@@ -58,7 +58,8 @@ def extents_of(table: ShapeTable) -> FloatArray:
     rows[kind == ShapeKind.HALF_SPACE, RADIUS] = math.inf
     is_hull = table.hull >= 0
     rows[is_hull, BOX_PART : BOX_PART + 3] = 0.5 * (table.upper - table.lower)[is_hull]
-    rows[:, OFFSET] = np.abs(centres_of(table)[:, :3]).sum(axis=1)
+    offsets = 0.5 * np.abs(table.lower[is_hull] + table.upper[is_hull])
+    rows[is_hull, OFFSET] = offsets.sum(axis=1)
     return rows
 
 
@@ -66,12 +67,17 @@ def centres_of(table: ShapeTable) -> FloatArray:
     """Return (n, 4): the centre in G, and the radius of a ball around it that holds the row."""
     rows = np.zeros((len(table.kind), 4))
     rows[:, BALL] = math.inf
-    hulls = table.hulls
-    for i in np.flatnonzero(table.hull >= 0):
-        centre = 0.5 * (table.lower[i] + table.upper[i])
-        first, last = hulls.vertex_start[table.hull[i] : table.hull[i] + 2]
-        rows[i, :3] = centre
-        rows[i, BALL] = np.linalg.norm(hulls.vertices[first:last] - centre, axis=1).max()
+    is_hull = table.hull >= 0
+    if not is_hull.any():
+        return rows
+    rows[is_hull, :3] = 0.5 * (table.lower[is_hull] + table.upper[is_hull])
+    # Rows share hulls: each hull's ball is found once.
+    start = table.hulls.vertex_start
+    centres = np.zeros((len(start) - 1, 3))
+    centres[table.hull[is_hull]] = rows[is_hull, :3]
+    away = table.hulls.vertices - np.repeat(centres, np.diff(start), axis=0)
+    radii = np.maximum.reduceat(np.linalg.norm(away, axis=1), start[:-1])
+    rows[is_hull, BALL] = radii[table.hull[is_hull]]
     return rows
 
 

@@ -33,7 +33,7 @@ class PairMemory:
     def __init__(self, table: ShapeTable, frame: NDArray[np.int32], filter_bits: Any) -> None:
         """Take a model of n rows, as ``candidate_pairs`` does."""
         self._bodies = Bodies(
-            *box_geometry(table),
+            box_geometry(table),
             moving=np.flatnonzero(frame != 0),
             is_half_space=table.kind == ShapeKind.HALF_SPACE,
             frame=frame,
@@ -69,8 +69,7 @@ class PairMemory:
     def _search(self, X_WG: NDArray[np.float64], margin: float, is_close: bool) -> Pairs:
         """Do without the memory."""
         bodies = self._bodies
-        geometry = (bodies.extents, bodies.points_of, bodies.points, bodies.centres)
-        placed = place_rows(geometry, X_WG)
+        placed = place_rows(bodies.geometry, X_WG)
         lower, upper = (
             np.ascontiguousarray(corners[:, :3]) for corners in (placed.lower, placed.upper)
         )
@@ -79,7 +78,9 @@ class PairMemory:
         )
         if not is_close:
             return found
-        count = drop_separated(bodies.extents, placed.centre, X_WG, found, len(found), margin)
+        count = drop_separated(
+            bodies.geometry.extents, placed.centre, X_WG, found, len(found), margin
+        )
         return found[:count]
 
     def counters(self, margin: float) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.broadphase.aabb import bound_row
+from scene_graph_ros.geometry.broadphase.aabb import bound_row, BoxGeometry
 from scene_graph_ros.geometry.broadphase.box_vectors import new_placed_rows, PlacedRows
 from scene_graph_ros.geometry.broadphase.fences import (
     is_inside,
@@ -64,12 +64,7 @@ _ROOM = 256
 class Bodies(NamedTuple):
     """What decides the candidates, beside poses: n rows."""
 
-    extents: NDArray[np.float64]
-    """The first of ``aabb.box_geometry``, as the next three."""
-    points_of: NDArray[np.int64]
-    points: NDArray[np.float64]
-    centres: NDArray[np.float64]
-    """The last of them."""
+    geometry: BoxGeometry
     moving: NDArray[np.int64]
     """(m,) the rows that may move; the poses of the others are always the same."""
     is_half_space: NDArray[np.bool_]
@@ -125,7 +120,7 @@ def _example() -> tuple[Bodies, _Tracked]:
     """Return what is known of no rows."""
     numbers, rows = np.empty((0, 4)), np.empty(0, np.int64)
     bodies = Bodies(
-        numbers, np.empty((0, 2), np.int64), numbers, numbers, rows,
+        BoxGeometry(numbers, np.empty((0, 2), np.int64), numbers, numbers), rows,
         np.empty(0, np.bool_), np.empty(0, np.int32), np.empty((0, 0), np.uint8),
     )  # fmt: skip
     return bodies, _new_tracked(0, _new_lists(0, 0))
@@ -146,7 +141,6 @@ def _reaches_half_space(lower, upper, is_half_space, X_WG, i, j, margin):
 @inlined_kernel
 def _move(bodies, tracked, X_WG, rows):
     """Bring the boxes of ``rows`` up to date; mark and list those that are out of their fence."""
-    geometry = (bodies.extents, bodies.points_of, bodies.points, bodies.centres)
     lower, upper, out = tracked.placed.lower, tracked.placed.upper, tracked.out
     bounded = count = 0
     for row in rows:
@@ -155,7 +149,7 @@ def _move(bodies, tracked, X_WG, rows):
             continue
         bounded += 1
         x, y, z = lower[i, 0], lower[i, 1], lower[i, 2]
-        bound_row(geometry, X_WG, i, tracked.placed)
+        bound_row(bodies.geometry, X_WG, i, tracked.placed)
         if bodies.is_half_space[i] or not is_inside(lower, upper, tracked.fence, i):
             tracked.step[i] = max(abs(lower[i, 0] - x), abs(lower[i, 1] - y), abs(lower[i, 2] - z))
             tracked.is_out[i] = True
@@ -225,7 +219,9 @@ def _track(places, X_WG, margin, is_close):
     state[LOOKED_AT] += len(pairs)
     count = _select(bodies, tracked, X_WG, margin, pairs, result)
     if is_close:
-        count = drop_separated(bodies.extents, tracked.placed.centre, X_WG, result, count, margin)
+        count = drop_separated(
+            bodies.geometry.extents, tracked.placed.centre, X_WG, result, count, margin
+        )
     return count
 
 

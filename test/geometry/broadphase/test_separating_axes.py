@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Sphere
 from scene_graph_ros.geometry.broadphase.aabb import box_geometry, place_rows
+from scene_graph_ros.geometry.broadphase.extents import OFFSET
 from scene_graph_ros.geometry.broadphase.separating_axes import drop_separated
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -30,7 +31,7 @@ def are_kept(A, X_WA, B, X_WB, margin: float = 0.0) -> bool:
     geometry = box_geometry(table)
     centres = place_rows(geometry, X_WG).centre
     pairs = np.array([[0, 1]])
-    return drop_separated(geometry[0], centres, X_WG, pairs, 1, margin) == 1
+    return drop_separated(geometry.extents, centres, X_WG, pairs, 1, margin) == 1
 
 
 def pose(p, R=None) -> np.ndarray:
@@ -91,6 +92,21 @@ def test_hulls_are_bounded_by_a_ball_and_by_a_box() -> None:
     flat = Convex(vertices=OCTAHEDRON * [1, 1, 0.1])
     assert not are_kept(flat, pose([0, 0, 0]), Sphere(0.1), pose([0, 0, 0.14]))
     assert are_kept(flat, pose([0, 0, 0]), Sphere(0.1), pose([0, 0, 0.12]))
+
+
+def test_each_row_has_the_centre_and_the_ball_of_its_own_hull() -> None:
+    """Rows of several hulls, some of them shared, between others: as computed one by one."""
+    flat = Convex(vertices=np.add(OCTAHEDRON * [1, 1, 0.1], [0.0, 0.3, -0.2]))
+    shapes = [HalfSpace(), SHAPES[5], Sphere(0.1), flat, SHAPES[6], SHAPES[5], flat, Box(1, 1, 1)]
+    geometry = box_geometry(build_shape_table(shapes, [False] * len(shapes)))
+    for shape, row, extents in zip(shapes, geometry.centres, geometry.extents, strict=True):
+        centre, radius = np.zeros(3), np.inf
+        if isinstance(shape, Convex):
+            points = np.asarray(shape.vertices)
+            centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
+            radius = np.linalg.norm(points - centre, axis=1).max()
+        np.testing.assert_allclose(row, [*centre, radius], rtol=1e-15, atol=1e-16)
+        assert extents[OFFSET] == pytest.approx(np.abs(centre).sum(), rel=1e-15, abs=1e-16)
 
 
 def test_half_spaces_are_never_dropped() -> None:

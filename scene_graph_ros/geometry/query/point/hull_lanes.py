@@ -23,13 +23,8 @@ from scene_graph_ros.geometry.query.point.corner_scan import (
     scan_corners_of_hull,
     scan_corners_of_tile,
 )
-from scene_graph_ros.geometry.query.point.edge_lanes import (
-    answer_on_edges,
-)
-from scene_graph_ros.geometry.query.point.lane_memory import (
-    lane_numbers,
-    LANES,
-)
+from scene_graph_ros.geometry.query.point.edge_lanes import answer_on_edges
+from scene_graph_ros.geometry.query.point.lane_memory import lane_numbers, LANES
 from scene_graph_ros.geometry.query.point.lanes import (
     eight_questions,
     is_answered,
