@@ -1,5 +1,6 @@
 """Compiling beforehand: the groups, what each leaves to compile, and the command."""
 
+import heapq
 import json
 import os
 from pathlib import Path
@@ -39,17 +40,74 @@ def test_no_query_compiles_after_the_warm_up():
     assert " late)" not in done.stdout, done.stdout
 
 
-def test_what_is_built_on_others_is_compiled_after_them(monkeypatch):
-    """What builds on nothing that takes long is compiled beside the last of the main job."""
-    monkeypatch.setattr(compiler, "is_ready", lambda group: False)
-    first, then, last = compiler.Compiler(GROUPS.values())._stages()
-    main, apart = GROUPS["main"], ("cameras", "convex")
-    expected = [*main.tasks, *(task for name in apart for task in GROUPS[name].tasks)]
-    assert [task.function for task in first] == expected
-    built_on_it = [g for name, g in GROUPS.items() if name not in ("main", *apart)]
-    expected = [*main.checks, *(task for group in built_on_it for task in group.tasks)]
-    assert [task.function for task in then] == expected
-    assert last == []
+class _Pretended(compiler.Compiler):
+    """Says when tasks would begin and end, of some of which it is known how long they take."""
+
+    def __init__(self, groups, seconds, processes):
+        super().__init__(groups, processes=processes)
+        self.seconds, self.now = seconds, 0.0
+        self.began, self.ended, self.running = {}, {}, []
+        self._lines = self
+
+    def _start(self, task):
+        self.began[task.function, task.is_check] = self.now
+        end = self.now + self.seconds.get(task.function, 1.0)
+        heapq.heappush(self.running, (end, id(task), task))
+
+    def get(self):
+        """Return the line that the next process to end leaves."""
+        self.now, _, task = heapq.heappop(self.running)
+        self.ended[task.function, task.is_check] = self.now
+        return compiler._Line(task, "", 0)
+
+
+def pretend(monkeypatch, tmp_path, seconds, processes, ready=()):
+    """Compile all groups but those that are ready, in no time."""
+    monkeypatch.setenv("SCENE_GRAPH_ROS_KERNEL_CACHE", str(tmp_path))
+    monkeypatch.setattr(compiler, "is_ready", ready.__contains__)
+    pretended = _Pretended(GROUPS.values(), seconds, processes)
+    assert pretended.run() == []
+    return pretended
+
+
+@pytest.mark.parametrize("processes", [1, 2, 3, 20])
+def test_what_is_built_on_others_is_compiled_after_them(processes, monkeypatch, tmp_path):
+    """Each task once, and each check after what it asks."""
+    seconds = {task: 1.0 + k for k, task in enumerate(GROUPS["main"].tasks)}
+    done = pretend(monkeypatch, tmp_path, seconds, processes)
+    wanted = {(f, False) for g in GROUPS.values() for f in g.tasks}
+    wanted |= {(f, True) for g in GROUPS.values() for f in g.checks}
+    assert done.began.keys() == done.ended.keys() == wanted
+    last_of_main = max(done.ended[task, False] for task in GROUPS["main"].tasks)
+    for group in GROUPS.values():
+        for check in group.checks:
+            own = max(done.ended[task, False] for task in group.tasks)
+            assert done.began[check, True] >= max(own, last_of_main)
+        if group.name != "main" and not group.is_apart:
+            assert all(done.began[task, False] >= last_of_main for task in group.tasks)
+
+
+def test_no_process_waits_while_there_is_something_to_compile(monkeypatch, tmp_path):
+    """What builds on nothing that takes long is compiled beside the rest, also for long."""
+    pairs, convex, plan = (GROUPS[name].tasks[0] for name in ("main", "convex", "planning"))
+    seconds = {pairs: 30.0, convex: 60.0, plan: 40.0}
+    done = pretend(monkeypatch, tmp_path, seconds, 2)
+    assert done.ended[pairs, False] == 30.0
+    assert done.began[convex, False] < 30.0 < done.ended[convex, False]
+    # Only short checks come before it.
+    assert done.began[plan, False] == 30.0 + len(GROUPS["main"].checks)
+    assert done.ended[plan, False] == max(done.ended.values())
+    # Where the main job's are there, the longest begins first.
+    done = pretend(monkeypatch, tmp_path, seconds, 2, ready=["main"])
+    assert done.ended[convex, False] == 60.0 == max(done.ended.values())
+
+
+def test_groups_that_are_ready_are_checked(monkeypatch, tmp_path):
+    """Beside what is compiled for another."""
+    done = pretend(monkeypatch, tmp_path, {}, 2, ready=[name for name in GROUPS if name != "main"])
+    assert {task for task, is_check in done.began if not is_check} == set(GROUPS["main"].tasks)
+    checks = {check for group in GROUPS.values() for check in group.checks or group.tasks}
+    assert {task for task, is_check in done.began if is_check} == checks
 
 
 _GROUPS = """

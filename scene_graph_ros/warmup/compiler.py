@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 import queue
 import subprocess
@@ -32,13 +32,17 @@ class Progress(NamedTuple):
     total: int
 
 
-@dataclass
+@dataclass(eq=False)
 class _Task:
-    """A function, as ``module:name``, that is run for a group; a check finds all compiled."""
+    """A function, as ``module:name``, that is run for a group; a check finds all compiled.
+
+    It begins when what is compiled for the groups of ``after`` is.
+    """
 
     group: str
     function: str
     is_check: bool
+    after: tuple[str, ...] = ()
     tail: deque[str] = field(default_factory=lambda: deque(maxlen=_TAIL))
 
 
@@ -46,6 +50,12 @@ class _Line(NamedTuple):
     task: _Task
     text: str
     exit_code: int | None = None
+
+
+def _next_of(waiting: list[_Task], running: list[_Task]) -> _Task | None:
+    """Return the first of the tasks that may begin now, if one may."""
+    unfinished = {task.group for task in (*waiting, *running) if not task.is_check}
+    return next((task for task in waiting if unfinished.isdisjoint(task.after)), None)
 
 
 class Compiler:
@@ -71,8 +81,7 @@ class Compiler:
         Returns the kernels that were compiled after all should have been there: none when all was
         well. Raises CompilingError.
         """
-        for stage in self._stages():
-            self._run_side_by_side(stage, tell)
+        self._run_side_by_side(self._tasks(), tell)
         for group in self._groups:
             marker = ready_marker(group.name)
             marker.parent.mkdir(parents=True, exist_ok=True)
@@ -86,37 +95,42 @@ class Compiler:
             for process in self._running:
                 process.kill()
 
-    def _stages(self) -> Iterator[list[_Task]]:
-        """Yield what is to be done side by side: first what all other kernels are built on.
+    def _tasks(self) -> list[_Task]:
+        """Return all that is to be done, in the order in which it begins where it may.
 
-        With its last kernels, which take long, go those that are not built on them.
+        What all other kernels are built on comes first. Beside its last kernels, which take long,
+        goes what is not built on them, and may go on beside what is.
         """
-        foundation, rest, last = list[_Task](), list[_Task](), list[_Task]()
+        foundation, apart, rest, last = (list[_Task]() for _ in range(4))
         for group in self._groups:
-            is_main = group.name == MAIN
-            tasks = [_Task(group.name, each, False) for each in group.tasks]
-            checks = [_Task(group.name, each, True) for each in group.checks]
-            if is_ready(group.name):
-                rest += checks or [_Task(group.name, each, True) for each in group.tasks]
-            else:
-                (foundation if is_main or group.is_apart else rest).extend(tasks)
-                (rest if is_main else last).extend(checks)
-        yield from (foundation, rest, last)
+            name, is_main = group.name, group.name == MAIN
+            if is_ready(name):
+                rest += [_Task(name, f, True, (MAIN,)) for f in group.checks or group.tasks]
+                continue
+            after = () if is_main or group.is_apart else (MAIN,)
+            tasks = [_Task(name, each, False, after) for each in group.tasks]
+            checks = [_Task(name, each, True, (MAIN, name)) for each in group.checks]
+            (foundation if is_main else apart if group.is_apart else rest).extend(tasks)
+            (rest if is_main else last).extend(checks)
+        return [*foundation, *apart, *rest, *last]
 
-    def _run_side_by_side(self, tasks: list[_Task], tell: Callable[[Progress], None]) -> None:
-        waiting = deque(tasks)
-        running = 0
+    def _run_side_by_side(self, waiting: list[_Task], tell: Callable[[Progress], None]) -> None:
+        running: list[_Task] = []
         while waiting or running:
-            while waiting and running < self._processes:
-                self._start(waiting.popleft())
-                running += 1
+            while len(running) < self._processes:
+                task = _next_of(waiting, running)
+                if task is None:
+                    break
+                self._start(task)
+                waiting.remove(task)
+                running.append(task)
             line = self._lines.get()
             if line.exit_code is None:
                 self._read(line)
                 total = sum(self._totals.values())
                 tell(Progress(min(len(self._compiled), total), total))
             else:
-                running -= 1
+                running.remove(line.task)
                 self._require_success(line)
 
     def _start(self, task: _Task) -> None:
