@@ -272,7 +272,7 @@ def largest_within(A, x, E, weights, enough):
 
 def largest_inscribed(A: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return what `largest_within` fills. Raises LinAlgError where it doesn't."""
-    A = np.ascontiguousarray(A, dtype=np.float64)
+    A = np.array(A, dtype=np.float64, order="C")  # one that may be written, as `inscribe` has it
     m, n = A.shape
     x, E, weights = np.empty(n), np.empty((n, n)), np.empty(m)
     if not largest_within(A, x, E, weights, 0.0):
