@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from scene_graph_ros.geometry.optimization import HPolyhedron, Hyperrectangle
+from scene_graph_ros.geometry.optimization.sets.arguments import frozen  # as sets keep their rows
 from scene_graph_ros.geometry.optimization.sets.quick_answers import (
     center_of_rows,
     extents_of_rows,
@@ -140,7 +141,7 @@ def test_boxes_and_supports_of_polytopes(seed):
     A = np.concatenate([A, np.eye(n), -np.eye(n)])
     b = size * (np.append(b, np.full(2 * n, 3.0)) + A @ shift)
     lengths = 2.0 ** rng.integers(-20, 21, size=len(b))
-    A, b = A * lengths[:, None], b * lengths
+    A, b = frozen(A * lengths[:, None]), frozen(b * lengths)
     empty, start = point_of_rows(A, b)
     found, corners = extents_of_rows(A, b), exact_vertices(A, b)
     if found is not None:
@@ -166,7 +167,7 @@ def test_floats_find_boxes_and_supports(n, m):
         start = point_of_rows(body.A, body.b)[1]
         assert extents_of_rows(body.A, body.b) is not None
         assert support_of_rows(body.A, body.b, start, np.ones(n)) is not None
-        half = body.A[:n], body.b[:n]
+        half = frozen(body.A[:n]), frozen(body.b[:n])
         assert extents_of_rows(*half) is None
         assert support_of_rows(*half, start, -np.ones(n)) is None
 
@@ -190,7 +191,7 @@ def test_the_largest_ball_is_the_one_that_was_put_in(n, size):
         b = A @ center + radius * np.append(np.ones(n + 1), 1.01 + rng.random(3 * n))
         factors = 10.0 ** rng.uniform(-8, 8, size=len(b))
         order = rng.permutation(len(b))
-        rows, sides = (A * factors[:, None])[order], (b * factors)[order]
+        rows, sides = frozen((A * factors[:, None])[order]), frozen((b * factors)[order])
         found = center_of_rows(rows, sides)
         assert found is not None
         assert found == pytest.approx(center, abs=1e-12 * size, rel=0.0)
@@ -203,7 +204,7 @@ def test_largest_balls_in_turned_boxes(size, thin):
     """Each ball that touches both near faces is one: found, with their half distance as radius."""
     turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
     half = size * np.array([1.0, 1.0, thin])
-    A, b = np.concatenate([turn, -turn]), np.tile(half, 2)
+    A, b = frozen(np.concatenate([turn, -turn])), frozen(np.tile(half, 2))
     found = center_of_rows(A, b)
     assert found is not None
     assert (b - A @ found).min() == pytest.approx(size * thin, abs=1e-15 * size, rel=1e-12)
@@ -217,7 +218,7 @@ def test_balls_that_floats_leave_open():
         (box, [1.0, 1.0, -1.0, 1.0]),
         (np.eye(2), [1.0, 1.0]),
     ):
-        assert center_of_rows(np.array(rows), np.array(sides)) is None
+        assert center_of_rows(frozen(rows), frozen(sides)) is None
 
 
 @pytest.mark.parametrize("n", [2, 3, 7])
@@ -231,6 +232,6 @@ def test_rows_around_a_ball_are_all_needed(n):
     far *= (1.0 + np.sqrt(n)) / np.linalg.norm(far, axis=1)[:, None]
     rows = np.concatenate([far, A, box])
     sides = np.concatenate([np.full(6, n + np.sqrt(n)), np.ones(12 * n + 2 * n)])
-    left_out = redundant(rows, sides, 1e-12)
+    left_out = redundant(frozen(rows), frozen(sides), 1e-12)
     assert left_out is not None
     assert set(np.flatnonzero(left_out)) == set(range(6))

@@ -39,8 +39,8 @@ def test_few_paths_are_all_paths(seed):
     """In graphs of six vertices, with and without preprocessing."""
     rng = np.random.default_rng(seed)
     edges = [s for s in itertools.permutations(range(6), 2) if rng.random() < 0.4]
-    ends = np.array(edges).reshape(-1, 2)
-    network = Network(6, ends[:, 0], ends[:, 1], 0, 5)
+    tails, heads = np.array(edges).reshape(-1, 2).T.copy()
+    network = Network(6, tails, heads, 0, 5)
     truth = all_paths(6, edges, 0, 5)
     found = network.few_paths(10_000, 10_000)
     assert len(found) == len(truth)
@@ -48,14 +48,14 @@ def test_few_paths_are_all_paths(seed):
     # Each edge of a path survives, and what survives has the same paths.
     kept = network.on_simple_paths()
     assert {e for path in truth for e in path} <= set(kept.tolist())
-    less = Network(6, ends[kept, 0], ends[kept, 1], 0, 5).few_paths(10_000, 10_000)
+    less = Network(6, tails[kept], heads[kept], 0, 5).few_paths(10_000, 10_000)
     assert {tuple(kept[list(path)].tolist()) for path in less} == truth
 
 
 def test_too_many_paths_are_none():
     """A limit of looks, and one of the edges of all paths together."""
-    ends = np.array(list(itertools.permutations(range(6), 2)))
-    network = Network(6, ends[:, 0], ends[:, 1], 0, 5)
+    tails, heads = np.array(list(itertools.permutations(range(6), 2))).T.copy()
+    network = Network(6, tails, heads, 0, 5)
     paths = network.few_paths(10_000, 10_000)
     total = sum(map(len, paths))
     assert network.few_paths(10_000, total) == paths

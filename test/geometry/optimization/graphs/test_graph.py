@@ -208,8 +208,8 @@ def test_preprocessing_keeps_all_edges_of_simple_paths(seed):
     """And drops those that are not reached, lead nowhere, or only back, against all paths."""
     rng = np.random.default_rng(seed)
     edges = [s for s in itertools.permutations(range(7), 2) if rng.random() < 0.25]
-    ends = np.array(edges).reshape(-1, 2)
-    network = Network(7, ends[:, 0], ends[:, 1], 0, 6)
+    tails, heads = np.array(edges).reshape(-1, 2).T.copy()
+    network = Network(7, tails, heads, 0, 6)
     kept = set(network.on_simple_paths().tolist())
     true = simple_path_edges(7, edges, 0, 6)
     assert true <= kept
@@ -222,7 +222,7 @@ def test_preprocessing_drops_the_ways_back_of_a_tree():
     parents = [0, 0, 1, 1, 2, 2, 3, 4]
     down = [(p, k + 1) for k, p in enumerate(parents)]
     edges = np.array(down + [(v, u) for u, v in down])
-    network = Network(9, edges[:, 0], edges[:, 1], 0, 8)
+    network = Network(9, *edges.T.copy(), 0, 8)
     kept = edges[network.on_simple_paths()].tolist()
     assert sorted(kept) == sorted([p, k] for p, k in down if k in ancestors(8, parents))
 
@@ -238,8 +238,7 @@ def ancestors(vertex, parents):
 
 def both_ways(pairs):
     """Return tails and heads of edges in both directions."""
-    ends = np.array([step for u, v in pairs for step in ((u, v), (v, u))])
-    return ends[:, 0], ends[:, 1]
+    return np.array([step for u, v in pairs for step in ((u, v), (v, u))]).T.copy()
 
 
 def test_preprocessing_drops_rings_that_hang_on_one_vertex():
