@@ -21,10 +21,12 @@ export ROS_AUTOMATIC_DISCOVERY_RANGE := LOCALHOST
 RUN := .venv/bin/python
 BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-get install \
   python3 python3-venv python3-dev" >&2; false) -m tools.bootstrap
-CORE_TESTS = $(wildcard test/geometry test/planning test/views test/numerics)
+# Files that take long come before those that don't, so that no process is left alone with one.
+CORE_TESTS = $(addprefix test/,numerics geometry views)
 # The node's first, as they wait longest: what computes fills the cores while the last of them wait.
-ROS_TESTS = test/node $(filter-out test/node test/__pycache__ $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/))) \
-  test/test_warmup.py
+ROS_TESTS = test/node test/test_warmup.py \
+  $(filter-out test/node test/robots test/__pycache__ $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/))) \
+  test/robots
 
 # For runs that take as long as they are told to.
 ENDLESS := --timeout 0 -o faulthandler_timeout=0
@@ -52,12 +54,21 @@ environment:
 demo: setup  ## run the node with a simulated robot for ten seconds
 	@$(RUN) examples/demo.py
 
-PARTS := lint test-uncompiled test-ros test-core
+# The first two are run side by side: for most of its time `lint` is one process.
+BESIDE := lint test-uncompiled
+PARTS := $(BESIDE) test-ros test-core
 
 test:  ## run every check and test, also where one fails, and say which did
 	@$(BOOTSTRAP) --for-tests
-	@failed=; for part in $(PARTS); do $(MAKE) $$part || failed="$$failed $$part"; done; \
-	  echo "Parts that failed:$${failed:- none}"; [ -z "$$failed" ]
+	@export PASSED=$$(mktemp); trap 'rm -f "$$PASSED"' EXIT; \
+	  $(MAKE) --jobs 2 --output-sync=target $(BESIDE:%=try-%); \
+	  for part in $(filter-out $(BESIDE),$(PARTS)); do $(MAKE) try-$$part; done; \
+	  failed=$$(printf '%s\n' $(PARTS) | grep -vxFf "$$PASSED"); \
+	  echo "Parts that failed:" $${failed:-none}; [ -z "$$failed" ]
+
+# One that fails does not keep the others from being run.
+try-%:
+	@if $(MAKE) $*; then echo $* >> "$$PASSED"; fi
 
 lint: environment  ## check style, format, types, layers and circles
 	$(RUN) -m ruff check
