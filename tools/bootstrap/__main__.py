@@ -90,9 +90,8 @@ def _set_up_project(venv: Path, kernels: Sequence[str], *beside: Callable[[], No
     """
     environment.check_machine(with_compiler=True)
     setup = Setup(venv / "setup", count=5 + len(kernels))
-    core = _wheels(setup, venv, "core")
 
-    def compile_kernels() -> None:
+    def compile_kernels(core: str) -> None:
         # All at once: the last ones of the main job do not keep all processors busy.
         is_all = "all" in kernels
         if is_all:
@@ -100,7 +99,11 @@ def _set_up_project(venv: Path, kernels: Sequence[str], *beside: Callable[[], No
         if "main" in kernels:
             _kernels(setup, venv, core, "kernels", None if is_all else [])
 
-    setup.side_by_side(compile_kernels, lambda: _install_ros(setup, venv), *beside)
+    def install_and_compile() -> None:
+        core = _wheels(setup, venv, "core")
+        setup.side_by_side(lambda: compile_kernels(core), lambda: _install_ros(setup, venv))
+
+    setup.side_by_side(install_and_compile, *beside)
     environment.link_project(_ROOT, venv, with_ros=True)
 
 
