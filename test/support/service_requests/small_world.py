@@ -17,7 +17,7 @@ import scene_graph_msgs.srv
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.node.world.edits import EDITS
 from scene_graph_ros.node.world.world import World
-from scene_graph_ros.scene_files import load_scene_text
+from scene_graph_ros.scene_files import load_scene_text, Scene
 
 __all__ = ["BALL", "BOX", "OWNER", "SCENE", "WHAT_IF", "new_world", "state"]
 
@@ -56,11 +56,18 @@ def robot_file() -> Path:
     return folder / "slide.urdf"
 
 
+@cache
+def scenes() -> tuple[Scene, Scene]:
+    """Return what the scene and the robot's say; most of a world's time would go into reading."""
+    return load_scene_text(SCENE), load_scene_text(ROBOT % robot_file())
+
+
 def new_world() -> World:
     """Return a world whose source the requests own."""
     graph = SceneGraph()
-    loaded = load_scene_text(SCENE).apply(graph)
-    robot = load_scene_text(ROBOT % robot_file()).apply(graph).sources["slide"].robot
+    scene, with_robot = scenes()
+    loaded = scene.apply(graph)
+    robot = with_robot.apply(graph).sources["slide"].robot
     world = World(graph)
 
     def own(edit: Any) -> None:
