@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 import dataclasses
+import functools
 import math
 from pathlib import Path
 import tempfile
@@ -73,15 +74,19 @@ def _colored(mesh: trimesh.Trimesh, rgba: Sequence[float]) -> tuple[trimesh.Trim
     return mesh, tuple(round(float(c), 3) for c in rgba)
 
 
+@functools.cache
+def _meshes_of_file(path: Path) -> list[trimesh.Trimesh]:
+    """Return the meshes of a file, which is read once for all pictures."""
+    return [mesh for mesh in trimesh.load_scene(path).dump() if isinstance(mesh, trimesh.Trimesh)]
+
+
 def _meshes_of_resource(marker: Marker) -> list[tuple[trimesh.Trimesh, tuple]]:
-    scene = trimesh.load_scene(_resource_path(marker.mesh_resource))
     meshes = []
-    for mesh in scene.dump():
-        if not isinstance(mesh, trimesh.Trimesh):
-            continue
+    for read in _meshes_of_file(_resource_path(marker.mesh_resource)):
+        mesh = read.copy()
         rgba: Sequence[float] = (marker.color.r, marker.color.g, marker.color.b, marker.color.a)
         if marker.mesh_use_embedded_materials:
-            visual = mesh.visual
+            visual = read.visual
             color = visual.main_color if visual.kind == "face" else visual.material.main_color
             rgba = np.asarray(color) / 255.0
         mesh.apply_scale([marker.scale.x, marker.scale.y, marker.scale.z])
