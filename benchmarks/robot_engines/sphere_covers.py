@@ -44,10 +44,12 @@ def cover(triangles: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
     stands out of the set least, as those about a link's axis do.
     """
     middles = triangles.mean(axis=1)
-    centers = middles[_spread(middles, count)]
+    centers, owner = middles[_spread(middles, count)], None
     for _ in range(_ROUNDS):
         away = [cdist(corner, centers) for corner in triangles.transpose(1, 0, 2)]
-        owner = np.maximum.reduce(away).argmin(axis=1)
+        before, owner = owner, np.maximum.reduce(away).argmin(axis=1)
+        if np.array_equal(before, owner):
+            break  # as it would stay
         shares = [owner == k for k in np.unique(owner)]
         centers = np.array([_smallest_ball(triangles[s].reshape(-1, 3), _STEPS) for s in shares])
     outwards = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
@@ -97,8 +99,10 @@ def _spread(points: np.ndarray, count: int) -> np.ndarray:
 def _smallest_ball(points: np.ndarray, steps: int) -> np.ndarray:
     """Return nearly the centre of the smallest ball around points ``(n, 3)``."""
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    x, y, z = points.T.copy()
     for step in range(2, steps):
-        farthest = points[((points - center) ** 2).sum(axis=1).argmax()]
+        a, b, c = center.tolist()
+        farthest = points[((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2).argmax()]
         center = center + (farthest - center) / step
     return np.asarray(center)
 
