@@ -174,6 +174,33 @@ def test_the_warm_up_has_every_kernel_that_is_called_from_outside_the_core():
     assert run(_OUTSIDE.format(names=names)) == ""
 
 
+_PICTURES = """
+from camera_scenes import color_camera, instance, pose, scene_of, WORLD
+import numpy as np
+from PIL import Image
+from scene_graph_ros.geometry import Sphere
+from warm_kernels import called_kernels, run_tasks
+run_tasks("cameras")
+known = called_kernels()
+files = [f"{folder}/{alpha}.png" for alpha in (255, 100)]
+Image.new("RGB", (4, 4)).save(files[0])
+Image.new("RGBA", (4, 4), (200, 100, 0, 100)).save(files[1])
+for pictures in ([], files[:1], files[1:], files):
+    bodies = [instance(Sphere(0.1), pose(p=(0.0, 0.0, 1.0)), "plain")]
+    for k, file in enumerate(pictures):
+        X = pose(p=(k, 0.0, 2.0))
+        bodies.append(instance(Sphere(0.3), X, str(k), phong=("diffuse_map", file)))
+    scene_of(bodies).render_color_image(color_camera(), WORLD, np.eye(4))
+print(sorted(called_kernels() - known))
+"""
+
+
+@needs_kernels
+def test_images_with_pictures_find_their_kernels(tmp_path):
+    """With none, with one that has alpha or has not, and with several."""
+    assert run(f"folder = {str(tmp_path)!r}\n{_PICTURES}") == "[]\n"
+
+
 def test_help_lists_the_groups(capsys):
     """With what each is for."""
     with pytest.raises(SystemExit):

@@ -133,6 +133,7 @@ def _joined(textures: Sequence[tuple[Texture, bool]]) -> NDArray[np.uint8]:
             if not has_alpha:
                 result[start : start + len(part), 3] = 255
             start += len(part)
+        result.setflags(write=False)  # as a picture's own: of one type to the compiler
         return result
 
     key = tuple((texture.name, texture.stamp, has_alpha) for texture, has_alpha in textures)
