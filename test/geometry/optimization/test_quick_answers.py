@@ -150,7 +150,7 @@ def test_boxes_and_supports_of_polytopes(seed):
             assert found[0][k] <= low and high <= found[1][k]
             assert found[0][k] == pytest.approx(float(low), abs=1e-12 * size)
             assert found[1][k] == pytest.approx(float(high), abs=1e-12 * size)
-    d = rng.normal(size=n)
+    d = frozen(rng.normal(size=n))
     reached = None if empty is not False else support_of_rows(A, b, start, d)
     if reached is not None:
         truth = float(largest_of(corners, d))
@@ -166,10 +166,10 @@ def test_floats_find_boxes_and_supports(n, m):
         body = generic(np.random.default_rng(seed), n, m)
         start = point_of_rows(body.A, body.b)[1]
         assert extents_of_rows(body.A, body.b) is not None
-        assert support_of_rows(body.A, body.b, start, np.ones(n)) is not None
+        assert support_of_rows(body.A, body.b, start, frozen(np.ones(n))) is not None
         half = frozen(body.A[:n]), frozen(body.b[:n])
         assert extents_of_rows(*half) is None
-        assert support_of_rows(*half, start, -np.ones(n)) is None
+        assert support_of_rows(*half, start, frozen(-np.ones(n))) is None
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 7])
