@@ -201,6 +201,29 @@ def test_images_with_pictures_find_their_kernels(tmp_path):
     assert run(f"folder = {str(tmp_path)!r}\n{_PICTURES}") == "[]\n"
 
 
+_ROWS = """
+import numpy as np
+from scene_graph_ros.geometry.optimization import HPolyhedron
+from scene_graph_ros.planning.regions.hit_and_run import walked
+from warm_kernels import called_kernels, run_tasks
+run_tasks("planning", "convex")
+known, generator = called_kernels(), np.random.default_rng(0)
+cut = HPolyhedron(np.vstack([np.eye(7), -np.eye(7), np.ones(7)]), np.ones(15))
+cut.calc_volume_interval(generator, desired_rel_accuracy=1.0, max_num_samples=100)
+walked(cut.A, cut.b, np.zeros((2, 7)), 1, np.eye(7), generator)
+print([(name, "True, aligned" in types) for _, name, types in called_kernels() - known])
+"""
+
+
+@needs_kernels
+def test_rows_of_sets_find_their_kernels():
+    """They can't be written, which is a type of its own; these kernels are of rows that can.
+
+    `largest_within` is compiled as a part of another.
+    """
+    assert run(_ROWS) == "[('largest_within', False)]\n"
+
+
 def test_help_lists_the_groups(capsys):
     """With what each is for."""
     with pytest.raises(SystemExit):

@@ -50,7 +50,8 @@ def walked(
     x = np.empty((blocks, n, LANES))
     rows = np.minimum(np.arange(blocks * LANES), k - 1).reshape(blocks, LANES)
     x[:] = starts[rows].transpose(0, 2, 1)
-    A, b = (np.ascontiguousarray(each, dtype=np.float64) for each in (A, b))
+    # Sets' own rows can't be written, which is another type to the compiler.
+    A, b = (np.array(each, dtype=np.float64, order="C") for each in (A, b))
     axes, _ = np.linalg.qr(generator.standard_normal((n, n)))
     ways = np.ascontiguousarray((shape @ axes).T)
     rates = np.ascontiguousarray(ways @ A.T)
