@@ -20,23 +20,14 @@ from scene_graph_ros.geometry.tables.vertex_scan import (
     along_group,
     first_of_highest,
     GROUP,
-    half_ahead,
+    largest_of,
     NUMBERS,
-    quarter_ahead,
 )
 
 __all__ = ["PLANE_STRIDE", "highest_of_planes"]
 
 PLANE_STRIDE = 5 * GROUP
 """Numbers of a group of planes."""
-
-
-@inlined_kernel
-def _largest(lanes):
-    """Return the largest number of lanes."""
-    lanes = larger(lanes, half_ahead(lanes))
-    lanes = larger(lanes, quarter_ahead(lanes))
-    return max(lanes[0], lanes[1])
 
 
 @inlined_kernel
@@ -59,4 +50,4 @@ def highest_of_planes(blocks, first, groups, p):
         where = select(is_higher, start + lanes, where)
     place = first_of_highest(best, where)
     others = select(where == float(place), second, best)
-    return first + place, _largest(best), _largest(others)
+    return first + place, largest_of(best), largest_of(others)

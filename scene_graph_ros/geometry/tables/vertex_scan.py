@@ -5,9 +5,11 @@ Points come in groups of GROUP: their x, then their y, then their z, then other 
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
-    as_lanes,
+    bits_of,
     LANES,
+    larger,
     load_lanes,
+    lowest_bit,
     reordering,
     select,
 )
@@ -19,10 +21,15 @@ __all__ = [
     "first_of_highest",
     "furthest_of_groups",
     "half_ahead",
+    "lane_of_largest",
+    "largest_of",
     "quarter_ahead",
 ]
 
 GROUP = LANES
+_CHUNK = 4
+"""So many groups are looked at before it is asked whether the point is among them."""
+
 NUMBERS = tuple(float(lane) for lane in range(GROUP))
 """Those of the lanes."""
 
@@ -68,17 +75,36 @@ def first_of_highest(heights, places):
 
 
 @inlined_kernel
+def largest_of(lanes):
+    """Return the largest number of lanes."""
+    lanes = larger(lanes, half_ahead(lanes))
+    lanes = larger(lanes, quarter_ahead(lanes))
+    return max(lanes[0], lanes[1])
+
+
+@inlined_kernel
+def lane_of_largest(lanes):
+    """Return which lane has the largest number, the first of several; none may be nan."""
+    return lowest_bit(bits_of(lanes == largest_of(lanes)))
+
+
+@inlined_kernel
 def furthest_of_groups(blocks, first, groups, d, stride):
     """Return the place of the x of the point furthest along d, of at least one group.
 
-    Of points that lie as far it is the first. A group has ``stride`` numbers.
+    Of points that lie as far it is the first. A group has ``stride`` numbers. What is furthest
+    tells where it is: to look twice takes less time than to carry places along.
     """
-    lanes = as_lanes(NUMBERS)
-    best, where, start = along_group(blocks, first, d), lanes, 0.0
+    best = along_group(blocks, first, d)
     for group in range(1, groups):
-        heights = along_group(blocks, first + group * stride, d)
-        start += stride
-        is_higher = heights > best
-        best = select(is_higher, heights, best)
-        where = select(is_higher, start + lanes, where)
-    return first + first_of_highest(best, where)
+        best = larger(best, along_group(blocks, first + group * stride, d))
+    furthest = largest_of(best)
+    for chunk in range(0, groups, _CHUNK):
+        bits = 0
+        for group in range(chunk, min(chunk + _CHUNK, groups)):
+            is_furthest = along_group(blocks, first + group * stride, d) == furthest
+            bits |= bits_of(is_furthest) << (GROUP * (group - chunk))
+        if bits != 0:
+            k = lowest_bit(bits)
+            return first + (chunk + k // GROUP) * stride + k % GROUP
+    return first

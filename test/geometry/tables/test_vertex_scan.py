@@ -4,7 +4,12 @@ import numba
 import numpy as np
 import pytest
 
-from scene_graph_ros.geometry.tables.vertex_scan import furthest_of_groups, GROUP
+from scene_graph_ros.geometry.compiled.lanes import load_lanes
+from scene_graph_ros.geometry.tables.vertex_scan import (
+    furthest_of_groups,
+    GROUP,
+    lane_of_largest,
+)
 
 START = 3
 """Where the groups begin: not at the start of a line of the cache."""
@@ -14,6 +19,12 @@ START = 3
 def furthest(blocks, groups, d):
     """Call the intrinsic, which only kernels can."""
     return furthest_of_groups(blocks, START, groups, d, 4 * GROUP)
+
+
+@numba.njit
+def largest(numbers):
+    """Return which of eight numbers is the largest."""
+    return lane_of_largest(load_lanes(numbers, 0))
 
 
 def scan(points, d):
@@ -53,3 +64,11 @@ def test_huge_and_tiny_numbers():
         assert scan(size * points, np.array([0.3, 0.4, 0.5])) == np.argmax(
             points @ [0.3, 0.4, 0.5]
         )
+
+
+def test_the_lane_of_the_largest_number_is_the_first_of_several():
+    """Also of infinite ones."""
+    rng = np.random.default_rng(7)
+    for _ in range(100):
+        numbers = rng.choice([-np.inf, -1.0, 0.0, 0.5, np.inf], size=GROUP)
+        assert largest(numbers) == np.argmax(numbers)
