@@ -21,7 +21,6 @@ from scene_graph_ros.geometry.compiled.lanes import (
     store_lanes,
 )
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
-from scene_graph_ros.geometry.spatial.vectors import relative_pose
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
 from scene_graph_ros.planning.static_kernels import least_of, WORD
 from scene_graph_ros.planning.static_tree import StaticNodes
@@ -230,7 +229,7 @@ _pair_distance = PAIR_DISTANCE.call
 
 @merged_kernel
 def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance):
-    """Return what ``distance_pair`` says of a pair in configuration k, in the first's frame.
+    """Return what PAIR_DISTANCE says of a pair in configuration k.
 
     In the order in which the scene's own queries ask, so that they cannot disagree.
     """
@@ -240,8 +239,7 @@ def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance):
         a, b = b, a
     R_WA, p_WA = _pose_of(places.X_WG[a], k)
     R_WB, p_WB = _pose_of(places.X_WG[b], k)
-    R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
     i, j = bodies.rows[a], bodies.rows[b]
     size = max(table.scale[i], table.scale[j])
-    arguments = held, i, j, R_AB, p_AB, max_distance, tolerance * size
+    arguments = held, i, j, R_WA, p_WA, R_WB, p_WB, max_distance, tolerance * size
     return _pair_distance(bodies.measure, arguments)

@@ -43,13 +43,13 @@ def collides_at(held, bodies, pairs, p, k, places):
     what is within its error of the padding.
     """
     limit, reach = pairs.paddings[p] - pairs.touching[p], max(pairs.paddings[p], 0.0)
-    phi, _, _, _, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
+    phi, _, _, _, gap = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
     least, most = bounds_of(phi, gap, reach)
     if least >= limit:
         return False
     if most < limit:
         return True
-    phi, _, _, _, _, _, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
+    phi, _, _, _, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
     return phi < limit
 
 

@@ -15,7 +15,6 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import load_number, store_lanes
 from scene_graph_ros.geometry.compiled.places import LAST_PLACE
 from scene_graph_ros.geometry.query.distance.pair_entry import PAIR_DISTANCE
-from scene_graph_ros.geometry.spatial.vectors import add, relative_pose, rotate
 from scene_graph_ros.geometry.tables.holding import Holding
 from scene_graph_ros.planning.bodies import (
     BodyTable,
@@ -179,24 +178,23 @@ def _write_row(held, table, p, influence, row):
     first, second = 2 * p & LAST_PLACE, 2 * p + 1 & LAST_PLACE
     R_WA, p_WA = pose_in_cover(covers, table.starts[first])
     R_WB, p_WB = pose_in_cover(covers, table.starts[second])
-    R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
     limit = influence + load_number(table.pairs.paddings, p)
     arguments = (
         held,
         table.shapes[first],
         table.shapes[second],
-        R_AB,
-        p_AB,
+        R_WA,
+        p_WA,
+        R_WB,
+        p_WB,
         max(limit, 0.0),
         0.0,
     )
-    phi, p_ACa, p_ACb, nhat_A, _, _, _ = _pair_distance(table.bodies.measure, arguments)
+    phi, p_WCa, p_WCb, nhat, _ = _pair_distance(table.bodies.measure, arguments)
     if not phi <= limit:
         return False
     gradient = table.gradients[row]
     gradient[:] = 0.0
-    nhat = rotate(R_WA, nhat_A)
-    p_WCa, p_WCb = add(rotate(R_WA, p_ACa), p_WA), add(rotate(R_WA, p_ACb), p_WA)
     add_rates(chains, axes, table.joints[first], p_WCa, nhat, 1.0, table.bounds, gradient)
     add_rates(chains, axes, table.joints[second], p_WCb, nhat, -1.0, table.bounds, gradient)
     table.rows[row], table.distances[row] = p, phi - load_number(table.pairs.paddings, p)

@@ -3,6 +3,7 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, merged_kernel
+from scene_graph_ros.geometry.spatial.vectors import scale
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
 from scene_graph_ros.planning.bodies import distance_at
 from scene_graph_ros.planning.check_kernels import bounds_of, LOOSE
@@ -17,16 +18,9 @@ _FINE = 1e-4
 
 
 @inlined_kernel
-def _in_world(pairs, p, k, places, n):
-    """Return a normal in W, out of B into A, that is given as ``distance_pair`` does."""
-    swaps = pairs.swaps[p]
-    X = places.X_WG[pairs.bodies[p, 1] if swaps else pairs.bodies[p, 0]]
-    sign = -1.0 if swaps else 1.0
-    return (
-        sign * (X[0, k] * n[0] + X[1, k] * n[1] + X[2, k] * n[2]),
-        sign * (X[4, k] * n[0] + X[5, k] * n[1] + X[6, k] * n[2]),
-        sign * (X[8, k] * n[0] + X[9, k] * n[1] + X[10, k] * n[2]),
-    )
+def _into_first(pairs, p, n):
+    """Return a normal out of B into A that is given as ``distance_at`` does."""
+    return scale(-1.0 if pairs.swaps[p] else 1.0, n)
 
 
 @inlined_kernel
@@ -54,19 +48,19 @@ def _free_way(checked, p, k, places, need, margin):
     held, bodies, pairs = checked.held, checked.bodies, checked.pairs
     padding = pairs.paddings[p]
     limit, reach = padding - pairs.touching[p], max(padding + need, 0.0)
-    phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
+    phi, _, _, nhat, gap = distance_at(held, bodies, pairs, p, k, places, reach, LOOSE)
     least, most = bounds_of(phi, gap, reach)
     if most < limit:
         return -math.inf, math.inf, nhat
     if least - padding < need and gap > _FINE * phi:
-        phi, _, _, nhat, _, gap, _ = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
+        phi, _, _, nhat, gap = distance_at(held, bodies, pairs, p, k, places, reach, 0.0)
         if phi < limit:
             return -math.inf, math.inf, nhat
         least, _ = bounds_of(phi, gap, reach)
     slack = math.inf
     if least - padding < need:
         slack = _slack(checked, p, phi, gap + margin)
-    return least - padding, slack, _in_world(pairs, p, k, places, nhat)
+    return least - padding, slack, _into_first(pairs, p, nhat)
 
 
 @inlined_kernel

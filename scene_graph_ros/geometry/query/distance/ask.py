@@ -16,6 +16,7 @@ from scene_graph_ros.geometry.query.arguments import checked_limit
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.driver import WITHIN
 from scene_graph_ros.geometry.query.distance.solve import ID_COLUMNS, pair_columns, Recipes, solve
+from scene_graph_ros.geometry.query.distance.solved_pairs import LOCAL
 from scene_graph_ros.geometry.query.memo import Memo
 from scene_graph_ros.geometry.query.results import SignedDistancePair, SignedDistancePairs
 from scene_graph_ros.geometry.query.settings import Settings, settings_of
@@ -104,7 +105,7 @@ def _distance_table(
     settings: Settings,
     query: str,
 ) -> SignedDistancePairs:
-    solved = solve(snapshot, pairs, max_distance, WITHIN, settings, query)
+    solved = solve(snapshot, pairs, max_distance, WITHIN, settings, query, LOCAL)
     return SignedDistancePairs(pair_columns(_COLUMNS, snapshot, solved, settings))
 
 

@@ -27,15 +27,10 @@ from scene_graph_ros.geometry.query.distance.distance_mesh_mesh import distance_
 from scene_graph_ros.geometry.query.distance.distance_sphere_mesh import distance_sphere_mesh
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import (
-    add,
     load_vector,
-    rotate,
-    rotate_inverse,
-    scale,
-    transpose,
 )
 
-__all__ = ["core_of", "distance_pair"]
+__all__ = ["are_turned", "core_of", "distance_pair"]
 
 SPHERE_KIND = int(ShapeKind.SPHERE)
 CAPSULE_KIND = int(ShapeKind.CAPSULE)
@@ -85,9 +80,28 @@ def _distance_to_triangles(table, i, j, R_AB, p_AB, max_distance, tolerance):
     return distance_convex_mesh(table, j, core_of(table, i), R_AB, p_AB, max_distance, tolerance)
 
 
+@inlined_kernel
+def are_turned(table, i, j):
+    """Return whether ``distance_pair`` wants row j for A and row i for B.
+
+    Kinds are in ``ShapeKind`` order; a mesh measured by its triangles comes after one measured by
+    its hull.
+    """
+    is_later = table.exact[i] & (table.kind[j] == MESH_KIND) & ~table.exact[j]
+    return (table.kind[i] > table.kind[j]) | is_later
+
+
 @merged_kernel
-def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
-    """Return the result of ``distance_pair`` for kinds in ``ShapeKind`` order, exact ones last."""
+def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance):
+    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided by) of rows i (A) and j (B).
+
+    The rows are in the order of ``are_turned``. All in A's frame. ``p_ACa - p_ACb = phi
+    nhat_BA_A``; the unit normal points out of B into A, and is ``unique`` unless it is a choice.
+    ``gap`` bounds the error of phi (m): at most ``tolerance``, or rounding where that is 0 and for
+    all pairs with a closed form. Where phi is found to exceed ``max_distance``, it may be any
+    lower bound above that, without witnesses. Two half spaces give phi = nan, the only pair that
+    has no answer. What decided is a ``Mechanism``.
+    """
     kind_A = table.kind[i]
     kind_B = BY_TRIANGLES if table.exact[j] else table.kind[j]
     if kind_A == HALF_SPACE_KIND and kind_B == HALF_SPACE_KIND:
@@ -113,35 +127,3 @@ def _distance_ordered(table, i, j, R_AB, p_AB, max_distance, tolerance):
         max_distance,
         tolerance,
     )
-
-
-@merged_kernel
-def distance_pair(table, i, j, R_AB, p_AB, max_distance, tolerance):
-    """Return (phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided by) of rows i (A) and j (B).
-
-    All in A's frame. ``p_ACa - p_ACb = phi nhat_BA_A``; the unit normal points out of B into A,
-    and is ``unique`` unless it is a choice. ``gap`` bounds the error of phi (m): at most
-    ``tolerance``, or rounding where that is 0 and for all pairs with a closed form. Where phi is
-    found to exceed ``max_distance``, it may be any lower bound above that, without witnesses. Two
-    half spaces give phi = nan, the only pair that has no answer. What decided is a ``Mechanism``.
-    """
-    # A mesh measured by its triangles comes after one measured by its hull.
-    swap = table.kind[i] > table.kind[j] or (
-        table.exact[i] and table.kind[j] == MESH_KIND and not table.exact[j]
-    )
-    if swap:
-        i, j = j, i
-        p_AB = scale(-1.0, rotate_inverse(R_AB, p_AB))
-        R_AB = transpose(R_AB)
-    phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided_by = _distance_ordered(
-        table, i, j, R_AB, p_AB, max_distance, tolerance
-    )
-    if swap:
-        # What was computed is in the frame of the other shape, which is A there.
-        p_BCb, p_BCa, nhat_AB_B = p_ACa, p_ACb, nhat_BA_A
-        R_AB = transpose(R_AB)
-        p_AB = scale(-1.0, rotate(R_AB, p_AB))
-        p_ACa = add(rotate(R_AB, p_BCa), p_AB)
-        p_ACb = add(rotate(R_AB, p_BCb), p_AB)
-        nhat_BA_A = scale(-1.0, rotate(R_AB, nhat_AB_B))
-    return phi, p_ACa, p_ACb, nhat_BA_A, unique, gap, decided_by

@@ -1,8 +1,8 @@
 """Signed distance of a sphere to an ellipsoid."""
 
 from scene_graph_ros.geometry.compiled.kernel import kernel
+from scene_graph_ros.geometry.narrowphase.point_ellipsoid import point_ellipsoid
 from scene_graph_ros.geometry.query.distance.ball import ball_result
-from scene_graph_ros.geometry.query.point.point_ellipsoid import point_ellipsoid
 from scene_graph_ros.geometry.spatial.vectors import rotate_inverse, scale
 
 __all__ = ["distance_sphere_ellipsoid"]

@@ -12,22 +12,23 @@ from numpy.typing import NDArray
 from scene_graph_ros.geometry.accuracy import Accuracy
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.query.distance.certificate import certify_pairs
-from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
+from scene_graph_ros.geometry.query.distance.dispatch import are_turned, distance_pair
 from scene_graph_ros.geometry.query.distance.solved_pairs import (
+    BOTH,
     DECIDED_BY,
     GAP,
+    LOCAL,
     NHAT_BA_W,
     NO_FAILURE,
-    NUMBERS,
-    P_ACA,
-    P_BCB,
-    P_WCA,
-    P_WCB,
+    numbers_of,
     PHI,
+    place_in_world,
+    POINTS,
     ROW_A,
     ROW_B,
     SolvedPairs,
     UNIQUE,
+    WORLD,
 )
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -36,6 +37,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     relative_pose,
     rotate,
     rotate_inverse,
+    scale,
     subtract,
 )
 from scene_graph_ros.geometry.tables.held_table import borrowed_table, HeldTable
@@ -63,12 +65,17 @@ def _store(numbers, at, v):
 
 
 @lean_kernel
-def _solve(places, X_WG, pairs, max_distance, keep, accuracy, numbers, m):
-    """Write the kept pairs, for m of which is room; return how many, and which has no answer."""
+def _solve(places, X_WG, pairs, max_distance, keep, accuracy, local, world, numbers, m):
+    """Write the kept pairs, for m of which is room; return how many, and which has no answer.
+
+    ``local`` and ``world`` are where their points start, times m; 0: they are not asked for.
+    """
     table = borrowed_table(places)
     count = 0
     for k in range(pairs.shape[0]):
-        i, j = pairs[k, 0], pairs[k, 1]
+        row_A, row_B = pairs[k, 0], pairs[k, 1]
+        turned = are_turned(table, row_A, row_B)
+        i, j = (row_B, row_A) if turned else (row_A, row_B)
         R_WA, p_WA = load_rotation(X_WG, i), load_translation(X_WG, i)
         R_WB, p_WB = load_rotation(X_WG, j), load_translation(X_WG, j)
         R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
@@ -83,15 +90,21 @@ def _solve(places, X_WG, pairs, max_distance, keep, accuracy, numbers, m):
                 continue
         elif phi >= -OSCULATION * size:
             continue
-        numbers[ROW_A * m + count], numbers[ROW_B * m + count] = i, j
+        numbers[ROW_A * m + count], numbers[ROW_B * m + count] = row_A, row_B
         numbers[PHI * m + count], numbers[GAP * m + count] = phi, gap
         numbers[UNIQUE * m + count], numbers[DECIDED_BY * m + count] = unique, decided_by
         at = 3 * count
-        _store(numbers, P_ACA * m + at, p_ACa)
-        _store(numbers, P_BCB * m + at, rotate_inverse(R_AB, subtract(p_ACb, p_AB)))
-        _store(numbers, P_WCA * m + at, add(p_WA, rotate(R_WA, p_ACa)))
-        _store(numbers, P_WCB * m + at, add(p_WA, rotate(R_WA, p_ACb)))
-        _store(numbers, NHAT_BA_W * m + at, rotate(R_WA, nhat_BA_A))
+        nhat_W = rotate(R_WA, nhat_BA_A)
+        _store(numbers, NHAT_BA_W * m + at, scale(-1.0 if turned else 1.0, nhat_W))
+        # Where the rows are turned, the first point is that of the pair's second geometry.
+        first, second = (at + 3 * m, at) if turned else (at, at + 3 * m)
+        if local:
+            p_BCb = rotate_inverse(R_AB, subtract(p_ACb, p_AB))
+            _store(numbers, local * m + first, p_ACa)
+            _store(numbers, local * m + second, p_BCb)
+        if world:
+            _store(numbers, world * m + first, add(p_WA, rotate(R_WA, p_ACa)))
+            _store(numbers, world * m + second, add(p_WA, rotate(R_WA, p_ACb)))
         count += 1
         if keep == FIRST_PENETRATION:
             return count, NO_FAILURE
@@ -106,6 +119,7 @@ def solve_pairs(
     keep: int,
     accuracy: float = EXACT,
     certify: bool = False,
+    points: int = BOTH,
 ) -> SolvedPairs:
     """Compute the signed distance of pairs of rows and keep those asked for, in their order.
 
@@ -122,17 +136,20 @@ def solve_pairs(
             stay in their shapes, and the normal is good to about its square root.
         certify: fill ``gap`` for every pair, see ``certify_pairs``; otherwise it is what the
             iterations know, 0 where there are none. ``decided_by`` is filled always.
+        points: LOCAL, WORLD or BOTH; with ``certify``, LOCAL ones are needed.
 
     """
     if not len(pairs):
         return _NO_PAIRS
     room = 1 if keep == FIRST_PENETRATION else len(pairs)
-    numbers = np.empty(NUMBERS * room)
+    numbers = np.empty(numbers_of(points) * room)
     loose = accuracy if accuracy > EXACT else 0.0
+    local = POINTS if points & LOCAL else 0
+    world = place_in_world(points) if points & WORLD else 0
     count, failed = _solve(
-        held.places, X_WG, pairs, float(max_distance), keep, loose, numbers, room
+        held.places, X_WG, pairs, float(max_distance), keep, loose, local, world, numbers, room
     )
-    solved = SolvedPairs(numbers, room, count, failed)
+    solved = SolvedPairs(numbers, room, count, failed, points)
     if certify:
         certify_pairs(
             held.table, X_WG, solved.rows, solved.distance, solved.p_ACa, solved.p_BCb,

@@ -31,11 +31,8 @@ from scene_graph_ros.geometry.query.distance.solved_pairs import (
     GAP,
     NHAT_BA_W,
     NO_FAILURE,
-    P_ACA,
-    P_BCB,
-    P_WCA,
-    P_WCB,
     PHI,
+    POINTS,
     ROW_A,
     ROW_B,
     SolvedPairs,
@@ -268,9 +265,8 @@ def _solved(found: list[tuple[int, int, Contact]], X_WG: Vector, failed: int) ->
         locals_.append(np.einsum("kji,kj->ki", X[:, :3, :3], points - X[:, :3, 3]))
     columns = {
         PHI: phi, GAP: np.full(len(found), np.nan), UNIQUE: unique,
-        DECIDED_BY: np.zeros(len(found)), P_ACA: locals_[0],
-        P_BCB: locals_[1], P_WCA: p_WCa, P_WCB: p_WCb, NHAT_BA_W: nhat,
-        ROW_A: rows[:, 0], ROW_B: rows[:, 1],
+        DECIDED_BY: np.zeros(len(found)), NHAT_BA_W: nhat,
+        ROW_A: rows[:, 0], ROW_B: rows[:, 1], POINTS: np.stack([*locals_, p_WCa, p_WCb]),
     }  # fmt: skip
     numbers = np.concatenate([columns[start].ravel() for start in sorted(columns)])
     return SolvedPairs(numbers, len(found), len(found), failed)

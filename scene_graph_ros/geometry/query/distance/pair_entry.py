@@ -3,17 +3,33 @@
 import numpy as np
 
 from scene_graph_ros.geometry.compiled.entry_points import entry_point
-from scene_graph_ros.geometry.query.distance.dispatch import distance_pair
+from scene_graph_ros.geometry.query.distance.dispatch import are_turned, distance_pair
+from scene_graph_ros.geometry.spatial.vectors import add, relative_pose, rotate, scale
 from scene_graph_ros.geometry.tables.held_table import borrowed_table
 
 __all__ = ["PAIR_DISTANCE"]
 
 
-def _pair_distance(places, i, j, R_AB, p_AB, max_distance, tolerance):
-    return distance_pair(borrowed_table(places), i, j, R_AB, p_AB, max_distance, tolerance)
+def _pair_distance(places, i, j, R_WA, p_WA, R_WB, p_WB, max_distance, tolerance):
+    table = borrowed_table(places)
+    turned = are_turned(table, i, j)
+    if turned:
+        i, j = j, i
+        R_WA, p_WA, R_WB, p_WB = R_WB, p_WB, R_WA, p_WA
+    R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
+    phi, p_ACa, p_ACb, nhat_A, _, gap, _ = distance_pair(
+        table, i, j, R_AB, p_AB, max_distance, tolerance
+    )
+    p_WCa, p_WCb = add(p_WA, rotate(R_WA, p_ACa)), add(p_WA, rotate(R_WA, p_ACb))
+    nhat_W = rotate(R_WA, nhat_A)
+    if turned:
+        return phi, p_WCb, p_WCa, scale(-1.0, nhat_W), gap
+    return phi, p_WCa, p_WCb, nhat_W, gap
 
 
 PAIR_DISTANCE = entry_point(
-    _pair_distance, (np.zeros(1, np.int64), 0, 0, 9 * (0.0,), 3 * (0.0,), 0.0, 0.0)
+    _pair_distance,
+    (np.zeros(1, np.int64), 0, 0, 9 * (0.0,), 3 * (0.0,), 9 * (0.0,), 3 * (0.0,), 0.0, 0.0),
 )
-"""``distance_pair`` with the ``places`` of a HeldTable in place of the table."""
+"""Returns (phi, p_WCa, p_WCb, nhat_BA_W, gap) of rows i (A) and j (B) at poses in W, by
+``distance_pair``, with the ``places`` of a HeldTable in place of the table."""

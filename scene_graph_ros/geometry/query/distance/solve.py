@@ -12,7 +12,7 @@ from scene_graph_ros.geometry.accuracy import BOUNDS, Engine
 from scene_graph_ros.geometry.errors import UnsupportedPairError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs
-from scene_graph_ros.geometry.query.distance.solved_pairs import NO_FAILURE, SolvedPairs
+from scene_graph_ros.geometry.query.distance.solved_pairs import BOTH, NO_FAILURE, SolvedPairs
 from scene_graph_ros.geometry.query.distance.witness_derivatives import witness_derivatives
 from scene_graph_ros.geometry.query.results import LateColumns
 from scene_graph_ros.geometry.query.settings import Settings
@@ -30,8 +30,12 @@ def solve(
     keep: int,
     settings: Settings,
     query: str,
+    points: int,
 ) -> SolvedPairs:
-    """Do what ``solve_pairs`` does. Raises UnsupportedPairError for two half spaces."""
+    """Do what ``solve_pairs`` does, with more points where settings need them.
+
+    Raises UnsupportedPairError for two half spaces.
+    """
     if settings.engine is _FCL:
         from scene_graph_ros.geometry.query.distance.fcl_engine import solve_pairs_with_fcl
 
@@ -47,6 +51,7 @@ def solve(
             keep,
             BOUNDS[settings.accuracy],
             settings.certificate,
+            BOTH if settings.certificate or settings.derivatives else points,
         )
     if solved.failed != NO_FAILURE:
         names = [describe(snapshot, row) for row in pairs[solved.failed]]

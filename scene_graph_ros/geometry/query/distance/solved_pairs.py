@@ -6,30 +6,43 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "BOTH",
     "DECIDED_BY",
     "GAP",
+    "LOCAL",
     "NHAT_BA_W",
     "NO_FAILURE",
-    "NUMBERS",
     "PHI",
-    "P_ACA",
-    "P_BCB",
-    "P_WCA",
-    "P_WCB",
+    "POINTS",
     "ROW_A",
     "ROW_B",
     "UNIQUE",
+    "WORLD",
     "SolvedPairs",
+    "numbers_of",
+    "place_in_world",
 ]
 
-PHI, GAP, UNIQUE, DECIDED_BY = 0, 1, 2, 3
-P_ACA, P_BCB, P_WCA, P_WCB, NHAT_BA_W = 4, 7, 10, 13, 16
-ROW_A, ROW_B = 19, 20
-"""Where each column starts, times the number of pairs that there is room for."""
-NUMBERS = 21
-"""Of each pair."""
+PHI, GAP, UNIQUE, DECIDED_BY, ROW_A, ROW_B, NHAT_BA_W, POINTS = 0, 1, 2, 3, 4, 5, 6, 9
+"""Where each column starts, times the number of pairs that there is room for; then come points."""
+
+LOCAL, WORLD = 1, 2
+"""Points that are written down: the witnesses in their geometries' frames, and after them in W."""
+BOTH = LOCAL | WORLD
+_NUMBERS = 6
+"""Of the two witnesses in their frames, or in W."""
 
 NO_FAILURE = -1
+
+
+def place_in_world(points: int) -> int:
+    """Return where the witnesses in W start, times the room, if they are among the points."""
+    return POINTS + _NUMBERS * (points & LOCAL)
+
+
+def numbers_of(points: int) -> int:
+    """Return how many numbers a pair has with these points."""
+    return POINTS + _NUMBERS * points.bit_count()
 
 
 class SolvedPairs:
@@ -39,14 +52,20 @@ class SolvedPairs:
     longer to make than a few answers.
     """
 
-    __slots__ = ("_numbers", "_room", "count", "failed")
+    __slots__ = ("_numbers", "_points", "_room", "count", "failed")
 
     def __init__(
-        self, numbers: NDArray[np.float64], room: int, count: int, failed: int = NO_FAILURE
+        self,
+        numbers: NDArray[np.float64],
+        room: int,
+        count: int,
+        failed: int = NO_FAILURE,
+        points: int = BOTH,
     ) -> None:
-        """Take NUMBERS * room numbers, column after column."""
+        """Take ``numbers_of(points)`` * room numbers, column after column."""
         self._numbers = numbers
         self._room = room
+        self._points = points
         self.count = count
         self.failed = failed
         """The index of the first pair that has no answer, or NO_FAILURE."""
@@ -61,6 +80,10 @@ class SolvedPairs:
     def _vectors(self, start: int) -> NDArray[np.float64]:
         first = start * self._room
         return self._numbers[first : first + 3 * self.count].reshape(-1, 3)
+
+    def _witness(self, points: int, start: int) -> NDArray[np.float64]:
+        assert self._points & points, "these points were not asked for"
+        return self._vectors(start)
 
     @property
     def rows_A(self) -> NDArray[np.int64]:
@@ -85,22 +108,22 @@ class SolvedPairs:
     @property
     def p_ACa(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on A, in A's geometry frame."""
-        return self._vectors(P_ACA)
+        return self._witness(LOCAL, POINTS)
 
     @property
     def p_BCb(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on B, in B's geometry frame."""
-        return self._vectors(P_BCB)
+        return self._witness(LOCAL, POINTS + 3)
 
     @property
     def p_WCa(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on A, in W."""
-        return self._vectors(P_WCA)
+        return self._witness(WORLD, place_in_world(self._points))
 
     @property
     def p_WCb(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on B, in W."""
-        return self._vectors(P_WCB)
+        return self._witness(WORLD, place_in_world(self._points) + 3)
 
     @property
     def nhat_BA_W(self) -> NDArray[np.float64]:

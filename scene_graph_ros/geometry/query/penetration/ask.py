@@ -10,6 +10,7 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.query.candidates.rows import candidate_rows
 from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, PENETRATIONS
 from scene_graph_ros.geometry.query.distance.solve import ID_COLUMNS, pair_columns, Recipes, solve
+from scene_graph_ros.geometry.query.distance.solved_pairs import WORLD
 from scene_graph_ros.geometry.query.memo import Memo
 from scene_graph_ros.geometry.query.results import Penetrations
 from scene_graph_ros.geometry.query.settings import Settings, settings_of
@@ -42,7 +43,8 @@ def collides(snapshot: Snapshot, settings: Settings) -> bool:
     pairs = candidate_rows(snapshot, 0.0)
     if not len(pairs):
         return False
-    return len(solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions")) > 0
+    solved = solve(snapshot, pairs, 0.0, FIRST_PENETRATION, settings, "has_collisions", WORLD)
+    return len(solved) > 0
 
 
 def penetrations(snapshot: Snapshot, settings: Settings) -> Penetrations:
@@ -55,7 +57,7 @@ def penetrations_of(
     snapshot: Snapshot, pairs: NDArray[np.int64], settings: Settings, query: str
 ) -> Penetrations:
     """Return those of the (m, 2) rows ``pairs`` that penetrate; ``query`` is named in messages."""
-    solved = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query)
+    solved = solve(snapshot, pairs, 0.0, PENETRATIONS, settings, query, WORLD)
     return Penetrations(pair_columns(_COLUMNS, snapshot, solved, settings))
 
 

@@ -8,9 +8,9 @@ import math
 
 from scene_graph_ros.geometry.compiled.dispatch import by_kind
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.narrowphase.point_ellipsoid import point_ellipsoid
 from scene_graph_ros.geometry.query.point.closed_forms import CLOSED_FORMS
 from scene_graph_ros.geometry.query.point.point_convex import point_convex
-from scene_graph_ros.geometry.query.point.point_ellipsoid import point_ellipsoid
 from scene_graph_ros.geometry.query.point.point_mesh import point_mesh
 from scene_graph_ros.geometry.shapes.kinds import ShapeKind
 from scene_graph_ros.geometry.spatial.vectors import load_vector

@@ -8,17 +8,7 @@ ellipsoid, what does not depend on the point is computed once.
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import all_of, any_of, select, WIDE
 from scene_graph_ros.geometry.compiled.vector_width import use_widest_vectors
-from scene_graph_ros.geometry.query.point.lane_memory import LANES
-from scene_graph_ros.geometry.query.point.lanes import (
-    is_done,
-    keep_answer,
-    keep_wide_answers,
-    p_GQ_of_lane,
-    question,
-    set_answer,
-    wide_p_GQ,
-)
-from scene_graph_ros.geometry.query.point.point_ellipsoid import (
+from scene_graph_ros.geometry.narrowphase.point_ellipsoid import (
     bracket,
     first_sigma,
     halley_step,
@@ -29,6 +19,16 @@ from scene_graph_ros.geometry.query.point.point_ellipsoid import (
     point_ellipsoid,
     set_up,
     sorted_axes,
+)
+from scene_graph_ros.geometry.query.point.lane_memory import LANES
+from scene_graph_ros.geometry.query.point.lanes import (
+    is_done,
+    keep_answer,
+    keep_wide_answers,
+    p_GQ_of_lane,
+    question,
+    set_answer,
+    wide_p_GQ,
 )
 
 __all__ = ["answer_ellipsoid", "answer_ellipsoids"]

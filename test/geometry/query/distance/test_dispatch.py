@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from scene_graph_ros.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Sphere
 from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
-from scene_graph_ros.geometry.query.distance.solved_pairs import NO_FAILURE
+from scene_graph_ros.geometry.query.distance.solved_pairs import BOTH, LOCAL, NO_FAILURE, WORLD
 from scene_graph_ros.geometry.tables.held_table import hold
 from scene_graph_ros.geometry.tables.shape_table import build_shape_table
 
@@ -127,3 +127,48 @@ def test_two_half_spaces_have_no_answer():
     solved = solve_pairs(hold(table), poses, np.array([[0, 1]]), np.inf, WITHIN)
     assert solved.failed == 0 != NO_FAILURE
     assert len(solved) == len(solved.distance) == 0
+
+
+@pytest.mark.parametrize(("name_A", "name_B"), list(itertools.combinations(BODIES, 2)))
+def test_rows_of_two_kinds_in_either_order_have_the_same_answer(name_A, name_B):
+    """To the last bit: what is A in the answer decides where a point goes, not how it is found."""
+    table = build_shape_table([BODIES[name_A], BODIES[name_B]], [False, False])
+    rng = np.random.default_rng(31)
+    for _ in range(5):
+        poses = np.array([pose(Rotation.random(random_state=rng), 0.2 * rng.normal(size=3))] * 2)
+        poses[1, :3, 3] += 0.2 * rng.normal(size=3)
+        one, two = (
+            solve_pairs(hold(table), poses, np.array([rows]), np.inf, WITHIN)
+            for rows in ((0, 1), (1, 0))
+        )
+        assert one.distance == two.distance
+        np.testing.assert_array_equal(one.p_ACa, two.p_BCb)
+        np.testing.assert_array_equal(one.p_BCb, two.p_ACa)
+        np.testing.assert_array_equal(one.p_WCa, two.p_WCb)
+        np.testing.assert_array_equal(one.p_WCb, two.p_WCa)
+        np.testing.assert_array_equal(one.nhat_BA_W, -two.nhat_BA_W)
+
+
+def test_points_that_are_not_asked_for_are_not_there():
+    """The others are the same, wherever they are written."""
+    shapes = list(BODIES.values())[:5]
+    table = build_shape_table(shapes, [False] * len(shapes))
+    rng = np.random.default_rng(32)
+    poses = np.array([pose(Rotation.random(random_state=rng), rng.normal(size=3)) for _ in shapes])
+    pairs = np.array(list(itertools.combinations(range(len(shapes)), 2)))
+    both, local, world = (
+        solve_pairs(hold(table), poses, pairs, np.inf, WITHIN, points=points)
+        for points in (BOTH, LOCAL, WORLD)
+    )
+    for solved in (local, world):
+        assert len(solved) == len(pairs)
+        for name in ("rows", "distance", "nhat_BA_W", "is_unique", "decided_by"):
+            np.testing.assert_array_equal(getattr(solved, name), getattr(both, name))
+    for name in ("p_ACa", "p_BCb"):
+        np.testing.assert_array_equal(getattr(local, name), getattr(both, name))
+        with pytest.raises(AssertionError, match="not asked for"):
+            getattr(world, name)
+    for name in ("p_WCa", "p_WCb"):
+        np.testing.assert_array_equal(getattr(world, name), getattr(both, name))
+        with pytest.raises(AssertionError, match="not asked for"):
+            getattr(local, name)
