@@ -7,22 +7,21 @@ in the registry, the narrow phase measures it.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import every, select
+from scene_graph_ros.geometry.compiled.lanes import as_lanes, every, select
 from scene_graph_ros.geometry.narrowphase.cores import cylinder
 from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to_line, line, simplex_corner
 from scene_graph_ros.geometry.narrowphase.cores.kinds import CURVED, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.lane_roots import inverse_root
 from scene_graph_ros.geometry.narrowphase.cores.without import (
-    contains_origin,
     corner_ways,
     edge_count,
     edge_feature,
     edge_of,
     face_count,
-    face_of,
     inner_radius,
     is_listed,
     is_simple,
+    lane_vertices,
     local_vertex,
     side,
     vertex_count,
@@ -43,14 +42,12 @@ from scene_graph_ros.geometry.spatial.vectors import (
 __all__ = [
     "candidate",
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "growth",
     "has_plane_across",
@@ -58,7 +55,9 @@ __all__ = [
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "local_vertex",
     "neighbor",
     "plane_count",
@@ -128,6 +127,14 @@ def plane_count(core, hulls):
 def plane_of(core, hulls, k):
     """Return (outward unit normal, offset from the origin) of an end, the upper one first."""
     return (0.0, 0.0, -1.0 if k & 1 else 1.0), core[3][2]
+
+
+@inlined_kernel
+def lane_planes(core, hulls, first):
+    """Return its two ends."""
+    z = as_lanes((1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    nothing = every(0.0)
+    return (nothing, nothing, z), select(z == 0.0, math.inf, core[3][2])
 
 
 @lean_kernel

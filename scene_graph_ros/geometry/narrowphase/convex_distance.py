@@ -17,7 +17,8 @@ from scene_graph_ros.geometry.narrowphase.mechanism import Mechanism
 from scene_graph_ros.geometry.narrowphase.multistart.all_features import contact_of_all_features
 from scene_graph_ros.geometry.narrowphase.near_contact import near_contact
 from scene_graph_ros.geometry.narrowphase.pair import Pair, Simplex, Workspace
-from scene_graph_ros.geometry.narrowphase.prove.polytope_rows import FIRST_FACE, MAX_FACES
+from scene_graph_ros.geometry.narrowphase.prove.cover import NUMBERS_OF_COVER
+from scene_graph_ros.geometry.narrowphase.prove.polytope_faces import FIRST_FACE, NUMBERS_OF_FACES
 from scene_graph_ros.geometry.spatial.vectors import axpy, dot, scale, subtract
 from scene_graph_ros.geometry.tolerances import NEAR_CONTACT
 
@@ -26,7 +27,7 @@ __all__ = ["convex_distance", "convex_distance_in", "new_workspace"]
 _OPEN = int(Mechanism.OPEN)
 _SEPARATED = int(Mechanism.SEPARATED)
 
-ROWS = FIRST_FACE + MAX_FACES
+ROWS = -(-max(NUMBERS_OF_FACES, NUMBERS_OF_COVER) // 9)
 """Of the workspace: a simplex and corners beside it, critical directions, or cells of a cover."""
 
 

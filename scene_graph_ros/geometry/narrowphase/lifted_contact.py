@@ -15,21 +15,23 @@ import math
 from typing import NamedTuple
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import any_of, every, LANES, select
 from scene_graph_ros.geometry.narrowphase.contact.contact_of_known import contact_of_known
 from scene_graph_ros.geometry.narrowphase.contact.refine import (
     refine_inlined,
     separation_inlined,
 )
-from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
+from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_OF_ELLIPSOID, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.questions import (
+    corner_ways,
     edge_count,
-    has_plane_across,
     is_curved,
     is_listed,
     is_simple,
+    lane_planes,
+    lane_support,
     placed_support,
     plane_count,
-    plane_of,
     side,
     support,
 )
@@ -66,6 +68,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     unit,
 )
+from scene_graph_ros.geometry.tables.vertex_scan import lane_of_largest
 from scene_graph_ros.geometry.tolerances import (
     EPSILON,
     FLAT_MINIMUM,
@@ -94,10 +97,11 @@ LIFTS = 4
 """Where a contact is not exact, cores are lifted once more, along the normal it found; and along
 each direction that is found to be less deep."""
 
-FIRST_GUESS = 0.05
-"""Relative gap at which the lifted cores' distance tells well enough which features are near."""
+SMOOTH_GUESS, FIRST_GUESS = 0.1, 0.02
+"""Relative gaps at which the lifted cores' distance tells well enough which features are near:
+with an ellipsoid, and without."""
 
-NEXT_GUESS = FIRST_GUESS * FIRST_GUESS
+NEXT_GUESS = 0.0025
 """The same where it did not, or from a direction that is less deep."""
 
 
@@ -136,16 +140,16 @@ def _try(pair, n, best):
 
 
 @inlined_kernel
-def _try_faces(pair, distance, best):
-    """Return the larger of the known separation and those along the normals of A's faces."""
-    for k in range(plane_count(pair.core_A, pair.hulls)):
-        out, offset = plane_of(pair.core_A, pair.hulls, k)
-        if dot(out, pair.p) > 0.0:  # the others face away from B
-            b, _ = placed_support(body_B(pair), pair.hulls, scale(-1.0, out))
-            along = dot(out, b) - offset
-            if along > distance:
-                distance, best = along, scale(-1.0, out)
-    return distance, best
+def _try_planes(pair, distance, n):
+    """Return the larger of the known separation and those across A's planes, and along what."""
+    for first in range(0, plane_count(pair.core_A, pair.hulls), LANES):
+        out, offset = lane_planes(pair.core_A, pair.hulls, first)
+        d = rotate_inverse(pair.R, scale(-1.0, out))
+        along = dot(out, pair.p) - dot(d, lane_support(pair.core_B, pair.hulls, d)) - offset
+        if any_of(along > distance):
+            k = lane_of_largest(select(along > distance, along, every(-math.inf)))
+            distance, n = along[k], (-out[0][k], -out[1][k], -out[2][k])
+    return distance, n
 
 
 @inlined_kernel
@@ -161,22 +165,17 @@ def _across_cylinder(pair):
 @inlined_kernel
 def _first_direction(pair):
     """Return the best Direction of the line of origins and the normals of planes."""
-    core_A, core_B, R, p, _ = pair
+    core_A, core_B, R, p, hulls = pair
     best = _along_inlined(pair, unit(scale(-1.0, p), (1.0, 0.0, 0.0)))
-    if is_listed(core_A) and best.distance < 0.0:
-        distance, n = _try_faces(pair, best.distance, best.n)
-        if distance > best.distance:
-            best = _along(pair, n)
-    if is_listed(core_B) and best.distance < 0.0:
-        m = rotate_inverse(R, scale(-1.0, best.n))
-        distance, m = _try_faces(swapped(pair), best.distance, m)
-        if distance > best.distance:
-            best = _along(pair, rotate(R, scale(-1.0, m)))
-    for k in range(3):
-        if has_plane_across(core_A, k):
-            best = _try(pair, column(IDENTITY, k), best)
-        if has_plane_across(core_B, k):
-            best = _try(pair, column(R, k), best)
+    distance, n = best.distance, best.n
+    if plane_count(core_A, hulls) > 0 and not (is_listed(core_A) and distance >= 0.0):
+        distance, n = _try_planes(pair, distance, n)
+    if plane_count(core_B, hulls) > 0 and not (is_listed(core_B) and distance >= 0.0):
+        along, m = _try_planes(swapped(pair), distance, n)
+        if along > distance:
+            distance, n = along, rotate(R, scale(-1.0, m))
+    if distance > best.distance:
+        best = _along(pair, n)
     if side(body_A(pair))[0] != NONE and is_curved(core_B):
         best = _try(pair, _across_cylinder(pair), best)
     return best
@@ -198,6 +197,11 @@ def _begin(first, shift, work):
     work.ids[0, 0], work.ids[0, 1] = first.index_A, first.index_B
     work.lam[0] = 1.0
     return w
+
+
+@inlined_kernel
+def _is_smooth(core, hulls):
+    return corner_ways(core, hulls) == CORNERS_OF_ELLIPSOID
 
 
 @inlined_kernel
@@ -268,6 +272,8 @@ def _lifted(pair, limit, first, work):
     """Do the same as ``lifted_contact`` by lifting, along ``first`` to begin with."""
     n, a, b, distance = first.n, first.a, first.b, first.distance
     guess = FIRST_GUESS
+    if _is_smooth(pair.core_A, pair.hulls) or _is_smooth(pair.core_B, pair.hulls):
+        guess = SMOOTH_GUESS
     for _ in range(LIFTS):
         count, v, along, size = _lift(pair, first, guess, work)
         if count == 0:

@@ -49,6 +49,14 @@ def directions(count=40):
     return n / np.linalg.norm(n, axis=1)[:, None]
 
 
+def stacked(lanes):
+    """Return the numbers of several lanes, (k, LANES)."""
+    room = np.zeros((len(lanes), LANES))
+    for k, x in enumerate(lanes):
+        store_lanes(room, LANES * k, x)
+    return room
+
+
 class Asked:
     """A core, and what its file answers."""
 
@@ -75,6 +83,24 @@ class Asked:
         point, index = self.file.support(self.core, self.hulls, tuple(map(float, d)))
         S[0, 3:6], ids[0, 0] = point, index
         return Simplex(S, ids, lam, 1)
+
+    def planes_of_lanes(self, count):
+        """List so many planes or faces, (normal, offset), by ``lane_planes``."""
+        rows = []
+        for first in range(0, count, LANES):
+            normals, offsets = self.file.lane_planes(self.core, self.hulls, first)
+            rows += zip(stacked(normals).T, stacked([offsets])[0], strict=True)
+        assert all(offset == np.inf for _, offset in rows[count:])
+        return rows[:count]
+
+    def vertices_of_lanes(self, count):
+        """List so many vertices by ``lane_vertices``."""
+        rows = [
+            stacked(self.file.lane_vertices(self.core, self.hulls, first)).T
+            for first in range(0, count, LANES)
+        ]
+        assert all((row[count % LANES :] == row[-1]).all() for row in rows[-1:] if count % LANES)
+        return list(np.vstack(rows)[:count]) if rows else []
 
     def candidates(self, d):
         """List all candidates along d."""
@@ -171,7 +197,10 @@ def test_planes_faces_and_edges_bound_the_core(name):
     asked = Asked(name)
     file, core, hulls = asked.file, asked.core, asked.hulls
     planes = [file.plane_of(core, hulls, k) for k in range(file.plane_count(core, hulls))]
-    faces = [file.face_of(asked.placed, hulls, k) for k in range(file.face_count(core, hulls))]
+    faces = asked.planes_of_lanes(file.face_count(core, hulls))
+    for of_lanes, (n, offset) in zip(asked.planes_of_lanes(len(planes)), planes, strict=True):
+        np.testing.assert_allclose(of_lanes[0], n, rtol=0.0, atol=1e-15)
+        assert of_lanes[1] == offset
     for n, offset in planes + faces:
         assert np.linalg.norm(n) == pytest.approx(1.0, abs=TIE)
         assert offset == pytest.approx(asked.extent(n), abs=1e-14)
@@ -188,6 +217,7 @@ def test_planes_faces_and_edges_bound_the_core(name):
         assert line[0] == LINE
         assert all(asked.holds(np.add(line[1], np.multiply(s, line[2]))) for s in line[4:6])
     corners = [file.local_vertex(core, hulls, k) for k in range(file.vertex_count(core, hulls))]
+    np.testing.assert_array_equal(asked.vertices_of_lanes(len(corners)), corners)
     for d in directions() if corners else ():
         assert max(np.dot(x, d) for x in corners) == pytest.approx(asked.extent(d), abs=TIE)
 
@@ -195,15 +225,13 @@ def test_planes_faces_and_edges_bound_the_core(name):
 @one_by_one
 @each_kind
 def test_what_a_core_says_of_itself(name):
-    """Whether it is round, a list, or around its origin, and its side."""
+    """Whether it is round or a list, and its side."""
     asked = Asked(name)
     file, core, hulls = asked.file, asked.core, asked.hulls
     indices = {file.support(core, hulls, tuple(d))[1] for d in directions()}
     assert file.is_curved(core) == (indices == {kinds.CURVED})
     assert file.is_listed(core) == (name in ("hull", "small hull"))
     assert file.is_simple(core, hulls) or file.is_listed(core)
-    if file.contains_origin(core):
-        assert asked.holds(np.zeros(3))
     assert file.corner_ways(core, hulls) in {
         kinds.CORNERS_UNKNOWN,
         kinds.CORNERS_NOWHERE,

@@ -3,24 +3,21 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import with_sign
+from scene_graph_ros.geometry.compiled.lanes import as_lanes, with_sign
 from scene_graph_ros.geometry.narrowphase.cores.corners import simplex_corner, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along
 from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_NOWHERE, ORIGIN
 from scene_graph_ros.geometry.narrowphase.cores.without import (
-    contains_origin,
     is_curved,
     is_listed,
     is_simple,
     side,
 )
 from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE, NONE, VERTEX
-from scene_graph_ros.geometry.narrowphase.pair import at_origin
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     axpy,
     column,
-    dot,
     rotate,
     rotate_inverse,
     scale,
@@ -31,14 +28,12 @@ from scene_graph_ros.geometry.tolerances import PARALLEL
 __all__ = [
     "candidate",
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "growth",
     "has_plane_across",
@@ -46,7 +41,9 @@ __all__ = [
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "local_vertex",
     "neighbor",
     "plane_count",
@@ -107,17 +104,6 @@ def growth(core, hulls, q, m, t, u, flat, near):
 
 
 @inlined_kernel
-def face_of(placed, hulls, f):
-    """Return (outward unit normal, offset from the origin) of a face."""
-    core, R, p = placed
-    params = core[3]
-    d = column(R, f // 2)
-    if f & 1:
-        d = scale(-1.0, d)
-    return d, params[f // 2] + dot(p, d)
-
-
-@inlined_kernel
 def edge_of(placed, hulls, k):
     """Return (one face, the other face, a point) of an edge."""
     core, R, p = placed
@@ -126,6 +112,17 @@ def edge_of(placed, hulls, k):
     v = axpy(-params[i] if k & 1 else params[i], column(R, i), p)
     v = axpy(-params[j] if k & 2 else params[j], column(R, j), v)
     return 2 * i + (k & 1), 2 * j + (k & 2) // 2, v
+
+
+@inlined_kernel
+def lane_vertices(core, hulls, first):
+    """Return its corners."""
+    h = core[3]
+    return (
+        with_sign(h[0], as_lanes((-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0))),
+        with_sign(h[1], as_lanes((-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0))),
+        with_sign(h[2], as_lanes((-1.0, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 1.0))),
+    )
 
 
 @inlined_kernel
@@ -263,7 +260,21 @@ def plane_count(core, hulls):
 @inlined_kernel
 def plane_of(core, hulls, k):
     """Return (outward unit normal, offset from the origin) of a face."""
-    return face_of(at_origin(core), hulls, k)
+    axis, s = k // 2, -1.0 if k & 1 else 1.0
+    out = (s if axis == 0 else 0.0, s if axis == 1 else 0.0, s if axis == 2 else 0.0)
+    return out, core[3][axis]
+
+
+@inlined_kernel
+def lane_planes(core, hulls, first):
+    """Return its six faces."""
+    x, y, z = core[3][0], core[3][1], core[3][2]
+    normals = (
+        as_lanes((1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
+        as_lanes((0.0, 0.0, 1.0, -1.0, 0.0, 0.0, 0.0, 0.0)),
+        as_lanes((0.0, 0.0, 0.0, 0.0, 1.0, -1.0, 0.0, 0.0)),
+    )
+    return normals, as_lanes((x, x, y, y, z, z, math.inf, math.inf))
 
 
 @inlined_kernel

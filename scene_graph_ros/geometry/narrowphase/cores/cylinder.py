@@ -3,7 +3,7 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import with_sign
+from scene_graph_ros.geometry.compiled.lanes import as_lanes, every, select, with_sign
 from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to_line, simplex_corner
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHING
 from scene_graph_ros.geometry.narrowphase.cores.kinds import (
@@ -14,14 +14,13 @@ from scene_graph_ros.geometry.narrowphase.cores.kinds import (
 from scene_graph_ros.geometry.narrowphase.cores.lane_roots import inverse_root
 from scene_graph_ros.geometry.narrowphase.cores.segment import growth_along
 from scene_graph_ros.geometry.narrowphase.cores.without import (
-    contains_origin,
     edge_count,
     edge_feature,
     edge_of,
     face_count,
-    face_of,
     is_listed,
     is_simple,
+    lane_vertices,
     local_vertex,
     vertex_count,
 )
@@ -40,14 +39,12 @@ from scene_graph_ros.geometry.tolerances import PARALLEL
 __all__ = [
     "candidate",
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "growth",
     "has_plane_across",
@@ -55,7 +52,9 @@ __all__ = [
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "local_vertex",
     "neighbor",
     "plane_count",
@@ -214,6 +213,14 @@ def plane_count(core, hulls):
 def plane_of(core, hulls, k):
     """Return (outward unit normal, offset from the origin) of an end, the upper one first."""
     return (0.0, 0.0, -1.0 if k & 1 else 1.0), core[3][1]
+
+
+@inlined_kernel
+def lane_planes(core, hulls, first):
+    """Return its two ends."""
+    nothing, beyond = every(0.0), math.inf
+    z = as_lanes((1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    return (nothing, nothing, z), select(z == 0.0, beyond, core[3][1])
 
 
 @inlined_kernel

@@ -3,7 +3,7 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import every, select
+from scene_graph_ros.geometry.compiled.lanes import every, load_lanes, select
 from scene_graph_ros.geometry.narrowphase.cores import corners
 from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to, feature_at, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHING
@@ -18,7 +18,6 @@ from scene_graph_ros.geometry.narrowphase.cores.without import (
     side,
 )
 from scene_graph_ros.geometry.narrowphase.features import FACE, LINE, NO_FEATURE
-from scene_graph_ros.geometry.narrowphase.pair import at_origin
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
     cross,
@@ -44,19 +43,18 @@ from scene_graph_ros.geometry.tables.hull_blocks import (
     vertex,
     vertex_place,
 )
+from scene_graph_ros.geometry.tables.vertex_scan import GROUP
 from scene_graph_ros.geometry.tolerances import PARALLEL, SAME_DIRECTION
 
 __all__ = [
     "candidate",
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "growth",
     "has_plane_across",
@@ -64,7 +62,9 @@ __all__ = [
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "local_vertex",
     "neighbor",
     "plane_count",
@@ -189,21 +189,28 @@ def vertex_count(core, hulls):
 
 
 @inlined_kernel
-def face_of(placed, hulls, f):
-    """Return (outward unit normal, offset from the origin) of a face."""
-    core, R, p = placed
-    place = face_place(hulls, core[1], f)
-    d = rotate(R, normal_of_face(hulls, place))
-    return d, offset_of_face(hulls, place) + dot(p, d)
-
-
-@inlined_kernel
 def edge_of(placed, hulls, k):
     """Return (one face, the other face, a point) of an edge."""
     core, R, p = placed
     e = edge_range(hulls, core[1])[0] + EDGE_STRIDE * k
     v = add(rotate(R, vertex(hulls, int(hulls[e]))), p)
     return int(hulls[e + 1]), int(hulls[e + 2]), v
+
+
+@inlined_kernel
+def _coordinates(hulls, at):
+    """Return three lanes of a group of vertices or normals."""
+    return (
+        load_lanes(hulls, at),
+        load_lanes(hulls, at + GROUP),
+        load_lanes(hulls, at + 2 * GROUP),
+    )
+
+
+@inlined_kernel
+def lane_vertices(core, hulls, first):
+    """Return eight vertices, in the order of their numbers."""
+    return _coordinates(hulls, vertex_place(core[1], first))
 
 
 @inlined_kernel
@@ -225,12 +232,6 @@ def is_listed(core):
 
 
 @inlined_kernel
-def contains_origin(core):
-    """Return False: its frame may be anywhere."""
-    return False
-
-
-@inlined_kernel
 def plane_count(core, hulls):
     """Return how many faces it has."""
     return int(hulls[core[1] + 1])
@@ -239,7 +240,15 @@ def plane_count(core, hulls):
 @inlined_kernel
 def plane_of(core, hulls, k):
     """Return (outward unit normal, offset from the origin) of a face."""
-    return face_of(at_origin(core), hulls, k)
+    place = face_place(hulls, core[1], k)
+    return normal_of_face(hulls, place), offset_of_face(hulls, place)
+
+
+@inlined_kernel
+def lane_planes(core, hulls, first):
+    """Return eight faces, in the order of their numbers."""
+    at = face_place(hulls, core[1], first)
+    return _coordinates(hulls, at), load_lanes(hulls, at + 3 * GROUP)
 
 
 @inlined_kernel

@@ -10,13 +10,14 @@ from scene_graph_ros.geometry.narrowphase.cores.without import (
     edge_of,
     face_count,
     face_feature,
-    face_of,
     growth,
     has_plane_across,
     inner_radius,
     is_curved,
     is_listed,
     is_simple,
+    lane_planes,
+    lane_vertices,
     local_vertex,
     plane_count,
     plane_of,
@@ -29,14 +30,12 @@ from scene_graph_ros.geometry.spatial.vectors import add, rotate
 __all__ = [
     "candidate",
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "growth",
     "has_plane_across",
@@ -44,7 +43,9 @@ __all__ = [
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "local_vertex",
     "neighbor",
     "plane_count",
@@ -68,13 +69,6 @@ def lane_support(core, hulls, d):
     """Return the point, whatever the directions."""
     c = core[3]
     return every(c[0]), every(c[1]), every(c[2])
-
-
-@lean_kernel
-def contains_origin(core):
-    """Return whether it is the origin."""
-    c = core[3]
-    return c[0] == 0.0 and c[1] == 0.0 and c[2] == 0.0
 
 
 @lean_kernel

@@ -18,7 +18,6 @@ from scene_graph_ros.geometry.tolerances import CONTACT_MISFIT, EPSILON, TIE
 __all__ = [
     "candidate",
     "clamp",
-    "contains_origin",
     "corner_feature",
     "corner_ways",
     "edge_count",
@@ -26,14 +25,15 @@ __all__ = [
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "has_oblique_planes",
     "has_plane_across",
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "neighbor",
     "placed_growth",
     "placed_inner_radius",
@@ -79,11 +79,6 @@ def is_listed(core):
     """Return whether its corners, edges and planes are a list, however long."""
 
 
-@asked(inlined_kernel)
-def contains_origin(core):
-    """Return whether the origin of its frame is known to be a point of it."""
-
-
 @asked(lean_kernel)
 def inner_radius(core, hulls, q, m):
     """Return the radius (m) of the largest ball in a core that touches its surface at q.
@@ -109,17 +104,12 @@ def edge_count(core, hulls):
 
 @asked(inlined_kernel)
 def face_count(core, hulls):
-    """Return how many faces a polytope has, to be numbered; see ``face_of``."""
+    """Return how many faces a polytope has, to be numbered; see ``lane_planes``."""
 
 
 @asked(inlined_kernel)
 def vertex_count(core, hulls):
     """Return how many vertices a polytope has."""
-
-
-@asked(inlined_kernel)
-def face_of(placed, hulls, f):
-    """Return (outward normal, offset from the origin) of a polytope's face f."""
 
 
 @asked(inlined_kernel)
@@ -130,6 +120,14 @@ def edge_of(placed, hulls, k):
 @asked(inlined_kernel)
 def local_vertex(core, hulls, k):
     """Return the vertex k of a polytope in its frame."""
+
+
+@asked(inlined_kernel)
+def lane_vertices(core, hulls, first):
+    """Return three lanes of eight vertices, from the one numbered ``first``, a multiple of 8, on.
+
+    As ``local_vertex``; what is beyond the last one repeats it.
+    """
 
 
 @asked(inlined_kernel)
@@ -145,6 +143,15 @@ def plane_count(core, hulls):
 @asked(inlined_kernel)
 def plane_of(core, hulls, k):
     """Return (outward unit normal, offset from the origin) of a plane of it, in its frame."""
+
+
+@asked(inlined_kernel)
+def lane_planes(core, hulls, first):
+    """Return (normals, offsets) of eight planes, from the one numbered ``first`` on.
+
+    In lanes, as ``plane_of``, or of a core with faces these. ``first`` is a multiple of 8. Where
+    there is none any more, the offset is inf.
+    """
 
 
 @asked(inlined_kernel)

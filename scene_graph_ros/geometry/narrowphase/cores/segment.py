@@ -3,13 +3,12 @@
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import every, with_sign
+from scene_graph_ros.geometry.compiled.lanes import as_lanes, every, with_sign
 from scene_graph_ros.geometry.narrowphase.cores import corners
 from scene_graph_ros.geometry.narrowphase.cores.corners import clamp_to, feature_at, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import along, NOTHING
 from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_NOWHERE
 from scene_graph_ros.geometry.narrowphase.cores.without import (
-    contains_origin,
     has_plane_across,
     inner_radius,
     is_curved,
@@ -22,26 +21,20 @@ from scene_graph_ros.geometry.narrowphase.cores.without import (
 from scene_graph_ros.geometry.narrowphase.features import LINE, NO_FEATURE
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
-    any_orthogonal,
     column,
-    cross,
-    dot,
     rotate,
     rotate_inverse,
-    scale,
 )
 
 __all__ = [
     "candidate",
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "growth",
     "growth_along",
@@ -50,7 +43,9 @@ __all__ = [
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "local_vertex",
     "neighbor",
     "plane_count",
@@ -94,16 +89,13 @@ def growth_along(half, q, m, t, u, flat):
 
 
 @inlined_kernel
-def face_of(placed, hulls, f):
-    """Return (unit normal, offset from the origin): four directions around it stand for faces."""
-    R, p = placed.R, placed.p
-    axis = column(R, 2)
-    d = any_orthogonal(axis)
-    if f & 1:
-        d = cross(axis, d)
-    if f & 2:
-        d = scale(-1.0, d)
-    return d, dot(p, d)
+def lane_planes(core, hulls, first):
+    """Return four directions around it that stand for faces."""
+    x = as_lanes((1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    y = as_lanes((0.0, 1.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0))
+    beyond = math.inf
+    offsets = as_lanes((0.0, 0.0, 0.0, 0.0, beyond, beyond, beyond, beyond))
+    return (x, y, every(0.0)), offsets
 
 
 @inlined_kernel
@@ -111,6 +103,14 @@ def edge_of(placed, hulls, k):
     """Return (one face, the next face around, a point of both)."""
     p = placed.p
     return k, (k + 1) % PARTS, p
+
+
+@inlined_kernel
+def lane_vertices(core, hulls, first):
+    """Return its ends."""
+    half = core[3][0]
+    z = as_lanes((-half, half, half, half, half, half, half, half))
+    return every(0.0), every(0.0), z
 
 
 @inlined_kernel

@@ -1,7 +1,9 @@
 """A triangle."""
 
+import math
+
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
-from scene_graph_ros.geometry.compiled.lanes import every, select
+from scene_graph_ros.geometry.compiled.lanes import as_lanes, every, select
 from scene_graph_ros.geometry.narrowphase.cores import corners
 from scene_graph_ros.geometry.narrowphase.cores.corners import feature_at, vertex_at
 from scene_graph_ros.geometry.narrowphase.cores.without import (
@@ -11,13 +13,13 @@ from scene_graph_ros.geometry.narrowphase.cores.without import (
     edge_of,
     face_count,
     face_feature,
-    face_of,
     growth,
     has_plane_across,
     inner_radius,
     is_curved,
     is_listed,
     is_simple,
+    lane_vertices,
     local_vertex,
     side,
     vertex_count,
@@ -39,14 +41,12 @@ from scene_graph_ros.geometry.spatial.vectors import (
 __all__ = [
     "candidate",
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "feature_at",
     "growth",
     "has_plane_across",
@@ -54,7 +54,9 @@ __all__ = [
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
     "lane_support",
+    "lane_vertices",
     "local_vertex",
     "neighbor",
     "plane_count",
@@ -98,12 +100,6 @@ def lane_support(core, hulls, d):
     return x, y, z
 
 
-@inlined_kernel
-def contains_origin(core):
-    """Return False: its corners may be anywhere."""
-    return False
-
-
 @lean_kernel
 def _corners(placed):
     """Return the corners of a TRIANGLE at pose (R, p)."""
@@ -129,6 +125,14 @@ def plane_of(core, hulls, k):
     up = unit(cross(subtract(u, o), subtract(v, o)), (0.0, 0.0, 1.0))
     out = scale(-1.0, up) if k & 1 else up
     return out, dot(out, o)
+
+
+@inlined_kernel
+def lane_planes(core, hulls, first):
+    """Return its plane, from either side."""
+    up, offset = plane_of(core, hulls, 0)
+    sign = as_lanes((1.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    return scale(sign, up), select(sign == 0.0, math.inf, sign * offset)
 
 
 @inlined_kernel

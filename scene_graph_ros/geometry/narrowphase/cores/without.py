@@ -4,27 +4,30 @@ A kind takes from here what it has nothing of its own for. Where an answer is on
 that count more than zero of something, it says so.
 """
 
+import math
+
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
+from scene_graph_ros.geometry.compiled.lanes import every
 from scene_graph_ros.geometry.narrowphase.cores.growth_forms import NOTHING
 from scene_graph_ros.geometry.narrowphase.cores.kinds import CORNERS_UNKNOWN, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import NO_FEATURE
 
 __all__ = [
     "clamp_to",
-    "contains_origin",
     "corner_ways",
     "edge_count",
     "edge_feature",
     "edge_of",
     "face_count",
     "face_feature",
-    "face_of",
     "growth",
     "has_plane_across",
     "inner_radius",
     "is_curved",
     "is_listed",
     "is_simple",
+    "lane_planes",
+    "lane_vertices",
     "local_vertex",
     "plane_count",
     "plane_of",
@@ -49,12 +52,6 @@ def is_simple(core, hulls):
 def is_listed(core):
     """Return False."""
     return False
-
-
-@inlined_kernel
-def contains_origin(core):
-    """Return True: that of its frame is its centre."""
-    return True
 
 
 @inlined_kernel
@@ -88,15 +85,16 @@ def vertex_count(core, hulls):
 
 
 @inlined_kernel
-def face_of(placed, hulls, f):
-    """Return no normal and no offset; never asked."""
-    return ORIGIN, 0.0
-
-
-@inlined_kernel
 def edge_of(placed, hulls, k):
     """Return no faces and no point; never asked."""
     return 0, 0, ORIGIN
+
+
+@inlined_kernel
+def lane_vertices(core, hulls, first):
+    """Return no vertices; never asked."""
+    nothing = every(0.0)
+    return nothing, nothing, nothing
 
 
 @inlined_kernel
@@ -121,6 +119,13 @@ def plane_count(core, hulls):
 def plane_of(core, hulls, k):
     """Return no normal and no offset; never asked."""
     return ORIGIN, 0.0
+
+
+@inlined_kernel
+def lane_planes(core, hulls, first):
+    """Return no planes; never asked."""
+    nothing = every(0.0)
+    return (nothing, nothing, nothing), every(math.inf)
 
 
 @inlined_kernel

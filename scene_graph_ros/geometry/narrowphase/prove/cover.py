@@ -18,10 +18,12 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.compiled.lanes import (
     all_of,
     any_of,
+    as_lanes,
+    bits_of,
     every,
     LANES,
-    load_lanes,
     load_number,
+    lowest_bit,
     magnitude,
     root,
     select,
@@ -47,21 +49,29 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     unit,
 )
+from scene_graph_ros.geometry.tables.vertex_scan import lane_of_largest
 from scene_graph_ros.geometry.tolerances import EPSILON, INNER_BALL_SPARE, TIE
 
-__all__ = ["cover"]
+__all__ = ["NUMBERS_OF_COVER", "cover"]
 
 MAX_ROUNDS = 40
-"""Of eight cells: 10 to 20 are usual. GJK and EPA take longer than this many."""
-
-QUEUE = 15
-"""Blocks of eight cells that wait at most; they are kept in a circle."""
+"""Of eight cells: ten are usual. GJK and EPA take longer than this many."""
 
 _SIDE, _S, _Q, _HALF, _W = (LANES * k for k in range(5))
 """Where numbers of a block's cells are: the side of the cube, the cell's middle and half width
-there, and the point, of three coordinates, that did not cover all of a larger cell."""
+there, and the point, of three coordinates, that did not cover all of it."""
 
 _BLOCK = 7 * LANES
+_WAITING = MAX_ROUNDS * _BLOCK
+"""Where the list of places of cells that are not covered begins; before it are the blocks."""
+
+NUMBERS_OF_COVER = _WAITING + MAX_ROUNDS * LANES
+"""That there must be room for."""
+
+_OF_FIRST = (1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0)
+_QUARTER_S = (-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0)
+_QUARTER_Q = (-1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0)
+"""Lanes: positive of the first of two cells' quarters, and where these are around its middle."""
 
 
 @lean_kernel
@@ -119,74 +129,55 @@ def _are_covered(w, side, s, q, half, square):
 
 
 @inlined_kernel
-def _place(cell):
-    """Return where the numbers of a cell are, by the order in which it came into the queue."""
-    return _BLOCK * ((cell // LANES) % QUEUE) + cell % LANES
+def _roots():
+    """Return (side, s, q, half, w) of the six sides of the cube, and two cells without a width."""
+    nothing = every(0.0)
+    side = as_lanes((0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 0.0, 0.0))
+    half = as_lanes((1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0))
+    return side, nothing, nothing, half, (nothing, nothing, nothing)
 
 
 @inlined_kernel
-def _enqueue(S, cell, side, s, q, half, w):
-    """Write a cell and the point that did not cover all of it."""
-    at = _place(cell)
-    store_number(S, at + _SIDE, side)
-    store_number(S, at + _S, s)
-    store_number(S, at + _Q, q)
-    store_number(S, at + _HALF, half)
-    store_number(S, at + _W, w[0])
-    store_number(S, at + _W + LANES, w[1])
-    store_number(S, at + _W + 2 * LANES, w[2])
-
-
-@inlined_kernel
-def _load_triple(S, at):
-    return load_lanes(S, at), load_lanes(S, at + LANES), load_lanes(S, at + 2 * LANES)
-
-
-@inlined_kernel
-def _store_triple(S, at, v):
-    store_lanes(S, at, v[0])
-    store_lanes(S, at + LANES, v[1])
-    store_lanes(S, at + 2 * LANES, v[2])
-
-
-@inlined_kernel
-def _cut(S, at, tail):
-    """Put the quarters of a block's cells that have a width into the queue; return its end."""
-    for lane in range(LANES):
-        place = at + lane
-        half = load_number(S, place + _HALF)
-        if half == 0.0:
-            continue
-        half *= 0.5
-        side, s, q = load_number(S, place), load_number(S, place + _S), load_number(S, place + _Q)
-        w = (
-            load_number(S, place + _W),
-            load_number(S, place + _W + LANES),
-            load_number(S, place + _W + 2 * LANES),
-        )
-        _enqueue(S, tail, side, s - half, q - half, half, w)
-        _enqueue(S, tail + 1, side, s - half, q + half, half, w)
-        _enqueue(S, tail + 2, side, s + half, q - half, half, w)
-        _enqueue(S, tail + 3, side, s + half, q + half, half, w)
-        tail += 4
+def _keep(S, block, cells, is_open, tail):
+    """Write a block of cells, and where those are that wait to be cut; return the list's end."""
+    side, s, q, half, w = cells
+    at = _BLOCK * block
+    store_lanes(S, at + _SIDE, side)
+    store_lanes(S, at + _S, s)
+    store_lanes(S, at + _Q, q)
+    store_lanes(S, at + _HALF, half)
+    for k in range(3):
+        store_lanes(S, at + _W + LANES * k, w[k])
+    bits = bits_of(is_open)
+    while bits != 0:
+        store_number(S, tail, float(at + lowest_bit(bits)))
+        bits &= bits - 1
+        tail += 1
     return tail
 
 
 @inlined_kernel
-def _least(S, at, depths, x):
-    """Return the least of depths, and its direction; room in a block of ``S`` is overwritten."""
-    store_lanes(S, at, depths)
-    _store_triple(S, at + _W, x)
-    best = 0
-    for lane in range(1, LANES):
-        if load_number(S, at + lane) < load_number(S, at + best):
-            best = lane
-    place = at + best
-    return load_number(S, place), (
-        load_number(S, place + _W),
-        load_number(S, place + _W + LANES),
-        load_number(S, place + _W + 2 * LANES),
+def _of_two(S, one, other, at):
+    """Return lanes of a number of two cells, each four times."""
+    return select(as_lanes(_OF_FIRST) > 0.0, load_number(S, one + at), load_number(S, other + at))
+
+
+@inlined_kernel
+def _quarters(S, head, tail):
+    """Return the quarters of the next two cells of the list; of one, some without a width."""
+    one = int(load_number(S, head))
+    other = int(load_number(S, min(head + 1, tail - 1)))
+    half = 0.5 * _of_two(S, one, other, _HALF)
+    s = _of_two(S, one, other, _S) + half * as_lanes(_QUARTER_S)
+    q = _of_two(S, one, other, _Q) + half * as_lanes(_QUARTER_Q)
+    w = (
+        _of_two(S, one, other, _W),
+        _of_two(S, one, other, _W + LANES),
+        _of_two(S, one, other, _W + 2 * LANES),
     )
+    if one == other:
+        half = select(as_lanes(_OF_FIRST) > 0.0, half, every(0.0))
+    return _of_two(S, one, other, _SIDE), s, q, half, w
 
 
 @inlined_kernel
@@ -205,38 +196,28 @@ def _search(turned, reach, more, less, S):
     All is in F. Proven is that it is at least ``more`` everywhere but within the reach of n.
     """
     square = more * more
-    for side in range(6):
-        _enqueue(S, side, float(side), 0.0, 0.0, 1.0, ORIGIN)
-    head, tail = 0, 6
-    for _ in range(MAX_ROUNDS):
-        if head >= tail:
-            return NONE_LESS, ORIGIN
-        for cell in range(tail, head + LANES):
-            _enqueue(S, cell, 0.0, 0.0, 0.0, 0.0, ORIGIN)  # no cell
-        at = _place(head)
-        head += LANES
-        tail = max(tail, head)
-        side, s, q = load_lanes(S, at), load_lanes(S, at + _S), load_lanes(S, at + _Q)
-        half, w = load_lanes(S, at + _HALF), _load_triple(S, at + _W)
+    cells = _roots()
+    head = tail = _WAITING
+    for block in range(MAX_ROUNDS):
+        side, s, q, half, w = cells
         far_s, far_q = magnitude(s) + half, magnitude(q) + half
         is_near = (side == 0.0) & (far_s * far_s + far_q * far_q <= reach * reach)
         is_done = (half == 0.0) | is_near | _are_covered(w, side, s, q, half, square)
-        if all_of(is_done):
-            continue
-        x = _directions(side, s, q)
-        w = _points(turned, x)
-        depths = dot(w, x) / root(dot(x, x))
-        is_beside = (side == 0.0) & (s * s + q * q <= reach * reach)
-        depths = select(is_done | is_beside, every(math.inf), depths)
-        if any_of(depths < more):
-            depth, best = _least(S, at, depths, x)
-            return LESS if depth < less else UNDECIDED, best
-        is_done = is_done | _are_covered(w, side, s, q, half, square)
-        store_lanes(S, at + _HALF, select(is_done, every(0.0), half))
-        _store_triple(S, at + _W, w)
-        if tail - head + 5 * LANES > LANES * QUEUE:
-            break
-        tail = _cut(S, at, tail)
+        if not all_of(is_done):
+            x = _directions(side, s, q)
+            w = _points(turned, x)
+            depths = dot(w, x) / root(dot(x, x))
+            is_beside = (side == 0.0) & (s * s + q * q <= reach * reach)
+            depths = select(is_done | is_beside, every(math.inf), depths)
+            if any_of(depths < more):
+                k = lane_of_largest(select(depths < more, -depths, every(-math.inf)))
+                return LESS if depths[k] < less else UNDECIDED, (x[0][k], x[1][k], x[2][k])
+            is_open = ~(is_done | _are_covered(w, side, s, q, half, square))
+            tail = _keep(S, block, (side, s, q, half, w), is_open, tail)
+        if head >= tail:
+            return NONE_LESS, ORIGIN
+        cells = _quarters(S, head, tail)
+        head = min(head + 2, tail)
     return UNDECIDED, ORIGIN
 
 

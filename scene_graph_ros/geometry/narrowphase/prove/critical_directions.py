@@ -11,8 +11,8 @@ around a vertex it is the vertex. So the least depth is found
 * within the arcs around a vertex, along which that leaves Q the soonest: across a cylinder's side
   that is in closed form, and inside an ellipsoid but for a root.
 
-Most faces and arcs need no support point: a point c of Q that is r below two faces proves that D
-is at least r at both and on the arc between them.
+Faces, planes and vertices are looked at eight at a time. Most arcs need no more than the support
+points at their ends.
 
 A pair is (Q, P), and everything in Q's frame.
 """
@@ -20,38 +20,45 @@ A pair is (Q, P), and everything in Q's frame.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.compiled.lanes import (
+    any_of,
+    as_lanes,
+    every,
+    LANES,
+    lowest_bit,
+    select,
+)
 from scene_graph_ros.geometry.narrowphase.cores.kinds import (
     CORNERS_ACROSS_SIDE,
     CORNERS_OF_ELLIPSOID,
     CORNERS_UNKNOWN,
 )
+from scene_graph_ros.geometry.narrowphase.cores.lane_roots import inverse_root
 from scene_graph_ros.geometry.narrowphase.cores.questions import (
-    contains_origin,
     corner_ways,
     edge_count,
+    edge_of,
     face_count,
-    face_of,
     is_curved,
-    placed_support,
+    lane_planes,
+    lane_support,
+    lane_vertices,
     plane_count,
-    plane_of,
     side,
     support,
     vertex_count,
-    vertex_of,
 )
 from scene_graph_ros.geometry.narrowphase.pair import body_A, body_B, swapped
-from scene_graph_ros.geometry.narrowphase.prove.polytope_rows import (
-    BELOW,
-    BELOW_CENTRE,
-    DEPTH,
-    edge_rows,
-    fill,
-    FIRST_FACE,
+from scene_graph_ros.geometry.narrowphase.prove.polytope_faces import (
     LAST,
+    normal_at,
+    place_of_face,
+    point_at,
+    store_faces,
 )
 from scene_graph_ros.geometry.narrowphase.prove.vertices_in_ellipsoid import are_vertices_deeper
 from scene_graph_ros.geometry.spatial.vectors import (
+    add,
     axpy,
     dot,
     rotate,
@@ -60,6 +67,7 @@ from scene_graph_ros.geometry.spatial.vectors import (
     subtract,
     unit,
 )
+from scene_graph_ros.geometry.tables.vertex_scan import lane_of_largest, NUMBERS
 from scene_graph_ros.geometry.tolerances import EPSILON, NEIGHBORHOOD, TIE
 
 __all__ = [
@@ -89,6 +97,9 @@ cylinder's side, an edge of P."""
 MAX_CUTS = 192
 """Parts of an arc that are looked at. Each cut halves what is left around a minimum, or more."""
 
+CHUNK = 32
+"""So many arcs are looked at before those with room for less are gone through."""
+
 SLACK = 1e3
 """In units of a tie: what is left open around the least depth on a curved body, as no bound ever
 reaches it."""
@@ -108,30 +119,49 @@ def _better(best, depth, d, where, index, tie):
 
 
 @inlined_kernel
-def _visit_faces(pair, y, best, tie, S):
-    """Fill the rows of P's faces; return what is known then."""
-    core_Q, core_P, hulls = pair.core_A, pair.core_B, pair.hulls
-    for f in range(face_count(core_P, hulls)):
-        row = FIRST_FACE + f
-        d, offset = face_of(body_B(pair), hulls, f)
-        below = offset - dot(y, d)
-        below_centre = offset if contains_origin(core_Q) else below
-        depth = math.inf
-        if max(below, below_centre) < best[1] + tie:
-            q, _ = support(core_Q, hulls, scale(-1.0, d))
-            depth = offset - dot(q, d)
-            best = _better(best, depth, d, FACE_OF_P, f, tie)
-            for c in range(3):
-                S[row, 3 + c] = q[c]
-        for c in range(3):
-            S[row, c] = d[c]
-        S[row, DEPTH], S[row, BELOW], S[row, BELOW_CENTRE] = depth, below, below_centre
+def _best_of(best, depths, d, where, first, tie):
+    """Return what is known after the depths D in lanes of directions d, from the least on."""
+    lanes = as_lanes(NUMBERS)
+    depths = select(depths < best[1] + tie, depths, every(math.inf))
+    while any_of(depths < best[1] + tie):
+        k = lane_of_largest(-depths)
+        best = _better(best, depths[k], (d[0][k], d[1][k], d[2][k]), where, first + k, tie)
+        depths = select(lanes == float(k), every(math.inf), depths)
     return best
 
 
 @inlined_kernel
+def _visit_faces(pair, best, tie, S):
+    """Write down P's faces; return what is known then."""
+    core_Q, (core_P, R, p), hulls = pair.core_A, body_B(pair), pair.hulls
+    for first in range(0, face_count(core_P, hulls), LANES):
+        out, offset = lane_planes(core_P, hulls, first)
+        d = rotate(R, out)
+        offset = offset + dot(p, d)
+        q = lane_support(core_Q, hulls, scale(-1.0, d))
+        depths = offset - dot(q, d)
+        store_faces(S, first, d, q)
+        best = _best_of(best, depths, d, FACE_OF_P, first, tie)
+    return best
+
+
+@inlined_kernel
+def _has_room(S, v, near, far, enough):
+    """Return whether the planes through Q's support points at its ends leave an arc room for less.
+
+    v is a point of the edge, near and far are places of its faces; see ``_visit_arc``.
+    """
+    d, q, e, x = normal_at(S, near), point_at(S, near), normal_at(S, far), point_at(S, far)
+    w, rest = subtract(v, q), subtract(x, q)
+    along_d, along_e = dot(rest, d), dot(rest, e)
+    lower = along_d * dot(w, e) - along_e * dot(w, d)
+    square = along_d * along_d + along_e * along_e - 2.0 * along_d * along_e * dot(d, e)
+    return (lower < 0.0) | (lower * lower < enough * abs(enough) * square)
+
+
+@inlined_kernel
 def _visit_arc(pair, v, edge, best, tie, S):
-    """Return what is known after the arc of an ``edge``: (index, row of one face, of the other).
+    """Return what is known after the arc of an ``edge``: (index, places of its faces).
 
     v is a point of the edge. Between two directions on the arc with support points w of C, D is
     at least the smaller of its values there and of w . m, where m is the direction in which both
@@ -141,12 +171,12 @@ def _visit_arc(pair, v, edge, best, tie, S):
     """
     core_Q, hulls = pair.core_A, pair.hulls
     index, near, far = edge
-    fill(core_Q, hulls, v, S, near)
-    fill(core_Q, hulls, v, S, far)
-    d = (S[near, 0], S[near, 1], S[near, 2])
-    w = subtract(v, (S[near, 3], S[near, 4], S[near, 5]))
-    for c in range(6):
-        S[0, c] = S[far, c]
+    d = normal_at(S, near)
+    w = subtract(v, point_at(S, near))
+    e, x = normal_at(S, far), point_at(S, far)
+    for c in range(3):
+        S[0, c] = e[c]
+        S[0, 3 + c] = x[c]
     is_smooth = is_curved(core_Q)
     top = 0
     for _ in range(MAX_CUTS):
@@ -187,45 +217,55 @@ def _visit_arc(pair, v, edge, best, tie, S):
 
 @inlined_kernel
 def _visit_arcs(pair, best, tie, S):
-    """Return what is known after the arcs that no point of Q proves to be deeper."""
+    """Return what is known after the arcs that have room for less."""
     core_P, hulls = pair.core_B, pair.hulls
-    for k in range(edge_count(core_P, hulls)):
-        if best[1] < 0.0:
-            break
-        near, far, v = edge_rows(body_B(pair), hulls, k)
-        enough = best[1] + tie
-        if (
-            min(S[near, BELOW], S[far, BELOW]) < enough
-            and min(S[near, BELOW_CENTRE], S[far, BELOW_CENTRE]) < enough
-        ):
-            best = _visit_arc(pair, v, (k, near, far), best, tie, S)
+    count = edge_count(core_P, hulls)
+    for first in range(0, count, CHUNK):
+        bits = 0
+        for k in range(first, min(first + CHUNK, count)):
+            near, far, v = edge_of(body_B(pair), hulls, k)
+            has_room = _has_room(S, v, place_of_face(near), place_of_face(far), best[1] + tie)
+            bits |= int(has_room) << (k - first)
+        while bits != 0 and best[1] >= 0.0:
+            k = first + lowest_bit(bits)
+            bits &= bits - 1
+            near, far, v = edge_of(body_B(pair), hulls, k)
+            edge = (k, place_of_face(near), place_of_face(far))
+            best = _visit_arc(pair, v, edge, best, tie, S)
     return best
 
 
 @inlined_kernel
 def _visit_planes(pair, best, tie):
     """Return what is known after the planes of Q: faces, or the ends of a cylinder."""
-    core_Q, hulls = pair.core_A, pair.hulls
-    for f in range(plane_count(core_Q, hulls)):
-        out, offset = plane_of(core_Q, hulls, f)
+    core_Q, (core_P, R, p), hulls = pair.core_A, body_B(pair), pair.hulls
+    for first in range(0, plane_count(core_Q, hulls), LANES):
+        out, offset = lane_planes(core_Q, hulls, first)
         d = scale(-1.0, out)
-        x, _ = placed_support(body_B(pair), hulls, d)
-        best = _better(best, offset + dot(d, x), d, PLANE_OF_Q, f, tie)
+        e = rotate_inverse(R, d)
+        depths = offset + dot(d, p) + dot(e, lane_support(core_P, hulls, e))
+        best = _best_of(best, depths, d, PLANE_OF_Q, first, tie)
     return best
 
 
 @inlined_kernel
 def _visit_side(pair, best, tie):
     """Return what is known after the directions across a cylinder Q in which vertices leave it."""
-    core_P, hulls = pair.core_B, pair.hulls
+    (core_P, R, p), hulls = body_B(pair), pair.hulls
     radius = side(body_A(pair))[3]
-    for k in range(vertex_count(core_P, hulls)):
-        v = vertex_of(body_B(pair), hulls, k)
+    count = vertex_count(core_P, hulls)
+    for first in range(0, count, LANES):
+        v = add(rotate(R, lane_vertices(core_P, hulls, first)), p)
+        across = v[0] * v[0] + v[1] * v[1]
         room = radius - best[1] - tie
-        if room <= 0.0 or v[0] * v[0] + v[1] * v[1] > room * room:
-            d = unit((-v[0], -v[1], 0.0), (1.0, 0.0, 0.0))
-            x, _ = placed_support(body_B(pair), hulls, d)
-            best = _better(best, dot(d, x) + radius, d, SIDE_OF_Q, k, tie)
+        if room <= 0.0 or any_of(across > room * room):
+            inverse = inverse_root(across)
+            x, y = -inverse * v[0], -inverse * v[1]
+            d = (select(across > 0.0, x, every(1.0)), y, every(0.0))
+            e = rotate_inverse(R, d)
+            depths = dot(d, p) + dot(e, lane_support(core_P, hulls, e)) + radius
+            depths = select(as_lanes(NUMBERS) < float(count - first), depths, every(math.inf))
+            best = _best_of(best, depths, d, SIDE_OF_Q, first, tie)
     return best
 
 
@@ -234,7 +274,7 @@ def _look(pair, y, least, known, tie, S):
     """Return what is known about a polytope P; y is Q's witness, ``known`` points out of P."""
     core_Q, hulls = pair.core_A, pair.hulls
     best = (NONE_LESS, least, known, FACE_OF_P, 0)
-    best = _visit_faces(pair, y, best, tie, S)
+    best = _visit_faces(pair, best, tie, S)
     best = _visit_planes(pair, best, tie)
     ways = corner_ways(core_Q, hulls)
     if ways == CORNERS_ACROSS_SIDE:

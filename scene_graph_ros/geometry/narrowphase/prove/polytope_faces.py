@@ -1,55 +1,68 @@
-"""Rows of a workspace for the faces of a small polytope.
+"""Places in a workspace for the faces of a small polytope, eight of them beside each other.
 
-P is the polytope, Q another core in whose frame everything is.
+P is the polytope, Q another core in whose frame everything is. Of each face there are six numbers:
+its unit normal d out of P, and Q's support point against it.
 """
 
-import math
-
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel
-from scene_graph_ros.geometry.narrowphase.cores.questions import edge_of, support
-from scene_graph_ros.geometry.spatial.vectors import dot, scale, subtract
+from scene_graph_ros.geometry.compiled.lanes import LANES, load_number, store_lanes
 from scene_graph_ros.geometry.tables.hull_blocks import SCAN_LIMIT
 
 __all__ = [
-    "BELOW",
-    "BELOW_CENTRE",
-    "DEPTH",
     "FIRST_FACE",
     "LAST",
-    "MAX_FACES",
-    "edge_rows",
-    "fill",
+    "NUMBERS_OF_FACES",
+    "normal_at",
+    "place_of_face",
+    "point_at",
+    "store_faces",
 ]
 
-FIRST_FACE = 36
+FIRST_FACE = 40
 """The row of the workspace where faces begin; before it is a stack of directions on an arc."""
 
 LAST = FIRST_FACE - 1
 """The row before the faces."""
 
-MAX_FACES = 2 * SCAN_LIMIT - 4
+_ROW = 9
+_GROUP = 6 * LANES
+_POINT = 3 * LANES
+"""Where the points of eight faces are, after their normals; lane beside lane."""
+
+_MAX_FACES = 2 * SCAN_LIMIT - 4
 """A hull that is scanned has no more (Euler)."""
 
-DEPTH = 6
-BELOW = 7
-BELOW_CENTRE = 8
-"""Columns of a row: the direction, Q's support point against it, D (infinite: not visited), and
-how far Q's witness and Q's centre are below the face."""
+NUMBERS_OF_FACES = _ROW * FIRST_FACE + _GROUP * -(-_MAX_FACES // LANES)
+"""That a workspace must have room for, from its first row on."""
 
 
 @inlined_kernel
-def edge_rows(placed, hulls, k):
-    """Return (row of one face, row of the other, a point of the edge they share) of edge k."""
-    one, other, v = edge_of(placed, hulls, k)
-    return FIRST_FACE + one, FIRST_FACE + other, v
+def place_of_face(f):
+    """Return where the numbers of the face f begin."""
+    return _ROW * FIRST_FACE + _GROUP * (f // LANES) + f % LANES
 
 
 @inlined_kernel
-def fill(core_Q, hulls, v, S, row):
-    """Find the support point of Q for the row of a face that v is a point of, unless known."""
-    if S[row, DEPTH] == math.inf:
-        d = (S[row, 0], S[row, 1], S[row, 2])
-        q, _ = support(core_Q, hulls, scale(-1.0, d))
-        for c in range(3):
-            S[row, 3 + c] = q[c]
-        S[row, DEPTH] = dot(subtract(v, q), d)
+def _triple(S, at):
+    return load_number(S, at), load_number(S, at + LANES), load_number(S, at + 2 * LANES)
+
+
+@inlined_kernel
+def normal_at(S, place):
+    """Return the normal of the face at a place."""
+    return _triple(S, place)
+
+
+@inlined_kernel
+def point_at(S, place):
+    """Return Q's support point against the face at a place."""
+    return _triple(S, place + _POINT)
+
+
+@inlined_kernel
+def store_faces(S, first, d, q):
+    """Write normals and points of eight faces, from the one numbered ``first`` on."""
+    at = place_of_face(first)
+    for k in range(3):
+        store_lanes(S, at + LANES * k, d[k])
+        store_lanes(S, at + _POINT + LANES * k, q[k])
