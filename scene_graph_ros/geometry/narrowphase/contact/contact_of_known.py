@@ -22,7 +22,7 @@ from scene_graph_ros.geometry.narrowphase.prove.critical_directions import (
     FACE_OF_P,
     PLANE_OF_Q,
 )
-from scene_graph_ros.geometry.narrowphase.prove.polytope_rows import LAST
+from scene_graph_ros.geometry.narrowphase.prove.polytope_faces import LAST
 from scene_graph_ros.geometry.spatial.vectors import add, norm, rotate, scale, subtract
 from scene_graph_ros.geometry.tolerances import EPSILON, POLISH_RESIDUAL, TIE
 

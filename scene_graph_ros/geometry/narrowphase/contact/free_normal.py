@@ -18,6 +18,7 @@ M n0 + s M t + q M u, each step is done with three images, and asks no core.
 import math
 
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.narrowphase.contact.first_normal import first_normal
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import SMOOTH, VERTEX
 from scene_graph_ros.geometry.spatial.vectors import (
@@ -176,6 +177,7 @@ def normal_on_sphere(features, n, size):
     between = subtract(features.A[1], features.B[1])
     enough = ROUNDING_LEFT * EPSILON * size
     floor = CURVATURE_FLOOR * size
+    n = first_normal(features, n, size)
     t, u = orthogonal_pair(n)
     c = (dot(n, between), dot(t, between), dot(u, between))
     n_A, t_A, u_A = _images(features.A, features.core_A, IDENTITY, n, t, u)
