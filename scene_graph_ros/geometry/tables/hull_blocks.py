@@ -27,7 +27,11 @@ from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.meshes.hull import Hull
 from scene_graph_ros.geometry.meshes.vertex_cells import cell_of, VertexCells
 from scene_graph_ros.geometry.tables.plane_scan import highest_of_planes, PLANE_STRIDE
-from scene_graph_ros.geometry.tables.vertex_scan import furthest_of_groups, GROUP
+from scene_graph_ros.geometry.tables.vertex_scan import (
+    furthest_of_few_groups,
+    furthest_of_groups,
+    GROUP,
+)
 
 __all__ = [
     "EDGE_STRIDE",
@@ -255,7 +259,7 @@ def furthest_vertex(blocks, start, d):
     side = int(blocks[start + 5])
     if side == 0 or not max(abs(d[0]), abs(d[1]), abs(d[2])) > 0.0:
         groups = (int(blocks[start]) + GROUP - 1) // GROUP
-        return furthest_of_groups(blocks, start + HEADER, groups, d, STRIDE)
+        return furthest_of_few_groups(blocks, start + HEADER, groups, d, STRIDE)
     cell = int(blocks[start + 4]) + 2 * cell_of(d, side)
     first, groups = int(blocks[cell]), int(blocks[cell + 1])
     best = furthest_of_groups(blocks, first, groups, d, STRIDE)

@@ -6,6 +6,7 @@ import pytest
 
 from scene_graph_ros.geometry.compiled.lanes import load_lanes
 from scene_graph_ros.geometry.tables.vertex_scan import (
+    furthest_of_few_groups,
     furthest_of_groups,
     GROUP,
     lane_of_largest,
@@ -17,8 +18,10 @@ START = 3
 
 @numba.njit
 def furthest(blocks, groups, d):
-    """Call the intrinsic, which only kernels can."""
-    return furthest_of_groups(blocks, START, groups, d, 4 * GROUP)
+    """Call both, which only kernels can, and return -1 where they differ."""
+    place = furthest_of_groups(blocks, START, groups, d, 4 * GROUP)
+    same = furthest_of_few_groups(blocks, START, groups, d, 4 * GROUP) == place
+    return place if same else -1
 
 
 @numba.njit
