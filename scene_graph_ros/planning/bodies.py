@@ -237,9 +237,8 @@ def distance_at(held, bodies, pairs, p, k, places, max_distance, tolerance):
     a, b = pairs.bodies[p, 0], pairs.bodies[p, 1]
     if pairs.swaps[p]:
         a, b = b, a
-    R_WA, p_WA = _pose_of(places.X_WG[a], k)
-    R_WB, p_WB = _pose_of(places.X_WG[b], k)
+    X_WA, X_WB = _pose_of(places.X_WG[a], k), _pose_of(places.X_WG[b], k)
     i, j = bodies.rows[a], bodies.rows[b]
     size = max(table.scale[i], table.scale[j])
-    arguments = held, i, j, R_WA, p_WA, R_WB, p_WB, max_distance, tolerance * size
+    arguments = held, i, j, X_WA, X_WB, max_distance, tolerance * size
     return _pair_distance(bodies.measure, arguments)

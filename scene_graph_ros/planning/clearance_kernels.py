@@ -176,17 +176,13 @@ def _write_row(held, table, p, influence, row):
     """
     covers, chains, axes = table.covers, table.chains, table.axes
     first, second = 2 * p & LAST_PLACE, 2 * p + 1 & LAST_PLACE
-    R_WA, p_WA = pose_in_cover(covers, table.starts[first])
-    R_WB, p_WB = pose_in_cover(covers, table.starts[second])
     limit = influence + load_number(table.pairs.paddings, p)
     arguments = (
         held,
         table.shapes[first],
         table.shapes[second],
-        R_WA,
-        p_WA,
-        R_WB,
-        p_WB,
+        pose_in_cover(covers, table.starts[first]),
+        pose_in_cover(covers, table.starts[second]),
         max(limit, 0.0),
         0.0,
     )

@@ -17,18 +17,16 @@ from scene_graph_ros.geometry.query.distance.solved_pairs import (
     BOTH,
     DECIDED_BY,
     GAP,
-    LOCAL,
+    LOCAL_AT,
     NHAT_BA_W,
     NO_FAILURE,
-    numbers_of,
+    NUMBERS_OF,
     PHI,
-    place_in_world,
-    POINTS,
     ROW_A,
     ROW_B,
     SolvedPairs,
     UNIQUE,
-    WORLD,
+    WORLD_AT,
 )
 from scene_graph_ros.geometry.spatial.vectors import (
     add,
@@ -65,12 +63,11 @@ def _store(numbers, at, v):
 
 
 @lean_kernel
-def _solve(places, X_WG, pairs, max_distance, keep, accuracy, local, world, numbers, m):
-    """Write the kept pairs, for m of which is room; return how many, and which has no answer.
-
-    ``local`` and ``world`` are where their points start, times m; 0: they are not asked for.
-    """
+def _solve(places, X_WG, pairs, max_distance, keep, accuracy, points, numbers):
+    """Write the kept pairs, as there is room; return how many, and which has no answer."""
     table = borrowed_table(places)
+    m = len(numbers) // NUMBERS_OF[points]
+    local, world = LOCAL_AT[points] * m, WORLD_AT[points] * m
     count = 0
     for k in range(pairs.shape[0]):
         row_A, row_B = pairs[k, 0], pairs[k, 1]
@@ -100,11 +97,11 @@ def _solve(places, X_WG, pairs, max_distance, keep, accuracy, local, world, numb
         first, second = (at + 3 * m, at) if turned else (at, at + 3 * m)
         if local:
             p_BCb = rotate_inverse(R_AB, subtract(p_ACb, p_AB))
-            _store(numbers, local * m + first, p_ACa)
-            _store(numbers, local * m + second, p_BCb)
+            _store(numbers, local + first, p_ACa)
+            _store(numbers, local + second, p_BCb)
         if world:
-            _store(numbers, world * m + first, add(p_WA, rotate(R_WA, p_ACa)))
-            _store(numbers, world * m + second, add(p_WA, rotate(R_WA, p_ACb)))
+            _store(numbers, world + first, add(p_WA, rotate(R_WA, p_ACa)))
+            _store(numbers, world + second, add(p_WA, rotate(R_WA, p_ACb)))
         count += 1
         if keep == FIRST_PENETRATION:
             return count, NO_FAILURE
@@ -142,12 +139,10 @@ def solve_pairs(
     if not len(pairs):
         return _NO_PAIRS
     room = 1 if keep == FIRST_PENETRATION else len(pairs)
-    numbers = np.empty(numbers_of(points) * room)
+    numbers = np.empty(NUMBERS_OF[points] * room)
     loose = accuracy if accuracy > EXACT else 0.0
-    local = POINTS if points & LOCAL else 0
-    world = place_in_world(points) if points & WORLD else 0
     count, failed = _solve(
-        held.places, X_WG, pairs, float(max_distance), keep, loose, local, world, numbers, room
+        held.places, X_WG, pairs, float(max_distance), keep, loose, points, numbers
     )
     solved = SolvedPairs(numbers, room, count, failed, points)
     if certify:

@@ -27,12 +27,13 @@ from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.geometry.model.state import GeometryState
 from scene_graph_ros.geometry.query.distance.driver import FIRST_PENETRATION, WITHIN
 from scene_graph_ros.geometry.query.distance.solved_pairs import (
+    BOTH,
     DECIDED_BY,
     GAP,
+    LOCAL_AT,
     NHAT_BA_W,
     NO_FAILURE,
     PHI,
-    POINTS,
     ROW_A,
     ROW_B,
     SolvedPairs,
@@ -266,7 +267,7 @@ def _solved(found: list[tuple[int, int, Contact]], X_WG: Vector, failed: int) ->
     columns = {
         PHI: phi, GAP: np.full(len(found), np.nan), UNIQUE: unique,
         DECIDED_BY: np.zeros(len(found)), NHAT_BA_W: nhat,
-        ROW_A: rows[:, 0], ROW_B: rows[:, 1], POINTS: np.stack([*locals_, p_WCa, p_WCb]),
+        ROW_A: rows[:, 0], ROW_B: rows[:, 1], LOCAL_AT[BOTH]: np.stack([*locals_, p_WCa, p_WCb]),
     }  # fmt: skip
     numbers = np.concatenate([columns[start].ravel() for start in sorted(columns)])
     return SolvedPairs(numbers, len(found), len(found), failed)

@@ -10,12 +10,12 @@ from scene_graph_ros.geometry.tables.held_table import borrowed_table
 __all__ = ["PAIR_DISTANCE"]
 
 
-def _pair_distance(places, i, j, R_WA, p_WA, R_WB, p_WB, max_distance, tolerance):
+def _pair_distance(places, i, j, X_WA, X_WB, max_distance, tolerance):
     table = borrowed_table(places)
     turned = are_turned(table, i, j)
     if turned:
-        i, j = j, i
-        R_WA, p_WA, R_WB, p_WB = R_WB, p_WB, R_WA, p_WA
+        i, j, X_WA, X_WB = j, i, X_WB, X_WA
+    (R_WA, p_WA), (R_WB, p_WB) = X_WA, X_WB
     R_AB, p_AB = relative_pose(R_WA, p_WA, R_WB, p_WB)
     phi, p_ACa, p_ACb, nhat_A, _, gap, _ = distance_pair(
         table, i, j, R_AB, p_AB, max_distance, tolerance
@@ -27,9 +27,8 @@ def _pair_distance(places, i, j, R_WA, p_WA, R_WB, p_WB, max_distance, tolerance
     return phi, p_WCa, p_WCb, nhat_W, gap
 
 
-PAIR_DISTANCE = entry_point(
-    _pair_distance,
-    (np.zeros(1, np.int64), 0, 0, 9 * (0.0,), 3 * (0.0,), 9 * (0.0,), 3 * (0.0,), 0.0, 0.0),
-)
-"""Returns (phi, p_WCa, p_WCb, nhat_BA_W, gap) of rows i (A) and j (B) at poses in W, by
+_POSE = 9 * (0.0,), 3 * (0.0,)
+
+PAIR_DISTANCE = entry_point(_pair_distance, (np.zeros(1, np.int64), 0, 0, _POSE, _POSE, 0.0, 0.0))
+"""Returns (phi, p_WCa, p_WCb, nhat_BA_W, gap) of rows i (A) and j (B) at the poses (R, p) in W, by
 ``distance_pair``, with the ``places`` of a HeldTable in place of the table."""

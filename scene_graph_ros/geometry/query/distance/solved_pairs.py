@@ -10,39 +10,30 @@ __all__ = [
     "DECIDED_BY",
     "GAP",
     "LOCAL",
+    "LOCAL_AT",
     "NHAT_BA_W",
     "NO_FAILURE",
+    "NUMBERS_OF",
     "PHI",
-    "POINTS",
     "ROW_A",
     "ROW_B",
     "UNIQUE",
     "WORLD",
+    "WORLD_AT",
     "SolvedPairs",
-    "numbers_of",
-    "place_in_world",
 ]
 
-PHI, GAP, UNIQUE, DECIDED_BY, ROW_A, ROW_B, NHAT_BA_W, POINTS = 0, 1, 2, 3, 4, 5, 6, 9
+PHI, GAP, UNIQUE, DECIDED_BY, ROW_A, ROW_B, NHAT_BA_W = 0, 1, 2, 3, 4, 5, 6
 """Where each column starts, times the number of pairs that there is room for; then come points."""
 
-LOCAL, WORLD = 1, 2
-"""Points that are written down: the witnesses in their geometries' frames, and after them in W."""
-BOTH = LOCAL | WORLD
-_NUMBERS = 6
-"""Of the two witnesses in their frames, or in W."""
+LOCAL, WORLD, BOTH = 1, 2, 3
+"""Points that are written down: the witnesses in their geometries' frames, in W, or both."""
+LOCAL_AT, WORLD_AT = (0, 9, 0, 9), (0, 0, 9, 15)
+"""By points: where those in the frames and those in W start, like columns; 0 where none do."""
+NUMBERS_OF = (9, 15, 15, 21)
+"""By points: how many numbers a pair has."""
 
 NO_FAILURE = -1
-
-
-def place_in_world(points: int) -> int:
-    """Return where the witnesses in W start, times the room, if they are among the points."""
-    return POINTS + _NUMBERS * (points & LOCAL)
-
-
-def numbers_of(points: int) -> int:
-    """Return how many numbers a pair has with these points."""
-    return POINTS + _NUMBERS * points.bit_count()
 
 
 class SolvedPairs:
@@ -62,7 +53,7 @@ class SolvedPairs:
         failed: int = NO_FAILURE,
         points: int = BOTH,
     ) -> None:
-        """Take ``numbers_of(points)`` * room numbers, column after column."""
+        """Take ``NUMBERS_OF[points]`` * room numbers, column after column."""
         self._numbers = numbers
         self._room = room
         self._points = points
@@ -81,9 +72,10 @@ class SolvedPairs:
         first = start * self._room
         return self._numbers[first : first + 3 * self.count].reshape(-1, 3)
 
-    def _witness(self, points: int, start: int) -> NDArray[np.float64]:
-        assert self._points & points, "these points were not asked for"
-        return self._vectors(start)
+    def _witness(self, starts: tuple[int, ...], after: int) -> NDArray[np.float64]:
+        start = starts[self._points]
+        assert start, "these points were not asked for"
+        return self._vectors(start + after)
 
     @property
     def rows_A(self) -> NDArray[np.int64]:
@@ -108,22 +100,22 @@ class SolvedPairs:
     @property
     def p_ACa(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on A, in A's geometry frame."""
-        return self._witness(LOCAL, POINTS)
+        return self._witness(LOCAL_AT, 0)
 
     @property
     def p_BCb(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on B, in B's geometry frame."""
-        return self._witness(LOCAL, POINTS + 3)
+        return self._witness(LOCAL_AT, 3)
 
     @property
     def p_WCa(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on A, in W."""
-        return self._witness(WORLD, place_in_world(self._points))
+        return self._witness(WORLD_AT, 0)
 
     @property
     def p_WCb(self) -> NDArray[np.float64]:
         """(k, 3) metres: the witness on B, in W."""
-        return self._witness(WORLD, place_in_world(self._points) + 3)
+        return self._witness(WORLD_AT, 3)
 
     @property
     def nhat_BA_W(self) -> NDArray[np.float64]:
