@@ -60,6 +60,8 @@ PARTS := $(BESIDE) test-ros test-core
 
 test:  ## run every check and test, also where one fails, and say which did
 	@$(BOOTSTRAP) --for-tests
+	@echo "Style, types and uncompiled kernels are checked side by side: what each tells comes when" \
+	  "it is done, after about a minute."
 	@export PASSED=$$(mktemp); trap 'rm -f "$$PASSED"' EXIT; \
 	  $(MAKE) --jobs 2 --output-sync=target $(BESIDE:%=try-%); \
 	  for part in $(filter-out $(BESIDE),$(PARTS)); do $(MAKE) try-$$part; done; \
