@@ -8,8 +8,8 @@ triangle is taken along the triangle's normal.
 
 import math
 
-from scene_graph_ros.geometry.compiled.kernel import lean_kernel
-from scene_graph_ros.geometry.spatial.vectors import cross, dot, scale, unit
+from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
+from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, scale, subtract, unit
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
 
 __all__ = ["CONTAINS", "closest_on_simplex", "simplex_normal", "weighted_points"]
@@ -18,88 +18,79 @@ CONTAINS = 4
 """The count returned for a tetrahedron that contains the origin."""
 
 
-@lean_kernel
+@inlined_kernel
 def _row(S, i):
     return (S[i, 0], S[i, 1], S[i, 2])
 
 
-@lean_kernel
-def _edge(S, i, j):
-    return (S[j, 0] - S[i, 0], S[j, 1] - S[i, 1], S[j, 2] - S[i, 2])
-
-
-@lean_kernel
-def _on_segment(S, i, j):
-    """Return (weight of i, weight of j, closest point)."""
-    p = _row(S, i)
-    e = _edge(S, i, j)
+@inlined_kernel
+def _on_segment(p, q):
+    """Return (weight of p, weight of q, closest point)."""
+    e = subtract(q, p)
     ee = dot(e, e)
     pe = -dot(p, e)
     if pe <= 0.0 or ee <= 0.0:
         return 1.0, 0.0, p
-    q = _row(S, j)
     qe = dot(q, e)
     if qe <= 0.0:
         return 0.0, 1.0, q
     # Start from the nearer end: the closest point then carries the smaller rounding error.
     if pe <= qe:
         t = pe / ee
-        return 1.0 - t, t, (p[0] + t * e[0], p[1] + t * e[1], p[2] + t * e[2])
+        return 1.0 - t, t, axpy(t, e, p)
     t = qe / ee
-    return t, 1.0 - t, (q[0] - t * e[0], q[1] - t * e[1], q[2] - t * e[2])
+    return t, 1.0 - t, axpy(-t, e, q)
 
 
 @lean_kernel
-def _on_border(S, i, j, k, out_i, out_j, out_k):
+def _on_border(p, q, r, out_p, out_q, out_r):
     """Return (three weights, closest point) on those edges whose opposite corner is ``out``."""
     best = math.inf
     weights = (1.0, 0.0, 0.0)
-    closest = _row(S, i)
-    if out_i:
-        wj, wk, v = _on_segment(S, j, k)
+    closest = p
+    if out_p:
+        wq, wr, v = _on_segment(q, r)
         best = dot(v, v)
-        weights = (0.0, wj, wk)
+        weights = (0.0, wq, wr)
         closest = v
-    if out_j:
-        wi, wk, v = _on_segment(S, i, k)
+    if out_q:
+        wp, wr, v = _on_segment(p, r)
         vv = dot(v, v)
         if vv < best:
             best = vv
-            weights = (wi, 0.0, wk)
+            weights = (wp, 0.0, wr)
             closest = v
-    if out_k:
-        wi, wj, v = _on_segment(S, i, j)
+    if out_r:
+        wp, wq, v = _on_segment(p, q)
         if dot(v, v) < best:
-            weights = (wi, wj, 0.0)
+            weights = (wp, wq, 0.0)
             closest = v
     return weights, closest
 
 
 @lean_kernel
-def _on_triangle(S, i, j, k):
+def _on_triangle(p, q, r):
     """Return (three weights, closest point)."""
-    p = _row(S, i)
-    e = _edge(S, i, j)
-    f = _edge(S, i, k)
+    e = subtract(q, p)
+    f = subtract(r, p)
     n = cross(e, f)
     nn = dot(n, n)
     if not nn > FLAT_SIMPLEX * FLAT_SIMPLEX * dot(e, e) * dot(f, f):
-        return _on_border(S, i, j, k, True, True, True)
-    wj = -dot(cross(p, f), n) / nn
-    wk = -dot(cross(e, p), n) / nn
-    wi = 1.0 - wj - wk
-    if wi >= 0.0 and wj >= 0.0 and wk >= 0.0:
-        return (wi, wj, wk), scale(dot(n, p) / nn, n)
-    return _on_border(S, i, j, k, wi < 0.0, wj < 0.0, wk < 0.0)
+        return _on_border(p, q, r, True, True, True)
+    wq = -dot(cross(p, f), n) / nn
+    wr = -dot(cross(e, p), n) / nn
+    wp = 1.0 - wq - wr
+    if wp >= 0.0 and wq >= 0.0 and wr >= 0.0:
+        return (wp, wq, wr), scale(dot(n, p) / nn, n)
+    return _on_border(p, q, r, wp < 0.0, wq < 0.0, wr < 0.0)
 
 
-@lean_kernel
-def _outside_faces(S):
+@inlined_kernel
+def _outside_faces(a, b, c, p):
     """Tell for each corner of a tetrahedron whether the origin is beyond the opposite face."""
-    p = _row(S, 3)
-    e0 = _edge(S, 3, 0)
-    e1 = _edge(S, 3, 1)
-    e2 = _edge(S, 3, 2)
+    e0 = subtract(a, p)
+    e1 = subtract(b, p)
+    e2 = subtract(c, p)
     c0 = cross(e1, e2)
     c1 = cross(e2, e0)
     c2 = cross(e0, e1)
@@ -114,35 +105,35 @@ def _outside_faces(S):
 
 
 @lean_kernel
-def _on_tetrahedron(S):
+def _on_tetrahedron(a, b, c, p):
     """Return (is the origin inside, four weights, closest point)."""
-    out0, out1, out2, out3 = _outside_faces(S)
+    out0, out1, out2, out3 = _outside_faces(a, b, c, p)
     weights = (0.25, 0.25, 0.25, 0.25)
     closest = (0.0, 0.0, 0.0)
     if not (out0 or out1 or out2 or out3):
         return True, weights, closest
     best = math.inf
     if out0:
-        w, v = _on_triangle(S, 1, 2, 3)
+        w, v = _on_triangle(b, c, p)
         best = dot(v, v)
         weights = (0.0, w[0], w[1], w[2])
         closest = v
     if out1:
-        w, v = _on_triangle(S, 0, 2, 3)
+        w, v = _on_triangle(a, c, p)
         vv = dot(v, v)
         if vv < best:
             best = vv
             weights = (w[0], 0.0, w[1], w[2])
             closest = v
     if out2:
-        w, v = _on_triangle(S, 0, 1, 3)
+        w, v = _on_triangle(a, b, p)
         vv = dot(v, v)
         if vv < best:
             best = vv
             weights = (w[0], w[1], 0.0, w[2])
             closest = v
     if out3:
-        w, v = _on_triangle(S, 0, 1, 2)
+        w, v = _on_triangle(a, b, c)
         if dot(v, v) < best:
             weights = (w[0], w[1], w[2], 0.0)
             closest = v
@@ -177,13 +168,15 @@ def closest_on_simplex(work, count):
     if count == 1:
         work.lam[0] = 1.0
         return 1, _row(S, 0)
+    p, q = _row(S, 0), _row(S, 1)
     if count == 2:
-        wi, wj, v = _on_segment(S, 0, 1)
-        return _compact(work, (wi, wj, 0.0, 0.0)), v
+        wp, wq, v = _on_segment(p, q)
+        return _compact(work, (wp, wq, 0.0, 0.0)), v
+    r = _row(S, 2)
     if count == 3:
-        w, v = _on_triangle(S, 0, 1, 2)
+        w, v = _on_triangle(p, q, r)
         return _compact(work, (w[0], w[1], w[2], 0.0)), v
-    inside, weights, v = _on_tetrahedron(S)
+    inside, weights, v = _on_tetrahedron(p, q, r, _row(S, 3))
     if inside:
         return CONTAINS, v
     return _compact(work, weights), v
@@ -210,8 +203,7 @@ def simplex_normal(simplex, v):
     S, count = simplex.S, simplex.num_corners
     n = unit(v, (0.0, 0.0, 1.0))
     if count == 3:
-        e = (S[1, 0] - S[0, 0], S[1, 1] - S[0, 1], S[1, 2] - S[0, 2])
-        f = (S[2, 0] - S[0, 0], S[2, 1] - S[0, 1], S[2, 2] - S[0, 2])
-        m = unit(cross(e, f), n)
+        p = _row(S, 0)
+        m = unit(cross(subtract(_row(S, 1), p), subtract(_row(S, 2), p)), n)
         n = m if dot(m, n) > 0.0 else scale(-1.0, m)
     return n
