@@ -184,13 +184,13 @@ def _visit_arc(pair, v, edge, best, tie, S):
         x = subtract(v, (S[top, 3], S[top, 4], S[top, 5]))
         rest = subtract(w, x)
         m = axpy(-dot(rest, e), d, scale(dot(rest, d), e))
-        lower = dot(w, m)  # times the length of m
+        lower, square = dot(w, m), dot(m, m)  # of these, lower is times the length of m
         enough = best[1] + tie
         if is_smooth and dot(d, best[2]) > NEIGHBORHOOD and dot(e, best[2]) > NEIGHBORHOOD:
             enough = best[1] - SLACK * tie
-        if lower < 0.0 or lower * lower < enough * abs(enough) * dot(m, m):
-            m = unit(m, d)
+        if lower < 0.0 or lower * lower < enough * abs(enough) * square:
             q, _ = support(core_Q, hulls, scale(-1.0, m))
+            m = unit(m, d)
             depth = dot(subtract(v, q), m)
             is_exact = depth <= dot(w, m) + tie  # then nothing between is less than at m
             best = _better(best, depth, m, ARC, index, tie)
