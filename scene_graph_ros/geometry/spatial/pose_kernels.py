@@ -139,7 +139,7 @@ def store_poses(X, rows, out):
     for i in range(X.shape[0]):
         k = rows[i] & LAST_PLACE
         copy_pose(X, i, out, k)
-        if defects & ROUGH:
+        if defects & ROUGH and pose_defects(X, i) & ROUGH:
             _polish_rotation(out, k)
     return -1, VALID
 
