@@ -22,7 +22,6 @@ from scene_graph_ros.geometry.narrowphase.contact.first_normal import first_norm
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
 from scene_graph_ros.geometry.narrowphase.features import SMOOTH, VERTEX
 from scene_graph_ros.geometry.spatial.vectors import (
-    any_orthogonal,
     axpy,
     cross,
     dot,
@@ -250,7 +249,8 @@ def normal_on_circle(features, e, n, size):
     between = subtract(features.A[1], features.B[1])
     enough = ROUNDING_LEFT * EPSILON * size
     floor = CURVATURE_FLOOR * size
-    n = unit(axpy(-dot(n, e), e, n), any_orthogonal(e))
+    across, _ = orthogonal_pair(e)
+    n = unit(axpy(-dot(n, e), e, n), across)
     t = cross(e, n)
     c_n, c_t = dot(n, between), dot(t, between)
     n_A, t_A = _two_images(features.A, features.core_A, IDENTITY, n, t)
