@@ -93,7 +93,7 @@ test-core: all-kernels  ## test the core in an environment without ROS
 
 # Kernels as functions of Python, and the arrays of numpy that then take the place of lanes.
 UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_renderers.py \
-  $(patsubst %,compiled/test_%.py,lanes entry_points) \
+  $(patsubst %,compiled/test_%.py,expectations lanes entry_points) \
   $(patsubst %,tables/test_%.py,held_table hull_blocks vertex_scan) broadphase/test_aabb.py \
   $(patsubst %,narrowphase/test_%.py,cores lane_cores questions) \
   narrowphase/propose \

@@ -6,6 +6,7 @@ code keeps them in registers and allocates nothing. Poses come in as rows of ``(
 
 import math
 
+from scene_graph_ros.geometry.compiled.expectations import is_rare
 from scene_graph_ros.geometry.compiled.kernel import kernel
 
 __all__ = [
@@ -85,7 +86,7 @@ def norm(a):
 def unit(a, fallback):
     """Return a / |a|, or ``fallback`` where a is zero or too small to have a direction."""
     square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
-    if not LEAST_SQUARE < square < LARGEST_SQUARE:
+    if is_rare(not LEAST_SQUARE < square < LARGEST_SQUARE):
         largest = max(abs(a[0]), abs(a[1]), abs(a[2]))
         if not largest > 0.0:
             return fallback

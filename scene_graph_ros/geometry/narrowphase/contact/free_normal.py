@@ -17,6 +17,7 @@ M n0 + s M t + q M u, each step is done with three images, and asks no core.
 
 import math
 
+from scene_graph_ros.geometry.compiled.expectations import is_rare
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.contact.first_normal import first_normal
 from scene_graph_ros.geometry.narrowphase.cores.kinds import IDENTITY, ORIGIN
@@ -193,7 +194,7 @@ def normal_on_sphere(features, n, size):
         b, (B00, B01, B11) = _on_plane(n_B, t_B, u_B, s, q)
         level, along_t, along_u = c[0] - a[0] - b[0], c[1] - a[1] - b[1], c[2] - a[2] - b[2]
         phi = (level + s * along_t + q * along_u) / math.sqrt(1.0 + s * s + q * q)
-        if phi < highest - HELD_UP * enough:
+        if is_rare(phi < highest - HELD_UP * enough):
             halvings += 1
             if halvings > MAX_HALVINGS:
                 break
@@ -221,7 +222,7 @@ def normal_on_sphere(features, n, size):
             inverse = 1.0 / determinant
             ds, dq = (h11 * g0 - h01 * g1) * inverse, (h00 * g1 - h10 * g0) * inverse
             square = ds * ds + dq * dq
-            if square > MAX_STEP * MAX_STEP:
+            if is_rare(square > MAX_STEP * MAX_STEP):
                 shorter = MAX_STEP / math.sqrt(square)
                 ds, dq = ds * shorter, dq * shorter
             s, q = s + ds, q + dq
@@ -275,7 +276,7 @@ def normal_on_circle(features, e, n, size):
         if abs(g) <= enough:
             break
         s += _newton_step(g, h, floor)
-        if abs(s) > FAR_OUT:
+        if is_rare(abs(s) > FAR_OUT):
             n = axpy(s, t, n)
             n = unit(axpy(-dot(n, e), e, n), best)
             t = cross(e, n)

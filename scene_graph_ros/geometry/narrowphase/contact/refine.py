@@ -8,6 +8,7 @@ ones it proves that the depth is stationary.
 
 import math
 
+from scene_graph_ros.geometry.compiled.expectations import is_rare
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.contact.contact_of_features import contact_of_features
 from scene_graph_ros.geometry.narrowphase.contact.slide import slide
@@ -88,7 +89,7 @@ def contact_inlined(feature_A, feature_B, pair, n, a, b, size, simplex):
     b = clamp(body_B(pair), feature_B, simplex, B_SIDE, b_free)
     error = norm(axpy(-distance, n, subtract(a, b)))
     enough = EPSILON * size
-    if POLISH_RESIDUAL * enough < error <= SLIDE_REACH * size:
+    if is_rare(POLISH_RESIDUAL * enough < error <= SLIDE_REACH * size):
         a_free, b_free = slide(features, n, a_free, b_free, enough)
         q_A = clamp(body_A(pair), feature_A, simplex, A_SIDE, a_free)
         q_B = clamp(body_B(pair), feature_B, simplex, B_SIDE, b_free)
@@ -175,7 +176,7 @@ def refine_inlined(pair, n, a, b, size, simplex, guesses):
         before_A, before_B = feature_A, feature_B
         is_again = False
         for _ in range(MAX_SWITCHES):
-            if feature_A[0] == NONE or feature_B[0] == NONE:
+            if is_rare(feature_A[0] == NONE or feature_B[0] == NONE):
                 break
             found, a_free, b_free = contact_inlined(
                 feature_A, feature_B, pair, n, a, b, size, simplex

@@ -7,6 +7,7 @@ lower bound v . w / |v|. The gap between both certifies the answer and ends the 
 
 import math
 
+from scene_graph_ros.geometry.compiled.expectations import is_rare
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.narrowphase.cores.questions import placed_support, support
 from scene_graph_ros.geometry.narrowphase.pair import body_B
@@ -102,16 +103,16 @@ def gjk_inlined(pair, v, count, max_distance, relative_gap, absolute_gap, work):
                 return CONVERGED, count, v, lower, size
             if 0.0 < absolute_gap >= gap and (lower > radius or length <= radius):
                 return CONVERGED, count, v, lower, size
-            if _is_repeated(S, count):
+            if is_rare(_is_repeated(S, count)):
                 return STALLED, count, v, lower, size
         old = length if count > 0 else math.inf
         count, v = closest_on_simplex(work, count + 1)
-        if count == CONTAINS:
+        if is_rare(count == CONTAINS):
             return OVERLAP, count, v, lower, size
         length = math.sqrt(dot(v, v))
-        if length <= GJK_ROUNDING * EPSILON * size:
+        if is_rare(length <= GJK_ROUNDING * EPSILON * size):
             return OVERLAP, count, v, lower, size
-        if length >= old:
+        if is_rare(length >= old):
             idle += 1
             if idle > IDLE_STEPS or length - old > GJK_ROUNDING * EPSILON * size:
                 return STALLED, count, v, lower, size

@@ -8,6 +8,7 @@ triangle is taken along the triangle's normal.
 
 import math
 
+from scene_graph_ros.geometry.compiled.expectations import is_rare
 from scene_graph_ros.geometry.compiled.kernel import inlined_kernel, lean_kernel
 from scene_graph_ros.geometry.spatial.vectors import axpy, cross, dot, scale, subtract, unit
 from scene_graph_ros.geometry.tolerances import FLAT_SIMPLEX
@@ -75,7 +76,7 @@ def _on_triangle(p, q, r):
     f = subtract(r, p)
     n = cross(e, f)
     nn = dot(n, n)
-    if not nn > FLAT_SIMPLEX * FLAT_SIMPLEX * dot(e, e) * dot(f, f):
+    if is_rare(not nn > FLAT_SIMPLEX * FLAT_SIMPLEX * dot(e, e) * dot(f, f)):
         return _on_border(p, q, r, True, True, True)
     wq = -dot(cross(p, f), n) / nn
     wr = -dot(cross(e, p), n) / nn
@@ -96,7 +97,7 @@ def _outside_faces(a, b, c, p):
     c2 = cross(e0, e1)
     volume = dot(e0, c0)
     flat = FLAT_SIMPLEX * math.sqrt(dot(e0, e0) * dot(e1, e1) * dot(e2, e2))
-    if not abs(volume) > flat:
+    if is_rare(not abs(volume) > flat):
         return True, True, True, True
     w0 = -dot(p, c0) / volume
     w1 = -dot(p, c1) / volume
