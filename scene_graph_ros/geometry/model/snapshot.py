@@ -38,6 +38,8 @@ __all__ = ["NO_CONFIGURATIONS", "Snapshot", "refuse_frame_pose", "stacked_poses"
 
 Poses = NDArray[np.float64]
 
+_PROXIMITY = Role.PROXIMITY  # a look-up of a member takes longer
+
 NO_CONFIGURATIONS: Mapping[GeometryId, Configuration] = MappingProxyType({})
 """Every deformable geometry is in its reference configuration."""
 
@@ -179,9 +181,9 @@ class Snapshot(NotCopied):
     @property
     def X_WG(self) -> Poses:
         """(n, 4, 4) rigid geometries with the proximity role in W, not to be written to."""
-        result = self._X_WG.get(Role.PROXIMITY)
+        result = self._X_WG.get(_PROXIMITY)
         if result is None:
-            result = self._placed(Role.PROXIMITY, self.proximity.rows)
+            result = self._placed(_PROXIMITY, self.proximity.rows)
         return result
 
     def X_WG_of(self, role: Role) -> Poses:

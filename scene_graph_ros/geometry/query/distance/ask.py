@@ -111,9 +111,9 @@ def _distance_table(
 
 _COLUMNS: Recipes = {
     **ID_COLUMNS,
-    "p_ACa": lambda answers: answers.solved.p_ACa,
-    "p_BCb": lambda answers: answers.solved.p_BCb,
-    "distance": lambda answers: answers.solved.distance,
-    "nhat_BA_W": lambda answers: answers.solved.nhat_BA_W,
-    "is_nhat_BA_W_unique": lambda answers: answers.solved.is_unique,
+    "p_ACa": lambda answers: answers[1].p_ACa,
+    "p_BCb": lambda answers: answers[1].p_BCb,
+    "distance": lambda answers: answers[1].distance,
+    "nhat_BA_W": lambda answers: answers[1].nhat_BA_W,
+    "is_nhat_BA_W_unique": lambda answers: answers[1].is_unique,
 }

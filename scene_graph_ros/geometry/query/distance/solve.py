@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,21 +69,14 @@ def describe(snapshot: Snapshot, row: int) -> str:
     return f"{kind.name} {snapshot.inspector.get_name(geometry_id)!r} ({geometry_id!r})"
 
 
-class _Answers(NamedTuple):
-    """What the columns of a result are made of."""
+Answers = tuple[NDArray[np.int64], SolvedPairs]
+"""What the columns of a result are made of: ids (n,) of the rows, and what was found."""
 
-    ids: NDArray[np.int64]
-    """(n,) of the rows."""
-    solved: SolvedPairs
-    asked_for: Mapping[str, NDArray[Any]]
-    """Columns beside those that every result has."""
-
-
-Recipes = Mapping[str, Callable[[_Answers], NDArray[Any]]]
+Recipes = Mapping[str, Callable[[Answers], NDArray[Any]]]
 
 ID_COLUMNS: Recipes = {
-    "id_A": lambda answers: answers.ids[answers.solved.rows_A],
-    "id_B": lambda answers: answers.ids[answers.solved.rows_B],
+    "id_A": lambda answers: answers[0][answers[1].rows_A],
+    "id_B": lambda answers: answers[0][answers[1].rows_B],
 }
 
 
@@ -91,22 +84,25 @@ def pair_columns(
     recipes: Recipes, snapshot: Snapshot, solved: SolvedPairs, settings: Settings
 ) -> LateColumns:
     """Return the columns of a result: those that it always has, and what was asked for."""
-    asked_for: dict[str, NDArray[Any]] = {}
-    ids = snapshot.proximity.ids
-    if not (settings.derivatives or settings.certificate):
-        return LateColumns(recipes, _Answers(ids, solved, asked_for), solved.count)
+    if settings.derivatives or settings.certificate:
+        recipes = {**recipes, **_asked_for(snapshot, solved, settings)}
+    return LateColumns(recipes, (snapshot.proximity.ids, solved), solved.count)
+
+
+def _asked_for(snapshot: Snapshot, solved: SolvedPairs, settings: Settings) -> Recipes:
+    """Return the columns beside those that every result has; they are made by now."""
+    columns: dict[str, NDArray[Any]] = {}
     if settings.derivatives:
-        asked_for |= _derivatives(snapshot, solved)
-        asked_for |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, solved)
+        columns |= _derivatives(snapshot, solved)
+        columns |= witness_derivatives(snapshot.proximity.table, snapshot.X_WG, solved)
     if settings.certificate:
-        asked_for["gap"] = solved.gap
-        asked_for["decided_by"] = solved.decided_by
-    recipes = {**recipes, **{name: _asked_for(name) for name in asked_for}}
-    return LateColumns(recipes, _Answers(ids, solved, asked_for), solved.count)
+        columns["gap"] = solved.gap
+        columns["decided_by"] = solved.decided_by
+    return {name: _made(column) for name, column in columns.items()}
 
 
-def _asked_for(name: str) -> Callable[[_Answers], NDArray[Any]]:
-    return lambda answers: answers.asked_for[name]
+def _made(column: NDArray[Any]) -> Callable[[Answers], NDArray[Any]]:
+    return lambda _answers: column
 
 
 def _derivatives(snapshot: Snapshot, solved: SolvedPairs) -> dict[str, NDArray[np.float64]]:

@@ -63,8 +63,8 @@ def penetrations_of(
 
 _COLUMNS: Recipes = {
     **ID_COLUMNS,
-    "p_WCa": lambda answers: answers.solved.p_WCa,
-    "p_WCb": lambda answers: answers.solved.p_WCb,
-    "nhat_BA_W": lambda answers: answers.solved.nhat_BA_W,
-    "depth": lambda answers: -answers.solved.distance,
+    "p_WCa": lambda answers: answers[1].p_WCa,
+    "p_WCb": lambda answers: answers[1].p_WCb,
+    "nhat_BA_W": lambda answers: answers[1].nhat_BA_W,
+    "depth": lambda answers: -answers[1].distance,
 }
