@@ -41,7 +41,10 @@ class PairMemory:
         )
         self._lock = threading.Lock()
         self._trackers: dict[float, Tracker] = {}
-        self._last_margin = math.nan
+        self._tracker: Tracker
+        """The one used last."""
+        self._margin = math.nan
+        """Its margin."""
 
     def find(self, X_WG: NDArray[np.float64], margin: float, *, is_close: bool) -> Pairs:
         """Return the sorted (k, 2) rows of pairs whose boxes come within a finite ``margin``.
@@ -51,20 +54,20 @@ class PairMemory:
         if not self._lock.acquire(False):
             return self._search(X_WG, margin, is_close)
         try:
-            if margin != self._last_margin:
+            if margin != self._margin:
                 self._choose(margin)
-            return self._trackers[margin].find(X_WG, is_close)
+            return self._tracker.find(X_WG, is_close)
         finally:
             self._lock.release()
 
     def _choose(self, margin: float) -> None:
-        """Have a tracker for a margin, which is the last one used and comes last."""
+        """Use the tracker for a margin, which comes last then."""
         trackers = self._trackers
         tracker = trackers.pop(margin, None) or Tracker(self._bodies, margin)
         while len(trackers) >= MAX_MARGINS:
             del trackers[next(iter(trackers))]
-        trackers[margin] = tracker
-        self._last_margin = margin
+        self._tracker = trackers[margin] = tracker
+        self._margin = margin
 
     def _search(self, X_WG: NDArray[np.float64], margin: float, is_close: bool) -> Pairs:
         """Do without the memory."""

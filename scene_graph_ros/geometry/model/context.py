@@ -73,7 +73,8 @@ class Context(ModelOwner):
             last, state = self._snapshot, self._state
             # What a snapshot shares is never changed: another model is another object.
             if last is None or last.state is not state or last.pose_version != self._pose_version:
-                self._fit_layout()
+                if self._version_of_layout != state.version:
+                    self._fit_layout()
                 self._poses_are_shared = state.shared = True
                 last = self._snapshot = Snapshot(
                     state, self._X_PF, self._pose_version, self._memory, self._configurations, last

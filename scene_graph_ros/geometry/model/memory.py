@@ -32,9 +32,8 @@ class Memory:
         and begun anew for another. ``which`` tells apart what is begun alike.
         """
         key = (begin, which)
-        known, value = self._known.get(key, (None, None))
-        if value is None or known is not about:
-            value = begin(about)
-            self._known[key] = (about, value)
-        result: Value = value
+        known = self._known.get(key)
+        if known is None or known[0] is not about:
+            known = self._known[key] = (about, begin(about))
+        result: Value = known[1]
         return result
