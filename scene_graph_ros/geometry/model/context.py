@@ -97,7 +97,9 @@ class Context(ModelOwner):
         unknown source or frame; OwnershipError for a frame of another source.
         """
         with self._lock:
-            layout = self._fit_layout()
+            layout = self._layout
+            if self._version_of_layout != self._state.version:
+                layout = self._fit_layout()
             rows = layout.source_rows.get(source_id) if type(source_id) is SourceId else None
             if rows is None:
                 rows = layout.source_rows[self._state.require_source(source_id)]
