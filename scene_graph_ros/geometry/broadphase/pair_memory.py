@@ -44,7 +44,7 @@ class PairMemory:
         self._tracker: Tracker
         """The one used last."""
         self._margin = math.nan
-        """Its margin."""
+        """Its margin; nan while there is none."""
 
     def find(self, X_WG: NDArray[np.float64], margin: float, *, is_close: bool) -> Pairs:
         """Return the sorted (k, 2) rows of pairs whose boxes come within a finite ``margin``.
@@ -62,6 +62,7 @@ class PairMemory:
 
     def _choose(self, margin: float) -> None:
         """Use the tracker for a margin, which comes last then."""
+        self._margin = math.nan  # who is interrupted here chooses anew
         trackers = self._trackers
         tracker = trackers.pop(margin, None) or Tracker(self._bodies, margin)
         while len(trackers) >= MAX_MARGINS:

@@ -73,7 +73,7 @@ class Context(ModelOwner):
             last, state = self._snapshot, self._state
             # What a snapshot shares is never changed: another model is another object.
             if last is None or last.state is not state or last.pose_version != self._pose_version:
-                if self._version_of_layout != state.version:
+                if self._version_of_layout != state.version:  # else a call that finds nothing
                     self._fit_layout()
                 self._poses_are_shared = state.shared = True
                 last = self._snapshot = Snapshot(
@@ -98,7 +98,7 @@ class Context(ModelOwner):
         """
         with self._lock:
             layout = self._layout
-            if self._version_of_layout != self._state.version:
+            if self._version_of_layout != self._state.version:  # as above
                 layout = self._fit_layout()
             rows = layout.source_rows.get(source_id) if type(source_id) is SourceId else None
             if rows is None:

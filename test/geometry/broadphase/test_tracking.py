@@ -308,3 +308,24 @@ def test_a_search_that_is_interrupted_is_done_again(monkeypatch: pytest.MonkeyPa
     assert np.array_equal(found_pairs(scene.query), expected_pairs(scene.query, 0.0))
     scene.step(0.001)
     assert np.array_equal(found_pairs(scene.query), expected_pairs(scene.query, 0.0))
+
+
+def test_a_choice_of_margin_that_is_interrupted_is_made_again() -> None:
+    """The tracker of one margin is never asked for another's pairs."""
+
+    class Interrupted(dict):
+        def __setitem__(self, key, value):
+            super().__setitem__(key, value)
+            raise KeyboardInterrupt
+
+    scene = Scene(300, 10)
+    found_pairs(scene.query)
+    snapshot = scene.query.snapshot
+    memory = pair_memory(snapshot)
+    near = memory.find(snapshot.X_WG, 0.0, is_close=False)
+    memory._trackers = Interrupted(memory._trackers)
+    with pytest.raises(KeyboardInterrupt):
+        memory.find(snapshot.X_WG, 1.0, is_close=False)
+    memory._trackers = dict(memory._trackers)
+    assert np.array_equal(memory.find(snapshot.X_WG, 0.0, is_close=False), near)
+    assert len(memory.find(snapshot.X_WG, 1.0, is_close=False)) > len(near)
