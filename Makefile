@@ -22,11 +22,12 @@ RUN := .venv/bin/python
 BOOTSTRAP = $(or $(PYTHON),echo "No Python 3.11 or later runs here. Remedy: apt-get install \
   python3 python3-venv python3-dev" >&2; false) -m tools.bootstrap
 # Files that take long come before those that don't, so that no process is left alone with one.
-CORE_TESTS = $(addprefix test/,numerics geometry views)
+CORE_TESTS = $(addprefix test/,numerics geometry convex views)
+PLANNING_TESTS := $(addprefix test/,planning trajectories robots)
 # The node's first, as they wait longest: what computes fills the cores while the last of them wait.
 ROS_TESTS = test/node test/test_warmup.py \
-  $(filter-out test/node test/robots test/__pycache__ $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/))) \
-  test/robots
+  $(filter-out test/node $(PLANNING_TESTS) test/__pycache__ $(CORE_TESTS),$(patsubst %/,%,$(wildcard test/*/))) \
+  $(PLANNING_TESTS)
 
 # For runs that take as long as they are told to.
 ENDLESS := --timeout 0 -o faulthandler_timeout=0
@@ -100,7 +101,7 @@ UNCOMPILED := $(addprefix test/geometry/,spatial cutting perception/test_rendere
   $(patsubst %,query/point/test_%.py,batch edge_lanes lanes_to_rows point_primitives point_convex) \
   $(patsubst %,query/distance/test_%.py,half_space_pairs mesh_contacts)) \
   test/numerics/test_camera_hard_cases.py \
-  $(patsubst %,test/geometry/optimization/%.py,solve/test_banded_cones graphs/test_few_paths \
+  $(patsubst %,test/convex/%.py,solve/banded/test_banded_cones graphs/test_few_paths \
   graphs/test_bounds)
 
 test-uncompiled: environment  ## test some of the core's kernels uncompiled, in about a minute
@@ -111,7 +112,7 @@ SEARCH_SEED := $(shell date +%s)
 
 search: all-kernels  ## search and soak fifty times as long as tests do (EFFORT=), and a million new pairs
 	SEARCH_EFFORT=$(EFFORT) ROS_PYTHON_CHECK_FIELDS=1 $(RUN) -m pytest -n auto -m search $(ENDLESS) \
-	  $(CORE_TESTS) test/benchmarks test/robots
+	  $(CORE_TESTS) test/benchmarks $(PLANNING_TESTS)
 	$(RUN) test/numerics/search.py --count 1000000 --seed $(SEARCH_SEED)
 	$(RUN) test/numerics/search.py --count 100000 --seed $(SEARCH_SEED) --meshes
 

@@ -30,7 +30,7 @@ _FREE = 0.35
 """Metres around the robot's axis in which no box has its centre."""
 _SIZES = (0.03, 0.15)
 """Metres, of the edges of 30 boxes."""
-_FEWEST = "scene_graph_ros.planning.static_tree.FEWEST"
+_FEWEST = "scene_graph_ros.planning.pairs.static_tree.FEWEST"
 _INFLUENCE = 0.1
 _REPEATS = 3
 

@@ -22,6 +22,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy starts its threads
 import numpy as np
 
 from benchmarks.machine import machine
+from scene_graph_ros.convex.graphs.search.path_problem import network_of
 from scene_graph_ros.geometry.optimization import (
     GraphOfConvexSets,
     GraphOfConvexSetsOptions,
@@ -30,7 +31,6 @@ from scene_graph_ros.geometry.optimization import (
     Point,
     Vertex,
 )
-from scene_graph_ros.geometry.optimization.graphs.path_problem import network_of
 
 __all__ = ["Cell", "Row", "box_of", "doors_of", "drakes_graph", "main", "measure", "our_graph"]
 

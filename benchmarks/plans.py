@@ -53,7 +53,7 @@ from scene_graph_ros.planning import (
     RobotDiagram,
     SceneGraphCollisionChecker,
 )
-from scene_graph_ros.planning.path_search import LEAST_SAVING
+from scene_graph_ros.planning.paths.search.path_search import LEAST_SAVING
 from scene_graph_ros.robots import RobotModel, SemanticModel
 from scene_graph_ros.scene_files import load_srdf, load_urdf, register_robot
 

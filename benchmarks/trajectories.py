@@ -33,10 +33,10 @@ from scene_graph_ros.planning.trajectories import (
     retime,
     TrajectoryPoints,
 )
-from scene_graph_ros.planning.trajectories.corners import CornerPath
-from scene_graph_ros.planning.trajectories.jerk_limited import sample_along
-from scene_graph_ros.planning.trajectories.retimer import Retimer, TimeOptimalRetimer
-from scene_graph_ros.planning.trajectories.sampling import sample
+from scene_graph_ros.trajectories.corners import CornerPath
+from scene_graph_ros.trajectories.jerk_limited import sample_along
+from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
+from scene_graph_ros.trajectories.sampling import sample
 
 __all__ = ["main"]
 

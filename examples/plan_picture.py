@@ -15,7 +15,7 @@ from msg_adapters.markers import SceneMarkers
 from msg_adapters.scene import marker_items, SceneNames
 from scene_graph_ros.geometry import Role
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
-from scene_graph_ros.planning.path_points import points_on
+from scene_graph_ros.planning.paths.path_points import points_on
 
 CAMERA = Camera(
     eye=(-1.25, -1.1, 1.75), target=(0.02, 0.5, 0.77), field_of_view=38.0, width=900, height=700

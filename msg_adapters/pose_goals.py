@@ -8,7 +8,7 @@ from msg_adapters.errors import MessageError
 from msg_adapters.poses import pose_from_msg
 from msg_adapters.robot_configurations import RobotNames
 from scene_graph_msgs.msg import PoseGoal
-from scene_graph_ros.planning.pose_target import PoseTarget
+from scene_graph_ros.planning.ik.pose_target import PoseTarget
 
 __all__ = ["pose_target_from_msg"]
 

@@ -13,7 +13,7 @@ from msg_adapters.errors import MessageError
 from msg_adapters.robot_configurations import configurations_to_msg, RobotNames
 from scene_graph_msgs.msg import RegionTrajectory, RegionTrajectoryOptions
 from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
-from scene_graph_ros.planning.trajectories import BezierCurve, CompositeTrajectory
+from scene_graph_ros.trajectories import BezierCurve, CompositeTrajectory
 
 __all__ = ["RegionTrajectoryRules", "region_trajectory_to_msg", "rules_from_msg"]
 

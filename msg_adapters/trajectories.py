@@ -15,8 +15,8 @@ from msg_adapters.robot_configurations import RobotNames
 from msg_adapters.stamps import duration_from_msg, duration_to_msg
 from scene_graph_msgs.msg import MotionLimits as MotionLimitsMsg
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.trajectories import MotionLimits, TrajectoryPoints
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
+from scene_graph_ros.trajectories import MotionLimits, TrajectoryPoints
 
 __all__ = [
     "joint_trajectory_from_msg",

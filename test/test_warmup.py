@@ -135,8 +135,13 @@ def test_each_group_has_what_it_adds():
     ]
     base, late, *others = json.loads(run(_GROUPS.format(runs=runs)))
     on_demand = tuple(
-        f"scene_graph_ros.geometry.{name}"
-        for name in ("hydroelastic", "deformable", "perception", "optimization")
+        f"scene_graph_ros.{name}"
+        for name in (
+            "geometry.hydroelastic",
+            "geometry.deformable",
+            "geometry.perception",
+            "convex",
+        )
     )
     early = [name for module, name, _ in base if module.startswith(on_demand)]
     assert early == ["element_boxes", "linear_fields"]

@@ -38,14 +38,19 @@ _LAYERS = {
     "scene_graph_ros/node": "node",
     "scene_graph_ros/scene_files": "scene files",
     "scene_graph_ros/robots": "robots",
+    "scene_graph_ros/trajectories": "trajectories",
     "scene_graph_ros/geometry": "core",
 }
+_WITH_ROOMS = ("scene_graph_ros/planning", "scene_graph_ros/convex")
+"""Packages whose folders count as layers."""
 _PATIENCE = 60.0
 """Seconds to wait for an answer of the node."""
 
 
 def _layer(station: str) -> str:
-    """Return the layer that a file belongs to."""
+    """Return the layer that a file belongs to, or its folder in a package with rooms."""
+    if station.startswith(_WITH_ROOMS):
+        return Path(station).parent.as_posix().removeprefix("scene_graph_ros/")
     return next(name for folder, name in _LAYERS.items() if station.startswith(f"{folder}/"))
 
 
@@ -109,7 +114,8 @@ def _station(name: str) -> str:
     if not path.is_relative_to(_ROOT):
         return ""
     station = path.relative_to(_ROOT).as_posix()
-    return station if any(station.startswith(f"{folder}/") for folder in _LAYERS) else ""
+    folders = (*_LAYERS, *_WITH_ROOMS)
+    return station if any(station.startswith(f"{folder}/") for folder in folders) else ""
 
 
 def _walk(calls: list[_Call], thread: str) -> Walk:
@@ -256,10 +262,65 @@ def _load_mesh(graph: SceneGraph, size: int) -> None:
         _ = graph.create_default_context().snapshot.proximity.table
 
 
+_SLIDES = """<robot name="r"><link name="base"/><link name="x"/>
+<link name="hand"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+<joint name="x" type="prismatic"><parent link="base"/><child link="x"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
+<joint name="y" type="prismatic"><parent link="x"/><child link="hand"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" velocity="1" effort="1"/></joint></robot>"""
+_PILLAR = """version: 1
+name: s
+sources: [{name: around}]
+geometries: [{name: pillar, source: around, shape: {type: sphere, radius: 0.1}}]
+robots: [{name: r, urdf: r.urdf}]
+"""
+
+
+def _plans(trace: _Trace) -> tuple[Walk, Walk]:
+    """Return the walks of an edge to its proof, and of two configurations to a path."""
+    from scene_graph_ros.planning import (
+        load_robot_diagram,
+        plan_path,
+        SceneGraphCollisionChecker,
+    )
+
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "r.urdf").write_text(_SLIDES)
+        scene = Path(folder, "s.yaml")
+        scene.write_text(_PILLAR)
+        checker = SceneGraphCollisionChecker(load_robot_diagram(scene))
+    # The pillar is beside the edge, and in the way of the path.
+    (start, end), goal = ([-0.5, -0.3], [0.5, -0.3]), [0.5, 0.3]
+    walks = []
+    for ask in (
+        lambda: checker.check_edge_collision_free(start, end),
+        lambda: plan_path(checker, start, goal).is_success,
+    ):
+        assert ask()  # The first imports what there is to import.
+        with trace.on() as calls:
+            ask()
+        walks.append(_walk(calls, threading.current_thread().name))
+    return walks[0], walks[1]
+
+
+def _set(trace: _Trace) -> Walk:
+    """Return the walk of a polyhedron to the proof that it is not empty."""
+    from scene_graph_ros.geometry.optimization import HPolyhedron
+
+    for _ in range(2):
+        triangle = HPolyhedron([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]], [0.0, 0.0, 1.0])
+        with trace.on() as calls:
+            triangle.is_empty(certificate=True)
+    return _walk(calls, threading.current_thread().name)
+
+
 WALKS = {
     "pose": "A pose, from the bytes of its message to those of a contact",
     "point": "A point, from a request to the response with its distances",
     "mesh": "A mesh named by a URDF, to its row of the table that kernels read",
+    "edge": "An edge between two configurations, to its proof",
+    "path": "Two configurations, to a path between them that is proven free",
+    "set": "A polyhedron, to the proof that it is not empty",
 }
 """What walks, and from where to where."""
 
@@ -270,7 +331,16 @@ def walk_all() -> dict[str, Walk]:
     scene = _Scene(trace)
     pose, point = scene.walks()
     scene.close()
-    return {"pose": pose, "point": point, "mesh": _mesh_of_a_robot(trace)}
+    mesh = _mesh_of_a_robot(trace)
+    edge, path = _plans(trace)
+    return {
+        "pose": pose,
+        "point": point,
+        "mesh": mesh,
+        "edge": edge,
+        "path": path,
+        "set": _set(trace),
+    }
 
 
 def written(walk: Walk) -> str:

@@ -7,10 +7,6 @@ import importlib
 from typing import Any, TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from scene_graph_ros.planning.added_shapes import (
-        BodyShapeDescription,
-        make_body_shape_description,
-    )
     from scene_graph_ros.planning.certified.cspace_free_box import CspaceFreeBox
     from scene_graph_ros.planning.certified.cspace_free_polytope import CspaceFreePolytope
     from scene_graph_ros.planning.certified.distance_certificate import DistanceCertificate
@@ -27,9 +23,28 @@ if TYPE_CHECKING:
         BinarySearchOptions,
         EllipsoidMarginCost,
     )
-    from scene_graph_ros.planning.checker_bodies import CheckerBody
-    from scene_graph_ros.planning.checker_contexts import CollisionCheckerContext
-    from scene_graph_ros.planning.checker_interface import CollisionChecker
+    from scene_graph_ros.planning.checker.added_shapes import (
+        BodyShapeDescription,
+        make_body_shape_description,
+    )
+    from scene_graph_ros.planning.checker.checker_bodies import CheckerBody
+    from scene_graph_ros.planning.checker.checker_contexts import CollisionCheckerContext
+    from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
+    from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+    from scene_graph_ros.planning.checker.collision_checker_params import CollisionCheckerParams
+    from scene_graph_ros.planning.checker.distance_and_interpolation import (
+        DistanceAndInterpolationProvider,
+        LinearDistanceAndInterpolationProvider,
+    )
+    from scene_graph_ros.planning.checker.homogeneous_filters import HeterogeneousFiltersError
+    from scene_graph_ros.planning.checker.robot_clearance import (
+        ClearanceColumns,
+        RobotClearance,
+        RobotCollisionType,
+    )
+    from scene_graph_ros.planning.checker.unimplemented_checker import (
+        UnimplementedCollisionChecker,
+    )
     from scene_graph_ros.planning.cliques.adjacency import CliqueError
     from scene_graph_ros.planning.cliques.clique_cover import (
         MinCliqueCoverSolverBase,
@@ -42,14 +57,12 @@ if TYPE_CHECKING:
         MaxCliqueSolverViaMip,
     )
     from scene_graph_ros.planning.cliques.visibility_graph import visibility_graph
-    from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-    from scene_graph_ros.planning.collision_checker_params import CollisionCheckerParams
-    from scene_graph_ros.planning.curve_timing import time_curve
-    from scene_graph_ros.planning.distance_and_interpolation import (
-        DistanceAndInterpolationProvider,
-        LinearDistanceAndInterpolationProvider,
+    from scene_graph_ros.planning.diagrams.robot_diagram import load_robot_diagram, RobotDiagram
+    from scene_graph_ros.planning.diagrams.robot_diagram_builder import (
+        DiagramBuiltError,
+        RobotDiagramBuilder,
     )
-    from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+    from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
     from scene_graph_ros.planning.errors import CollisionCheckerError, PlanningError
     from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
     from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
@@ -59,10 +72,15 @@ if TYPE_CHECKING:
     )
     from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
     from scene_graph_ros.planning.gcs.subgraph import Subgraph
-    from scene_graph_ros.planning.homogeneous_filters import HeterogeneousFiltersError
-    from scene_graph_ros.planning.ompl_bridge.ompl_library import MissingOmplError
-    from scene_graph_ros.planning.ompl_bridge.ompl_planner import OmplPlanner
-    from scene_graph_ros.planning.ompl_bridge.ompl_space import OmplSpace
+    from scene_graph_ros.planning.ik.pose_solver import (
+        inverse_kinematics,
+        InverseKinematics,
+        InverseKinematicsFailure,
+    )
+    from scene_graph_ros.planning.ik.pose_target import (
+        InverseKinematicsError,
+        PoseTarget,
+    )
     from scene_graph_ros.planning.optimal_control.direct_collocation import DirectCollocation
     from scene_graph_ros.planning.optimal_control.direct_transcription import DirectTranscription
     from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
@@ -89,16 +107,17 @@ if TYPE_CHECKING:
         TrajectoryOptimizationResult,
     )
     from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
-    from scene_graph_ros.planning.path_planner import plan_path
-    from scene_graph_ros.planning.path_timing import prove_trajectory, time_path
-    from scene_graph_ros.planning.planned_path import Plan, PlanFailure, PlanProgress, PlanStage
-    from scene_graph_ros.planning.pose_solver import (
-        inverse_kinematics,
-        InverseKinematics,
-        InverseKinematicsFailure,
+    from scene_graph_ros.planning.paths.ompl_bridge.ompl_library import MissingOmplError
+    from scene_graph_ros.planning.paths.ompl_bridge.ompl_planner import OmplPlanner
+    from scene_graph_ros.planning.paths.ompl_bridge.ompl_space import OmplSpace
+    from scene_graph_ros.planning.paths.path_planner import plan_path
+    from scene_graph_ros.planning.paths.planned_path import Plan, PlanProgress, PlanStage
+    from scene_graph_ros.planning.paths.roadmaps.roadmap import Roadmap
+    from scene_graph_ros.planning.paths.roadmaps.roadmap_building import build_roadmap
+    from scene_graph_ros.planning.paths.search.position_space import (
+        get_continuous_revolute_joint_indices,
     )
-    from scene_graph_ros.planning.pose_target import InverseKinematicsError, PoseTarget
-    from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+    from scene_graph_ros.planning.plan_failure import PlanFailure
     from scene_graph_ros.planning.regions.around_seeds import (
         region_around,
         regions_along,
@@ -115,24 +134,13 @@ if TYPE_CHECKING:
     from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
     from scene_graph_ros.planning.regions.np_options import IrisNpOptions
     from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
-    from scene_graph_ros.planning.retimers.retimer_libraries import MissingRetimerError
-    from scene_graph_ros.planning.retimers.ruckig_retimer import RuckigRetimer
-    from scene_graph_ros.planning.retimers.toppra_retimer import ToppraRetimer
-    from scene_graph_ros.planning.roadmap import Roadmap
-    from scene_graph_ros.planning.roadmap_building import build_roadmap
-    from scene_graph_ros.planning.robot_clearance import (
-        ClearanceColumns,
-        RobotClearance,
-        RobotCollisionType,
-    )
-    from scene_graph_ros.planning.robot_diagram import load_robot_diagram, RobotDiagram
-    from scene_graph_ros.planning.robot_diagram_builder import (
-        DiagramBuiltError,
-        RobotDiagramBuilder,
-    )
-    from scene_graph_ros.planning.timing_problem import TimedPath, TimingFailure
-    from scene_graph_ros.planning.unimplemented_checker import UnimplementedCollisionChecker
+    from scene_graph_ros.planning.timing.curve_timing import time_curve
+    from scene_graph_ros.planning.timing.path_timing import prove_trajectory, time_path
+    from scene_graph_ros.planning.timing.timing_problem import TimedPath, TimingFailure
     from scene_graph_ros.planning.walking.zmp_planner import ZmpPlanner, ZmpPlannerError
+    from scene_graph_ros.trajectories.retimers.retimer_libraries import MissingRetimerError
+    from scene_graph_ros.trajectories.retimers.ruckig_retimer import RuckigRetimer
+    from scene_graph_ros.trajectories.retimers.toppra_retimer import ToppraRetimer
 
 __all__ = [
     "BilinearAlternationOptions",
@@ -241,96 +249,110 @@ __all__ = [
 ]
 
 _MODULES = {
-    "added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
-    "certified.cspace_free_box": ("CspaceFreeBox",),
-    "certified.cspace_free_polytope": ("CspaceFreePolytope",),
-    "certified.distance_certificate": ("DistanceCertificate",),
-    "certified.distance_search": ("certify_by_distances",),
-    "certified.errors": ("CertificateError",),
-    "certified.pair_certificate": ("PairCertificate",),
-    "certified.polytope_certificate": ("PairFailure", "PolytopeCertificate"),
-    "certified.rational_kinematics": ("RationalForwardKinematics",),
-    "certified.search_options": (
+    "planning.certified.cspace_free_box": ("CspaceFreeBox",),
+    "planning.certified.cspace_free_polytope": ("CspaceFreePolytope",),
+    "planning.certified.distance_certificate": ("DistanceCertificate",),
+    "planning.certified.distance_search": ("certify_by_distances",),
+    "planning.certified.errors": ("CertificateError",),
+    "planning.certified.pair_certificate": ("PairCertificate",),
+    "planning.certified.polytope_certificate": ("PairFailure", "PolytopeCertificate"),
+    "planning.certified.rational_kinematics": ("RationalForwardKinematics",),
+    "planning.certified.search_options": (
         "BilinearAlternationOptions",
         "BinarySearchOptions",
         "EllipsoidMarginCost",
     ),
-    "checker_bodies": ("CheckerBody",),
-    "checker_contexts": ("CollisionCheckerContext",),
-    "checker_interface": ("CollisionChecker",),
-    "cliques.adjacency": ("CliqueError",),
-    "cliques.clique_cover": ("MinCliqueCoverSolverBase", "MinCliqueCoverSolverViaGreedy"),
-    "cliques.max_clique": (
+    "planning.checker.added_shapes": ("BodyShapeDescription", "make_body_shape_description"),
+    "planning.checker.checker_bodies": ("CheckerBody",),
+    "planning.checker.checker_contexts": ("CollisionCheckerContext",),
+    "planning.checker.checker_interface": ("CollisionChecker",),
+    "planning.checker.collision_checker": ("SceneGraphCollisionChecker",),
+    "planning.checker.collision_checker_params": ("CollisionCheckerParams",),
+    "planning.checker.distance_and_interpolation": (
+        "DistanceAndInterpolationProvider",
+        "LinearDistanceAndInterpolationProvider",
+    ),
+    "planning.checker.homogeneous_filters": ("HeterogeneousFiltersError",),
+    "planning.checker.robot_clearance": (
+        "ClearanceColumns",
+        "RobotClearance",
+        "RobotCollisionType",
+    ),
+    "planning.checker.unimplemented_checker": ("UnimplementedCollisionChecker",),
+    "planning.cliques.adjacency": ("CliqueError",),
+    "planning.cliques.clique_cover": ("MinCliqueCoverSolverBase", "MinCliqueCoverSolverViaGreedy"),
+    "planning.cliques.max_clique": (
         "MaxCliqueSolverBase",
         "MaxCliqueSolverViaBranchAndBound",
         "MaxCliqueSolverViaGreedy",
         "MaxCliqueSolverViaMip",
     ),
-    "cliques.visibility_graph": ("visibility_graph",),
-    "collision_checker_params": ("CollisionCheckerParams",),
-    "collision_checker": ("SceneGraphCollisionChecker",),
-    "curve_timing": ("time_curve",),
-    "distance_and_interpolation": (
-        "DistanceAndInterpolationProvider",
-        "LinearDistanceAndInterpolationProvider",
-    ),
-    "edge_measure": ("EdgeMeasure", "EdgeStatus"),
-    "errors": ("CollisionCheckerError", "PlanningError"),
-    "gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),
-    "gcs.gcs_trajectory_optimization": ("GcsTrajectoryOptimization",),
-    "gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
-    "gcs.result": ("GcsTrajectoryResult",),
-    "gcs.subgraph": ("Subgraph",),
-    "homogeneous_filters": ("HeterogeneousFiltersError",),
-    "ompl_bridge.ompl_library": ("MissingOmplError",),
-    "ompl_bridge.ompl_planner": ("OmplPlanner",),
-    "ompl_bridge.ompl_space": ("OmplSpace",),
-    "optimal_control.direct_collocation": ("DirectCollocation",),
-    "optimal_control.direct_transcription": ("DirectTranscription",),
-    "optimal_control.dynamics": ("Dynamics",),
-    "optimal_control.errors": (
-        "DynamicsError",
-        "MissingCasadiError",
-        "TrajectoryOptimizationError",
-    ),
-    "optimal_control.kinematic_curve": ("BsplineBasis",),
-    "optimal_control.kinematic_result": ("KinematicTrajectoryResult",),
-    "optimal_control.kinematic_trajectory_optimization": ("KinematicTrajectoryOptimization",),
-    "optimal_control.multiple_shooting": ("MultipleShooting",),
-    "optimal_control.nonlinear_program": ("NonlinearProgram",),
-    "optimal_control.program_result": ("ConstraintViolation", "ProgramResult", "SolveStatus"),
-    "optimal_control.shooting_result": ("TrajectoryOptimizationResult",),
-    "optimal_control.solver_options": ("SolverOptions",),
-    "pose_solver": (
+    "planning.cliques.visibility_graph": ("visibility_graph",),
+    "planning.diagrams.robot_diagram": ("RobotDiagram", "load_robot_diagram"),
+    "planning.diagrams.robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
+    "planning.edges.edge_measure": ("EdgeMeasure", "EdgeStatus"),
+    "planning.errors": ("CollisionCheckerError", "PlanningError"),
+    "planning.gcs.edges_between_subgraphs": ("EdgesBetweenSubgraphs",),
+    "planning.gcs.gcs_trajectory_optimization": ("GcsTrajectoryOptimization",),
+    "planning.gcs.plan_through_regions": ("RegionPlan", "plan_through_regions"),
+    "planning.gcs.result": ("GcsTrajectoryResult",),
+    "planning.gcs.subgraph": ("Subgraph",),
+    "planning.ik.pose_solver": (
         "InverseKinematics",
         "InverseKinematicsFailure",
         "inverse_kinematics",
     ),
-    "path_planner": ("plan_path",),
-    "path_timing": ("prove_trajectory", "time_path"),
-    "planned_path": ("Plan", "PlanFailure", "PlanProgress", "PlanStage"),
-    "pose_target": ("InverseKinematicsError", "PoseTarget"),
-    "position_space": ("get_continuous_revolute_joint_indices",),
-    "regions.around_seeds": ("region_around", "regions_along", "regions_around"),
-    "regions.clique_cover": ("RegionCover", "iris_in_configuration_space_from_clique_cover"),
-    "regions.cover_options": ("IrisFromCliqueCoverOptions",),
-    "regions.errors": ("RegionError", "RegionNotFoundError"),
-    "regions.iris_np": ("iris_in_configuration_space",),
-    "regions.iris_zo": ("iris_zo",),
-    "regions.iris_zo_options": ("IrisZoOptions",),
-    "regions.np_options": ("IrisNpOptions",),
-    "regions.region_record": ("ConfigurationRegion",),
-    "retimers.retimer_libraries": ("MissingRetimerError",),
-    "retimers.ruckig_retimer": ("RuckigRetimer",),
-    "retimers.toppra_retimer": ("ToppraRetimer",),
-    "roadmap": ("Roadmap",),
-    "roadmap_building": ("build_roadmap",),
-    "robot_clearance": ("ClearanceColumns", "RobotClearance", "RobotCollisionType"),
-    "robot_diagram": ("RobotDiagram", "load_robot_diagram"),
-    "robot_diagram_builder": ("DiagramBuiltError", "RobotDiagramBuilder"),
-    "timing_problem": ("TimedPath", "TimingFailure"),
-    "unimplemented_checker": ("UnimplementedCollisionChecker",),
-    "walking.zmp_planner": ("ZmpPlanner", "ZmpPlannerError"),
+    "planning.ik.pose_target": ("InverseKinematicsError", "PoseTarget"),
+    "planning.optimal_control.direct_collocation": ("DirectCollocation",),
+    "planning.optimal_control.direct_transcription": ("DirectTranscription",),
+    "planning.optimal_control.dynamics": ("Dynamics",),
+    "planning.optimal_control.errors": (
+        "DynamicsError",
+        "MissingCasadiError",
+        "TrajectoryOptimizationError",
+    ),
+    "planning.optimal_control.kinematic_curve": ("BsplineBasis",),
+    "planning.optimal_control.kinematic_result": ("KinematicTrajectoryResult",),
+    "planning.optimal_control.kinematic_trajectory_optimization": (
+        "KinematicTrajectoryOptimization",
+    ),
+    "planning.optimal_control.multiple_shooting": ("MultipleShooting",),
+    "planning.optimal_control.nonlinear_program": ("NonlinearProgram",),
+    "planning.optimal_control.program_result": (
+        "ConstraintViolation",
+        "ProgramResult",
+        "SolveStatus",
+    ),
+    "planning.optimal_control.shooting_result": ("TrajectoryOptimizationResult",),
+    "planning.optimal_control.solver_options": ("SolverOptions",),
+    "planning.paths.ompl_bridge.ompl_library": ("MissingOmplError",),
+    "planning.paths.ompl_bridge.ompl_planner": ("OmplPlanner",),
+    "planning.paths.ompl_bridge.ompl_space": ("OmplSpace",),
+    "planning.paths.path_planner": ("plan_path",),
+    "planning.paths.planned_path": ("Plan", "PlanProgress", "PlanStage"),
+    "planning.paths.roadmaps.roadmap": ("Roadmap",),
+    "planning.paths.roadmaps.roadmap_building": ("build_roadmap",),
+    "planning.paths.search.position_space": ("get_continuous_revolute_joint_indices",),
+    "planning.plan_failure": ("PlanFailure",),
+    "planning.regions.around_seeds": ("region_around", "regions_along", "regions_around"),
+    "planning.regions.clique_cover": (
+        "RegionCover",
+        "iris_in_configuration_space_from_clique_cover",
+    ),
+    "planning.regions.cover_options": ("IrisFromCliqueCoverOptions",),
+    "planning.regions.errors": ("RegionError", "RegionNotFoundError"),
+    "planning.regions.iris_np": ("iris_in_configuration_space",),
+    "planning.regions.iris_zo": ("iris_zo",),
+    "planning.regions.iris_zo_options": ("IrisZoOptions",),
+    "planning.regions.np_options": ("IrisNpOptions",),
+    "planning.regions.region_record": ("ConfigurationRegion",),
+    "planning.timing.curve_timing": ("time_curve",),
+    "planning.timing.path_timing": ("prove_trajectory", "time_path"),
+    "planning.timing.timing_problem": ("TimedPath", "TimingFailure"),
+    "planning.walking.zmp_planner": ("ZmpPlanner", "ZmpPlannerError"),
+    "trajectories.retimers.retimer_libraries": ("MissingRetimerError",),
+    "trajectories.retimers.ruckig_retimer": ("RuckigRetimer",),
+    "trajectories.retimers.toppra_retimer": ("ToppraRetimer",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -338,6 +360,6 @@ _MODULE_OF = {name: module for module, names in _MODULES.items() for name in nam
 def __getattr__(name: str) -> Any:
     if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"{__name__}.{_MODULE_OF[name]}"), name)
+    value = getattr(importlib.import_module(f"scene_graph_ros.{_MODULE_OF[name]}"), name)
     globals()[name] = value
     return value

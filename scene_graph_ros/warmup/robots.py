@@ -33,7 +33,7 @@ def place_links() -> None:
 def _check_many(q: np.ndarray) -> None:
     """Ask for as many balls as a tree is worth."""
     from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
-    from scene_graph_ros.planning.static_tree import FEWEST
+    from scene_graph_ros.planning.pairs.static_tree import FEWEST
 
     scene_graph = SceneGraph()
     source = scene_graph.register_source("warm_up")
@@ -65,7 +65,7 @@ def plan() -> None:
         ZmpPlanner,
     )
     from scene_graph_ros.planning.regions.hit_and_run import walked
-    from scene_graph_ros.planning.trajectories import MotionLimits, PiecewisePolynomial
+    from scene_graph_ros.trajectories import MotionLimits, PiecewisePolynomial
 
     scene_graph = SceneGraph()
     source = scene_graph.register_source("warm_up")

@@ -77,7 +77,8 @@ def _kernels(setup: Setup, venv: Path, wheels: str, name: str, options: list[str
         f"{n}={os.environ.get(n)}" for n in ("SCENE_GRAPH_ROS_KERNEL_CACHE", "XDG_CACHE_HOME")
     ]
     package = _ROOT / "scene_graph_ros"
-    sources = [package / folder for folder in ("geometry", "planning", "robots", "warmup")]
+    with_kernels = ("convex", "geometry", "planning", "robots", "trajectories", "warmup")
+    sources = [package / folder for folder in with_kernels]
     setup.step(name, digest(sources, wheels, *variables), [record, *cache], compile_kernels)
 
 

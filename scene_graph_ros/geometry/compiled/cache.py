@@ -56,7 +56,7 @@ FLAGS: dict[str, Any] = {
 }
 _PACKAGE = "scene_graph_ros"
 _PACKAGE_FOLDER = Path(__file__).parents[2]
-_WITH_KERNELS = ("geometry", "planning", "robots", "warmup")
+_WITH_KERNELS = ("convex", "geometry", "planning", "robots", "trajectories", "warmup")
 """Folders of the package in which kernels are, and what says which of them belong together."""
 _IMPORT = re.compile(
     rf"^\s*(?:from|import)\s+({re.escape(_PACKAGE)}[\w.]*)(?:\s+import\s+(\([^)]*\)|.*))?", re.M

@@ -3,85 +3,91 @@
 Points are rows. What decides returns a bool, and with ``certificate=True`` a `Decision` whose
 certificate shows the answer, checked in rational arithmetic by its ``verify()``.
 ``docs/convex_sets.md`` says which set when.
+
+The names below are imported when they are first used, from `scene_graph_ros.convex`.
 """
 
-from scene_graph_ros.geometry.optimization.certificates import Certificate, Decision
-from scene_graph_ros.geometry.optimization.errors import (
-    ConvexSetError,
-    SampleError,
-    SolverError,
-)
-from scene_graph_ros.geometry.optimization.graphs.cone_expressions import (
-    exp,
-    exponential_cone,
-    positive_semidefinite,
-    quad_over_lin,
-    rotated_second_order_cone,
-    second_order_cone,
-)
-from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
-from scene_graph_ros.geometry.optimization.graphs.expressions import (
-    norm,
-    norm1,
-    norm_inf,
-    quad_form,
-    sum_squares,
-)
-from scene_graph_ros.geometry.optimization.graphs.functions import FunctionConstraint
-from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
-from scene_graph_ros.geometry.optimization.graphs.implicit import ImplicitGraphOfConvexSets
-from scene_graph_ros.geometry.optimization.graphs.options import (
-    GcsGraphvizOptions,
-    GraphOfConvexSetsOptions,
-)
-from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult, PathBound
-from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
-from scene_graph_ros.geometry.optimization.iris.iris import iris, IrisRegion, Separation
-from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
-from scene_graph_ros.geometry.optimization.iris.region_cuts import (
-    find_region_cuts,
-    RegionCut,
-    RegionTest,
-)
-from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
-    load_iris_regions_yaml_file,
-    save_iris_regions_yaml_file,
-)
-from scene_graph_ros.geometry.optimization.iris.scene_obstacles import (
-    make_iris_obstacles,
-    scene_obstacles,
-    SceneObstacle,
-)
-from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
-from scene_graph_ros.geometry.optimization.sets.affine_subspace import AffineSubspace
-from scene_graph_ros.geometry.optimization.sets.answers import Projection, Support
-from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
-from scene_graph_ros.geometry.optimization.sets.conic_program import (
-    Cone,
-    ConicConstraint,
-    ConicProgram,
-    ConicSolution,
-)
-from scene_graph_ros.geometry.optimization.sets.convex_hull import ConvexHull
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
-from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
-from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
-from scene_graph_ros.geometry.optimization.sets.membership import Membership
-from scene_graph_ros.geometry.optimization.sets.minkowski_sum import MinkowskiSum
-from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
-    check_if_satisfies_convexity_radius,
-    compute_pairwise_intersections,
-)
-from scene_graph_ros.geometry.optimization.sets.partition import partition_convex_set
-from scene_graph_ros.geometry.optimization.sets.point import Point
-from scene_graph_ros.geometry.optimization.sets.redundancy import Reduction
-from scene_graph_ros.geometry.optimization.sets.sampled_volume import SampledVolume
-from scene_graph_ros.geometry.optimization.sets.sampling import UniformSamples
-from scene_graph_ros.geometry.optimization.sets.spectrahedron import Spectrahedron
-from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
-from scene_graph_ros.geometry.optimization.sets.volume_interval import VolumeInterval
+import importlib
+from typing import Any, TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from scene_graph_ros.convex.errors import (
+        ConvexSetError,
+        SampleError,
+        SolverError,
+    )
+    from scene_graph_ros.convex.graphs.expressions.cone_expressions import (
+        exp,
+        exponential_cone,
+        positive_semidefinite,
+        quad_over_lin,
+        rotated_second_order_cone,
+        second_order_cone,
+    )
+    from scene_graph_ros.convex.graphs.expressions.expressions import (
+        norm,
+        norm1,
+        norm_inf,
+        quad_form,
+        sum_squares,
+    )
+    from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint
+    from scene_graph_ros.convex.graphs.expressions.transcription import Transcription
+    from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
+    from scene_graph_ros.convex.graphs.implicit import ImplicitGraphOfConvexSets
+    from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+    from scene_graph_ros.convex.graphs.model.options import (
+        GcsGraphvizOptions,
+        GraphOfConvexSetsOptions,
+    )
+    from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult, PathBound
+    from scene_graph_ros.convex.iris.iris import iris, IrisRegion, Separation
+    from scene_graph_ros.convex.iris.options import IrisOptions
+    from scene_graph_ros.convex.iris.region_cuts import (
+        find_region_cuts,
+        RegionCut,
+        RegionTest,
+    )
+    from scene_graph_ros.convex.iris.regions_yaml import (
+        load_iris_regions_yaml_file,
+        save_iris_regions_yaml_file,
+    )
+    from scene_graph_ros.convex.iris.scene_obstacles import (
+        make_iris_obstacles,
+        scene_obstacles,
+        SceneObstacle,
+    )
+    from scene_graph_ros.convex.questions.answers import Projection, Support
+    from scene_graph_ros.convex.questions.certificates import Certificate, Decision
+    from scene_graph_ros.convex.questions.conic_program import (
+        Cone,
+        ConicConstraint,
+        ConicProgram,
+        ConicSolution,
+    )
+    from scene_graph_ros.convex.questions.membership import Membership
+    from scene_graph_ros.convex.questions.redundancy import Reduction
+    from scene_graph_ros.convex.sets.affine_ball import AffineBall
+    from scene_graph_ros.convex.sets.affine_subspace import AffineSubspace
+    from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
+    from scene_graph_ros.convex.sets.convex_hull import ConvexHull
+    from scene_graph_ros.convex.sets.convex_set import ConvexSet
+    from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+    from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
+    from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
+    from scene_graph_ros.convex.sets.intersection import Intersection
+    from scene_graph_ros.convex.sets.minkowski_sum import MinkowskiSum
+    from scene_graph_ros.convex.sets.pairwise_intersections import (
+        check_if_satisfies_convexity_radius,
+        compute_pairwise_intersections,
+    )
+    from scene_graph_ros.convex.sets.partition import partition_convex_set
+    from scene_graph_ros.convex.sets.point import Point
+    from scene_graph_ros.convex.sets.spectrahedron import Spectrahedron
+    from scene_graph_ros.convex.sets.v_polytope import VPolytope
+    from scene_graph_ros.convex.volumes.sampled_volume import SampledVolume
+    from scene_graph_ros.convex.volumes.sampling import UniformSamples
+    from scene_graph_ros.convex.volumes.volume_interval import VolumeInterval
 
 __all__ = [
     "AffineBall",
@@ -150,3 +156,108 @@ __all__ = [
     "second_order_cone",
     "sum_squares",
 ]
+
+_MODULES = {
+    "errors": (
+        "ConvexSetError",
+        "SampleError",
+        "SolverError",
+    ),
+    "graphs.expressions.cone_expressions": (
+        "exp",
+        "exponential_cone",
+        "positive_semidefinite",
+        "quad_over_lin",
+        "rotated_second_order_cone",
+        "second_order_cone",
+    ),
+    "graphs.expressions.expressions": (
+        "norm",
+        "norm1",
+        "norm_inf",
+        "quad_form",
+        "sum_squares",
+    ),
+    "graphs.expressions.functions": ("FunctionConstraint",),
+    "graphs.expressions.transcription": ("Transcription",),
+    "graphs.graph": ("GraphOfConvexSets",),
+    "graphs.implicit": ("ImplicitGraphOfConvexSets",),
+    "graphs.model.edge": (
+        "Edge",
+        "Vertex",
+    ),
+    "graphs.model.options": (
+        "GcsGraphvizOptions",
+        "GraphOfConvexSetsOptions",
+    ),
+    "graphs.search.result": (
+        "GraphOfConvexSetsResult",
+        "PathBound",
+    ),
+    "iris.iris": (
+        "IrisRegion",
+        "Separation",
+        "iris",
+    ),
+    "iris.options": ("IrisOptions",),
+    "iris.region_cuts": (
+        "RegionCut",
+        "RegionTest",
+        "find_region_cuts",
+    ),
+    "iris.regions_yaml": (
+        "load_iris_regions_yaml_file",
+        "save_iris_regions_yaml_file",
+    ),
+    "iris.scene_obstacles": (
+        "SceneObstacle",
+        "make_iris_obstacles",
+        "scene_obstacles",
+    ),
+    "questions.answers": (
+        "Projection",
+        "Support",
+    ),
+    "questions.certificates": (
+        "Certificate",
+        "Decision",
+    ),
+    "questions.conic_program": (
+        "Cone",
+        "ConicConstraint",
+        "ConicProgram",
+        "ConicSolution",
+    ),
+    "questions.membership": ("Membership",),
+    "questions.redundancy": ("Reduction",),
+    "sets.affine_ball": ("AffineBall",),
+    "sets.affine_subspace": ("AffineSubspace",),
+    "sets.cartesian_product": ("CartesianProduct",),
+    "sets.convex_hull": ("ConvexHull",),
+    "sets.convex_set": ("ConvexSet",),
+    "sets.h_polyhedron": ("HPolyhedron",),
+    "sets.hyperellipsoid": ("Hyperellipsoid",),
+    "sets.hyperrectangle": ("Hyperrectangle",),
+    "sets.intersection": ("Intersection",),
+    "sets.minkowski_sum": ("MinkowskiSum",),
+    "sets.pairwise_intersections": (
+        "check_if_satisfies_convexity_radius",
+        "compute_pairwise_intersections",
+    ),
+    "sets.partition": ("partition_convex_set",),
+    "sets.point": ("Point",),
+    "sets.spectrahedron": ("Spectrahedron",),
+    "sets.v_polytope": ("VPolytope",),
+    "volumes.sampled_volume": ("SampledVolume",),
+    "volumes.sampling": ("UniformSamples",),
+    "volumes.volume_interval": ("VolumeInterval",),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(f"scene_graph_ros.convex.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value

@@ -22,7 +22,7 @@ from scene_graph_ros.node.effects.markers import package_shares
 from scene_graph_ros.node.effects.plan_proof import PathInWorld, PathProof
 from scene_graph_ros.node.effects.plan_way import FAR, PlanWay, way_of
 from scene_graph_ros.node.runtime.made_once import made_once
-from scene_graph_ros.planning.path_points import points_on
+from scene_graph_ros.planning.paths.path_points import points_on
 
 __all__ = ["PlanMarkers"]
 

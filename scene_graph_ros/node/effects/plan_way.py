@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.node.effects.plan_proof import PathInWorld
-from scene_graph_ros.planning.path_points import points_on
-from scene_graph_ros.planning.trajectories import BezierCurve
+from scene_graph_ros.planning.paths.path_points import points_on
+from scene_graph_ros.trajectories import BezierCurve
 
 __all__ = ["FAR", "PlanWay", "way_of"]
 

@@ -36,7 +36,7 @@ from scene_graph_ros.planning import (
     time_path,
     TimedPath,
 )
-from scene_graph_ros.planning.trajectories import MotionLimits
+from scene_graph_ros.trajectories import MotionLimits
 
 __all__ = ["plan"]
 

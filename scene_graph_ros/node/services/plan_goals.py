@@ -21,10 +21,10 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.services.tally import require
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.planning import MissingRetimerError, PlanProgress, PoseTarget
-from scene_graph_ros.planning.retimers.named_retimers import as_retimer
-from scene_graph_ros.planning.trajectories import MotionLimits
-from scene_graph_ros.planning.trajectories.retimer import Retimer
 from scene_graph_ros.robots.tree_kernels import FLOATING
+from scene_graph_ros.trajectories import MotionLimits
+from scene_graph_ros.trajectories.retimer import Retimer
+from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
 
 __all__ = ["CancelledError", "PlanGoal", "checked_goal", "patience"]
 

@@ -24,7 +24,7 @@ from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
 from scene_graph_ros.node.services.queries import QueryScope
 from scene_graph_ros.node.world.planning_robots import PlanningRobots
 from scene_graph_ros.planning import ClearanceColumns, EdgeMeasure, SceneGraphCollisionChecker
-from scene_graph_ros.planning.position_limits import beyond_limits
+from scene_graph_ros.planning.checker.position_limits import beyond_limits
 
 __all__ = ["check_clearance", "check_configurations", "check_edges"]
 

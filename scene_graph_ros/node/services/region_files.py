@@ -8,13 +8,13 @@ import tempfile
 from typing import Any
 
 from msg_adapters.errors import MessageError, TooLargeError, UnavailableError
-from scene_graph_ros.geometry.errors import NameConflictError
-from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
-from scene_graph_ros.geometry.model.names import canonical_name
-from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
+from scene_graph_ros.convex.iris.regions_yaml import (
     regions_from_document,
     regions_to_yaml,
 )
+from scene_graph_ros.geometry.errors import NameConflictError
+from scene_graph_ros.geometry.files import MAX_TEXT_BYTES
+from scene_graph_ros.geometry.model.names import canonical_name
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.services.queries import QueryScope
 from scene_graph_ros.node.services.region_queries import ignored_geometry, kept_region

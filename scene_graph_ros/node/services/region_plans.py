@@ -19,14 +19,14 @@ from msg_adapters.stamps import stamp_to_msg
 from msg_adapters.status import ok_status
 from msg_adapters.trajectories import joint_trajectory_to_msg
 from scene_graph_msgs.action import PlanPath
+from scene_graph_ros.convex.iris.regions_yaml import (
+    regions_from_document,
+    regions_to_yaml,
+)
 from scene_graph_ros.geometry.optimization import (
     GraphOfConvexSetsOptions,
     HPolyhedron,
     SolverError,
-)
-from scene_graph_ros.geometry.optimization.iris.regions_yaml import (
-    regions_from_document,
-    regions_to_yaml,
 )
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.runtime.goals import Goal
@@ -53,8 +53,8 @@ from scene_graph_ros.planning import (
     SceneGraphCollisionChecker,
     time_curve,
 )
-from scene_graph_ros.planning.edge_proofs import new_stop
-from scene_graph_ros.planning.path_ends import find_troubles
+from scene_graph_ros.planning.checker.path_ends import find_troubles
+from scene_graph_ros.planning.parallel.stoppable import new_stop
 from scene_graph_ros.scene_files.yaml_document import parse_yaml
 
 __all__ = ["plan"]

@@ -12,7 +12,7 @@ from msg_adapters.robot_configurations import RobotNames
 from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.model.snapshot import Snapshot
 from scene_graph_ros.planning import RobotDiagram, SceneGraphCollisionChecker
-from scene_graph_ros.planning.checker_plan import carrier
+from scene_graph_ros.planning.pairs.checker_plan import carrier
 
 if TYPE_CHECKING:
     from scene_graph_ros.geometry import SceneGraph

@@ -9,7 +9,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization import AffineBall, HPolyhedron, SolverError
+from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.convex.sets.affine_ball import AffineBall
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.planning.certified.growth_program import grown_rows
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.plane_search import plane_for_growth

@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.solve.weighted_squares import (
+from scene_graph_ros.convex.solve.sums_of_squares.weighted_squares import (
     Identities,
     minimize_over_squares,
 )

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.optimization import HPolyhedron
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.tolerances import EPSILON
 from scene_graph_ros.planning.certified.cspace_free_polytope import CspaceFreePolytope
@@ -24,8 +24,8 @@ from scene_graph_ros.planning.certified.polytope_certificate import (
     PairFailure,
     PolytopeCertificate,
 )
-from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.shares.in_executor import AnyExecutor
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.parallel.in_executor import AnyExecutor
 
 __all__ = ["CspaceFreeBox"]
 

@@ -35,10 +35,14 @@ from scene_graph_ros.planning.certified.search_options import (
     BinarySearchOptions,
 )
 from scene_graph_ros.planning.certified.tangent_region import make_region, TangentRegion
-from scene_graph_ros.planning.check_kernels import NO_PAIR
-from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.configuration_checks import first_pairs
-from scene_graph_ros.planning.shares.in_executor import AnyExecutor, checked_executor, in_executor
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.configuration_checks import first_pairs
+from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.parallel.in_executor import (
+    AnyExecutor,
+    checked_executor,
+    in_executor,
+)
 
 __all__ = ["CspaceFreePolytope"]
 

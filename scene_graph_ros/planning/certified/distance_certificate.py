@@ -14,8 +14,8 @@ from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
 from scene_graph_ros.planning.certified.motion_reaches import motion_reaches
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
 from scene_graph_ros.planning.certified.tangent_region import TangentRegion
-from scene_graph_ros.planning.checker_plan import CheckerPlan
-from scene_graph_ros.planning.robot_clearance import poses_of_rows
+from scene_graph_ros.planning.checker.robot_clearance import poses_of_rows
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 
 __all__ = ["BoxLevel", "DistanceCertificate", "RegionGrid", "needed_distances"]
 

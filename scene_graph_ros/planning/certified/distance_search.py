@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization import HPolyhedron
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.distance_certificate import (
     BoxLevel,
@@ -19,10 +19,10 @@ from scene_graph_ros.planning.certified.distance_certificate import (
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.motion_reaches import motion_reaches
 from scene_graph_ros.planning.certified.tangent_region import bounded_region
-from scene_graph_ros.planning.check_kernels import NO_PAIR
-from scene_graph_ros.planning.checker_plan import CheckerPlan
-from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.configuration_checks import first_pairs
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.configuration_checks import first_pairs
+from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 
 __all__ = ["certify_by_distances", "checked_max_boxes", "search_boxes"]
 

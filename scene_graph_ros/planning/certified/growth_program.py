@@ -13,8 +13,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.errors import SolverError
-from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
+from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.convex.solve.cones.cone_program import Cone, ConeProgram
 from scene_graph_ros.planning.certified.pair_problem import PairProblem
 from scene_graph_ros.planning.certified.search_options import (
     BilinearAlternationOptions,

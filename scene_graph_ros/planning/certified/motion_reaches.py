@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.planning.certified.errors import CertificateError
-from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 from scene_graph_ros.robots.kinematic_tree import KinematicTree
 from scene_graph_ros.robots.tree_kernels import PRISMATIC, REVOLUTE
 

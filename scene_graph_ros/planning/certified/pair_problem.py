@@ -30,7 +30,7 @@ from scene_graph_ros.planning.certified.rational_kinematics import (
     RationalPose,
 )
 from scene_graph_ros.planning.certified.tangent_region import power_of_two, Row, TangentRegion
-from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 
 __all__ = ["HalfSpaceInE", "PairProblem", "PairProblems"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.planning.certified.constant_plane import constant_plane
 from scene_graph_ros.planning.certified.pair_certificate import LEAST_CLEARANCE, PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblem

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization import HPolyhedron
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.planning.certified.pair_certificate import PairCertificate
 from scene_graph_ros.planning.certified.pair_problem import PairProblems
 from scene_graph_ros.planning.certified.rational_kinematics import RationalForwardKinematics
 from scene_graph_ros.planning.certified.tangent_region import TangentRegion
-from scene_graph_ros.planning.checker_plan import CheckerPlan
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
 
 __all__ = ["PairFailure", "PolytopeCertificate"]
 

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.solve.cone_program import Cone, ConeProgram
+from scene_graph_ros.convex.solve.cones.cone_program import Cone, ConeProgram
 from scene_graph_ros.planning.certified.monomials import triangle
 from scene_graph_ros.planning.certified.pair_problem import HalfSpaceInE, PairProblem
 from scene_graph_ros.planning.certified.pair_side import Side

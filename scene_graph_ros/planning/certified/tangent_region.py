@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.optimization import HPolyhedron
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.certified.errors import CertificateError
 from scene_graph_ros.planning.certified.rational_kinematics import (

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.optimization.errors import SolverError
+from scene_graph_ros.convex.errors import SolverError
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.cliques.adjacency import (
     checked_adjacency,

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.query.arguments import checked_threads
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.checker_interface import CollisionChecker
-from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.carried_checker import pack, PackedChecker
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
 from scene_graph_ros.planning.errors import CollisionCheckerError
-from scene_graph_ros.planning.shares.carried_checker import pack, PackedChecker
-from scene_graph_ros.planning.shares.in_executor import (
+from scene_graph_ros.planning.parallel.in_executor import (
     AnyExecutor,
     checked_executor,
     in_executor,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
+from scene_graph_ros.convex.questions.arguments import as_nonnegative
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.sets.arguments import as_matrix, as_nonnegative
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.questions.arguments import as_matrix, as_nonnegative
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = ["as_bounds", "as_count", "as_weights"]

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
-from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
-from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count
 from scene_graph_ros.planning.gcs.joined_edges import Bounds, JoinedEdges

@@ -9,18 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
-from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
-from scene_graph_ros.geometry.optimization.graphs.options import (
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.graphs.model.options import (
     GcsGraphvizOptions,
     GraphOfConvexSetsOptions,
 )
-from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
-from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import as_joints
-from scene_graph_ros.geometry.optimization.sets.point import Point
+from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
+from scene_graph_ros.convex.questions.arguments import as_nonnegative
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.pairwise_intersections import as_joints
+from scene_graph_ros.convex.sets.point import Point
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.all_subgraphs import AllSubgraphs
 from scene_graph_ros.planning.gcs.arguments import as_count
@@ -35,11 +35,11 @@ from scene_graph_ros.planning.gcs.result import (
 )
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
-from scene_graph_ros.planning.gcs.unwrapping import (
+from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
+from scene_graph_ros.trajectories.unwrapping import (
     normalize_segment_times,
     unwrap_to_continuous_trajectory,
 )
-from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
 
 __all__ = ["GcsTrajectoryOptimization"]
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
-from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
-from scene_graph_ros.geometry.optimization.graphs.transcription import (
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
     Transcription,
 )
-from scene_graph_ros.geometry.optimization.sets.arguments import as_vector
+from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.questions.arguments import as_vector
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.nonlinear_terms import continue_derivative

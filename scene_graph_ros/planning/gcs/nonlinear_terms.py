@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.graphs.edge import Edge, Vertex
-from scene_graph_ros.geometry.optimization.graphs.functions import FunctionConstraint
-from scene_graph_ros.geometry.optimization.graphs.transcription import Transcription
+from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint
+from scene_graph_ros.convex.graphs.expressions.transcription import Transcription
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 
 __all__ = ["Place", "bound_derivative", "continue_derivative"]

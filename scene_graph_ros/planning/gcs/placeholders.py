@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.graphs.expressions import (
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.expressions.expressions import (
     Affine,
     as_cost,
     Atom,

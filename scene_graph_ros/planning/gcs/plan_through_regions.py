@@ -10,29 +10,31 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.graphs.options import GraphOfConvexSetsOptions
-from scene_graph_ros.geometry.optimization.iris.regions_yaml import load_iris_regions_yaml_file
-from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative, as_vector
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.point import Point
-from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.distance_and_interpolation import (
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.model.options import GraphOfConvexSetsOptions
+from scene_graph_ros.convex.iris.regions_yaml import load_iris_regions_yaml_file
+from scene_graph_ros.convex.questions.arguments import as_nonnegative, as_vector
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.point import Point
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.distance_and_interpolation import (
     LinearDistanceAndInterpolationProvider,
 )
-from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+from scene_graph_ros.planning.checker.path_ends import pair_words
+from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
 from scene_graph_ros.planning.gcs.arguments import as_count
 from scene_graph_ros.planning.gcs.edges_between_subgraphs import EdgesBetweenSubgraphs
 from scene_graph_ros.planning.gcs.gcs_trajectory_optimization import GcsTrajectoryOptimization
 from scene_graph_ros.planning.gcs.result import GcsTrajectoryResult
-from scene_graph_ros.planning.path_ends import pair_words
-from scene_graph_ros.planning.path_planner import plan_path
-from scene_graph_ros.planning.position_space import get_continuous_revolute_joint_indices
+from scene_graph_ros.planning.paths.path_planner import plan_path
+from scene_graph_ros.planning.paths.search.position_space import (
+    get_continuous_revolute_joint_indices,
+)
 from scene_graph_ros.planning.regions.around_seeds import regions_along
 from scene_graph_ros.planning.regions.errors import RegionNotFoundError
 from scene_graph_ros.planning.regions.held_positions import Held
 from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
-from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
+from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
 
 __all__ = ["RegionPlan", "plan_through_regions"]
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
-from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
-from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import (
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.convex.sets.intersection import Intersection
+from scene_graph_ros.convex.sets.pairwise_intersections import (
     compute_pairwise_intersections,
     own_box,
     translated,

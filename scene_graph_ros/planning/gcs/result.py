@@ -8,13 +8,13 @@ import itertools
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import SolverError
-from scene_graph_ros.geometry.optimization.graphs.edge import Vertex
-from scene_graph_ros.geometry.optimization.graphs.result import GraphOfConvexSetsResult
+from scene_graph_ros.convex.errors import SolverError
+from scene_graph_ros.convex.graphs.model.edge import Vertex
+from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
 from scene_graph_ros.planning.gcs.joined_edges import Bounds
 from scene_graph_ros.planning.gcs.subgraph import Subgraph
-from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
-from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
+from scene_graph_ros.trajectories.bezier_curve import BezierCurve
+from scene_graph_ros.trajectories.composite_trajectory import CompositeTrajectory
 
 __all__ = ["GcsTrajectoryResult", "Step", "measured", "trajectory_of"]
 

@@ -7,8 +7,8 @@ import functools
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.graphs.expressions import Affine
-from scene_graph_ros.planning.trajectories.bernstein import differentiated
+from scene_graph_ros.convex.graphs.expressions.expressions import Affine
+from scene_graph_ros.trajectories.bernstein import differentiated
 
 __all__ = ["SegmentVariables"]
 

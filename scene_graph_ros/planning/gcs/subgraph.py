@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.graphs.edge import Vertex
-from scene_graph_ros.geometry.optimization.graphs.expressions import norm, sum_squares
-from scene_graph_ros.geometry.optimization.graphs.graph import GraphOfConvexSets
-from scene_graph_ros.geometry.optimization.graphs.transcription import ALL_TRANSCRIPTIONS
-from scene_graph_ros.geometry.optimization.sets.arguments import as_nonnegative
-from scene_graph_ros.geometry.optimization.sets.cartesian_product import CartesianProduct
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.hyperrectangle import Hyperrectangle
-from scene_graph_ros.geometry.optimization.sets.pairwise_intersections import own_box
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.expressions.expressions import norm, sum_squares
+from scene_graph_ros.convex.graphs.expressions.transcription import ALL_TRANSCRIPTIONS
+from scene_graph_ros.convex.graphs.graph import GraphOfConvexSets
+from scene_graph_ros.convex.graphs.model.edge import Vertex
+from scene_graph_ros.convex.questions.arguments import as_nonnegative
+from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.hyperrectangle import Hyperrectangle
+from scene_graph_ros.convex.sets.pairwise_intersections import own_box
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_bounds, as_count, as_weights
 from scene_graph_ros.planning.gcs.joined_edges import JoinedEdges, Used

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.optimal_control.numpy_function import NumpyFunction
 
 __all__ = ["clearance_function"]

@@ -11,7 +11,7 @@ from scene_graph_ros.planning.optimal_control.dynamics import Dynamics
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
 from scene_graph_ros.planning.optimal_control.multiple_shooting import MultipleShooting
 from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
-from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 
 __all__ = ["DirectTranscription"]
 

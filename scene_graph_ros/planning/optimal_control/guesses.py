@@ -8,8 +8,8 @@ import numpy as np
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizationError
-from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.planning.trajectories.trajectory import Trajectory
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.trajectory import Trajectory
 
 __all__ = ["as_guess", "check_continuous"]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
+from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
 
 __all__ = ["DerivativeBound", "largest_excess", "stretch_to_hold"]
 

@@ -21,7 +21,7 @@ from scene_graph_ros.planning.optimal_control.errors import TrajectoryOptimizati
 from scene_graph_ros.planning.optimal_control.kinematic_bounds import DerivativeBound
 from scene_graph_ros.planning.optimal_control.nonlinear_program import NonlinearProgram
 from scene_graph_ros.planning.optimal_control.program_parts import Constraint
-from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
+from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
 
 __all__ = ["BsplineBasis", "KinematicCurve"]
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.edge_measure import EdgeMeasure
+from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure
 from scene_graph_ros.planning.optimal_control.program_result import (
     ConstraintViolation,
     ProgramResult,
     SolveStatus,
 )
-from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
+from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
 
 __all__ = ["KinematicTrajectoryResult"]
 

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.collision_checker import SceneGraphCollisionChecker
-from scene_graph_ros.planning.edge_measure import EdgeMeasure, EdgeStatus
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.path_ends import pair_words
+from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, EdgeStatus
 from scene_graph_ros.planning.optimal_control.arguments import (
     as_count,
     as_nonnegative,
@@ -26,8 +27,7 @@ from scene_graph_ros.planning.optimal_control.kinematic_result import KinematicT
 from scene_graph_ros.planning.optimal_control.numpy_function import NumpyFunction
 from scene_graph_ros.planning.optimal_control.program_result import ProgramResult
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
-from scene_graph_ros.planning.path_ends import pair_words
-from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
+from scene_graph_ros.trajectories.bspline_trajectory import BsplineTrajectory
 
 __all__ = ["KinematicTrajectoryOptimization"]
 

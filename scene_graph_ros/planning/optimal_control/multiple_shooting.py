@@ -20,7 +20,7 @@ from scene_graph_ros.planning.optimal_control.program_result import ProgramResul
 from scene_graph_ros.planning.optimal_control.shooting_result import TrajectoryOptimizationResult
 from scene_graph_ros.planning.optimal_control.shooting_variables import ShootingVariables
 from scene_graph_ros.planning.optimal_control.solver_options import SolverOptions
-from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 
 __all__ = ["MultipleShooting"]
 

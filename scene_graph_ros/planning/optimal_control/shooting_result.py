@@ -13,7 +13,7 @@ from scene_graph_ros.planning.optimal_control.program_result import (
     ProgramResult,
     SolveStatus,
 )
-from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 
 __all__ = ["TrajectoryOptimizationResult"]
 

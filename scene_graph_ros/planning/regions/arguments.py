@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError
-from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.sets.affine_ball import AffineBall
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.sets.v_polytope import VPolytope
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Feasibility
 from scene_graph_ros.robots.tree_kernels import FLOATING
@@ -151,7 +151,7 @@ def _why(feasibility: Feasibility, q: NDArray[np.float64]) -> str:
     found = find(q[np.newaxis])
     if not len(found.rows):
         return "it violates additional_constraints"
-    from scene_graph_ros.planning.path_ends import pair_words
+    from scene_graph_ros.planning.checker.path_ends import pair_words
 
     words = pair_words(feasibility.checker, found.pairs[0])
     return f"{words} overlap by {1e3 * found.depths[0]:.4g} mm"

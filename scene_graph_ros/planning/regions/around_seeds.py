@@ -9,12 +9,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
-from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
-from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.convex.errors import ConvexSetError, SolverError
+from scene_graph_ros.convex.iris.options import IrisOptions
+from scene_graph_ros.convex.sets.affine_ball import AffineBall
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.planning.checker.carried_checker import pack, PackedChecker
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
+from scene_graph_ros.planning.parallel.in_executor import (
+    AnyExecutor,
+    checked_executor,
+    in_executor,
+)
 from scene_graph_ros.planning.regions.arguments import (
     checked_center,
     checked_domain,
@@ -32,12 +38,6 @@ from scene_graph_ros.planning.regions.iris_np import grow_np, np_options
 from scene_graph_ros.planning.regions.iris_zo import grow_zo
 from scene_graph_ros.planning.regions.iris_zo_options import IrisZoOptions
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion
-from scene_graph_ros.planning.shares.carried_checker import pack, PackedChecker
-from scene_graph_ros.planning.shares.in_executor import (
-    AnyExecutor,
-    checked_executor,
-    in_executor,
-)
 
 __all__ = [
     "AnyIrisOptions",

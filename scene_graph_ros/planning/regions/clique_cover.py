@@ -13,10 +13,11 @@ from typing import Any, Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.errors import ConvexSetError, SolverError
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.planning.checker.carried_checker import pack, PackedChecker
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.clique_cover import MinCliqueCoverSolverViaGreedy
 from scene_graph_ros.planning.cliques.max_clique import (
     MaxCliqueSolverBase,
@@ -25,6 +26,12 @@ from scene_graph_ros.planning.cliques.max_clique import (
 from scene_graph_ros.planning.cliques.visibility_graph import (
     checked_parallelism,
     numbered_pairs,
+)
+from scene_graph_ros.planning.parallel.in_executor import (
+    AnyExecutor,
+    checked_executor,
+    in_executor,
+    parts_of,
 )
 from scene_graph_ros.planning.regions.arguments import checked_domain
 from scene_graph_ros.planning.regions.around_seeds import (
@@ -36,13 +43,6 @@ from scene_graph_ros.planning.regions.cover_options import IrisFromCliqueCoverOp
 from scene_graph_ros.planning.regions.errors import RegionError, RegionNotFoundError
 from scene_graph_ros.planning.regions.feasibility import feasibility_of_share
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion, share_bound
-from scene_graph_ros.planning.shares.carried_checker import pack, PackedChecker
-from scene_graph_ros.planning.shares.in_executor import (
-    AnyExecutor,
-    checked_executor,
-    in_executor,
-    parts_of,
-)
 
 __all__ = ["DroppedClique", "RegionCover", "iris_in_configuration_space_from_clique_cover"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 import math
 
-from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
+from scene_graph_ros.convex.iris.options import IrisOptions
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.iris_zo_options import (

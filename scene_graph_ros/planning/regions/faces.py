@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.solve.nearest_in_hull import nearest_in_hull
+from scene_graph_ros.convex.solve.nearest.nearest_in_hull import nearest_in_hull
 from scene_graph_ros.geometry.tolerances import EPSILON
 
 __all__ = ["Cut", "cut_between"]

@@ -8,11 +8,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.planning.checker.carried_checker import PackedChecker
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.regions.errors import RegionError
-from scene_graph_ros.planning.shares.carried_checker import PackedChecker
 
 __all__ = [
     "Constraints",
@@ -100,7 +100,7 @@ class Feasibility:
 
 
 def _meets_segment(obstacle: ConvexSet, q1: NDArray[np.float64], q2: NDArray[np.float64]) -> bool:
-    from scene_graph_ros.geometry.optimization.sets.v_polytope import VPolytope
+    from scene_graph_ros.convex.sets.v_polytope import VPolytope
 
     return bool(obstacle.intersects_with(VPolytope(np.stack([q1, q2]))))
 

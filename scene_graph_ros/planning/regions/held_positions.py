@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.regions.errors import RegionError
 
 __all__ = ["Held", "HeldChecker", "held_by_group"]

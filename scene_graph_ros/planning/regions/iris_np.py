@@ -8,10 +8,10 @@ from typing import Literal, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.geometry.optimization.sets.intersection import Intersection
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.convex.iris.options import IrisOptions
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.sets.intersection import Intersection
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
 from scene_graph_ros.planning.regions.arguments import (
     checked_center,

@@ -15,9 +15,9 @@ from typing import Literal, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.planning.checker_interface import CollisionChecker
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.planning.checker.checker_interface import CollisionChecker
 from scene_graph_ros.planning.cliques.visibility_graph import checked_parallelism
 from scene_graph_ros.planning.regions.arguments import (
     checked_center,

@@ -10,7 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.geometry.reals import as_float
 from scene_graph_ros.planning.regions.errors import RegionError

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import math
 from typing import Any, TYPE_CHECKING
 
-from scene_graph_ros.geometry.optimization.iris.options import IrisOptions
-from scene_graph_ros.geometry.optimization.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.iris.options import IrisOptions
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
 from scene_graph_ros.planning.regions.errors import RegionError
 from scene_graph_ros.planning.regions.feasibility import Constraints
 from scene_graph_ros.planning.regions.iris_zo_options import check_counts, check_numbers

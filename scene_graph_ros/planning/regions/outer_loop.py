@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.errors import ConvexSetError, SolverError
-from scene_graph_ros.geometry.optimization.sets.affine_ball import AffineBall
-from scene_graph_ros.geometry.optimization.sets.axes import unit_ball_volume
-from scene_graph_ros.geometry.optimization.sets.ellipsoids import Extremal, inscribed
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.convex.errors import ConvexSetError, SolverError
+from scene_graph_ros.convex.questions.axes import unit_ball_volume
+from scene_graph_ros.convex.questions.ellipsoids import Extremal, inscribed
+from scene_graph_ros.convex.sets.affine_ball import AffineBall
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
 from scene_graph_ros.planning.regions.errors import RegionNotFoundError
 from scene_graph_ros.planning.regions.feasibility import Feasibility
 from scene_graph_ros.planning.regions.region_record import ConfigurationRegion

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_graph_ros.geometry.optimization.sets.h_polyhedron import HPolyhedron
-from scene_graph_ros.geometry.optimization.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
 
 __all__ = ["ConfigurationRegion", "share_bound"]
 

@@ -1,25 +1,22 @@
-"""Curves in time, the fastest ones along a path, and whether they keep limits at all times."""
+"""The public names of `scene_graph_ros.trajectories`, which has the curves and retimers."""
 
-from scene_graph_ros.planning.trajectories.bezier_curve import BezierCurve
-from scene_graph_ros.planning.trajectories.bspline_trajectory import BsplineTrajectory
-from scene_graph_ros.planning.trajectories.composite_trajectory import CompositeTrajectory
-from scene_graph_ros.planning.trajectories.errors import TrajectoryError
-from scene_graph_ros.planning.trajectories.exponential_plus_piecewise_polynomial import (
+from scene_graph_ros.trajectories import (
+    BezierCurve,
+    BsplineTrajectory,
+    CompositeTrajectory,
     ExponentialPlusPiecewisePolynomial,
-)
-from scene_graph_ros.planning.trajectories.motion_limits import (
     find_excess,
     LimitExcess,
     MotionLimits,
-)
-from scene_graph_ros.planning.trajectories.path_parameterized_trajectory import (
     PathParameterizedTrajectory,
+    PiecewisePolynomial,
+    retime,
+    Retimer,
+    RetimingError,
+    Trajectory,
+    TrajectoryError,
+    TrajectoryPoints,
 )
-from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.planning.trajectories.retimer import Retimer, RetimingError
-from scene_graph_ros.planning.trajectories.time_optimal import retime
-from scene_graph_ros.planning.trajectories.trajectory import Trajectory
-from scene_graph_ros.planning.trajectories.trajectory_points import TrajectoryPoints
 
 __all__ = [
     "BezierCurve",

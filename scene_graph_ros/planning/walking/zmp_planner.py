@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from scene_graph_ros.geometry.errors import SceneGraphError
 from scene_graph_ros.geometry.quoting import quoted
-from scene_graph_ros.planning.trajectories.arguments import as_finite, as_numbers, as_positive
-from scene_graph_ros.planning.trajectories.exponential_plus_piecewise_polynomial import (
+from scene_graph_ros.planning.walking.pendulum_optimum import PendulumOptimum
+from scene_graph_ros.trajectories.arguments import as_finite, as_numbers, as_positive
+from scene_graph_ros.trajectories.exponential_plus_piecewise_polynomial import (
     ExponentialPlusPiecewisePolynomial,
 )
-from scene_graph_ros.planning.trajectories.piecewise_polynomial import PiecewisePolynomial
-from scene_graph_ros.planning.walking.pendulum_optimum import PendulumOptimum
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
 
 __all__ = ["ZmpPlanner", "ZmpPlannerError"]
 

@@ -7,8 +7,8 @@ import pytest
 from msg_adapters.errors import UnavailableError
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.services import plan_goals
-from scene_graph_ros.planning.retimers import retimer_libraries
-from scene_graph_ros.planning.retimers.named_retimers import as_retimer
+from scene_graph_ros.trajectories.retimers import retimer_libraries
+from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
 
 
 def test_all_that_can_be_configured_are_retimers():

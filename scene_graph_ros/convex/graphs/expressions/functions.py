@@ -1,0 +1,93 @@
+"""Costs and constraints that are functions of points, and need not be convex."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.questions.arguments import as_vector
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["FunctionConstraint", "FunctionCost", "FunctionTerm"]
+
+
+@dataclass(frozen=True, eq=False)
+class FunctionCost:
+    """What a function returns of the points of an edge, ``xu`` and ``xv``, or of a vertex."""
+
+    function: Callable[..., float]
+
+    def at(self, points: Mapping[int, np.ndarray], numbers: Sequence[int]) -> float:
+        """Return the cost at points ``(n,)`` by numbers of vertices, ``numbers`` being its own.
+
+        Raises ConvexSetError for what is no finite number.
+        """
+        return float(_values(self.function, points, numbers, 1)[0])
+
+
+def _as_bounds(value: Any, label: str) -> np.ndarray:
+    """Return a number, or numbers, as an array ``(k,)``; they may be infinite."""
+    try:
+        return np.atleast_1d(np.asarray(value, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ConvexSetError(
+            f"{label} must be a number or numbers (k,), not {quoted(value)}"
+        ) from None
+
+
+class FunctionConstraint:
+    """``lower_bound <= function(points) <= upper_bound``, entry by entry.
+
+    ``FunctionConstraint(function, lower_bound, upper_bound)``: the function takes the points
+    ``(n,)`` of an edge, ``xu`` and ``xv``, or that of a vertex, and returns a number or ``(k,)``.
+    Bounds are numbers or ``(k,)``, and may be infinite; equal ones make an equation.
+    """
+
+    def __init__(self, function: Callable[..., Any], lower_bound: Any, upper_bound: Any) -> None:
+        if not callable(function):
+            raise ConvexSetError(
+                f"FunctionConstraint: function must be callable, not {quoted(function)}"
+            )
+        self.function = function
+        self.lower, self.upper = (
+            _as_bounds(each, f"FunctionConstraint: {name}")
+            for name, each in (("lower_bound", lower_bound), ("upper_bound", upper_bound))
+        )
+        if self.lower.shape != self.upper.shape or self.lower.ndim != 1:
+            raise ConvexSetError(
+                f"FunctionConstraint: bounds have the shapes {self.lower.shape} and"
+                f" {self.upper.shape}"
+            )
+        if np.isnan(self.lower).any() or not (self.lower <= self.upper).all():
+            raise ConvexSetError(
+                f"FunctionConstraint: lower_bound {self.lower.tolist()} must be at most"
+                f" upper_bound {self.upper.tolist()}"
+            )
+
+    def at(self, points: Mapping[int, np.ndarray], numbers: Sequence[int]) -> np.ndarray:
+        """Return by how much finite bounds are kept, ``(m,)``: negative where one is broken."""
+        values = _values(self.function, points, numbers, len(self.lower))
+        kept = [values - self.lower, self.upper - values]
+        return np.concatenate(kept)[np.isfinite(np.concatenate([self.lower, self.upper]))]
+
+
+FunctionTerm = FunctionCost | FunctionConstraint
+
+
+def _values(
+    function: Callable[..., Any],
+    points: Mapping[int, np.ndarray],
+    numbers: Sequence[int],
+    count: int,
+) -> np.ndarray:
+    value = function(*(points[number].copy() for number in numbers))
+    found = as_vector(np.atleast_1d(value), f"what {quoted(function)} returns")
+    if len(found) != count:
+        raise ConvexSetError(
+            f"what {quoted(function)} returns must have {count} entries, not {len(found)}"
+        )
+    return found

@@ -1,0 +1,327 @@
+"""Graphs whose vertices are convex sets, and shortest paths through them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+import itertools
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.graphviz import graphviz_string
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.graphs.model.options import (
+    as_options,
+    GcsGraphvizOptions,
+    GraphOfConvexSetsOptions,
+)
+from scene_graph_ros.convex.graphs.network.network import Network
+from scene_graph_ros.convex.graphs.network.rounding import draw_paths
+from scene_graph_ros.convex.graphs.search.given_path import solve_restriction
+from scene_graph_ros.convex.graphs.search.result import GraphOfConvexSetsResult
+from scene_graph_ros.convex.graphs.search.shortest_path import solve_path
+from scene_graph_ros.convex.questions.arguments import (
+    as_list,
+    as_nonnegative,
+    as_vector,
+)
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.geometry.quoting import quoted
+
+__all__ = ["GraphOfConvexSets"]
+
+
+class GraphOfConvexSets:
+    """Vertices are convex sets, edges have costs and constraints of a point in each.
+
+    A path visits no vertex twice. It costs what its edges and vertices cost at its points, one of
+    each set on it (Marcucci, Umenberger, Parrilo and Tedrake, "Shortest Paths in Graphs of Convex
+    Sets", SIAM Journal on Optimization 34(1), 2024). Where sets are unbounded, costs and
+    constraints have to bound the points of paths.
+    """
+
+    def __init__(self) -> None:
+        self._vertices: dict[int, Vertex] = {}
+        self._edges: dict[int, Edge] = {}
+        self._numbers = itertools.count()
+        self._ends: tuple[dict[int, int], np.ndarray, np.ndarray] | None = None
+
+    @property
+    def vertices(self) -> list[Vertex]:
+        """All vertices, in the order in which they were added."""
+        return list(self._vertices.values())
+
+    @property
+    def edges(self) -> list[Edge]:
+        """All edges, in the order in which they were added."""
+        return list(self._edges.values())
+
+    @property
+    def num_vertices(self) -> int:
+        """The number of vertices."""
+        return len(self._vertices)
+
+    @property
+    def num_edges(self) -> int:
+        """The number of edges."""
+        return len(self._edges)
+
+    def add_vertex(self, set: ConvexSet, name: str = "") -> Vertex:  # noqa: A002  the spec's name
+        """Add a set. Raises ConvexSetError unless it has a point; it may be unbounded."""
+        label = (
+            f"GraphOfConvexSets.add_vertex: set of {name!r}"
+            if name
+            else ("GraphOfConvexSets.add_vertex: set")
+        )
+        if not isinstance(set, ConvexSet):
+            raise ConvexSetError(f"{label} must be a ConvexSet, not {quoted(set)}")
+        if set.is_empty():
+            raise ConvexSetError(f"{label}, {quoted(set)}, is empty; leave the vertex out")
+        number = next(self._numbers)
+        vertex = Vertex(number, set, name or f"v{number}")
+        self._vertices[number] = vertex
+        self._ends = None
+        return vertex
+
+    def add_edge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
+        """Add an edge from one vertex to another; there may be several between the same two."""
+        self._check_vertex(u, "add_edge: u")
+        self._check_vertex(v, "add_edge: v")
+        if u is v:
+            raise ConvexSetError(
+                f"GraphOfConvexSets.add_edge: u and v are both {u.name!r}; an edge leads elsewhere"
+            )
+        number = next(self._numbers)
+        edge = Edge(number, u, v, name or f"e{number}")
+        self._edges[number] = edge
+        self._ends = None
+        u._outgoing.append(edge)
+        v._incoming.append(edge)
+        return edge
+
+    def remove_vertex(self, vertex: Vertex) -> None:
+        """Remove a vertex and all its edges. Raises ConvexSetError unless it is of this graph."""
+        self._check_vertex(vertex, "remove_vertex: vertex")
+        for edge in vertex.incoming_edges + vertex.outgoing_edges:
+            self.remove_edge(edge)
+        del self._vertices[vertex.id]
+        self._ends = None
+
+    def remove_edge(self, edge: Edge) -> None:
+        """Remove an edge. Raises ConvexSetError unless it is of this graph."""
+        self._check_edge(edge, "remove_edge: edge")
+        del self._edges[edge.id]
+        self._ends = None
+        edge.u._outgoing.remove(edge)
+        edge.v._incoming.remove(edge)
+
+    def is_valid(self, of: Vertex | Edge) -> bool:
+        """Tell whether a vertex or an edge is of this graph."""
+        own = self._edges if isinstance(of, Edge) else self._vertices
+        return own.get(getattr(of, "id", -1)) is of
+
+    def clear_all_phi_constraints(self) -> None:
+        """Allow every edge to be on the path or not."""
+        for edge in self._edges.values():
+            edge.clear_phi_constraints()
+
+    def solve_shortest_path(
+        self,
+        source: Vertex,
+        target: Vertex,
+        options: GraphOfConvexSetsOptions | None = None,
+    ) -> GraphOfConvexSetsResult:
+        """Return the shortest path from some point of one set to some point of another.
+
+        By default it is searched until its cost is within ``options.gap_tolerance`` of a lower
+        bound of all paths; with ``options.convex_relaxation`` the best of some paths that the
+        relaxation suggests, with the relaxation's bound. Both bounds are computed by weak duality
+        from multipliers, with rounding counted against them. Where no path leads to the target,
+        or none keeps the constraints, ``is_success`` is False and ``reason`` says so.
+
+        Raises ConvexSetError for a vertex of another graph, for costs that may be negative and
+        for unbounded sets in which the cost goes down for ever, SolverError with its residuals
+        where the solver failed.
+        """
+        self._check_vertex(source, "solve_shortest_path: source")
+        self._check_vertex(target, "solve_shortest_path: target")
+        chosen = as_options(options, "GraphOfConvexSets.solve_shortest_path")
+        return solve_path(self.vertices, self.edges, self._network(source, target), chosen)
+
+    def solve_convex_restriction(
+        self,
+        active_edges: Sequence[Edge],
+        options: GraphOfConvexSetsOptions | None = None,
+        initial_guess: GraphOfConvexSetsResult | Mapping[Vertex, Any] | None = None,
+    ) -> GraphOfConvexSetsResult:
+        """Return the best points of one path, given by its edges in order.
+
+        Of the options ``restriction_solver`` counts, and ``solver`` where it is not given.
+
+        With functions that need not be convex, the best that were found near those of the convex
+        part, or near ``initial_guess``: points ``(n,)`` of all its vertices, or a result that has
+        them. Where the path can't keep its constraints ``is_success`` is False. Raises
+        ConvexSetError for edges that are no path, SolverError where the solver failed.
+        """
+        label = "solve_convex_restriction: active_edges"
+        edges = as_list(active_edges, f"GraphOfConvexSets.{label}")
+        for edge in edges:
+            self._check_edge(edge, label)
+        guess = None
+        if not isinstance(initial_guess, (GraphOfConvexSetsResult, Mapping, type(None))):
+            raise ConvexSetError(
+                "GraphOfConvexSets.solve_convex_restriction: initial_guess must be a mapping of"
+                f" vertices to points, a result or None, not {quoted(initial_guess)}"
+            )
+        if initial_guess is not None and edges:
+            guess = [
+                _guessed(initial_guess, vertex) for vertex in (edges[0].u, *(e.v for e in edges))
+            ]
+        chosen = as_options(options, "GraphOfConvexSets.solve_convex_restriction")
+        solver = None if options is None else chosen.of_restriction
+        return solve_restriction(edges, guess, solver)
+
+    def sample_paths(
+        self,
+        source: Vertex,
+        target: Vertex,
+        flows: Mapping[Edge, float] | GraphOfConvexSetsResult,
+        options: GraphOfConvexSetsOptions | None = None,
+    ) -> list[list[Edge]]:
+        """Return different paths, drawn with the probabilities of flows, or of a result's.
+
+        At most ``options.max_rounded_paths`` of ``options.max_rounding_trials``, from
+        ``options.rounding_seed``. Edges without a flow don't count.
+        """
+        self._check_vertex(source, "sample_paths: source")
+        self._check_vertex(target, "sample_paths: target")
+        chosen = as_options(options, "GraphOfConvexSets.sample_paths")
+        if not isinstance(flows, (GraphOfConvexSetsResult, Mapping)):
+            raise ConvexSetError(
+                "GraphOfConvexSets.sample_paths: flows must be a mapping of edges to flows, or a"
+                f" result that has them, not {quoted(flows)}"
+            )
+        if isinstance(flows, GraphOfConvexSetsResult):
+            shares = [flows.flows.get(edge.id, 0.0) for edge in self.edges]
+        else:
+            shares = [float(flows.get(edge, 0.0)) for edge in self.edges]
+        most = 5 if chosen.max_rounded_paths is None else chosen.max_rounded_paths
+        if most < 1:
+            raise ConvexSetError(
+                "GraphOfConvexSets.sample_paths: options.max_rounded_paths must be at least 1, not"
+                f" {most}"
+            )
+        edges = self.edges
+        found = draw_paths(
+            self._network(source, target),
+            np.array(shares),
+            most,
+            chosen.max_rounding_trials,
+            chosen.flow_tolerance,
+            np.random.default_rng(chosen.rounding_seed),
+        )
+        return [[edges[e] for e in path] for path in found]
+
+    def get_solution_path(
+        self,
+        source: Vertex,
+        target: Vertex,
+        result: GraphOfConvexSetsResult,
+        tolerance: float = 1e-3,
+    ) -> list[Edge]:
+        """Return the edges of a result's path.
+
+        Of a relaxation without a path, those along which all but ``tolerance`` of the flow goes.
+        Raises ConvexSetError where there is no such path.
+        """
+        self._check_vertex(source, "get_solution_path: source")
+        self._check_vertex(target, "get_solution_path: target")
+        self._check_result(result, "get_solution_path")
+        most = as_nonnegative(tolerance, "GraphOfConvexSets.get_solution_path: tolerance")
+        if (
+            result.is_success
+            and result.vertices[:1] == (source.id,)
+            and (result.vertices[-1:] == (target.id,))
+        ):
+            return [self._edges[e] for e in result.path]
+        path: list[Edge] = []
+        at, seen = source, {source.id}
+        while at is not target:
+            ahead = [e for e in at.outgoing_edges if e.v.id not in seen]
+            best = max(ahead, key=lambda e: result.flows.get(e.id, 0.0), default=None)
+            if best is None or result.flows.get(best.id, 0.0) < 1.0 - most:
+                raise ConvexSetError(
+                    f"GraphOfConvexSets.get_solution_path: the result has no path from"
+                    f" {source.name!r} to {target.name!r} to a tolerance of {tolerance!r}"
+                )
+            path.append(best)
+            at = best.v
+            seen.add(at.id)
+        return path
+
+    def get_graphviz_string(
+        self,
+        result: GraphOfConvexSetsResult | None = None,
+        options: GcsGraphvizOptions | None = None,
+        active_path: Sequence[Edge] = (),
+    ) -> str:
+        """Return the graph in the DOT language, with a result's numbers where one is given.
+
+        ``active_path`` is drawn a second time, dashed and red.
+        """
+        label = "get_graphviz_string: active_path"
+        if result is not None:
+            self._check_result(result, "get_graphviz_string")
+        path = as_list(active_path, f"GraphOfConvexSets.{label}")
+        for edge in path:
+            self._check_edge(edge, label)
+        chosen = GcsGraphvizOptions() if options is None else options
+        if not isinstance(chosen, GcsGraphvizOptions):
+            raise ConvexSetError(
+                "GraphOfConvexSets.get_graphviz_string: options must be GcsGraphvizOptions or"
+                f" None, not {quoted(options)}"
+            )
+        return graphviz_string(self.vertices, self.edges, result, chosen, path)
+
+    def _check_result(self, result: Any, question: str) -> None:
+        if not isinstance(result, GraphOfConvexSetsResult):
+            raise ConvexSetError(
+                f"GraphOfConvexSets.{question}: result must be what a graph's solve_... returned,"
+                f" not {quoted(result)}"
+            )
+
+    def _network(self, source: Vertex, target: Vertex) -> Network:
+        """Return all edges by the places of their vertices, kept until there are others."""
+        if self._ends is None:
+            place = {number: k for k, number in enumerate(self._vertices)}
+            ends = [(place[edge.u.id], place[edge.v.id]) for edge in self._edges.values()]
+            tails, heads = np.array(ends, dtype=np.int64).reshape(-1, 2).T.copy()
+            self._ends = place, tails, heads
+        place, tails, heads = self._ends
+        return Network(len(place), tails, heads, place[source.id], place[target.id])
+
+    def _check_vertex(self, vertex: Any, label: str) -> None:
+        if not isinstance(vertex, Vertex) or not self.is_valid(vertex):
+            raise ConvexSetError(
+                f"GraphOfConvexSets.{label} must be a vertex of this graph, not {quoted(vertex)}"
+            )
+
+    def _check_edge(self, edge: Any, label: str) -> None:
+        if not isinstance(edge, Edge) or not self.is_valid(edge):
+            raise ConvexSetError(
+                f"GraphOfConvexSets.{label} must be edges of this graph, not {quoted(edge)}"
+            )
+
+
+def _guessed(guess: GraphOfConvexSetsResult | Mapping[Vertex, Any], vertex: Vertex) -> np.ndarray:
+    """Return the point ``(n,)`` that is guessed of a vertex."""
+    point = (
+        vertex.get_solution(guess)
+        if isinstance(guess, GraphOfConvexSetsResult)
+        else guess.get(vertex)
+    )
+    label = f"GraphOfConvexSets.solve_convex_restriction: initial_guess of {vertex.name!r}"
+    if point is None:
+        raise ConvexSetError(f"{label} is missing")
+    return as_vector(point, label, vertex.ambient_dimension)

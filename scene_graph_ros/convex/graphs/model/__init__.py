@@ -1,0 +1,1 @@
+"""Vertices and edges of a graph, and their terms as rows and cones."""

@@ -1,0 +1,1 @@
+"""The directed graph alone: paths, flows and rounding."""

@@ -1,0 +1,1 @@
+"""The convex relaxation of a shortest path, and its bounds."""

@@ -1,0 +1,1 @@
+"""The program along one given path."""

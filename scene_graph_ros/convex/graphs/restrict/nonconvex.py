@@ -1,0 +1,263 @@
+"""Points of a path where costs and constraints are functions that need not be convex.
+
+From the points of the convex program, by sequential quadratic programming (Kraft, "A software
+package for sequential quadratic programming", 1988, as SciPy has it). What is found is the best
+nearby; points that break anything are refused by who asks, and no bound comes of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+import itertools
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.graphs.expressions.functions import FunctionCost
+from scene_graph_ros.convex.graphs.expressions.term_cones import kept_by
+from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
+from scene_graph_ros.convex.graphs.model.placed_set import PlacedMatrix, PlacedSet
+from scene_graph_ros.convex.graphs.relax.relaxation import PlacedFunction, Problem
+from scene_graph_ros.convex.solve.cones.cone_program import Cone
+from scene_graph_ros.convex.solve.nonlinear import (
+    Differentiable,
+    minimize_nonlinear,
+)
+
+__all__ = ["functions_at", "with_functions"]
+
+_STEP = 6e-6
+"""Of a set's size: the cube root of rounding, for differences to both sides."""
+
+
+def functions_at(
+    functions: Sequence[PlacedFunction], xu: np.ndarray, xv: np.ndarray
+) -> tuple[float, float]:
+    """Return what functions cost at points, and by how much bounds are broken at most."""
+    cost, worst = 0.0, 0.0
+    for each in functions:
+        value = each.at(xu, xv)
+        if isinstance(each.term, FunctionCost):
+            cost += value
+        else:
+            worst = max(worst, float(-value.min(initial=0.0)))
+    return cost, worst
+
+
+def with_functions(
+    problem: Problem, path: Sequence[int], start: Sequence[np.ndarray]
+) -> list[np.ndarray]:
+    """Return points ``(n,)`` less their centres, near which none that keep all cost less.
+
+    ``start`` are points of the sets. They are in the sets and keep what is convex to rounding of
+    the solver, where it found such points.
+    """
+    program, generator = _Program(problem, path), np.random.default_rng(0)
+    best, least = list(start), np.inf
+    for trial in range(_TRIALS):
+        away = _BESIDE if trial == 1 else _AWAY
+        found = program.solve(start if trial == 0 else program.near(start, away, generator))
+        worst = program.violation(found)
+        if worst < least:
+            best, least = found, worst
+        if least <= _KEPT:
+            break
+    return best
+
+
+_TRIALS = 5
+"""Where all is broken nearby it is begun again elsewhere, so often in all."""
+
+_KEPT = 1e-8
+"""By how much points may break something to be kept."""
+
+_BESIDE, _AWAY = 1e-4, 0.4
+"""Of the half width of a set: how far from its point it is begun elsewhere. First beside it, as a
+search that is lost from one point may end well from the next."""
+
+
+class _Program:
+    """Variables of all sets behind one another, and what is asked of them."""
+
+    def __init__(self, problem: Problem, path: Sequence[int]) -> None:
+        network = problem.network
+        vertices = [network.source, *(int(network.heads[e]) for e in path)]
+        self._problem, self._path = problem, path
+        self._sets = [problem.sets[v] for v in vertices]
+        ends = np.cumsum([0, *(placed.S.shape[1] for placed in self._sets)]).tolist()
+        self._slices = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        self._count = ends[-1]
+
+    def solve(self, start: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Solve from points."""
+        first = np.zeros(self._count)
+        for placed, at, x in zip(self._sets, self._slices, start, strict=True):
+            first[at] = _variables_at(placed, x)
+        equal, least = self._of_sets()
+        for k, e in enumerate(self._path):
+            self._of_terms(k, self._problem.terms[e], equal, least)
+            for each in self._problem.functions.get(e, ()):
+                if not isinstance(each.term, FunctionCost):
+                    least.append(self._differences(k, each))
+        y = minimize_nonlinear(self._cost, first, equal, least)
+        return [placed.S @ y[at] for placed, at in zip(self._sets, self._slices, strict=True)]
+
+    def near(
+        self, points: Sequence[np.ndarray], share: float, generator: np.random.Generator
+    ) -> list[np.ndarray]:
+        """Return other points of the sets, less their centres, by a share of half widths away."""
+        moved = []
+        for placed, x in zip(self._sets, points, strict=True):
+            away = x + share * placed.half * generator.normal(size=len(x))
+            nearest = placed.of.projection((placed.center + away)[None])
+            assert nearest is not None, "sets of a graph are not empty"
+            moved.append(nearest.points[0] - placed.center)
+        return moved
+
+    def violation(self, points: Sequence[np.ndarray]) -> float:
+        """Return by how much points less their centres break an edge's constraints."""
+        worst = 0.0
+        for k, e in enumerate(self._path):
+            xu, xv = points[k], points[k + 1]
+            u, v = self._sets[k].center + xu, self._sets[k + 1].center + xv
+            broken = functions_at(self._problem.functions.get(e, ()), u, v)[1]
+            worst = max(worst, broken, self._problem.terms[e].violation(xu, xv))
+        return worst
+
+    def _points(self, y: np.ndarray, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points of the k-th edge less their centres."""
+        xu, xv = (self._sets[j].S @ y[self._slices[j]] for j in (k, k + 1))
+        return xu, xv
+
+    def _cost(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the cost in units, and its gradient."""
+        total, gradient, unit = 0.0, np.zeros(self._count), self._problem.unit
+        for k, e in enumerate(self._path):
+            terms, points = self._problem.terms[e], self._points(y, k)
+            total += terms.cost(*points)
+            self._add(gradient, k, *terms.gradient(*points))
+            for each in self._problem.functions.get(e, ()):
+                if isinstance(each.term, FunctionCost):
+                    value, slope = self._differences(k, each)(y)
+                    total += float(value[0])
+                    gradient += slope[0]
+        return total / unit, gradient / unit
+
+    def _add(self, row: np.ndarray, k: int, along_u: np.ndarray, along_v: np.ndarray) -> None:
+        for j, along in ((k, along_u), (k + 1, along_v)):
+            row[self._slices[j]] += along @ self._sets[j].S
+
+    def _of_sets(self) -> tuple[list[Differentiable], list[Differentiable]]:
+        """Return what sets ask: equations, and what is to be at least 0."""
+        equal: list[Differentiable] = []
+        least: list[Differentiable] = []
+        for placed, at in zip(self._sets, self._slices, strict=True):
+            for found, rows, sides in (
+                (equal, placed.E, placed.f),
+                (least, -placed.A, -placed.b),
+            ):
+                if len(rows):
+                    found.append(_linear(rows, sides, at, self._count))
+            for ball in placed.balls:
+                columns = np.arange(at.start, at.stop)
+                scale = -1 if ball.scale < 0 else int(columns[ball.scale])
+                least.append(_ball(columns[ball.columns], scale, self._count))
+            least += [_matrix(each, at.start, self._count) for each in placed.matrices]
+        return equal, least
+
+    def _of_terms(
+        self,
+        k: int,
+        terms: EdgeTerms,
+        equal: list[Differentiable],
+        least: list[Differentiable],
+    ) -> None:
+        """Add what an edge's own convex constraints ask."""
+        sizes = terms.row_sizes
+        split = len(terms.equations.m)
+        for found, part, sign, size in (
+            (equal, terms.equations, 1.0, sizes[:split]),
+            (least, terms.inequalities, -1.0, sizes[split:]),
+        ):
+            if len(part.m):
+                factor = sign / size[:, None]
+                found.append(
+                    self._part(k, factor * part.Mu, factor * part.Mv, factor[:, 0] * part.m)
+                )
+        for cone, part in zip(terms.layout.cone_kinds, terms.cones, strict=True):
+            rows = self._part(k, part.Mu, part.Mv, part.m)
+            least.append(_cone_of(cone, rows))
+
+    def _part(self, k: int, Mu: np.ndarray, Mv: np.ndarray, m: np.ndarray) -> Differentiable:
+        matrix = np.zeros((len(m), self._count))
+        for j, part in ((k, Mu), (k + 1, Mv)):
+            matrix[:, self._slices[j]] += part @ self._sets[j].S
+        return lambda y: (matrix @ y + m, matrix)
+
+    def _differences(self, k: int, function: PlacedFunction) -> Differentiable:
+        """Return a function's value ``(m,)`` and slopes ``(m, count)``, by differences."""
+
+        def value(y: np.ndarray) -> np.ndarray:
+            xu, xv = self._points(y, k)
+            u, v = self._sets[k].center + xu, self._sets[k + 1].center + xv
+            return np.atleast_1d(function.at(u, v))
+
+        def both(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            here = value(y)
+            slopes = np.zeros((len(here), self._count))
+            ends = [j for j, takes in ((k, function.takes_u), (k + 1, function.takes_v)) if takes]
+            for i in [i for j in ends for i in range(*self._slices[j].indices(self._count))]:
+                step = np.zeros(self._count)
+                step[i] = _STEP
+                slopes[:, i] = (value(y + step) - value(y - step)) / (2.0 * _STEP)
+            return here, slopes
+
+        return both
+
+
+def _variables_at(placed: PlacedSet, x: np.ndarray) -> np.ndarray:
+    """Return variables of a set for a point less the centre: where they do it least violence."""
+    return np.linalg.lstsq(np.concatenate([placed.S, placed.E]), np.concatenate([x, placed.f]))[0]
+
+
+def _linear(rows: np.ndarray, sides: np.ndarray, at: slice, count: int) -> Differentiable:
+    matrix = np.zeros((len(rows), count))
+    matrix[:, at] = rows
+    return lambda y: (matrix @ y - sides, matrix)
+
+
+def _ball(columns: np.ndarray, scale: int, count: int) -> Differentiable:
+    """Return ``s^2 - |y|^2`` and s, of which both are to be at least 0."""
+
+    def both(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        s = 1.0 if scale < 0 else float(y[scale])
+        slopes = np.zeros((2, count))
+        slopes[0, columns] = -2.0 * y[columns]
+        if scale >= 0:
+            slopes[:, scale] = 2.0 * s, 1.0
+        return np.array([s * s - y[columns] @ y[columns], s]), slopes
+
+    return both
+
+
+def _matrix(of: PlacedMatrix, first: int, count: int) -> Differentiable:
+    """Return eigenvalues, which are to be at least 0, and their slopes."""
+
+    def both(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, along = kept_by(Cone.SEMIDEFINITE, of.rows_at(y[first:]))
+        slopes = np.zeros((len(values), count))
+        slopes[:, first + of.columns] = along * of.factors
+        return values, slopes
+
+    return both
+
+
+def _cone_of(cone: Cone, rows: Callable[[np.ndarray], tuple[np.ndarray, Any]]) -> Differentiable:
+    """Return values of rows that are at least 0 in a cone, and their slopes by variables."""
+
+    def both(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        w, matrix = rows(y)
+        values, slopes = kept_by(cone, w)
+        return values, slopes @ matrix
+
+    return both

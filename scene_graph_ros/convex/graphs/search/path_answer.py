@@ -1,0 +1,165 @@
+"""What is told of a path that was found, or of none."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.graphs.expressions.transcription import Transcription
+from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
+from scene_graph_ros.convex.graphs.relax.bounds import ProvenBound
+from scene_graph_ros.convex.graphs.relax.later import Later, Once
+from scene_graph_ros.convex.graphs.relax.relaxation import Problem, Relaxed
+from scene_graph_ros.convex.graphs.search.result import (
+    GraphOfConvexSetsResult,
+    PathBound,
+    RelaxationAnswer,
+)
+from scene_graph_ros.convex.graphs.search.search import Incumbent, Searched
+
+__all__ = ["PathAnswer", "costs_at", "no_path", "relaxation_answer", "with_points"]
+
+
+def no_path(reason: str) -> GraphOfConvexSetsResult:
+    """Return that there is no path, and why."""
+    return GraphOfConvexSetsResult(False, np.inf, np.inf, reason)
+
+
+def costs_at(
+    parts: Sequence[Vertex | Edge], points: dict[int, np.ndarray], used: Transcription
+) -> Mapping[int, float]:
+    """Return what edges or vertices cost at points by numbers of vertices, by their numbers."""
+    now = [(part, part.get_costs(used)) for part in parts]
+    return Later(lambda: {part.id: part.cost_at(costs, points) for part, costs in now})
+
+
+def with_points(
+    edges: Sequence[Edge],
+    found: Incumbent,
+    used: Transcription,
+    others: dict[str, Any],
+) -> GraphOfConvexSetsResult:
+    """Return a path, its points and what its parts cost, with what ``others`` say."""
+    path = [edges[e] for e in found.path]
+    visited = [path[0].u, *(e.v for e in path)]
+    points = dict(zip((v.id for v in visited), found.best.points, strict=True))
+    return GraphOfConvexSetsResult(
+        is_success=True,
+        cost=found.best.cost,
+        path=tuple(e.id for e in path),
+        vertices=tuple(v.id for v in visited),
+        points=found.best.points,
+        edge_costs=costs_at(path, points, used),
+        vertex_costs=costs_at(visited, points, used),
+        violation=found.best.violation,
+        **others,
+    )
+
+
+def relaxation_answer(
+    edges: Sequence[Edge], problem: Problem, relaxed: Relaxed, proven: ProvenBound
+) -> RelaxationAnswer:
+    """Return what a relaxation says of edges."""
+    numbers = [e.id for e in edges]
+    flows = np.clip(relaxed.flows, 0.0, 1.0)
+    centers = [
+        (problem.sets[u].center, problem.sets[v].center)
+        for u, v in zip(problem.network.tails, problem.network.heads, strict=True)
+    ]
+    u, v = (
+        {
+            number: x + f * c[end]
+            for number, x, f, c in zip(numbers, points, flows, centers, strict=True)
+        }
+        for end, points in enumerate(relaxed.points())
+    )
+    return RelaxationAnswer(
+        relaxed.cost,
+        dict(zip(numbers, flows.tolist(), strict=True)),
+        u,
+        v,
+        PathBound(proven.value, problem, proven.potentials),
+    )
+
+
+class PathAnswer:
+    """What is told of a relaxation, and of the path that came of it."""
+
+    def __init__(
+        self,
+        edges: Sequence[Edge],
+        problem: Problem,
+        relaxed: Relaxed,
+        proven: ProvenBound,
+    ) -> None:
+        self._edges, self._proven = edges, proven
+        self._common: dict[str, Any] = {
+            "relaxation": Once(lambda: relaxation_answer(edges, problem, relaxed, proven)),
+            "num_edges_solved": len(edges),
+        }
+
+    def of_relaxation(
+        self, found: Incumbent | None, count: int, failure: str
+    ) -> GraphOfConvexSetsResult:
+        """Return the best rounded path with the relaxation's bound."""
+        others = {
+            **self._common,
+            "num_rounded_paths": count,
+            "lower_bound": self._proven.value,
+            "transcription": Transcription.RELAXATION,
+        }
+        if found is None:
+            reason = "no path was drawn: the relaxation alone was solved"
+            if failure:
+                reason = f"none of {count} rounded paths was solved: {failure}"
+            elif count:
+                reason = f"none of {count} rounded paths keeps its constraints"
+            return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
+        others["reason"] = f"the best of {count} rounded paths"
+        return with_points(self._edges, found, Transcription.RESTRICTION, others)
+
+    def of_mixed_integer(
+        self, name: str, found: Incumbent | None, bound: float
+    ) -> GraphOfConvexSetsResult:
+        """Return a solver's path with the relaxation's bound, and with what the solver says."""
+        others = {**self._common, "lower_bound": self._proven.value, "solver_bound": bound}
+        if found is None:
+            reason = f"solver {name!r} says that no path keeps the constraints; it is not proven"
+            return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
+        others["reason"] = f"the best path, as solver {name!r} says; solver_bound is not proven"
+        return with_points(self._edges, found, Transcription.MIP, others)
+
+    def of_search(self, searched: Searched, count: int) -> GraphOfConvexSetsResult:
+        """Return the best path with the search's bound."""
+        others = {
+            **self._common,
+            "num_rounded_paths": count,
+            "num_search_programs": searched.num_programs,
+            "lower_bound": max(searched.lower_bound, self._proven.value),
+        }
+        reason = _what_ended(searched)
+        if searched.found is None:
+            return GraphOfConvexSetsResult(is_success=False, cost=np.inf, reason=reason, **others)
+        others["reason"] = reason
+        return with_points(self._edges, searched.found, Transcription.MIP, others)
+
+
+def _what_ended(searched: Searched) -> str:
+    """Return why a search went no further."""
+    if searched.found is None:
+        if searched.failure:
+            return f"no path was found: {searched.failure}"
+        if searched.is_complete and searched.lower_bound == np.inf:
+            return "no path keeps the constraints of its edges, which is proven"
+        if searched.is_stopped:
+            return "no path was found until termination_func ended the search"
+        return "no path was found within max_search_programs"
+    if searched.failure:
+        return f"a path that may be better was not solved: {searched.failure}"
+    if searched.is_complete:
+        return "the best path, to the tolerance"
+    if searched.is_stopped:
+        return "termination_func ended the search"
+    return "max_search_programs was reached"

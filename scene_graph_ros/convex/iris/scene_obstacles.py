@@ -1,0 +1,109 @@
+"""What a scene has that collides, as convex sets."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.sets.cartesian_product import CartesianProduct
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.from_shapes import placed_shape
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.convex.sets.minkowski_sum import MinkowskiSum
+from scene_graph_ros.convex.sets.point import Point
+from scene_graph_ros.convex.sets.v_polytope import VPolytope
+from scene_graph_ros.geometry.meshes.sources import hull_of
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.model.roles import Role
+from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.box import Box
+from scene_graph_ros.geometry.shapes.capsule import Capsule
+from scene_graph_ros.geometry.shapes.cylinder import Cylinder
+from scene_graph_ros.geometry.shapes.ellipsoid import Ellipsoid
+from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.geometry.shapes.sphere import Sphere
+
+__all__ = ["SceneObstacle", "make_iris_obstacles", "obstacle_of", "scene_obstacles"]
+
+
+class SceneObstacle(NamedTuple):
+    """A geometry with the proximity role, and a convex set that holds it."""
+
+    geometry_id: GeometryId
+    convex_set: ConvexSet
+
+
+def make_iris_obstacles(
+    query: QueryObject, reference_frame: FrameId | None = None
+) -> list[ConvexSet]:
+    """Return all geometry with the proximity role as sets, where it is in the query's snapshot.
+
+    In a frame, the world by default. Meshes are taken by their hulls. Raises UnknownIdError for a
+    frame that is not there, ConvexSetError for deformable geometry, which is not convex.
+    """
+    check_query(query, "make_iris_obstacles")
+    inspector = query.inspector()
+    found: list[ConvexSet] = []
+    for geometry_id in inspector.get_all_geometry_ids(Role.PROXIMITY):
+        if inspector.is_deformable(geometry_id):
+            name = inspector.get_name(geometry_id)
+            raise ConvexSetError(
+                f"make_iris_obstacles: geometry {name!r} is deformable; it is no convex set"
+            )
+        shape, X_FG = placed_shape(query, geometry_id, reference_frame)
+        found.append(_set_of_shape(query, geometry_id, reference_frame, shape, X_FG))
+    return found
+
+
+def check_query(query: object, label: str) -> None:
+    """Raise ConvexSetError unless it is what geometries are asked of."""
+    if not isinstance(query, QueryObject):
+        raise ConvexSetError(f"{label}: query must be a QueryObject, not {quoted(query)}")
+
+
+def scene_obstacles(
+    query: QueryObject, ignored: Container[GeometryId] = frozenset()
+) -> list[SceneObstacle]:
+    """Return all geometry with the proximity role but what is ignored, in the world, by id."""
+    check_query(query, "scene_obstacles")
+    return [
+        SceneObstacle(geometry_id, obstacle_of(query, geometry_id))
+        for geometry_id in sorted(query.inspector().get_all_geometry_ids(Role.PROXIMITY))
+        if geometry_id not in ignored
+    ]
+
+
+def obstacle_of(query: QueryObject, geometry_id: GeometryId) -> ConvexSet:
+    """Return a convex set in the world that holds a geometry.
+
+    It is the geometry itself, or the hull of a mesh, or of the vertices of what is deformable.
+    """
+    if query.inspector().is_deformable(geometry_id):
+        return VPolytope(query.get_configurations_in_world(geometry_id))
+    shape, X_WG = placed_shape(query, geometry_id, None)
+    return _set_of_shape(query, geometry_id, None, shape, X_WG)
+
+
+def _set_of_shape(
+    query: Any, geometry_id: Any, frame: FrameId | None, shape: Shape, X_FG: np.ndarray
+) -> ConvexSet:
+    """Return the description that is asked fastest."""
+    if isinstance(shape, Sphere) and shape.radius == 0.0:
+        return Point(X_FG[:3, 3])
+    if isinstance(shape, Sphere | Ellipsoid):
+        return Hyperellipsoid(query, geometry_id, frame)
+    if isinstance(shape, Capsule):
+        return MinkowskiSum(query, geometry_id, frame)
+    if isinstance(shape, Cylinder):
+        return CartesianProduct(query, geometry_id, frame)
+    if isinstance(shape, HalfSpace):
+        return HPolyhedron(query, geometry_id, frame)
+    if isinstance(shape, Box):
+        return VPolytope(query, geometry_id, frame)
+    return VPolytope(hull_of(shape).vertices @ X_FG[:3, :3].T + X_FG[:3, 3])  # type: ignore[arg-type]

@@ -1,0 +1,1 @@
+"""Questions that each convex set answers, and the certificates of the answers."""

@@ -1,0 +1,52 @@
+"""What ellipsoids answer from their axes and radii."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from scene_graph_ros.convex.questions.answers import gaps_of, Projection, Support
+from scene_graph_ros.convex.solve.ellipsoids.ellipsoid_distance import nearest_on_axes
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = ["project_on_axes", "support_of_axes", "unit_ball_volume"]
+
+
+def unit_ball_volume(n: int) -> float:
+    """Return the volume of the ball of radius 1 in n dimensions."""
+    return math.pi ** (0.5 * n) / math.gamma(0.5 * n + 1.0)
+
+
+def support_of_axes(
+    axes: np.ndarray, radii: np.ndarray, center: np.ndarray, d: np.ndarray
+) -> Support:
+    """Return how far an ellipsoid reaches; axes are columns, radii may be 0 or infinite."""
+    along = axes.T @ d
+    free = np.isinf(radii)
+    if (np.abs(along[free]) > len(d) * EPSILON * np.linalg.norm(d)).any():
+        return Support(np.inf, axes[:, free] @ along[free], 0.0)
+    stretched = np.where(free, 0.0, np.where(free, 0.0, radii) * along)
+    length = float(np.linalg.norm(stretched))
+    way = stretched / length if length > 0.0 else stretched
+    point = center + axes @ (np.where(free, 0.0, radii) * way)
+    return Support(float(d @ center) + length, point, 0.0)
+
+
+def project_on_axes(
+    axes: np.ndarray, radii: np.ndarray, center: np.ndarray, points: np.ndarray
+) -> Projection:
+    """Return the nearest points of an ellipsoid."""
+    local = (points - center) @ axes
+    found = np.array([nearest_on_axes(radii, p) for p in local]).reshape(local.shape)
+    is_inside = (found == local).all(axis=1)
+    nearest = np.where(is_inside[:, None], points, center + found @ axes.T)
+    here = np.zeros(len(radii))
+
+    def reach(direction: np.ndarray, k: int) -> float:
+        return support_of_axes(np.eye(len(radii)), radii, here, axes.T @ direction).value - float(
+            found[k] @ (axes.T @ direction)
+        )
+
+    distances, gaps = gaps_of(points, nearest, reach)
+    return Projection(distances, nearest, gaps)

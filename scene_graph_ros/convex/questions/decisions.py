@@ -1,0 +1,79 @@
+"""Decide emptiness and boundedness of sets that are lifts of linear rows, with proofs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.questions.certificates import Certificate, Decision
+from scene_graph_ros.convex.solve.cones.lift import shared_point
+from scene_graph_ros.convex.solve.cutting.cutting import find_in_cones, rows_with_cuts
+from scene_graph_ros.convex.solve.cutting.recession_in_cones import recession_in_cones
+from scene_graph_ros.convex.solve.exact.feasibility import find_point
+from scene_graph_ros.convex.solve.exact.rows import Rows
+
+__all__ = ["is_bounded", "is_empty"]
+
+
+def is_empty(sets: tuple[Any, ...], question: str) -> Decision:
+    """Decide whether sets have no point in common; what is undecided counts as touching."""
+    if len(sets) == 1:
+        found = sets[0].found
+    else:
+        found = find_in_cones(shared_point([s.lifted for s in sets], sets[0].ambient_dimension))
+    shown = Certificate(found.kind, found.vector, question, sets, cuts=found.cuts, gap=found.gap)
+    return Decision(found.kind == "farkas", shown)
+
+
+def is_bounded(asked: Any) -> Decision:
+    """Decide whether a set is bounded; one that is empty is. What is undecided counts as not."""
+    lift = shared_point([asked.lifted], asked.ambient_dimension)
+    n = asked.ambient_dimension
+    proof, cuts, gap = recession_in_cones(lift)
+    rows = rows_with_cuts(lift, cuts, lift.directions)
+    if proof.kind == "undecided":
+        shown = Certificate("undecided", proof.vector, "is_bounded", (asked,), gap=gap)
+        return Decision(False, shown)
+    if proof.kind == "recession":
+        # Further variables alone may go on for ever while the points don't.
+        way = proof.vector if any(proof.vector[:n]) else _way_of_points(rows, n)
+        empty = is_empty((asked,), "is_bounded")
+        if empty.value:
+            return Decision(True, empty.certificate)
+        if not isinstance(way, list) and empty.certificate.kind == "undecided":
+            # The direction leads on from a point of the set, of which none was found.
+            gap = empty.certificate.gap
+            shown = Certificate("undecided", way, "is_bounded", (asked,), gap=gap)
+            return Decision(False, shown)
+        if not isinstance(way, list):
+            point = empty.certificate.exact
+            shown = Certificate("recession", way, "is_bounded", (asked,), point=point)  # type: ignore[arg-type]
+            return Decision(False, shown)
+        shown = Certificate("multipliers", tuple(way), "is_bounded", (asked,), cuts=cuts)
+        return Decision(True, shown)
+    shown = Certificate(proof.kind, proof.vector, "is_bounded", (asked,), cuts=cuts)
+    return Decision(True, shown)
+
+
+def _way_of_points(rows: Rows, n: int) -> Any:
+    """Return a direction of the recession cone that moves points, or what shows there is none.
+
+    For each coordinate and sign: rows of the cone and ``+-d_k >= 1`` have a point, or weights that
+    contradict; scaled, these make ``+-x_k`` of the rows.
+    """
+    shown = []
+    split = rows.num_equalities
+    for k in range(n):
+        for sign in (1.0, -1.0):
+            last = np.zeros((1, rows.A.shape[1]))
+            last[0, k] = -sign
+            cone = Rows(
+                np.concatenate([rows.A, last]), np.append(np.zeros(len(rows.b)), -1.0), split
+            )
+            proof = find_point(cone)
+            if proof.kind == "point":
+                return proof.vector
+            weight = proof.vector[-1]
+            shown.append(tuple(v / weight for v in proof.vector[:-1]))
+    return shown

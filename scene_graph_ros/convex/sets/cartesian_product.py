@@ -1,0 +1,193 @@
+"""All points whose parts are in several sets, in their own coordinates or in others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal, overload
+
+import numpy as np
+
+from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.questions.answers import Projection, Support
+from scene_graph_ros.convex.questions.arguments import as_matrix, as_vector
+from scene_graph_ros.convex.questions.certificates import Decision
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.from_shapes import (
+    cylinder_of,
+    is_query,
+    placed_shape,
+)
+from scene_graph_ros.convex.sets.h_polyhedron import HPolyhedron
+from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.convex.sets.members import as_members, member
+from scene_graph_ros.convex.solve.cones.lift import equations, joined, Lift
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+from scene_graph_ros.geometry.tolerances import EPSILON
+
+__all__ = ["CartesianProduct"]
+
+
+class CartesianProduct(ConvexSet):
+    """All x with ``A x + b = (y_1, y_2, ...)`` and y_k in set k; without A and b, x is y.
+
+    ``CartesianProduct(sets)``, ``CartesianProduct(set, set)``, ``CartesianProduct(sets, A=, b=)``,
+    and ``CartesianProduct(query, geometry_id, reference_frame=None)`` for a registered cylinder: a
+    disc and a segment.
+    """
+
+    def __init__(
+        self,
+        sets: Any = (),
+        other: ConvexSet | GeometryId | None = None,
+        reference_frame: FrameId | None = None,
+        *,
+        A: Any = None,
+        b: Any = None,
+    ) -> None:
+        """Take sets or a geometry. Raises ConvexSetError unless A has full column rank."""
+        if is_query(sets):
+            shape, X_FG = placed_shape(sets, other, reference_frame)  # type: ignore[arg-type]
+            radius, half = cylinder_of(shape, "CartesianProduct")
+            disc = Hyperellipsoid.make_hypersphere(radius, np.zeros(2))
+            self._factors: tuple[ConvexSet, ...] = (disc, HPolyhedron.make_box([-half], [half]))
+            A, b = X_FG[:3, :3].T, -X_FG[:3, :3].T @ X_FG[:3, 3]
+        else:
+            self._factors = as_members(sets, other, "CartesianProduct")  # type: ignore[arg-type]
+        inner = sum(factor.ambient_dimension for factor in self._factors)
+        self._A, self._b = _map(A, b, inner)
+        super().__init__(inner if self._A is None else self._A.shape[1])
+
+    @property
+    def A(self) -> np.ndarray | None:
+        """The map ``(m, n)``, None where there is none."""
+        return self._A
+
+    @property
+    def b(self) -> np.ndarray | None:
+        """What is added ``(m,)``, None where there is nothing."""
+        return self._b
+
+    def num_factors(self) -> int:
+        """Return how many sets there are."""
+        return len(self._factors)
+
+    def factor(self, index: int) -> ConvexSet:
+        """Return one of them. Raises ConvexSetError for a number without one."""
+        return member(self._factors, index, "CartesianProduct.factor")
+
+    @overload
+    def is_empty(self, *, certificate: Literal[False] = ...) -> bool: ...
+
+    @overload
+    def is_empty(self, *, certificate: Literal[True]) -> Decision: ...
+
+    def is_empty(self, *, certificate: bool = False) -> bool | Decision:
+        """Tell whether one of the sets has no point; with its proof on request."""
+        if certificate:
+            return super().is_empty(certificate=True)
+        return super().is_empty() if self._A is not None else any(self._of_each("is_empty"))
+
+    @overload
+    def is_bounded(self, *, certificate: Literal[False] = ...) -> bool: ...
+
+    @overload
+    def is_bounded(self, *, certificate: Literal[True]) -> Decision: ...
+
+    def is_bounded(self, *, certificate: bool = False) -> bool | Decision:
+        """Tell whether all of the sets are bounded, or one is empty; with its proof on request."""
+        if certificate:
+            return super().is_bounded(certificate=True)
+        if self._A is not None:
+            return super().is_bounded()
+        return all(self._of_each("is_bounded")) or self.is_empty()
+
+    def _of_each(self, question: str) -> Iterator[bool]:
+        """Return what each of the sets answers; sets that come several times are asked once."""
+        different = {id(factor): factor for factor in self._factors}.values()
+        return (getattr(factor, question)() for factor in different)
+
+    def lift(self) -> Lift:
+        """Return the rows of each of its own part, after ``y - A x = b`` where there is a map."""
+        n, lifts = self.ambient_dimension, [factor.lift() for factor in self._factors]
+        inner = sum(factor.ambient_dimension for factor in self._factors)
+        first = 0 if self._A is None else n
+        rest = first + inner
+        total = rest + sum(lift.num_variables for lift in lifts) - inner
+        E, f = np.zeros((0, total)), np.zeros(0)
+        if self._A is not None and self._b is not None:
+            E, f = np.zeros((inner, total)), self._b
+            E[:, :n], E[:, n:rest] = -self._A, np.eye(inner)
+        placed = []
+        for factor, lift in zip(self._factors, lifts, strict=True):
+            k, extra = factor.ambient_dimension, lift.num_variables - factor.ambient_dimension
+            columns = np.append(np.arange(first, first + k), np.arange(rest, rest + extra))
+            placed.append(lift.placed(columns, total))
+            first, rest = first + k, rest + extra
+        return joined([equations(E, f), *placed])
+
+    def _parts(self, x: np.ndarray) -> list[np.ndarray]:
+        ends = np.cumsum([factor.ambient_dimension for factor in self._factors])
+        return np.split(x, ends[:-1].astype(int), axis=-1) if len(ends) else []
+
+    def _support(self, d: np.ndarray) -> Support:
+        if self._A is not None and self._b is not None:
+            if self._A.shape[0] > self._A.shape[1]:
+                return super()._support(d)
+            inverse = np.linalg.inv(self._A)
+            value, y, gap = CartesianProduct(self._factors).support(d @ inverse)
+            if value == np.inf:
+                return Support(np.inf, inverse @ y, 0.0)
+            x = inverse @ (y - self._b)
+            return Support(float(d @ x), x, gap)
+        reached = [f.support(part) for f, part in zip(self._factors, self._parts(d), strict=True)]
+        if any(each.value == np.inf for each in reached):
+            ways = [r.point * (r.value == np.inf) for r in reached]
+            return Support(np.inf, np.concatenate(ways), 0.0)
+        return Support(
+            sum(each.value for each in reached),
+            np.concatenate([np.zeros(0), *(each.point for each in reached)]),
+            sum(each.gap for each in reached),
+        )
+
+    def _project(self, points: np.ndarray) -> Projection:
+        if self._A is not None or not self._factors:
+            return super()._project(points)
+        found = [
+            f._project(part) for f, part in zip(self._factors, self._parts(points), strict=True)
+        ]
+        return Projection(
+            np.linalg.norm([each.distances for each in found], axis=0),
+            np.concatenate([each.points for each in found], axis=1),
+            np.linalg.norm([each.gaps for each in found], axis=0),
+        )
+
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        if not self._factors:
+            return np.zeros(len(points))
+        if self._A is not None:
+            found = self.projection(points)
+            return np.full(len(points), np.inf) if found is None else found.distances
+        parts = self._parts(points)
+        each = [f._outside(part) for f, part in zip(self._factors, parts, strict=True)]
+        return np.linalg.norm(each, axis=0)
+
+
+def _map(A: Any, b: Any, inner: int) -> tuple[np.ndarray | None, np.ndarray | None]:
+    if A is None and b is None:
+        return None, None
+    if A is None or b is None:
+        raise ConvexSetError("CartesianProduct: A and b belong together; give both or none")
+    matrix = as_matrix(A, "CartesianProduct: A")
+    if len(matrix) != inner:
+        raise ConvexSetError(
+            f"CartesianProduct: A must have {inner} rows, one for each coordinate of the sets, not"
+            f" {len(matrix)}"
+        )
+    values = np.linalg.svd(matrix, compute_uv=False)
+    n = matrix.shape[1]
+    if n > inner or (n and values[-1] <= inner * EPSILON * values[0]):
+        raise ConvexSetError(
+            f"CartesianProduct: A must have full column rank {n}; its singular values are"
+            f" {values.tolist()}"
+        )
+    return matrix, as_vector(b, "CartesianProduct: b", inner)

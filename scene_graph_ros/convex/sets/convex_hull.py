@@ -1,0 +1,90 @@
+"""The convex hull of several sets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.questions.answers import Support
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
+from scene_graph_ros.convex.solve.cones.lift import Ball, equations, joined, Lift
+
+__all__ = ["ConvexHull"]
+
+
+class ConvexHull(ConvexSet):
+    """The smallest convex set that holds all ``sets``; of unbounded ones, closed. Empty of none.
+
+    Empty sets don't take part; with ``remove_empty_sets=False`` that is not looked at, and the
+    caller answers for it.
+    """
+
+    def __init__(self, sets: Any, remove_empty_sets: bool = True) -> None:
+        """Take sets of one dimension. Raises ConvexSetError."""
+        self._sets = as_members(sets, None, "ConvexHull")
+        self._removed = bool(remove_empty_sets)
+        super().__init__(common_dimension(self._sets, "ConvexHull"))
+        self._participating = tuple(s for s in self._sets if not (self._removed and s.is_empty()))
+
+    def sets(self) -> tuple[ConvexSet, ...]:
+        """Return all sets, also empty ones."""
+        return self._sets
+
+    def participating_sets(self) -> tuple[ConvexSet, ...]:
+        """Return the sets that take part."""
+        return self._participating
+
+    def element(self, index: int) -> ConvexSet:
+        """Return one of all sets. Raises ConvexSetError for a number without one."""
+        return member(self._sets, index, "ConvexHull.element")
+
+    def num_elements(self) -> int:
+        """Return how many sets there are."""
+        return len(self._sets)
+
+    def empty_sets_removed(self) -> bool:
+        """Return whether empty sets were looked for."""
+        return self._removed
+
+    def lift(self) -> Lift:
+        """Return ``x = x_1 + x_2 + ...``, ``t_1 + t_2 + ... = 1``, x_k in t_k times set k."""
+        n, lifts = self.ambient_dimension, [each.lift() for each in self._participating]
+        total = n + len(lifts) + sum(lift.num_variables for lift in lifts)
+        E = np.zeros((n + 1, total))
+        E[:n, :n], E[n, n : n + len(lifts)] = np.eye(n), 1.0
+        placed, first = [], n + len(lifts)
+        for k, lift in enumerate(lifts):
+            E[:n, first : first + n] = -np.eye(n)
+            placed.append(_scaled(lift, first, n + k, total))
+            first += lift.num_variables
+        shares = Lift(
+            np.zeros((0, total)),
+            np.zeros(0),
+            -np.eye(total)[n : n + len(lifts)],
+            np.zeros(len(lifts)),
+        )
+        return joined([equations(E, np.append(np.zeros(n), 1.0)), shares, *placed])
+
+    def _support(self, d: np.ndarray) -> Support:
+        if not self._participating:
+            return super()._support(d)
+        reached = [each.support(d) for each in self._participating]
+        best = max(reached, key=lambda each: each.value)
+        return Support(best.value, best.point, max(each.gap for each in reached))
+
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        found = self.projection(points)
+        return np.full(len(points), np.inf) if found is None else found.distances
+
+
+def _scaled(lift: Lift, first: int, share: int, total: int) -> Lift:
+    """Return the rows of a share of a set, from variable ``first`` on: right sides take part."""
+    moved = lift.placed(np.arange(first, first + lift.num_variables), total)
+    E, A = moved.E.copy(), moved.A.copy()
+    E[:, share], A[:, share] = -moved.f, -moved.b
+    cones = tuple(
+        Ball(c.columns, share) if isinstance(c, Ball) and c.scale < 0 else c for c in moved.cones
+    )
+    return Lift(E, np.zeros(len(E)), A, np.zeros(len(A)), cones)

@@ -1,0 +1,41 @@
+"""What several sets have in common."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
+from scene_graph_ros.convex.solve.cones.lift import Lift, shared_point
+
+__all__ = ["Intersection"]
+
+
+class Intersection(ConvexSet):
+    """All points that are in each of ``sets``, or in both of two; {0} without any.
+
+    A point counts as inside to a tolerance where it is for each of the sets.
+    """
+
+    def __init__(self, sets: Any = (), other: ConvexSet | None = None) -> None:
+        """Take sets of one dimension. Raises ConvexSetError."""
+        self._elements = as_members(sets, other, "Intersection")
+        super().__init__(common_dimension(self._elements, "Intersection"))
+
+    def num_elements(self) -> int:
+        """Return how many sets there are."""
+        return len(self._elements)
+
+    def element(self, index: int) -> ConvexSet:
+        """Return one of them. Raises ConvexSetError for a number without one."""
+        return member(self._elements, index, "Intersection.element")
+
+    def lift(self) -> Lift:
+        """Return the rows of all, with one point."""
+        return shared_point([each.lift() for each in self._elements], self.ambient_dimension)
+
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        each = [element._outside(points) for element in self._elements]
+        return np.max(each, axis=0, initial=0.0) if each else np.zeros(len(points))

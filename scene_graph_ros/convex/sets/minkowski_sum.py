@@ -1,0 +1,81 @@
+"""All sums of points of several sets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from scene_graph_ros.convex.questions.answers import Support
+from scene_graph_ros.convex.sets.convex_set import ConvexSet
+from scene_graph_ros.convex.sets.from_shapes import (
+    capsule_of,
+    is_query,
+    placed_shape,
+)
+from scene_graph_ros.convex.sets.hyperellipsoid import Hyperellipsoid
+from scene_graph_ros.convex.sets.members import as_members, common_dimension, member
+from scene_graph_ros.convex.sets.v_polytope import VPolytope
+from scene_graph_ros.convex.solve.cones.lift import equations, joined, Lift
+from scene_graph_ros.geometry.model.ids import FrameId, GeometryId
+
+__all__ = ["MinkowskiSum"]
+
+
+class MinkowskiSum(ConvexSet):
+    """All ``x_1 + x_2 + ...`` of points of ``sets``, or of two sets; {0} without any.
+
+    ``MinkowskiSum(query, geometry_id, reference_frame=None)`` is a registered capsule: a ball and
+    a segment.
+    """
+
+    def __init__(
+        self,
+        sets: Any = (),
+        other: ConvexSet | GeometryId | None = None,
+        reference_frame: FrameId | None = None,
+    ) -> None:
+        """Take sets of one dimension, or a geometry. Raises ConvexSetError."""
+        if is_query(sets):
+            radius, ends = capsule_of(*placed_shape(sets, other, reference_frame), "MinkowskiSum")  # type: ignore[arg-type]
+            ball = Hyperellipsoid.make_hypersphere(radius, np.zeros(3))
+            self._terms: tuple[ConvexSet, ...] = (ball, VPolytope(ends))
+        else:
+            self._terms = as_members(sets, other, "MinkowskiSum")  # type: ignore[arg-type]
+        super().__init__(common_dimension(self._terms, "MinkowskiSum"))
+
+    def num_terms(self) -> int:
+        """Return how many sets are added."""
+        return len(self._terms)
+
+    def term(self, index: int) -> ConvexSet:
+        """Return one of them. Raises ConvexSetError for a number without one."""
+        return member(self._terms, index, "MinkowskiSum.term")
+
+    def lift(self) -> Lift:
+        """Return ``x - x_1 - x_2 - ... = 0`` and the rows of each."""
+        n, lifts = self.ambient_dimension, [term.lift() for term in self._terms]
+        total = n + sum(lift.num_variables for lift in lifts)
+        E = np.zeros((n, total))
+        E[:, :n] = np.eye(n)
+        placed, first = [], n
+        for lift in lifts:
+            E[:, first : first + n] = -np.eye(n)
+            placed.append(lift.placed(np.arange(first, first + lift.num_variables), total))
+            first += lift.num_variables
+        return joined([equations(E, np.zeros(n)), *placed])
+
+    def _support(self, d: np.ndarray) -> Support:
+        reached = [term.support(d) for term in self._terms]
+        for each in reached:
+            if each.value == np.inf:
+                return each
+        return Support(
+            sum(each.value for each in reached),
+            sum((each.point for each in reached), np.zeros(len(d))),
+            sum(each.gap for each in reached),
+        )
+
+    def _outside(self, points: np.ndarray) -> np.ndarray:
+        found = self.projection(points)
+        return np.full(len(points), np.inf) if found is None else found.distances

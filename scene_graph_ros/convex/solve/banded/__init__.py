@@ -1,0 +1,1 @@
+"""Small cone programs whose rows reach over a band of variables."""

@@ -1,0 +1,1 @@
+"""Programs over cones, and the solvers that take them."""

@@ -1,0 +1,1 @@
+"""Decisions about rows and cones: planes cut the cones out."""

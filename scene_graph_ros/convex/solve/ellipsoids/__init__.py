@@ -1,0 +1,1 @@
+"""Ellipsoids inscribed in rows and circumscribed about points."""

@@ -1,0 +1,1 @@
+"""Decisions about rows in floats, each with a bound of its rounding."""

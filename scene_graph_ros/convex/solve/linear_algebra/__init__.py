@@ -1,0 +1,1 @@
+"""Linear systems in kernels, and sums in doubled precision."""

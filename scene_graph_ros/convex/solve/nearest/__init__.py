@@ -1,0 +1,1 @@
+"""Nearest points of polyhedra and hulls: Goldfarb and Idnani, Wolfe."""

@@ -1,0 +1,1 @@
+"""Weighted sums of squares: an interior-point method on small Gram matrices."""

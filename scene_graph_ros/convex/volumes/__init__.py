@@ -1,0 +1,1 @@
+"""Volumes of sets, and samples in them."""

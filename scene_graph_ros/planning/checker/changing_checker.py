@@ -1,0 +1,254 @@
+"""What a collision checker checks, and how it is changed: shapes, paddings, filters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+import copy
+import threading
+from typing import Any, overload, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.shapes.half_space import HalfSpace
+from scene_graph_ros.geometry.shapes.shape import Shape
+from scene_graph_ros.planning.checker.added_shapes import AddedShape, BodyShapeDescription
+from scene_graph_ros.planning.checker.body_matrices import BodyMatrices
+from scene_graph_ros.planning.checker.checker_bodies import AnyBody, CheckerBody
+from scene_graph_ros.planning.checker.checker_state import CheckerState
+from scene_graph_ros.planning.errors import CollisionCheckerError
+
+__all__ = ["ChangingChecker"]
+
+Self = TypeVar("Self", bound="ChangingChecker")
+
+
+class ChangingChecker:
+    """Bodies of a checker, with shapes, paddings and filters that may be changed.
+
+    Each change makes another state and puts it in place at once: a question that is being answered
+    keeps its own, in any thread. A body is a frame of the scene with all geometries on it; it is
+    named by its index, its `CheckerBody`, its frame's id, or its name. Methods raise
+    CollisionCheckerError naming the argument and its value, and then have changed nothing.
+    """
+
+    def __init__(self, state: CheckerState) -> None:
+        self._state = state
+        self._changes = threading.Lock()
+
+    def clone(self: Self) -> Self:
+        """Return a checker of its own: no later change of one is seen by the other."""
+        result = copy.copy(self)
+        result._changes = threading.Lock()
+        return result
+
+    def _set_matrices(self, change: Callable[[BodyMatrices], BodyMatrices]) -> None:
+        with self._changes:
+            state = self._state
+            self._state = state.with_matrices(change(state.matrices))
+
+    # Bodies.
+
+    @property
+    def bodies(self) -> tuple[CheckerBody, ...]:
+        """All bodies by index: robots' first; rows and columns of the matrices."""
+        return self._state.bodies.all
+
+    def get_body(self, body: AnyBody) -> CheckerBody:
+        """Return a body."""
+        return self._state.bodies.find(body)
+
+    def is_part_of_robot(self, body: AnyBody) -> bool:
+        """Tell whether a body is a robot's link, or carried by one."""
+        return self._state.bodies.is_part_of_robot(self.get_body(body).index)
+
+    def _pair(self, bodyA: AnyBody, bodyB: AnyBody) -> tuple[int, int]:
+        find = self._state.bodies.find
+        return find(bodyA, "bodyA").index, find(bodyB, "bodyB").index
+
+    # Shapes.
+
+    def add_collision_shape(self, group_name: str, description: BodyShapeDescription) -> bool:
+        """Add a shape to a body, under the name of a group; tell whether it was added.
+
+        The body's padding and filters hold for it. A half space on what a robot moves is not
+        added. Raises MeshError for a mesh that cannot be used.
+        """
+        return self.add_collision_shapes(group_name, [description]) == 1
+
+    @overload
+    def add_collision_shapes(
+        self, group_name: str, descriptions: Sequence[BodyShapeDescription]
+    ) -> int: ...
+
+    @overload
+    def add_collision_shapes(
+        self, group_name: Mapping[str, Sequence[BodyShapeDescription]]
+    ) -> dict[str, int]: ...
+
+    def add_collision_shapes(
+        self,
+        group_name: str | Mapping[str, Sequence[BodyShapeDescription]],
+        descriptions: Sequence[BodyShapeDescription] = (),
+    ) -> int | dict[str, int]:
+        """Add shapes to bodies, all at once; return how many were added.
+
+        Of a group, or of several: then by their names. See `add_collision_shape`.
+        """
+        groups = group_name if isinstance(group_name, Mapping) else {group_name: descriptions}
+        added = {name: self._shapes(name, each) for name, each in groups.items()}
+        self._add([shape for shapes in added.values() for shape in shapes])
+        counts = {name: len(shapes) for name, shapes in added.items()}
+        return counts if isinstance(group_name, Mapping) else counts[group_name]
+
+    def add_collision_shape_to_body(
+        self, group_name: str, bodyA: AnyBody, shape: Shape, X_AG: ArrayLike
+    ) -> bool:
+        """Add a shape to body A, at ``X_AG`` ``(4, 4)``; see `add_collision_shape`."""
+        body = self._state.bodies.find(bodyA, "bodyA")
+        pose = np.asarray(X_AG)
+        names = body.model_instance_name, body.body_name
+        return self.add_collision_shape(group_name, BodyShapeDescription(shape, pose, *names))
+
+    def add_collision_shape_to_frame(
+        self, group_name: str, frameA: AnyBody, shape: Shape, X_AG: ArrayLike
+    ) -> bool:
+        """Add a shape to frame A, a body, at ``X_AG`` ``(4, 4)``; see `add_collision_shape`."""
+        frame = self._state.bodies.find(frameA, "frameA")
+        return self.add_collision_shape_to_body(group_name, frame, shape, X_AG)
+
+    def get_all_added_collision_shapes(self) -> dict[str, list[BodyShapeDescription]]:
+        """Return what was added, by group."""
+        result: dict[str, list[BodyShapeDescription]] = {}
+        for each in self._state.added:
+            result.setdefault(each.group, []).append(each.description)
+        return result
+
+    def remove_all_added_collision_shapes(self, group_name: str | None = None) -> None:
+        """Remove the shapes of a group, or of all; a group that is not there has none."""
+        with self._changes:
+            state = self._state
+            kept = [] if group_name is None else [a for a in state.added if a.group != group_name]
+            if len(kept) != len(state.added):
+                self._state = state.with_added(kept)
+
+    def _shapes(self, group: str, descriptions: Sequence[BodyShapeDescription]) -> list[Any]:
+        bodies, result = self._state.bodies, []
+        for each in descriptions:
+            if not isinstance(each, BodyShapeDescription):
+                raise CollisionCheckerError(
+                    f"descriptions of group {quoted(group)} must be BodyShapeDescriptions, not"
+                    f" {quoted(each)}"
+                )
+            body = bodies.find(f"{each.model_instance_name}/{each.body_name}", "body_name")
+            shape = AddedShape.of(group, each, body.frame_id)
+            if not (bodies.is_part_of_robot(body.index) and isinstance(each.shape, HalfSpace)):
+                result.append(shape)
+        return result
+
+    def _add(self, shapes: Sequence[AddedShape]) -> None:
+        if shapes:
+            with self._changes:
+                self._state = self._state.with_added((*self._state.added, *shapes))
+
+    # Paddings.
+
+    def get_padding_between(self, bodyA: AnyBody, bodyB: AnyBody) -> float:
+        """Return what two bodies have to keep, in m; 0 of a body to itself."""
+        a, b = sorted(self._pair(bodyA, bodyB))
+        padding = self._state.matrices.padding
+        return float(padding[a, b]) if a < len(padding) else 0.0
+
+    def set_padding_between(self, bodyA: AnyBody, bodyB: AnyBody, padding: float) -> None:
+        """Set what two bodies have to keep, in m; a negative one allows that they overlap.
+
+        One of them must be a robot's.
+        """
+        pair = self._pair(bodyA, bodyB)
+        self._set_matrices(lambda m: m.with_padding_between(*pair, padding))
+
+    def set_paddings_between(self, paddings: Mapping[tuple[AnyBody, AnyBody], float]) -> None:
+        """Set what several pairs of bodies have to keep, in m, all at once."""
+        pairs = [(*self._pair(*bodies), padding) for bodies, padding in paddings.items()]
+
+        def change(matrices: BodyMatrices) -> BodyMatrices:
+            for a, b, padding in pairs:
+                matrices = matrices.with_padding_between(a, b, padding)
+            return matrices
+
+        self._set_matrices(change)
+
+    def get_padding_matrix(self) -> NDArray[np.float64]:
+        """Return all paddings ``(n, n)`` of n bodies, in m."""
+        return self._state.matrices.padding_matrix()
+
+    def set_padding_matrix(self, collision_padding: ArrayLike) -> None:
+        """Set all paddings ``(n, n)``, in m.
+
+        They must be finite and symmetric, and zero on the diagonal and between bodies around the
+        robots.
+        """
+        self._set_matrices(lambda m: m.with_padding_matrix(collision_padding))
+
+    def set_padding_all_robot_environment_pairs(self, padding: float) -> None:
+        """Set what robots have to keep from all around them, in m."""
+        self._set_matrices(lambda m: m.with_environment_padding(padding))
+
+    def set_padding_all_robot_robot_pairs(self, padding: float) -> None:
+        """Set what bodies of robots have to keep from each other, in m."""
+        self._set_matrices(lambda m: m.with_robot_padding(padding))
+
+    def set_padding_one_robot_body_all_environment_pairs(
+        self, body: AnyBody, padding: float
+    ) -> None:
+        """Set what one body of a robot has to keep from all around, in m."""
+        index = self.get_body(body).index
+        self._set_matrices(lambda m: m.with_environment_padding(padding, index))
+
+    def get_largest_padding(self) -> float:
+        """Return the largest padding (m) of a robot's body and any other; may be negative."""
+        return self._state.matrices.largest_padding()
+
+    def maybe_get_uniform_robot_environment_padding(self) -> float | None:
+        """Return the padding (m) of robots to all around, None where it is not one."""
+        return self._state.matrices.uniform_environment_padding()
+
+    def maybe_get_uniform_robot_robot_padding(self) -> float | None:
+        """Return the padding (m) between robots' bodies, None where it is not one."""
+        return self._state.matrices.uniform_robot_padding()
+
+    # Filters.
+
+    def get_nominal_filtered_collision_matrix(self) -> NDArray[np.int8]:
+        """Return the filters ``(n, n)`` that the scene had when the checker was made.
+
+        1 where no joint moves two bodies against each other, and where the scene filters all pairs
+        of their geometries; -1 on the diagonal and between two bodies around robots; else 0.
+        Where the scene filters only some pairs of two bodies' geometries, these are never checked.
+        """
+        return self._state.nominal.filter_matrix()
+
+    def get_filtered_collision_matrix(self) -> NDArray[np.int8]:
+        """Return the present filters ``(n, n)``, as `get_nominal_filtered_collision_matrix`."""
+        return self._state.matrices.filter_matrix()
+
+    def set_collision_filter_matrix(self, filter_matrix: ArrayLike) -> None:
+        """Set all filters ``(n, n)``: 0 or 1, symmetric, with -1 where it always is."""
+        self._set_matrices(lambda m: m.with_filter_matrix(filter_matrix))
+
+    def is_collision_filtered_between(self, bodyA: AnyBody, bodyB: AnyBody) -> bool:
+        """Tell whether two bodies are not checked; so it is for two bodies around robots."""
+        return self._state.matrices.is_filtered(*self._pair(bodyA, bodyB))
+
+    def set_collision_filtered_between(
+        self, bodyA: AnyBody, bodyB: AnyBody, filter_collision: bool
+    ) -> None:
+        """Have two bodies checked, or not. They must differ, and one must be a robot's."""
+        pair = self._pair(bodyA, bodyB)
+        self._set_matrices(lambda m: m.with_filter_between(*pair, filter_collision))
+
+    def set_collision_filtered_with_all_bodies(self, body: AnyBody) -> None:
+        """Have a robot's body not checked at all."""
+        index = self.get_body(body).index
+        self._set_matrices(lambda m: m.with_all_filtered(index))

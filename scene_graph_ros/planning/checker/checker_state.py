@@ -1,0 +1,111 @@
+"""All that a collision checker knows at one time: a value, so that it changes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.planning.checker.added_shapes import AddedShape, furnished
+from scene_graph_ros.planning.checker.body_matrices import BodyMatrices, CHECKED, FILTERED
+from scene_graph_ros.planning.checker.checker_bodies import CheckerBodies
+from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
+from scene_graph_ros.planning.errors import finite_number
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan, make_plan, placed
+
+__all__ = ["CheckerState", "make_state"]
+
+
+class CheckerState(NamedTuple):
+    """A moment of a scene, what was added to it, and what is checked. Changes make another one."""
+
+    base: Snapshot
+    """Without the shapes that were added."""
+    snapshot: Snapshot
+    """With them."""
+    links: Mapping[int, int]
+    """The link (row of the tree) of each frame that is one, by the id's value."""
+    bodies: CheckerBodies
+    nominal: BodyMatrices
+    """As the scene and what is welded have it, without padding."""
+    matrices: BodyMatrices
+    added: tuple[AddedShape, ...]
+    plan: CheckerPlan
+    bodies_of_all: NDArray[np.int64]
+    """``(p, 2)``: the bodies of A's and B's geometries, for all of the plan's pairs."""
+    body_of: NDArray[np.int64]
+    """The same for those that are checked."""
+
+    def with_matrices(self, matrices: BodyMatrices) -> CheckerState:
+        """Return the state with other paddings and filters."""
+        every = self.plan.all_pairs
+        a, b = self.bodies_of_all.T
+        # What the scene filters of some geometries of a body only stays filtered.
+        is_opened = self.nominal.filtered[a, b] == FILTERED
+        checked = (matrices.filtered[a, b] == CHECKED) & (every.allowed | is_opened)
+        plan = self.plan.with_pairs(checked, matrices.padding[a, b])
+        return self._replace(matrices=matrices, plan=plan, body_of=self.bodies_of_all[checked])
+
+    def padded(self, environment: float | None, own: float | None) -> CheckerState:
+        """Return the state with paddings (m) to what is around robots, and between their bodies.
+
+        None leaves them. Raises CollisionCheckerError for what is not finite.
+        """
+        matrices = self.matrices
+        if environment is not None:
+            number = finite_number("env_collision_padding", environment)
+            matrices = matrices.with_environment_padding(number)
+        if own is not None:
+            matrices = matrices.with_robot_padding(finite_number("self_collision_padding", own))
+        return self.with_matrices(matrices)
+
+    def with_added(self, added: Iterable[AddedShape]) -> CheckerState:
+        """Return the state with just these shapes added to its scene."""
+        shapes = tuple(added)
+        snapshot = furnished(self.base, shapes)
+        plan = make_plan(snapshot, self.plan.tree, self.links)
+        both = _bodies_of_pairs(snapshot, self.bodies, plan)
+        state = self._replace(snapshot=snapshot, added=shapes, plan=plan, bodies_of_all=both)
+        return state.with_matrices(self.matrices)
+
+    def at(self, moment: Snapshot) -> CheckerState:
+        """Return the state with all that no joint moves where another moment has it."""
+        snapshot = moment
+        if self.added:
+            snapshot = Snapshot(self.snapshot.state, moment.X_PF, moment.pose_version)
+        return self._replace(base=moment, snapshot=snapshot, plan=placed(self.plan, snapshot))
+
+
+def make_state(model: RobotDiagram, snapshot: Snapshot) -> CheckerState:
+    """Return what is known of a moment of a scene, without padding."""
+    tree = model.tree
+    links = {int(frame): tree.link_index(name) for name, frame in model.frames.items()}
+    bodies = CheckerBodies(snapshot, tree, model.frames)
+    plan = make_plan(snapshot, tree, links)
+    joint_of_link = np.array((*tree.joint_of_link, 0), dtype=np.int64)
+    # What is around the robots has link -1, which is the last: it is welded to the base.
+    joints = joint_of_link[[body.link for body in bodies.all]]
+    robots = bodies.num_robot_bodies
+    both = _bodies_of_pairs(snapshot, bodies, plan)
+    has_pair, has_allowed = np.zeros((2, robots, len(bodies)), dtype=np.bool_)
+    for flags, pairs in ((has_pair, both), (has_allowed, both[plan.all_pairs.allowed])):
+        flags[pairs[:, 0], pairs[:, 1]] = True
+        own = pairs[pairs[:, 1] < robots]
+        flags[own[:, 1], own[:, 0]] = True
+    is_welded = joints[:robots, np.newaxis] == joints
+    nominal = BodyMatrices.of(bodies, is_welded | (has_pair & ~has_allowed))
+    state = CheckerState(snapshot, snapshot, links, bodies, nominal, nominal, (), plan, both, both)
+    return state.with_matrices(nominal)
+
+
+def _bodies_of_pairs(
+    snapshot: Snapshot, bodies: CheckerBodies, plan: CheckerPlan
+) -> NDArray[np.int64]:
+    """Return the bodies of the geometries of all pairs ``(p, 2)``."""
+    frames = snapshot.state.layout().ids
+    body_of_frame = np.array([bodies.index_of_frame[each] for each in frames], dtype=np.int64)
+    result: NDArray[np.int64] = body_of_frame[plan.all_pairs.frames]
+    return result

@@ -1,0 +1,368 @@
+"""Which configurations and edges of robots are free of collisions, proven."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.model.snapshot import Snapshot
+from scene_graph_ros.geometry.query.distance.driver import solve_pairs, WITHIN
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.tolerances import MAX_COORDINATE
+from scene_graph_ros.planning.checker.checker_interface import (
+    CollisionChecker,
+    one_configuration,
+    one_edge,
+)
+from scene_graph_ros.planning.checker.checker_state import CheckerState, make_state
+from scene_graph_ros.planning.checker.configuration_checks import first_pairs
+from scene_graph_ros.planning.checker.distance_and_interpolation import (
+    ConfigurationDistanceFunction,
+    DistanceAndInterpolationProvider,
+)
+from scene_graph_ros.planning.checker.robot_clearance import (
+    clearance_columns,
+    ClearanceColumns,
+    collision_types,
+    poses_of_rows,
+    robot_clearance,
+    robot_clearances,
+    RobotClearance,
+    RobotCollisionType,
+)
+from scene_graph_ros.planning.diagrams.robot_diagram import RobotDiagram
+from scene_graph_ros.planning.edges.curves import turning_quaternions
+from scene_graph_ros.planning.edges.edge_measure import EdgeMeasure, measure_of
+from scene_graph_ros.planning.edges.edge_proofs import prove
+from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
+from scene_graph_ros.planning.edges.edge_ways import joined_measures, joined_statuses, Ways
+from scene_graph_ros.planning.errors import CollisionCheckerError, finite_number
+from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.planning.pairs.checker_plan import CheckerPlan
+
+__all__ = [
+    "ConfigurationCollisions",
+    "SceneGraphCollisionChecker",
+]
+
+
+class ConfigurationCollisions(NamedTuple):
+    """A pair of each configuration that is not free."""
+
+    rows: NDArray[np.intp]
+    """``(k,)``: which configurations."""
+    pairs: tuple[tuple[Any, Any], ...]
+    """Geometry ids; the first in the scene's order."""
+    depths: NDArray[np.float64]
+    """``(k,)`` metres: how much nearer than its padding the pair is."""
+
+
+class SceneGraphCollisionChecker(CollisionChecker):
+    """Checks configurations and edges of robots against each other and all else in their scene.
+
+    Pairs are those that the scene's filters leave, until others are set; two bodies that cannot
+    move relative to each other are no pair. Paddings (m) are distances that must be kept. The
+    scene is taken as it is when the checker is made. Methods may be called from any thread.
+    """
+
+    def __init__(
+        self,
+        model: RobotDiagram,
+        *,
+        snapshot: Snapshot | None = None,
+        env_collision_padding: float = 0.0,
+        self_collision_padding: float = 0.0,
+        tolerance: float = 1e-6,
+        edge_step_size: float = 0.05,
+        distance_and_interpolation_provider: DistanceAndInterpolationProvider | None = None,
+        configuration_distance_function: ConfigurationDistanceFunction | None = None,
+        robot_model_instances: Iterable[str] | None = None,
+        implicit_context_parallelism: int | None = None,
+        require_homogeneous_filters: bool = False,
+    ) -> None:
+        """Prepare for the robots of ``model`` at its context's present moment, or at ``snapshot``.
+
+        ``env_collision_padding`` is kept between robots and what is around them,
+        ``self_collision_padding`` between robots' own bodies; a negative one allows that they
+        overlap. Where an edge's clearance is below ``tolerance`` it is undecided. Distances and
+        ways are the linear provider's, or those of one of your own; then ``edge_step_size`` is how
+        long the straight pieces of a way are. ``robot_model_instances``, if given, must be the
+        names of all robots, and ``implicit_context_parallelism`` is how many contexts have
+        numbers. With ``require_homogeneous_filters`` the scene must filter all geometries of two
+        bodies or none. Raises CollisionCheckerError for a number that is not finite, a tolerance
+        or step size that is not positive, and a robot that is not there or missing;
+        HeterogeneousFiltersError for a scene that filters some geometries of two bodies only.
+        """
+        self._tolerance = finite_number("tolerance", tolerance)
+        if self._tolerance <= 0.0:
+            raise CollisionCheckerError(f"tolerance must be positive, not {quoted(tolerance)}")
+        state = make_state(model, model.context.snapshot if snapshot is None else snapshot)
+        super().__init__(
+            model,
+            state.padded(env_collision_padding, self_collision_padding),
+            robot_model_instances=robot_model_instances,
+            edge_step_size=edge_step_size,
+            distance_and_interpolation_provider=distance_and_interpolation_provider,
+            configuration_distance_function=configuration_distance_function,
+            implicit_context_parallelism=implicit_context_parallelism,
+            require_homogeneous_filters=require_homogeneous_filters,
+            supports_parallel_checking=True,
+        )
+
+    def at(
+        self,
+        snapshot: Snapshot,
+        *,
+        env_collision_padding: float | None = None,
+        self_collision_padding: float | None = None,
+    ) -> SceneGraphCollisionChecker:
+        """Return a checker for the same robots at another moment of the scene.
+
+        What is around the robots, and what is carried by them, is where ``snapshot`` has it; added
+        shapes, filters and paddings are this one's, but for paddings that are given. That is much
+        faster than to make a checker. Raises CollisionCheckerError for another model than this
+        one's, and for a number that is not finite.
+        """
+        state = self._state
+        if snapshot.model_version != state.base.model_version:
+            raise CollisionCheckerError(
+                f"the snapshot is of model version {snapshot.model_version}, the checker was made"
+                f" for version {state.base.model_version}"
+            )
+        result = self.clone()
+        paddings = env_collision_padding, self_collision_padding
+        result._state = state.at(snapshot).padded(*paddings)
+        return result
+
+    @property
+    def snapshot(self) -> Snapshot:
+        """The moment of the scene that it is about, with what was added."""
+        return self._state.snapshot
+
+    @property
+    def plan(self) -> CheckerPlan:
+        """What kernels read."""
+        return self._state.plan
+
+    @property
+    def tolerance(self) -> float:
+        """Metres: an edge that comes nearer to a collision is undecided."""
+        return self._tolerance
+
+    @property
+    def num_pairs(self) -> int:
+        """How many pairs of geometries are checked."""
+        return len(self._state.plan.pairs.bodies)
+
+    # Configurations.
+
+    def check_config_collision_free(self, q: ArrayLike) -> bool:
+        """Tell whether no pair is nearer than its padding at q ``(nq,)``.
+
+        Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
+        for a position beyond all scenes.
+        """
+        return bool(self.check_configs_collision_free(one_configuration("q", q))[0])
+
+    def check_configs_collision_free(
+        self, configurations: ArrayLike, *, threads: int = 1
+    ) -> NDArray[np.bool_]:
+        """Tell the same of many configurations ``(n, nq)``; the same for any number of threads."""
+        q = self.checked_configurations(configurations)
+        return first_pairs(self._state.plan, q, threads) == NO_PAIR
+
+    def find_colliding_pair(self, q: ArrayLike) -> tuple[Any, Any] | None:
+        """Return the ids of a pair that is nearer than its padding at q ``(nq,)``, or None."""
+        plan = self._state.plan
+        pair = int(first_pairs(plan, self.checked_configurations(one_configuration("q", q)), 1)[0])
+        return None if pair == NO_PAIR else plan.ids(pair)
+
+    def find_collisions(
+        self, configurations: ArrayLike, *, threads: int = 1
+    ) -> ConfigurationCollisions:
+        """Return a pair of each configuration ``(n, nq)`` that is not free: the first found.
+
+        The same for any number of threads.
+        """
+        q = self.checked_configurations(configurations)
+        state = self._state
+        first = first_pairs(state.plan, q, threads)
+        rows = np.flatnonzero(first != NO_PAIR)
+        pairs = tuple(state.plan.ids(int(pair)) for pair in first[rows])
+        depths = [_depth(state, q[row], int(first[row])) for row in rows]
+        return ConfigurationCollisions(rows, pairs, np.array(depths, dtype=np.float64))
+
+    def calc_pair_depth(self, q: ArrayLike, pair: tuple[Any, Any]) -> float:
+        """Return how much nearer than its padding a pair that is checked is at q ``(nq,)``, in m.
+
+        ``pair`` are two geometry ids. Negative where the pair is further apart. Raises
+        CollisionCheckerError for a pair that is not checked.
+        """
+        (configuration,) = self.checked_configurations(one_configuration("q", q))
+        state, ids = self._state, [int(each) for each in pair]
+        row = state.plan.pair_of(*ids) if len(ids) == 2 else None
+        if row is None:
+            raise CollisionCheckerError(f"geometries {sorted(ids)} are no pair that is checked")
+        return _depth(state, configuration, row)
+
+    def checked_configurations(self, configurations: ArrayLike) -> NDArray[np.float64]:
+        """Return configurations ``(n, nq)`` after checking that poses may have such positions.
+
+        Raises KinematicTreeError for another shape and what is not finite, CollisionCheckerError
+        for a position beyond all scenes.
+        """
+        if self._tree.is_certainly_within(configurations, MAX_COORDINATE):
+            return configurations  # type: ignore[return-value]
+        q = self._tree.checked_configurations(configurations)
+        if (np.abs(q) > MAX_COORDINATE).any():
+            row, column = np.argwhere(np.abs(q) > MAX_COORDINATE)[0]
+            raise CollisionCheckerError(
+                f"position {self._tree.position_names[column]!r} of configuration {row} is beyond"
+                f" {MAX_COORDINATE:g}: {q[row, column]}"
+            )
+        return q
+
+    def calc_robot_clearance(self, q: ArrayLike, influence_distance: float) -> RobotClearance:
+        """Return the padded distances at q ``(nq,)`` up to a distance (m), and their derivatives.
+
+        A pair of a robot's bodies is there once. Raises KinematicTreeError for a bad q, and
+        CollisionCheckerError for a distance that is negative or not finite.
+        """
+        influence = _influence(influence_distance)
+        configuration = self.checked_configurations(one_configuration("q", q))
+        return robot_clearance(self._state, configuration, influence)
+
+    def calc_robot_clearances(
+        self, configurations: ArrayLike, influence_distance: float
+    ) -> list[RobotClearance]:
+        """Return what `calc_robot_clearance` does of each of many configurations ``(n, nq)``.
+
+        That is faster than asking about one after another. Raises as that does.
+        """
+        influence = _influence(influence_distance)
+        return robot_clearances(
+            self._state, self.checked_configurations(configurations), influence
+        )
+
+    def calc_clearance_columns(
+        self, configurations: ArrayLike, influence_distance: float
+    ) -> ClearanceColumns:
+        """Return what `calc_robot_clearances` does of ``(n, nq)`` as arrays, without objects."""
+        influence = _influence(influence_distance)
+        return clearance_columns(
+            self._state, self.checked_configurations(configurations), influence
+        )
+
+    def max_num_distances(self) -> int:
+        """Return how many rows `calc_robot_clearance` has at most."""
+        return self.num_pairs
+
+    def classify_body_collisions(self, q: ArrayLike) -> list[RobotCollisionType]:
+        """Return what each body collides with at q ``(nq,)``, in the bodies' order.
+
+        All pairs are looked at. Bodies around the robots are NO_COLLISION, whatever they touch.
+        Raises as `check_config_collision_free`.
+        """
+        (configuration,) = self.checked_configurations(one_configuration("q", q))
+        return collision_types(self._state, configuration)
+
+    # Edges.
+
+    def check_edges_collision_free(
+        self, edges: ArrayLike, *, threads: int = 1
+    ) -> NDArray[np.bool_]:
+        """Tell whether each edge is proven free: ``(n, 2, nq)``, or ``(n, m, nq)`` for curves.
+
+        An edge is straight, and floating joints turn the short way at one speed (slerp). Where the
+        provider has ways of its own it is these, as straight pieces (`way`), each of them proven.
+        Curves are Bézier curves with m control points, along which floating joints must not turn.
+        An edge that comes nearer to a collision than the checker's tolerance counts as not free.
+        Raises KinematicTreeError for what is not finite, CollisionCheckerError for another shape.
+        """
+        return self.edge_statuses(edges, threads=threads) == FREE
+
+    def check_edge(self, q1: ArrayLike, q2: ArrayLike, *, proof: bool = True) -> bool:
+        """Tell whether the edge between two configurations ``(nq,)`` is proven free.
+
+        With ``proof=False`` that its samples are free, at steps of ``edge_step_size``; nothing is
+        known of what is between them. Raises as `check_edges_collision_free`.
+        """
+        if proof:
+            return self.check_edge_collision_free(q1, q2)
+        return bool(self.check_edges_by_samples(one_edge(q1, q2))[0])
+
+    def edge_statuses(self, edges: ArrayLike, *, threads: int = 1) -> NDArray[np.int64]:
+        """Return the value of the `EdgeStatus` of each of many edges ``(n, m, nq)``."""
+        rules = EdgeRules(measures=False, part=1.0, tolerance=self._tolerance)
+        plan, checked = self._state.plan, self._checked_edges(edges)
+        ways = self._ways(checked)
+        if ways is None:
+            return prove(plan, checked, rules, threads=threads).statuses
+        return joined_statuses(prove(plan, ways.pieces, rules, threads=threads).statuses, ways)
+
+    def measure_edges(self, edges: ArrayLike, *, threads: int = 1) -> list[EdgeMeasure]:
+        """Return how far each edge ``(n, m, nq)`` is proven free, and what stops it.
+
+        See `check_edges_collision_free`.
+        """
+        checked = self._checked_edges(edges)
+        # Half of each distance is kept, as the clearance is asked for.
+        rules = EdgeRules(measures=True, part=0.5, tolerance=self._tolerance)
+        plan, ways = self._state.plan, self._ways(checked)
+        pieces = checked if ways is None else ways.pieces
+        proofs = prove(plan, pieces, rules, threads=threads)
+        measures = [measure_of(plan, pieces[e], proofs, e) for e in range(len(pieces))]
+        if ways is not None:
+            measures = joined_measures(measures, ways)
+        distances = self._distances(checked)
+        return [replace(m, distance=d) for m, d in zip(measures, distances, strict=True)]
+
+    def _ways(self, edges: NDArray[np.float64]) -> Ways | None:
+        """Return the pieces of edges whose ways are a provider's own; None: they are straight."""
+        if self.is_straight or edges.shape[1] != 2 or not len(edges):
+            return None
+        ways = Ways.of([self.way(q1, q2) for q1, q2 in edges])
+        return ways._replace(pieces=self._checked_edges(ways.pieces))
+
+    def _checked_edges(self, edges: ArrayLike) -> NDArray[np.float64]:
+        try:
+            array = np.require(edges, np.float64, ["C", "W"])
+        except (TypeError, ValueError, OverflowError) as error:
+            raise CollisionCheckerError(f"edges must be numbers: {quoted(edges)}") from error
+        nq = self._tree.num_positions
+        if array.ndim != 3 or array.shape[1] < 2 or array.shape[2] != nq:
+            raise CollisionCheckerError(
+                f"edges must have shape (n, 2, {nq}), or more control points, not {array.shape}"
+            )
+        self.checked_configurations(array.reshape(-1, nq) if nq else array[:, 0])
+        turning = turning_quaternions(self._tree, array) if array.shape[1] > 2 else ()
+        for edge, name in turning:
+            raise CollisionCheckerError(
+                f"edge {edge} is curved, so its joint {name!r}, which floats, must not turn"
+            )
+        return array
+
+
+def _influence(distance: float) -> float:
+    """Return it; raises CollisionCheckerError where it is negative or not finite."""
+    if type(distance) is float and 0.0 <= distance < math.inf:
+        return distance
+    influence = finite_number("influence_distance", distance)
+    if influence < 0.0:
+        raise CollisionCheckerError(f"influence_distance must not be negative: {quoted(distance)}")
+    return influence
+
+
+def _depth(state: CheckerState, q: NDArray[np.float64], pair: int) -> float:
+    """Return how much nearer than its padding a pair (row of the plan) is at q ``(nq,)``."""
+    plan = state.plan
+    a, b = plan.pairs.bodies[pair, ::-1] if plan.pairs.swaps[pair] else plan.pairs.bodies[pair]
+    rows = plan.bodies.rows[[[a, b]]]
+    X_WG = poses_of_rows(plan, state.snapshot, q)
+    solved = solve_pairs(plan.held, X_WG, rows, math.inf, WITHIN)
+    return float(plan.pairs.paddings[pair] - solved.distance[0])

@@ -1,0 +1,1 @@
+"""Robots and the scene that they are in, as one model."""

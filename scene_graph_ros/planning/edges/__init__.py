@@ -1,0 +1,1 @@
+"""Edges between configurations, straight or curved, and proofs that they are free."""

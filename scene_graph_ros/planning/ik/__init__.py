@@ -1,0 +1,1 @@
+"""Configurations that put a tool where a target says."""

@@ -1,0 +1,1 @@
+"""Pairs of bodies: their shapes, and how far apart they are at least."""

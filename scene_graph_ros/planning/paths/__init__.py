@@ -1,0 +1,1 @@
+"""Paths between configurations, each of whose edges is proven free."""

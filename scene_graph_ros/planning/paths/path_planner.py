@@ -1,0 +1,377 @@
+"""Paths of robots from one configuration to another that are proven free of collisions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+import math
+import time
+from typing import Any, NamedTuple, TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.path_ends import find_troubles
+from scene_graph_ros.planning.checker.position_limits import describe_excess
+from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
+from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE, UNFINISHED
+from scene_graph_ros.planning.errors import PlanningError
+from scene_graph_ros.planning.ik.pose_target import PoseTarget
+from scene_graph_ros.planning.parallel.stoppable import new_stop, run_stoppable, Stops, Turns
+from scene_graph_ros.planning.paths.ompl_bridge.ompl_planner import OmplPlanner
+from scene_graph_ros.planning.paths.planned_path import Plan, PlanProgress, PlanStage
+from scene_graph_ros.planning.paths.planners import check_planner, new_search
+from scene_graph_ros.planning.paths.pose_goals import find_pose_goals, load_pose_kernels
+from scene_graph_ros.planning.paths.search.path_search import (
+    LEAST_SAVING,
+    PathSearch,
+    search_rules,
+    SearchTask,
+)
+from scene_graph_ros.planning.paths.search.position_space import (
+    moving_positions,
+    normalized,
+    PositionSpace,
+)
+from scene_graph_ros.planning.plan_failure import PlanFailure
+
+if TYPE_CHECKING:
+    from scene_graph_ros.planning.paths.roadmaps.roadmap import Roadmap
+
+__all__ = ["plan_path"]
+
+_SAME = 1e-12
+"""rad and m: a start that is nearer to a goal is there."""
+
+_FINEST_SAVING = 1e-4
+"""Of a path's length: corners that save less are never cut off."""
+
+_loaded: set[str] = set()
+"""What is loaded or compiled."""
+
+_QUOTED = 5
+"""Goals of which is said what is wrong with them."""
+
+
+class _Progress:
+    """How far a plan has come, for the thread that waits for it."""
+
+    def __init__(self, spent: float = 0.0) -> None:
+        """``spent`` seconds ago it began."""
+        self._begin = time.monotonic() - spent
+        self.stage = PlanStage.CHECKING
+        self.search: PathSearch | None = None
+
+    @property
+    def seconds(self) -> float:
+        return time.monotonic() - self._begin
+
+    def now(self) -> PlanProgress:
+        seconds, search = self.seconds, self.search
+        if search is None:
+            return PlanProgress(self.stage, seconds, (0, 0), 0)
+        return PlanProgress(self.stage, seconds, search.tree_sizes, search.edges)
+
+
+class _Problem(NamedTuple):
+    """What was asked for, checked."""
+
+    checker: SceneGraphCollisionChecker
+    start: NDArray[np.float64]
+    """``(nq,)``."""
+    goals: NDArray[np.float64]
+    """``(m, nq)``."""
+    space: PositionSpace
+    timeout: float | None
+    progress: _Progress
+    stops: Stops
+    turns: Turns | None
+    """Whom it takes turns with; without, it is in a thread of its own."""
+    search: PathSearch
+
+    @property
+    def search_rules(self) -> EdgeRules:
+        """What counts as proven while it is looked for a path."""
+        return search_rules(self.checker.tolerance)
+
+    def prove(self, *arguments: Any, **keywords: Any) -> EdgeProofs:
+        """Do as `prove` does, in turns."""
+        scratch, turns = self.search.scratch, self.turns
+        proofs = prove(*arguments, **keywords, scratch=scratch)
+        if turns is not None and (proofs.statuses == UNFINISHED).any():
+            proofs = turns.beside(lambda: prove(*arguments, **keywords, scratch=scratch))
+        return proofs
+
+
+def plan_path(
+    checker: SceneGraphCollisionChecker,
+    start: ArrayLike,
+    goal: ArrayLike | PoseTarget | Sequence[PoseTarget],
+    *,
+    planner: str | OmplPlanner = "rrt_connect",
+    seed: int = 0,
+    timeout: float | None = None,
+    group: str | None = None,
+    roadmap: Roadmap | None = None,
+    least_saving: float = LEAST_SAVING,
+    watch: Callable[[PlanProgress], None] | None = None,
+) -> Plan:
+    """Return a path from ``start`` ``(nq,)`` to ``goal``, proven free, or why there is none.
+
+    ``goal`` is a configuration ``(nq,)`` or several ``(m, nq)``, any of which will do; those that
+    collide or are beyond limits are left out. Or it says where a tool is to be, or several such
+    targets: then goals are what `inverse_kinematics` finds, and the plan's ``goal`` is the target.
+    ``group`` names the group of joints (of an SRDF) that may move; all others must be at a goal as
+    they are at the start.
+    Joints that turn without an end go round whichever way is free, and may arrive full turns away
+    from the goal's number.
+
+    The path is the same for the same ``seed``, unless it ran out of time: ``timeout`` (s) ends the
+    search for shorter ones, too; kernels that are not compiled yet are, before time is counted.
+    Without one, a search goes on until there is a path, a tree has 2^20 configurations, or
+    KeyboardInterrupt. It notices both within 0.1 s. ``watch`` is told how far it has come, about
+    every 0.05 s and in the thread that called; what it raises ends the search and is raised.
+
+    The planner ``"rrt_connect"`` grows two trees (Kuffner and LaValle, *RRT-Connect*, 2000).
+    An `OmplPlanner` has one of OMPL's look for the path, with our proofs of its motions.
+    ``"prm"`` looks for a way through a `Roadmap`, which may be given: then it knows what was
+    proven before, and its path depends on all that the roadmap was used for. All then cut off
+    the path's corners, first where that saves most, until none saves ``least_saving`` of the
+    path's length: from 1e-4, for the shortest paths, to 1, for the path as it was found. Each
+    edge, and in the end each edge of the path once more, is proven as
+    `SceneGraphCollisionChecker.measure_edge` does.
+
+    Raises PlanningError naming the argument, MissingOmplError, and as
+    `SceneGraphCollisionChecker` does for configurations of another shape or with numbers that mean
+    nothing.
+    """
+    check_planner(planner, roadmap)
+    patience, saving = _numbers(seed, timeout, least_saving)
+    checker = checker.clone()  # Others may change theirs meanwhile.
+    if np.ndim(start) != 1:
+        raise PlanningError(f"start must have shape (nq,), not {np.shape(start)}")
+    targets = _targets(goal)
+    reached: Sequence[int] | None = None
+    spent = 0.0
+    if targets is not None:
+        found = _reaching(checker, start, targets, group, int(seed), patience, watch)
+        if isinstance(found, Plan):
+            return found
+        goal, reached, spent = found
+    first, goals = _ends(checker, start, goal)
+    moves = _moving(checker, first, goals, group)
+    space = PositionSpace.of(checker.plan, np.concatenate([first[np.newaxis], goals]), moves)
+    left = None if patience is None else max(patience - spent, 0.0)
+    make_search = new_search(planner, roadmap, left)
+    rules = search_rules(checker.tolerance)
+    task = SearchTask(checker.plan, space, rules, int(seed), new_stop(), saving)
+    search = make_search(task)
+    _load_kernels(checker, search)
+    progress = _Progress(spent)
+
+    def solve(search: PathSearch, stops: Stops, turns: Turns | None) -> Plan:
+        return _solve(
+            _Problem(checker, first, goals, space, patience, progress, stops, turns, search)
+        )
+
+    def look() -> None:
+        if watch is not None:
+            watch(progress.now())
+
+    if planner == "rrt_connect":
+        turns = Turns(left, look)
+        search.begin(turns.stops.looking, turns)
+        plan = solve(search, turns.stops, turns)
+    else:
+        plan = run_stoppable(
+            lambda stops: solve(make_search(task._replace(stop=stops.looking)), stops, None),
+            left,
+            look,
+        )
+    return plan if reached is None or plan.goal is None else replace(plan, goal=reached[plan.goal])
+
+
+def _numbers(seed: int, timeout: float | None, least_saving: float) -> tuple[float | None, float]:
+    """Return timeout and least saving, after checking them and the seed."""
+    root = as_float(seed)
+    if root is None or root < 0.0 or not root.is_integer():
+        raise PlanningError(f"seed must be a whole number from 0 on, not {quoted(seed)}")
+    patience = None if timeout is None else as_float(timeout)
+    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
+        raise PlanningError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
+    saving = as_float(least_saving)
+    if saving is None or not _FINEST_SAVING <= saving <= 1.0:
+        raise PlanningError(
+            f"least_saving must be from {_FINEST_SAVING:g} to 1, not {quoted(least_saving)}"
+        )
+    return patience, saving
+
+
+def _load_kernels(checker: SceneGraphCollisionChecker, search: PathSearch) -> None:
+    """Load what will be called, or compile it, before time is counted, once in a process."""
+    if "search" in _loaded:
+        return
+    none = np.empty((0, 2, checker.plan.tree.num_positions))
+    prove(checker.plan, none, _final_rules(checker), scratch=search.scratch)
+    search.load_kernel()
+    _loaded.add("search")
+
+
+def _final_rules(checker: SceneGraphCollisionChecker) -> EdgeRules:
+    """Return what counts as proven in the end."""
+    return EdgeRules(False, part=0.5, tolerance=checker.tolerance, asks_ends=False)
+
+
+def _ends(
+    checker: SceneGraphCollisionChecker, start: ArrayLike, goal: Any
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return start ``(nq,)`` and goals ``(m, nq)`` after checking them."""
+    first, goals = (checker.checked_configurations(each) for each in (start, goal))
+    if not len(goals):
+        raise PlanningError("goal must have at least one configuration")
+    return normalized(checker.plan.tree, first)[0], normalized(checker.plan.tree, goals)
+
+
+def _targets(goal: Any) -> Sequence[PoseTarget] | None:
+    """Return where tools are to be; None for a goal of configurations."""
+    if isinstance(goal, PoseTarget):
+        return (goal,)
+    if isinstance(goal, Sequence) and any(isinstance(each, PoseTarget) for each in goal):
+        other = next((each for each in goal if not isinstance(each, PoseTarget)), None)
+        if other is not None:
+            raise PlanningError(f"goal has targets, and {quoted(other)} among them")
+        return tuple(goal)
+    return None
+
+
+def _reaching(
+    checker: SceneGraphCollisionChecker,
+    start: ArrayLike,
+    targets: Sequence[PoseTarget],
+    group: str | None,
+    seed: int,
+    patience: float | None,
+    watch: Callable[[PlanProgress], None] | None,
+) -> tuple[NDArray[np.float64], Sequence[int], float] | Plan:
+    """Return goals ``(m, nq)``, the target that each reaches, and the time (s), or why not."""
+    near = checker.checked_configurations(start)[0]
+    outside = describe_excess(checker.plan.tree, near)
+    if outside is not None:
+        return _refused(near, PlanFailure.START_BEYOND_LIMITS, f"the start {outside}")
+    load_pose_kernels(checker, targets)
+    progress = _Progress()
+
+    def is_over() -> bool:
+        if watch is not None:
+            watch(progress.now())
+        return patience is not None and progress.seconds >= patience
+
+    found = find_pose_goals(checker, targets, near=near, group=group, seed=seed, is_over=is_over)
+    if found.failure is not None:
+        return _refused(near, found.failure, found.reason)
+    return found.configurations, found.targets, progress.seconds
+
+
+def _moving(
+    checker: SceneGraphCollisionChecker,
+    start: NDArray[np.float64],
+    goals: NDArray[np.float64],
+    group: str | None,
+) -> NDArray[np.bool_]:
+    """Return ``(nq,)`` which positions may change, after checking that no others have to."""
+    tree = checker.plan.tree
+    moves = moving_positions(tree, group)
+    stays = ~moves & (goals != start)
+    if stays.any():
+        row, column = np.argwhere(stays)[0]
+        raise PlanningError(
+            f"position {tree.position_names[column]!r} is not of group {group!r} and must stay at"
+            f" {start[column]:.10g}; in goal {row} it is {goals[row, column]:.10g}"
+        )
+    return moves
+
+
+def _solve(problem: _Problem) -> Plan:
+    """Return the plan; told to stop, with what there is."""
+    checker, tolerance = problem.checker, problem.search_rules.tolerance
+    ends = np.concatenate([problem.start[np.newaxis], problem.goals])
+    stop = problem.stops.proving
+    trouble, *others = find_troubles(checker, ends, tolerance, stop, problem.prove)
+    if trouble is not None:
+        return _failed(problem, trouble.of_start, f"the start {trouble.words}")
+    usable = [row for row, other in enumerate(others) if other is None]
+    if usable:
+        return _search(problem, usable)
+    found = [other for other in others if other is not None]
+    kind = min((other.of_goal for other in found), key=lambda kind: kind.value)
+    if len(found) == 1:
+        return _failed(problem, kind, f"the goal {found[0].words}")
+    words = "; ".join(f"goal {row} {each.words}" for row, each in enumerate(found[:_QUOTED]))
+    return _failed(problem, kind, f"none of {len(found)} goals can be reached: {words}")
+
+
+def _search(problem: _Problem, usable: Sequence[int]) -> Plan:
+    """Look for a path to one of the goals that can be used."""
+    start, goals, space = problem.start, problem.goals[list(usable)], problem.space
+    search = problem.search
+    problem.progress.search, problem.progress.stage = search, PlanStage.SEARCHING
+    for row, goal in zip(usable, goals, strict=True):
+        if space.length(np.stack([start, goal + space.turns(start, goal)])) < _SAME:
+            return _proven(problem, [start[np.newaxis]], row)
+    found = search.find(start, goals)
+    if found is None:
+        return _not_found(problem)
+    path, root = found
+    problem.progress.stage = PlanStage.SHORTENING
+    return _proven(problem, [search.shortened(path), path], usable[root])
+
+
+def _proven(
+    problem: _Problem,
+    paths: Sequence[NDArray[np.float64]],
+    goal: int,
+) -> Plan:
+    """Return the first of some paths to a goal that is proven once more, edge by edge."""
+    problem.progress.stage = PlanStage.PROVING
+    for path in paths:
+        ends = path if len(path) > 1 else np.repeat(path, 2, axis=0)
+        edges = np.stack([ends[:-1], ends[1:]], axis=1)
+        rules, stop = _final_rules(problem.checker), problem.stops.proving
+        proofs = problem.prove(problem.checker.plan, edges, rules, stop=stop)
+        if (proofs.statuses == FREE).all():
+            path.setflags(write=False)
+            least = float(proofs.numbers[:, 2].min())
+            length = problem.space.length(path)
+            sizes, edges_seen = problem.search.tree_sizes, problem.search.edges
+            return Plan(path, max(least, 0.0), length, goal, None, None, sizes, edges_seen)
+    return _not_found(problem, "found, but not proven once more")
+
+
+def _not_found(problem: _Problem, what: str = "found") -> Plan:
+    """Say how far a search got."""
+    search, is_late = problem.search, problem.stops.looking[0] != 0
+    when = f" within {problem.timeout:.10g} s" if is_late else ""
+    words = f"no path was {what}{when}: {search.words}"
+    kind = PlanFailure.TIMEOUT if is_late else PlanFailure.EXHAUSTED
+    return _failed(problem, kind, words, search)
+
+
+def _failed(
+    problem: _Problem, kind: PlanFailure, reason: str, search: PathSearch | None = None
+) -> Plan:
+    sizes, edges = (search.tree_sizes, search.edges) if search else ((0, 0), 0)
+    return _refused(problem.start, kind, reason, sizes, edges)
+
+
+def _refused(
+    start: NDArray[np.float64],
+    kind: PlanFailure,
+    reason: str,
+    sizes: tuple[int, int] = (0, 0),
+    edges: int = 0,
+) -> Plan:
+    nothing = np.empty((0, len(start)))
+    return Plan(nothing, 0.0, 0.0, None, kind, reason, sizes, edges)

@@ -1,0 +1,72 @@
+"""The answer of a planner: a path that is proven, or why there is none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import enum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.planning.plan_failure import PlanFailure
+
+__all__ = ["Plan", "PlanProgress", "PlanStage"]
+
+
+class PlanStage(enum.Enum):
+    """What is being done for a plan."""
+
+    CHECKING = 1
+    """Start and goals are looked at."""
+    SEARCHING = 2
+    """Trees grow towards each other."""
+    SHORTENING = 3
+    """They have met, and shortcuts are tried."""
+    PROVING = 4
+    """Each edge is proven once more."""
+
+
+class PlanProgress(NamedTuple):
+    """How far a plan has come."""
+
+    stage: PlanStage
+    seconds: float
+    """Since it began."""
+    tree_sizes: tuple[int, int]
+    """How many configurations the trees from start and goals have."""
+    edges: int
+    """How many edges were looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A path, each of whose edges is proven free, or why there is none.
+
+    ``configurations`` ``(n, nq)`` lead from the start to goal, or target, number ``goal``
+    along straight edges (floating joints turn the short way); one where the start is a goal,
+    none without success. ``least_clearance`` (m) is what all pairs certainly keep, beyond
+    their paddings, on all of the way; 0 without success. ``length`` adds up the edges, in rad
+    and m. ``failure`` and ``reason`` say why there is no path; both are None where there is
+    one. ``tree_sizes`` is how many configurations the trees from start and goals had,
+    ``edges`` how many edges were looked at.
+    """
+
+    configurations: NDArray[np.float64]
+    least_clearance: float
+    length: float
+    goal: int | None
+    failure: PlanFailure | None
+    reason: str | None
+    tree_sizes: tuple[int, int]
+    edges: int
+
+    @property
+    def is_success(self) -> bool:
+        """Whether there is a path."""
+        return self.failure is None
+
+    @property
+    def proven(self) -> bool:
+        """Whether all edges are proven free: always, where there is a path."""
+        return self.is_success

@@ -1,0 +1,1 @@
+"""Roadmaps, and the search for a path in one."""

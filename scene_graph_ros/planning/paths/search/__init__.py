@@ -1,0 +1,1 @@
+"""The search for a path by two trees of proven edges, and for a shorter one."""

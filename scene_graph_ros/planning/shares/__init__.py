@@ -1,1 +1,0 @@
-"""Work that is shared out among other processes and machines."""

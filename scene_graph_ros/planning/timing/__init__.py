@@ -1,0 +1,1 @@
+"""Timed trajectories along paths and curves, proven free."""

@@ -1,0 +1,231 @@
+"""Trajectories along proven paths: rounded at their corners, timed, and proven once more."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.edges.edge_stretches import FREE
+from scene_graph_ros.planning.parallel.stoppable import run_stoppable, Stops
+from scene_graph_ros.planning.timing.timing_problem import (
+    as_timed_path,
+    as_timeout,
+    beyond_limit,
+    not_free,
+    not_retimed,
+    position_excess,
+    TimedPath,
+    timing_problem,
+    TimingProblem,
+    too_late,
+)
+from scene_graph_ros.trajectories.corners import CornerPath
+from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.jerk_limited import sample_along
+from scene_graph_ros.trajectories.motion_limits import MotionLimits
+from scene_graph_ros.trajectories.retimer import Retimer, RetimingError
+from scene_graph_ros.trajectories.retimers.named_retimers import as_retimer
+from scene_graph_ros.trajectories.sampling import Sampled, SHORTEST
+from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
+
+__all__ = ["prove_trajectory", "time_path"]
+
+_KEPT = 20.0
+"""Times the checker's tolerance, what is left beside a rounded corner: what runs through points is
+not quite on it."""
+
+_SMALLEST = 1.0 / 64.0
+"""Of the largest: corners that would have to be rounded less are stopped at."""
+
+
+def time_path(
+    checker: SceneGraphCollisionChecker,
+    path: ArrayLike,
+    limits: MotionLimits,
+    *,
+    rise_time: float = 0.0,
+    retimer: Retimer | str = "time_optimal",
+    grid_points: int | None = None,
+    timeout: float | None = None,
+    watch: Callable[[], None] | None = None,
+) -> TimedPath:
+    """Return a fast trajectory along a path ``(n, nq)`` of straight edges, from rest to rest.
+
+    ``limits`` are of the positions that move, by name; all others must be the same on all of the
+    path. Corners are rounded by parabolas, as large as is proven free, and stopped at where none
+    is. What is returned are points and the cubics through them, as controllers run them: of these
+    it is shown that they keep all limits at all times, and proven that they are free. With a
+    ``rise_time`` (s) accelerations do not jump, but take so long to change; then points have
+    accelerations, and it is the quintics through them. Where ``limits`` have jerks, the rise time
+    is at least what keeps them.
+
+    ``retimer`` says what finds how fast the path is gone along. ``"time_optimal"`` is our own,
+    whose ``grid_points`` (default 16) are stretches of each corner with one speedup each: more are
+    faster, and take longer to find. ``"toppra"`` and ``"ruckig"`` are others, or a `ToppraRetimer`
+    or `RuckigRetimer` with options; what they find is checked and proven as ours is. ``timeout``
+    (s) and ``watch`` are as of `plan_path`.
+
+    Raises TrajectoryError naming what makes no sense: a path that moves positions without limits,
+    or turns a floating joint. Raises as `SceneGraphCollisionChecker` does for configurations of
+    another shape, and MissingRetimerError where a retimer is not installed.
+    """
+    # Others may change theirs meanwhile.
+    chosen = as_retimer(retimer, grid_points)
+    problem = timing_problem(checker.clone(), path, limits, rise_time, chosen)
+    patience = as_timeout(timeout)
+    return run_stoppable(lambda stops: _timed(problem, stops), patience, watch or (lambda: None))
+
+
+def prove_trajectory(
+    checker: SceneGraphCollisionChecker,
+    points: TrajectoryPoints,
+    limits: MotionLimits,
+    *,
+    timeout: float | None = None,
+    watch: Callable[[], None] | None = None,
+) -> TimedPath:
+    """Return whether a trajectory of any origin keeps all limits and is free, at all times.
+
+    ``points`` have the configurations of all positions ``(m, nq)``, and velocities. What is looked
+    at is what controllers run through them: cubics, with accelerations quintics. ``limits`` are of
+    the positions that move, by name; those of positions are the robot's. A failure says which
+    limit is exceeded, by how much and when, or which pair is not proven apart.
+
+    ``timeout`` (s) and ``watch`` are as of `plan_path`. Raises TrajectoryError for points without
+    velocities, for a single one, and as `time_path` does.
+    """
+    if points.velocities is None or len(points.positions) < 2:
+        raise TrajectoryError("points must be two or more, with velocities")
+    problem = timing_problem(checker.clone(), points.positions, limits)
+    for name in ("velocities", "accelerations"):
+        rates = getattr(points, name)
+        if rates is not None:
+            _demand_rest(problem, name, rates)
+    patience = as_timeout(timeout)
+    return run_stoppable(
+        lambda stops: _judged(problem, points, stops), patience, watch or (lambda: None)
+    )
+
+
+def _demand_rest(problem: TimingProblem, name: str, rates: NDArray[np.float64]) -> None:
+    """Raise TrajectoryError where a position without limits has a rate."""
+    moves = (rates != 0.0).any(axis=0)
+    moves[problem.rows] = False
+    if moves.any():
+        which = problem.checker.plan.tree.position_names[int(np.argmax(moves))]
+        raise TrajectoryError(f"{name} of position {which!r} must be 0, as it has no limits")
+
+
+def _judged(problem: TimingProblem, points: TrajectoryPoints, stops: Stops) -> TimedPath:
+    """Return whether what runs through points is within limits and free."""
+    own = points.of(problem.rows)
+    trajectory = own.trajectory()
+    excess = position_excess(problem, trajectory)
+    if excess is not None:
+        return beyond_limit(problem, excess)
+    proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.looking)
+    if (proofs.statuses == FREE).all():
+        return as_timed_path(problem, own, trajectory, proofs, np.empty(0))
+    return too_late() if stops.looking[0] != 0 else not_free(problem, trajectory, proofs, None)
+
+
+def _timed(problem: TimingProblem, stops: Stops) -> TimedPath:
+    """Return the trajectory; told to stop, or where a retimer finds none, why."""
+    try:
+        return _retimed(problem, stops)
+    except RetimingError as error:
+        return not_retimed(error)
+
+
+def _retimed(problem: TimingProblem, stops: Stops) -> TimedPath:
+    """Return the trajectory; told to stop, why there is none. Raises RetimingError."""
+    corners = CornerPath(problem.path[:, problem.rows], problem.limits.velocities)
+    if len(corners.points) == 1:
+        return _at_rest(problem, corners, stops)
+    curve = problem.retimer.curve(corners.points, problem.limits.velocities)
+    largest = corners.largest_sizes()
+    sizes = np.zeros_like(largest)
+    if curve is None and not problem.retimer.stops_at_corners:
+        sizes = _proven_sizes(problem, corners, largest, stops)
+    while True:
+        sampled = sample_along(
+            corners.rounded(sizes) if curve is None else curve,
+            problem.limits,
+            rise_time=problem.rise_time,
+            retimer=problem.retimer,
+        )
+        if sampled.excess is not None:
+            return beyond_limit(problem, sampled.excess)
+        trajectory = sampled.points.trajectory()
+        proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
+        excess = position_excess(problem, trajectory)
+        if excess is None and (proofs.statuses == FREE).all():
+            passed = sizes if curve is None else sizes[:0]
+            return as_timed_path(problem, sampled.points, trajectory, proofs, passed)
+        if stops.looking[0] != 0:
+            return too_late()
+        times = [] if excess is None else [excess.time]
+        bad = np.flatnonzero(proofs.statuses != FREE)
+        times += (0.5 * (trajectory.breaks[bad] + trajectory.breaks[bad + 1])).tolist()
+        if not sizes.any():
+            return not_free(problem, trajectory, proofs, excess)
+        _shrink(corners, sizes, largest, _places(sampled, times))
+
+
+def _proven_sizes(
+    problem: TimingProblem, corners: CornerPath, largest: NDArray[np.float64], stops: Stops
+) -> NDArray[np.float64]:
+    """Return how much of each corner can be rounded, at most, so that it is proven free."""
+    sizes = largest.copy()
+    tolerance = _KEPT * problem.checker.tolerance
+    untried = np.arange(corners.num_corners)
+    while len(untried) and stops.looking[0] == 0:
+        proofs = problem.prove(corners.rounded_corners(sizes)[untried], tolerance, stops.looking)
+        untried = untried[proofs.statuses != FREE]
+        sizes[untried] *= 0.5
+        sizes[sizes < _SMALLEST * largest] = 0.0
+        untried = untried[sizes[untried] > 0.0]
+    sizes[untried] = 0.0
+    return sizes
+
+
+def _places(sampled: Sampled, times: list[float]) -> NDArray[np.float64]:
+    """Return where on the rounded path a trajectory is at times, s."""
+    # With a rise time it is at the mean of what was before.
+    before = np.array(times) / sampled.factor - 0.5 * sampled.rise_time
+    return sampled.motion.time_scaling.value(before)[:, 0]
+
+
+def _shrink(
+    corners: CornerPath,
+    sizes: NDArray[np.float64],
+    largest: NDArray[np.float64],
+    places: NDArray[np.float64],
+) -> None:
+    """Round the corners next to some places by half as much, or not at all."""
+    rows = {corners.corner_at(sizes, float(s)) for s in places}
+    for row in rows:
+        sizes[row] *= 0.5
+        if sizes[row] < _SMALLEST * largest[row]:
+            sizes[row] = 0.0
+
+
+def _at_rest(problem: TimingProblem, corners: CornerPath, stops: Stops) -> TimedPath:
+    """Return the trajectory that stays where it is, for as short as that can be said."""
+    points = np.repeat(corners.points, 2, axis=0)
+    times = np.array([0, round(SHORTEST * 1e9)])
+    rates = np.zeros_like(points)
+    has_accelerations = problem.rise_time > 0.0 or problem.limits.jerks is not None
+    more = rates if has_accelerations else None
+    own = TrajectoryPoints(times, points, rates, more)
+    trajectory = own.trajectory()
+    proofs = problem.prove(trajectory.control_points, problem.checker.tolerance, stops.proving)
+    excess = position_excess(problem, trajectory)
+    if stops.looking[0] != 0 and (proofs.statuses != FREE).any():
+        return too_late()
+    if excess is not None or (proofs.statuses != FREE).any():
+        return not_free(problem, trajectory, proofs, excess)
+    return as_timed_path(problem, own, trajectory, proofs, np.empty(0))

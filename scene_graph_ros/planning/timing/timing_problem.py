@@ -1,0 +1,226 @@
+"""What is asked about a trajectory, checked, and what is answered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+import enum
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.planning.checker.collision_checker import SceneGraphCollisionChecker
+from scene_graph_ros.planning.checker.path_ends import pair_words
+from scene_graph_ros.planning.edges.curves import turning_quaternions
+from scene_graph_ros.planning.edges.edge_proofs import EdgeProofs, prove
+from scene_graph_ros.planning.edges.edge_stretches import EdgeRules, FREE
+from scene_graph_ros.planning.pairs.check_kernels import NO_PAIR
+from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.motion_limits import (
+    find_excess,
+    LimitExcess,
+    MotionLimits,
+)
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.retimer import Retimer, TimeOptimalRetimer
+from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
+
+__all__ = [
+    "TimedPath",
+    "TimingFailure",
+    "TimingProblem",
+    "as_timed_path",
+    "as_timeout",
+    "beyond_limit",
+    "not_free",
+    "not_retimed",
+    "position_excess",
+    "timing_problem",
+    "too_late",
+]
+
+
+class TimingFailure(enum.Enum):
+    """Why there is no trajectory."""
+
+    LIMIT = 1
+    """It is beyond a limit."""
+    NOT_FREE = 2
+    """It is not proven free, though the path was."""
+    TIMEOUT = 3
+    """It was not done in time."""
+    NOT_RETIMED = 4
+    """The retimer that was asked for found none."""
+
+
+@dataclass(frozen=True, eq=False)
+class TimedPath:
+    """A trajectory along a path, proven free and within limits at all times; or why there is none.
+
+    ``points`` have the configurations of all positions ``(m, nq)``; ``trajectory`` is what runs
+    through them, in s. ``least_clearance`` (m) is what all pairs certainly keep, beyond their
+    paddings, at all times. ``stops`` is at how many corners of the path the robots come to rest,
+    ``rounded`` how many they round. ``failure`` and ``reason`` say why there is none.
+    """
+
+    points: TrajectoryPoints | None
+    trajectory: PiecewisePolynomial | None
+    least_clearance: float
+    rounded: int
+    stops: int
+    failure: TimingFailure | None
+    reason: str | None
+
+    @property
+    def is_success(self) -> bool:
+        """Whether there is a trajectory."""
+        return self.failure is None
+
+    @property
+    def duration(self) -> float:
+        """How long it takes, s; 0 without success."""
+        return 0.0 if self.points is None else self.points.duration
+
+
+class TimingProblem(NamedTuple):
+    """What was asked for, checked."""
+
+    checker: SceneGraphCollisionChecker
+    path: NDArray[np.float64]
+    """``(n, nq)``."""
+    rows: NDArray[np.intp]
+    """``(k,)``: the positions that have limits."""
+    limits: MotionLimits
+    rise_time: float
+    retimer: Retimer
+
+    def whole(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return configurations ``(..., nq)`` of the positions that move ``(..., k)``."""
+        result = np.empty((*points.shape[:-1], self.path.shape[1]))
+        result[:] = self.path[0]
+        result[..., self.rows] = points
+        return result
+
+    def prove(
+        self, points: NDArray[np.float64], tolerance: float, stop: NDArray[np.int64]
+    ) -> EdgeProofs:
+        """Prove curves by their control points ``(n, m, k)``."""
+        rules = EdgeRules(measures=False, part=0.5, tolerance=tolerance)
+        return prove(self.checker.plan, self.whole(points), rules, stop=stop)
+
+
+def timing_problem(
+    checker: SceneGraphCollisionChecker,
+    path: ArrayLike,
+    limits: MotionLimits,
+    rise_time: float = 0.0,
+    retimer: Retimer | None = None,
+) -> TimingProblem:
+    """Return what was asked for, checked. Raises TrajectoryError as `time_path` says."""
+    q, tree = checker.checked_configurations(path), checker.plan.tree
+    if np.ndim(path) != 2 or not len(q):
+        raise TrajectoryError(f"path must have shape (n, nq), not {np.shape(path)}")
+    if not limits.names:
+        raise TrajectoryError("limits must have the names of the positions that move")
+    rows = np.array([tree.position_index(name) for name in limits.names], dtype=np.intp)
+    for _, name in turning_quaternions(tree, q[np.newaxis]):
+        raise TrajectoryError(f"the path turns the floating joint {name!r}: it can't be timed")
+    others = np.setdiff1d(np.arange(tree.num_positions), rows)
+    for column in others[np.ptp(q[:, others], axis=0) > 0.0]:
+        raise TrajectoryError(
+            f"the path moves position {tree.position_names[column]!r}, which has no limits"
+        )
+    seconds = as_float(rise_time)
+    if seconds is None or not 0.0 <= seconds < math.inf:
+        raise TrajectoryError(f"rise_time must be seconds from 0 on, not {quoted(rise_time)}")
+    return TimingProblem(checker, q, rows, limits, seconds, retimer or TimeOptimalRetimer())
+
+
+def as_timeout(timeout: float | None) -> float | None:
+    """Return seconds, or None. Raises TrajectoryError for what is neither."""
+    patience = None if timeout is None else as_float(timeout)
+    if timeout is not None and (patience is None or not 0.0 <= patience < math.inf):
+        raise TrajectoryError(f"timeout must be seconds from 0 on, or None, not {quoted(timeout)}")
+    return patience
+
+
+def position_excess(problem: TimingProblem, trajectory: PiecewisePolynomial) -> LimitExcess | None:
+    """Return where a trajectory is farthest beyond a limit, of positions, too, or None."""
+    tree = problem.checker.plan.tree
+    return find_excess(
+        trajectory,
+        problem.limits,
+        lower=tree.lower[problem.rows],
+        upper=tree.upper[problem.rows],
+    )
+
+
+def as_timed_path(
+    problem: TimingProblem,
+    own: TrajectoryPoints,
+    trajectory: PiecewisePolynomial,
+    proofs: EdgeProofs,
+    sizes: NDArray[np.float64],
+) -> TimedPath:
+    """Return a trajectory that is free and within limits, round at corners of some ``sizes``."""
+    points = TrajectoryPoints(
+        own.nanoseconds,
+        problem.whole(own.positions),
+        _rates(problem, own.velocities),
+        _rates(problem, own.accelerations),
+    )
+    least = max(float(proofs.numbers[:, 2].min()), 0.0)
+    rounded = int((sizes > 0.0).sum())
+    whole = PiecewisePolynomial(trajectory.breaks, problem.whole(trajectory.control_points))
+    return TimedPath(points, whole, least, rounded, len(sizes) - rounded, None, None)
+
+
+def _rates(
+    problem: TimingProblem, rates: NDArray[np.float64] | None
+) -> NDArray[np.float64] | None:
+    """Return rates of all positions ``(m, nq)``: those that do not move have none."""
+    if rates is None:
+        return None
+    result = np.zeros((len(rates), problem.path.shape[1]))
+    result[:, problem.rows] = rates
+    return result
+
+
+def beyond_limit(problem: TimingProblem, excess: LimitExcess) -> TimedPath:
+    """Return that there is none, as a limit is exceeded."""
+    return _failed(TimingFailure.LIMIT, excess.words(problem.limits.name(excess.row)))
+
+
+def not_free(
+    problem: TimingProblem,
+    trajectory: PiecewisePolynomial,
+    proofs: EdgeProofs,
+    excess: LimitExcess | None,
+) -> TimedPath:
+    """Return that there is none, as it is beyond a limit, or not proven free where it stops."""
+    if excess is not None:
+        return beyond_limit(problem, excess)
+    row = int(np.argmax(proofs.statuses != FREE))
+    pair, (low, high) = int(proofs.pairs[row]), trajectory.breaks[row : row + 2]
+    who = "all pairs"
+    if pair != NO_PAIR:
+        who = pair_words(problem.checker, problem.checker.plan.ids(pair))
+    what = f"{who} are not proven apart between {low:.6g} and {high:.6g} s"
+    return _failed(TimingFailure.NOT_FREE, what)
+
+
+def _failed(kind: TimingFailure, reason: str) -> TimedPath:
+    return TimedPath(None, None, 0.0, 0, 0, kind, reason)
+
+
+def not_retimed(error: Exception) -> TimedPath:
+    """Return that a retimer found none."""
+    return _failed(TimingFailure.NOT_RETIMED, str(error))
+
+
+def too_late() -> TimedPath:
+    """Return that it was not done in time."""
+    return _failed(TimingFailure.TIMEOUT, "no trajectory was found in time")

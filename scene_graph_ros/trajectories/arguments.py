@@ -1,0 +1,68 @@
+"""Checks of what callers give: the cleaned array or number, or an error that names it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.trajectories.errors import TrajectoryError
+
+__all__ = ["as_finite", "as_numbers", "as_order", "as_positive", "as_times", "is_same_time"]
+
+_SAME_TIME = 1e-12
+"""Relative to the larger of two times, and s: breaks that are so near are the same."""
+
+
+def as_numbers(name: str, values: ArrayLike) -> NDArray[np.float64]:
+    """Return an array of finite numbers of any shape. Raises TrajectoryError."""
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise TrajectoryError(f"{name} must be numbers: {quoted(values)}") from error
+    if not np.isfinite(array).all():
+        where = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
+        raise TrajectoryError(f"{name}{list(where)} must be finite, not {array[where]}")
+    return array
+
+
+def as_times(t: ArrayLike) -> NDArray[np.float64]:
+    """Return a time ``()`` or times ``(m,)``. Raises TrajectoryError."""
+    times = as_numbers("t", t)
+    if times.ndim > 1:
+        raise TrajectoryError(f"t must be a number or have shape (m,), not {times.shape}")
+    return times
+
+
+def as_finite(name: str, value: Any) -> float:
+    """Return a finite number. Raises TrajectoryError."""
+    number = as_float(value)
+    if number is None or not abs(number) < np.inf:
+        raise TrajectoryError(f"{name} must be a finite number, not {quoted(value)}")
+    return number
+
+
+def as_positive(name: str, value: Any) -> float:
+    """Return a positive, finite number. Raises TrajectoryError."""
+    number = as_float(value)
+    if number is None or not 0.0 < number < np.inf:
+        raise TrajectoryError(f"{name} must be positive and finite, not {quoted(value)}")
+    return number
+
+
+def as_order(name: str, value: Any, least: int = 0) -> int:
+    """Return a whole number, at least ``least``. Raises TrajectoryError."""
+    number = as_float(value)
+    if number is None or number < least or not number.is_integer():
+        raise TrajectoryError(
+            f"{name} must be a whole number from {least} on, not {quoted(value)}"
+        )
+    return int(number)
+
+
+def is_same_time(first: float, second: float) -> bool:
+    """Tell whether two times differ by no more than rounding."""
+    return abs(first - second) <= _SAME_TIME * max(1.0, abs(first), abs(second))

@@ -1,0 +1,279 @@
+"""How fast joints may move, and where a trajectory is faster."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.geometry.reals import as_float
+from scene_graph_ros.located import suggestion
+from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.extremes import largest_ratios
+from scene_graph_ros.trajectories.limit_rounding import LIMIT_ROUNDING
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.polynomials_of import Polynomials, polynomials_of
+
+__all__ = ["LimitExcess", "MotionLimits", "find_excess", "worst_ratio"]
+
+
+class LimitExcess(NamedTuple):
+    """Where a trajectory is farthest beyond one of its limits."""
+
+    kind: str
+    """``"position"``, ``"velocity"``, ``"acceleration"`` or ``"jerk"``."""
+    row: int
+    """Which entry of the trajectory."""
+    value: float
+    limit: float
+    time: float
+    """s."""
+
+    @property
+    def ratio(self) -> float:
+        """The value in units of its limit."""
+        return abs(self.value / self.limit) if self.limit else np.inf
+
+    def words(self, name: str) -> str:
+        """Return it in words, with the name of the entry."""
+        return (
+            f"{self.kind} of {name!r} is {self.value:.10g} at {self.time:.6g} s, beyond its limit"
+            f" {self.limit:.10g} by {abs(self.value - self.limit):.3g}"
+        )
+
+
+class NamedPositions(Protocol):
+    """The entries of a configuration, such as those of a `KinematicTree`."""
+
+    @property
+    def position_names(self) -> tuple[str, ...]:
+        """The names of its entries."""
+
+    @property
+    def velocity_limits(self) -> NDArray[np.float64]:
+        """Their largest speeds ``(nq,)``, in rad/s and m/s; infinite where there is no limit."""
+
+
+_JUMP = 1e-9
+"""Of the limit of an acceleration: smaller jumps are none."""
+
+_ROUNDING = 100.0 * np.finfo(np.float64).eps
+"""Of positions: what their rounding changes second differences by."""
+
+_LEAST, _MOST = 1e-12, 1e18
+"""Of a limit: no robot has others, and what is worked out of them stays far from infinite."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionLimits:
+    """The largest velocities, accelerations and perhaps jerks ``(n,)`` of a trajectory's entries.
+
+    In rad/s, rad/s^2 and rad/s^3, or m/s, m/s^2 and m/s^3; both ways alike. Raises
+    TrajectoryError for what is not from 1e-12 to 1e18, naming the entry by ``names``, or by its
+    number.
+    """
+
+    velocities: NDArray[np.float64]
+    accelerations: NDArray[np.float64]
+    names: tuple[str, ...] = ()
+    jerks: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the arrays."""
+        for kind in ("velocities", "accelerations", "jerks"):
+            if getattr(self, kind) is None:
+                continue
+            values = np.array(getattr(self, kind), dtype=np.float64)
+            if values.ndim != 1 or (self.names and len(values) != len(self.names)):
+                raise TrajectoryError(
+                    f"{kind} must have one number for each entry: {values.shape}"
+                )
+            bad = np.flatnonzero(~((values >= _LEAST) & (values <= _MOST)))
+            if len(bad):
+                i = int(bad[0])
+                raise TrajectoryError(
+                    f"the limit of {kind} of {self.name(i)!r} must be from {_LEAST:g} to"
+                    f" {_MOST:g}, not {values[i]:g}"
+                )
+            values.setflags(write=False)
+            object.__setattr__(self, kind, values)
+        if self.velocities.shape != self.accelerations.shape:
+            raise TrajectoryError(
+                f"there are {len(self.velocities)} velocities and {len(self.accelerations)}"
+                " accelerations"
+            )
+        if self.jerks is not None and self.jerks.shape != self.velocities.shape:
+            raise TrajectoryError(
+                f"there are {len(self.velocities)} velocities and {len(self.jerks)} jerks"
+            )
+
+    def name(self, row: int) -> str:
+        """Return the name of an entry."""
+        return self.names[row] if self.names else str(row)
+
+    @classmethod
+    def of_tree(
+        cls,
+        tree: NamedPositions,
+        *,
+        accelerations: Mapping[str, float] | float,
+        velocities: Mapping[str, float] | None = None,
+        jerks: Mapping[str, float] | float | None = None,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        positions: ArrayLike | None = None,
+    ) -> MotionLimits:
+        """Return the limits of a robot's positions: velocities of its URDF, unless given.
+
+        ``accelerations``, and ``jerks`` where there are limits of these, are given by position, or
+        one for all. ``positions`` ``(k,)`` are the entries of q that move, by default all; only
+        these have limits. Scalings are in (0, 1]; jerks have none.
+        Raises TrajectoryError for an unknown name, and for an entry without a limit.
+        """
+        names = tree.position_names
+        rows = np.arange(len(names)) if positions is None else np.asarray(positions, np.intp)
+        own = dict(zip(names, tree.velocity_limits.tolist(), strict=True))
+        own.update(_known(tree, "velocities", velocities or {}))
+        most = _by_name(tree, "accelerations", accelerations)
+        changes = None if jerks is None else _by_name(tree, "jerks", jerks)
+        factors = [
+            _scaling(name, value)
+            for name, value in (
+                ("velocity_scaling", velocity_scaling),
+                ("acceleration_scaling", acceleration_scaling),
+            )
+        ]
+        chosen = tuple(names[row] for row in rows)
+        for kind, given in (("velocity", own), ("acceleration", most), ("jerk", changes)):
+            for name in chosen:
+                if given is not None and not given.get(name, np.inf) < np.inf:
+                    raise TrajectoryError(f"position {name!r} has no limit of {kind}")
+        return cls(
+            factors[0] * np.array([own[name] for name in chosen], dtype=np.float64),
+            factors[1] * np.array([most[name] for name in chosen], dtype=np.float64),
+            chosen,
+            None if changes is None else np.array([changes[name] for name in chosen]),
+        )
+
+
+def find_excess(
+    trajectory: Polynomials,
+    limits: MotionLimits,
+    *,
+    lower: NDArray[np.float64] | None = None,
+    upper: NDArray[np.float64] | None = None,
+) -> LimitExcess | None:
+    """Return where a trajectory is farthest beyond a limit, or None: it is within, at all times.
+
+    That is proven by bounds of its polynomials, not by samples. ``lower`` and ``upper`` ``(n,)``
+    are limits of its values, 1e-9 beyond which is still at them. Raises TrajectoryError for a
+    trajectory that is no polynomials.
+    """
+    trajectory = polynomials_of("trajectory", trajectory)
+    worst = worst_ratio(trajectory, limits)
+    if worst.ratio > 1.0:
+        return worst
+    points = trajectory.control_points
+    for limit, side in ((lower, -1.0), (upper, 1.0)):
+        if limit is None:
+            continue
+        # A limit is no scale: what counts is the way beyond it.
+        beyond = side * (points - limit) - LIMIT_ROUNDING
+        if (beyond > 0.0).any():
+            found = _beyond(trajectory, limit, side)
+            if found is not None:
+                return found
+    return None
+
+
+def worst_ratio(trajectory: PiecewisePolynomial, limits: MotionLimits) -> LimitExcess:
+    """Return the velocity, acceleration or jerk that is largest in units of its limit."""
+    found = []
+    derivative = trajectory
+    for kind, most in (
+        ("velocity", limits.velocities),
+        ("acceleration", limits.accelerations),
+        ("jerk", limits.jerks),
+    ):
+        if most is None:
+            continue
+        if kind == "jerk":
+            jump = _largest_jump(trajectory, derivative, limits)
+            if jump is not None:
+                return jump
+        derivative = derivative.derivative()
+        peak = largest_ratios(derivative, -most, most)
+        row = int(np.argmax(peak.bounds))
+        value = peak.bounds[row] * most[row]
+        found.append(LimitExcess(kind, row, value, float(most[row]), float(peak.times[row])))
+    return max(found, key=lambda each: each.ratio)
+
+
+def _largest_jump(
+    trajectory: PiecewisePolynomial, accelerations: PiecewisePolynomial, limits: MotionLimits
+) -> LimitExcess | None:
+    """Return where an acceleration jumps, by more than rounding: there the jerk is infinite."""
+    assert limits.jerks is not None
+    points, steps = accelerations.control_points, np.diff(trajectory.breaks)
+    if len(points) < 2:
+        return None
+    size = np.abs(trajectory.control_points).max(axis=(0, 1))
+    rounding = _ROUNDING * size / np.minimum(steps[1:], steps[:-1])[:, np.newaxis] ** 2
+    jumps = np.abs(points[1:, 0] - points[:-1, -1]) - rounding
+    jumps /= limits.accelerations
+    if jumps.max() <= _JUMP:
+        return None
+    at, row = np.unravel_index(int(np.argmax(jumps)), jumps.shape)
+    time = float(accelerations.breaks[at + 1])
+    return LimitExcess("jerk", int(row), np.inf, float(limits.jerks[row]), time)
+
+
+def _beyond(
+    trajectory: PiecewisePolynomial, limit: NDArray[np.float64], side: float
+) -> LimitExcess | None:
+    """Return where values are farthest beyond limits, if they are."""
+    finite = np.isfinite(limit)
+    shifted = np.where(finite, side * (trajectory.control_points - limit), 0.0)
+    moved = PiecewisePolynomial(trajectory.breaks, shifted)
+    one = np.ones(len(limit))
+    peak = largest_ratios(moved, np.full(len(limit), -np.inf), one)
+    row = int(np.argmax(peak.bounds))
+    if peak.bounds[row] <= LIMIT_ROUNDING:
+        return None
+    value = float(limit[row] + side * peak.bounds[row])
+    return LimitExcess("position", row, value, float(limit[row]), float(peak.times[row]))
+
+
+def _known(tree: NamedPositions, what: str, given: Mapping[str, float]) -> dict[str, float]:
+    for name, value in given.items():
+        if name not in tree.position_names:
+            raise TrajectoryError(
+                f"{what}: there is no position {quoted(name)}"
+                f"{suggestion(name, tree.position_names)}"
+            )
+        if as_float(value) is None:
+            raise TrajectoryError(f"{what} of {name!r} must be a number, not {quoted(value)}")
+    return {name: float(value) for name, value in given.items()}
+
+
+def _by_name(
+    tree: NamedPositions, what: str, given: Mapping[str, float] | float
+) -> dict[str, float]:
+    """Return limits by position of what is given by position, or once for all."""
+    if isinstance(given, Mapping):
+        return _known(tree, what, given)
+    one = as_float(given)
+    if one is None:
+        raise TrajectoryError(f"{what} must be numbers: {quoted(given)}")
+    return dict.fromkeys(tree.position_names, one)
+
+
+def _scaling(name: str, value: float) -> float:
+    number = as_float(value)
+    if number is None or not 0.0 < number <= 1.0:
+        raise TrajectoryError(f"{name} must be in (0, 1], not {quoted(value)}")
+    return number

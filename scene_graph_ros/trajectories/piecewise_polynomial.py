@@ -1,0 +1,242 @@
+"""Curves that are polynomials between breaks, with exact derivatives, for batches of times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.trajectories.arguments import (
+    as_finite,
+    as_numbers,
+    as_order,
+    as_positive,
+    as_times,
+    is_same_time,
+)
+from scene_graph_ros.trajectories.bernstein import (
+    differentiated,
+    elevated,
+    evaluated,
+    multiplied,
+)
+from scene_graph_ros.trajectories.errors import TrajectoryError
+
+__all__ = ["PiecewisePolynomial"]
+
+
+@dataclass(frozen=True, eq=False)
+class PiecewisePolynomial:
+    """A curve in n dimensions: a polynomial of one degree on each of p segments.
+
+    ``breaks`` ``(p + 1,)`` grow, in s or whatever the parameter is. ``control_points``
+    ``(p, degree + 1, n)`` are each segment's Bézier points (Bernstein's basis), so the curve is
+    in their hull, and its derivatives in the hulls of their differences (Farin, *Curves and
+    Surfaces for CAGD*, 2002, chapters 4 and 5). Segments need not fit together.
+
+    Raises TrajectoryError for other shapes, and for what is not finite or does not grow.
+    """
+
+    breaks: NDArray[np.float64]
+    control_points: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        """Check and freeze the arrays."""
+        breaks = as_numbers("breaks", self.breaks)
+        points = as_numbers("control_points", self.control_points)
+        if breaks.ndim != 1 or len(breaks) < 2:
+            raise TrajectoryError(f"breaks must be two numbers or more, not {breaks.shape}")
+        if points.ndim != 3 or len(points) != len(breaks) - 1 or not points.shape[1]:
+            raise TrajectoryError(
+                f"control_points must have shape ({len(breaks) - 1}, degree + 1, n), one segment"
+                f" between two breaks, not {points.shape}"
+            )
+        if not (np.diff(breaks) > 0.0).all():
+            i = int(np.argmin(np.diff(breaks)))
+            raise TrajectoryError(f"breaks must grow: {breaks[i]} is before {breaks[i + 1]}")
+        for name, array in (("breaks", breaks), ("control_points", points)):
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+
+    # Made of what is known of it.
+
+    @classmethod
+    def first_order_hold(cls, breaks: ArrayLike, samples: ArrayLike) -> PiecewisePolynomial:
+        """Return straight lines through ``samples`` ``(p + 1, n)`` at the breaks."""
+        t, q = _samples(breaks, samples=samples)
+        return cls(t, np.stack([q[:-1], q[1:]], axis=1))
+
+    @classmethod
+    def cubic_hermite(
+        cls, breaks: ArrayLike, samples: ArrayLike, samples_dot: ArrayLike
+    ) -> PiecewisePolynomial:
+        """Return cubics with values and derivatives ``(p + 1, n)`` at the breaks."""
+        t, q, v = _samples(breaks, samples=samples, samples_dot=samples_dot)
+        third = np.diff(t)[:, np.newaxis] / 3.0
+        inner = q[:-1] + third * v[:-1], q[1:] - third * v[1:]
+        return cls(t, np.stack([q[:-1], *inner, q[1:]], axis=1))
+
+    @classmethod
+    def quintic_hermite(
+        cls, breaks: ArrayLike, samples: ArrayLike, samples_dot: ArrayLike, samples_ddot: ArrayLike
+    ) -> PiecewisePolynomial:
+        """Return quintics with values and two derivatives ``(p + 1, n)`` at the breaks."""
+        t, q, v, a = _samples(
+            breaks, samples=samples, samples_dot=samples_dot, samples_ddot=samples_ddot
+        )
+        h = np.diff(t)[:, np.newaxis]
+        inner = (
+            q[:-1] + 0.2 * h * v[:-1],
+            q[:-1] + h * (0.4 * v[:-1] + 0.05 * h * a[:-1]),
+            q[1:] - h * (0.4 * v[1:] - 0.05 * h * a[1:]),
+            q[1:] - 0.2 * h * v[1:],
+        )
+        return cls(t, np.stack([q[:-1], *inner, q[1:]], axis=1))
+
+    # What it is.
+
+    @property
+    def start_time(self) -> float:
+        """The first break."""
+        return float(self.breaks[0])
+
+    @property
+    def end_time(self) -> float:
+        """The last break."""
+        return float(self.breaks[-1])
+
+    @property
+    def duration(self) -> float:
+        """From the first break to the last."""
+        return self.end_time - self.start_time
+
+    @property
+    def rows(self) -> int:
+        """The dimension n."""
+        return int(self.control_points.shape[2])
+
+    @property
+    def degree(self) -> int:
+        """The degree of its polynomials."""
+        return int(self.control_points.shape[1]) - 1
+
+    @property
+    def num_segments(self) -> int:
+        """How many polynomials there are."""
+        return len(self.control_points)
+
+    def value(self, t: ArrayLike) -> NDArray[np.float64]:
+        """Return the values ``(m, n)`` at times ``(m,)``, or ``(n,)`` at one time.
+
+        At a break that is the next segment's value; before the start and after the end it is that
+        at the start and at the end. Raises TrajectoryError for times that are no numbers.
+        """
+        times = as_times(t)
+        flat = np.atleast_1d(times).clip(self.breaks[0], self.breaks[-1])
+        last = self.num_segments - 1
+        segments = (np.searchsorted(self.breaks, flat, side="right") - 1).clip(0, last)
+        low, high = self.breaks[segments], self.breaks[segments + 1]
+        result = evaluated(self.control_points[segments], (flat - low) / (high - low))
+        return result if times.ndim else result[0]
+
+    def derivative(self, order: int = 1) -> PiecewisePolynomial:
+        """Return its derivative of an order from 0 on, segment by segment."""
+        times = as_order("order", order)
+        widths = np.diff(self.breaks)[:, np.newaxis, np.newaxis]
+        points = differentiated(self.control_points, times) / widths**times
+        return PiecewisePolynomial(self.breaks, points)
+
+    # Others made of it.
+
+    def reverse_time(self) -> PiecewisePolynomial:
+        """Return the curve the other way: at ``start_time + end_time - t`` what it is at t."""
+        breaks = (self.start_time + self.end_time) - self.breaks[::-1]
+        breaks[[0, -1]] = self.start_time, self.end_time
+        return PiecewisePolynomial(breaks, self.control_points[::-1, ::-1])
+
+    def scale_time(self, factor: float) -> PiecewisePolynomial:
+        """Return the curve slower: at ``factor * t`` what it is at t. The factor is positive."""
+        return PiecewisePolynomial(
+            as_positive("factor", factor) * self.breaks, self.control_points
+        )
+
+    def shift_right(self, offset: float) -> PiecewisePolynomial:
+        """Return the curve later by ``offset``."""
+        return PiecewisePolynomial(self.breaks + float(offset), self.control_points)
+
+    def concatenate_in_time(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
+        """Return this curve and, from its end on, another one that starts there.
+
+        Raises TrajectoryError for one of another dimension, or that starts at another time.
+        """
+        if other.rows != self.rows:
+            raise TrajectoryError(f"a curve of {other.rows} rows can't follow one of {self.rows}")
+        end, start = self.end_time, other.start_time
+        if not is_same_time(end, start):
+            raise TrajectoryError(f"a curve from {start} on can't follow one that ends at {end}")
+        degree = max(self.degree, other.degree)
+        points = [each.elevate_degree(degree).control_points for each in (self, other)]
+        breaks = np.concatenate([self.breaks, other.breaks[1:]])
+        return PiecewisePolynomial(breaks, np.concatenate(points))
+
+    def elevate_degree(self, degree: int) -> PiecewisePolynomial:
+        """Return the same curve with control points of a higher degree (Farin, section 6.1)."""
+        return PiecewisePolynomial(self.breaks, elevated(self.control_points, degree))
+
+    # Combined with others.
+
+    def _other(self, other: PiecewisePolynomial, what: str) -> PiecewisePolynomial:
+        """Return another curve with the same breaks, with which it can be combined."""
+        if not isinstance(other, PiecewisePolynomial):
+            raise TrajectoryError(
+                f"what is {what} must be a PiecewisePolynomial, not {quoted(other)}"
+            )
+        if not np.array_equal(other.breaks, self.breaks):
+            raise TrajectoryError(
+                f"curves are {what} that have the same breaks: {self.breaks} are not"
+                f" {other.breaks}"
+            )
+        if other.rows != self.rows and 1 not in (other.rows, self.rows):
+            raise TrajectoryError(f"curves of {self.rows} and {other.rows} rows can't be {what}")
+        return other
+
+    def __add__(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
+        """Return the sum with a curve of the same breaks, whose single row is added to each."""
+        degree = max(self.degree, self._other(other, "added").degree)
+        first, second = (each.elevate_degree(degree).control_points for each in (self, other))
+        return PiecewisePolynomial(self.breaks, first + second)
+
+    def __sub__(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
+        return self + -self._other(other, "subtracted")
+
+    def __neg__(self) -> PiecewisePolynomial:
+        return PiecewisePolynomial(self.breaks, -self.control_points)
+
+    def __mul__(self, other: PiecewisePolynomial | float) -> PiecewisePolynomial:
+        """Return the product with a number, or with a curve of the same breaks, row by row.
+
+        A curve of a single row multiplies each row. The degree is the sum of both.
+        """
+        if not isinstance(other, PiecewisePolynomial):
+            points = as_finite("a factor", other) * self.control_points
+        else:
+            more = self._other(other, "multiplied").control_points
+            points = multiplied(self.control_points, more)
+        return PiecewisePolynomial(self.breaks, points)
+
+    __rmul__ = __mul__
+
+
+def _samples(breaks: ArrayLike, **samples: ArrayLike) -> list[NDArray[np.float64]]:
+    """Return breaks ``(p + 1,)`` and what is given at each, ``(p + 1, n)`` alike."""
+    t = as_numbers("breaks", breaks)
+    result, shape = [t], None
+    for name, values in samples.items():
+        array = as_numbers(name, values)
+        shape = shape or array.shape
+        if array.ndim != 2 or len(array) != t.size or array.shape != shape:
+            raise TrajectoryError(f"{name} must have shape ({t.size}, n), not {array.shape}")
+        result.append(array)
+    return result

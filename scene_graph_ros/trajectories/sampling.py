@@ -1,0 +1,189 @@
+"""Points of trajectories at whole nanoseconds, slow enough for all limits."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.motion_limits import (
+    LimitExcess,
+    MotionLimits,
+    worst_ratio,
+)
+from scene_graph_ros.trajectories.path_parameterized_trajectory import (
+    PathParameterizedTrajectory,
+)
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.trajectory_points import TrajectoryPoints
+
+__all__ = ["SHORTEST", "Sampled", "gentler", "sample"]
+
+SHORTEST = 3e-6
+"""s, between two points: in less, rounding of positions and times alone would be accelerations."""
+
+_NEAR = 1e-3
+"""Of a rise time: in less, rounding of positions and times alone would be jerk."""
+
+_ORDERS = {"velocity": 1, "acceleration": 2, "jerk": 3}
+"""What of a trajectory becomes less with which power of its speed."""
+
+_SPARE = 1.0 + 1e-12
+"""Times what makes a trajectory slow enough, so that rounding does not undo it."""
+
+_ROUNDS = 30
+"""How often a trajectory is slowed down."""
+
+_LONGEST = 1e9
+"""s: what takes longer has no time in a message."""
+
+_GAUSS = (
+    (0.5 - 0.1 * 15.0**0.5, 5.0 / 18.0),
+    (0.5, 8.0 / 18.0),
+    (0.5 + 0.1 * 15.0**0.5, 5.0 / 18.0),
+)
+"""Places and weights that integrate up to degree 5 exactly (Gauss and Legendre)."""
+
+
+def gentler(limits: MotionLimits) -> MotionLimits:
+    """Return limits with which no full speed comes sooner than there can be a point."""
+    accelerations = np.minimum(limits.accelerations, limits.velocities / SHORTEST)
+    return MotionLimits(limits.velocities, accelerations, limits.names)
+
+
+class Sampled(NamedTuple):
+    """Points, and what is left beyond a limit: nothing, as a rule."""
+
+    points: TrajectoryPoints
+    excess: LimitExcess | None
+    factor: float
+    """How many times slower than it was."""
+    motion: PathParameterizedTrajectory
+    """What was sampled, with its rests."""
+    rise_time: float
+    """s."""
+
+
+def sample(
+    motion: PathParameterizedTrajectory,
+    limits: MotionLimits,
+    *,
+    rise_time: float = 0.0,
+    with_accelerations: bool = False,
+) -> Sampled:
+    """Return points through which a trajectory runs within limits, at all times.
+
+    ``motion`` begins at 0 s and is at rest at both ends. Without a ``rise_time`` the points have
+    velocities, and cubics run through them. With one (s), each moment becomes the mean of the
+    ``rise_time`` around it, which keeps all limits of velocity and acceleration, makes the
+    acceleration continuous and its jerk twice the acceleration over the ``rise_time`` at most, and
+    takes so much longer; points have accelerations, and quintics run through them. So they do
+    ``with_accelerations``, which are a motion's own that do not jump. What runs through the points
+    is not quite what was sampled, so it is measured, and slowed down until it is within the
+    limits.
+
+    Where the motion stops on its way, it waits for the ``rise_time``: so it stays on its path.
+    Raises TrajectoryError for what would take too long for a message.
+    """
+    if rise_time > 0.0:
+        motion = _with_rests(motion, rise_time)
+    times = motion.time_scaling.breaks
+    if rise_time > 0.0:
+        times = np.unique(np.concatenate([times, times + rise_time]))
+    times = _apart(times, max(SHORTEST, _NEAR * rise_time))
+    factor = max(1.0, SHORTEST / float(np.diff(times).min()))
+    for _ in range(_ROUNDS):
+        nanoseconds = np.rint(times * factor * 1e9)
+        if not nanoseconds[-1] <= _LONGEST * 1e9:
+            raise TrajectoryError(f"the trajectory would take more than {_LONGEST:g} s")
+        points = _points(
+            motion, nanoseconds.astype(np.int64), factor, rise_time, with_accelerations
+        )
+        worst = worst_ratio(points.trajectory(), limits)
+        if worst.ratio <= 1.0:
+            return Sampled(points, None, factor, motion, rise_time)
+        if worst.ratio == np.inf:
+            break
+        factor *= worst.ratio ** (1.0 / _ORDERS[worst.kind]) * _SPARE
+    return Sampled(points, worst, factor, motion, rise_time)
+
+
+def _with_rests(
+    motion: PathParameterizedTrajectory, seconds: float
+) -> PathParameterizedTrajectory:
+    """Return a motion that waits wherever it stops on its way."""
+    scaling = motion.time_scaling
+    points, steps = scaling.control_points, np.diff(scaling.breaks)
+    stops = [k for k in range(1, len(points)) if points[k, 1, 0] == points[k, 0, 0]]
+    points = np.insert(points, stops, points[stops, :1], axis=0)
+    breaks = np.concatenate([[0.0], np.insert(steps, stops, seconds).cumsum()])
+    return PathParameterizedTrajectory(motion.path, PiecewisePolynomial(breaks, points))
+
+
+def _apart(times: NDArray[np.float64], shortest: float) -> NDArray[np.float64]:
+    """Return times without those that follow another one too soon, but with the last."""
+    if times[-1] < 100.0 * shortest:
+        return times
+    kept = [times[0]]
+    for time in times[1:-1]:
+        if time - kept[-1] >= shortest and times[-1] - time >= shortest:
+            kept.append(time)
+    return np.array([*kept, times[-1]])
+
+
+def _points(
+    motion: PathParameterizedTrajectory,
+    nanoseconds: NDArray[np.int64],
+    factor: float,
+    rise_time: float,
+    with_accelerations: bool,
+) -> TrajectoryPoints:
+    """Return a motion's points, ``factor`` times slower."""
+    times = nanoseconds.astype(np.float64) * 1e-9 / factor
+    if rise_time == 0.0:
+        q, v = motion.value(times), motion.eval_derivative(times) / factor
+        _at_rest(v)
+        _from_to(q, motion)
+        if not with_accelerations:
+            return TrajectoryPoints(nanoseconds, q, v)
+        a = motion.eval_derivative(times, 2) / factor**2
+        _at_rest(a)
+        return TrajectoryPoints(nanoseconds, q, v, a)
+    # The mean over the time before t: its derivatives are differences of what is at its ends.
+    v = _mean_rate(motion, times, rise_time)
+    a = (_velocity(motion, times) - _velocity(motion, times - rise_time)) / rise_time
+    steps = np.diff(times)[:, np.newaxis]
+    moved = sum(
+        weight * _mean_rate(motion, times[:-1] + part * np.diff(times), rise_time)
+        for part, weight in _GAUSS
+    )
+    q = motion.value(0.0) + np.concatenate([np.zeros((1, motion.rows)), (moved * steps).cumsum(0)])
+    _at_rest(v)
+    _at_rest(a)
+    _from_to(q, motion)
+    return TrajectoryPoints(nanoseconds, q, v / factor, a / factor**2)
+
+
+def _mean_rate(
+    motion: PathParameterizedTrajectory, times: NDArray[np.float64], rise_time: float
+) -> NDArray[np.float64]:
+    """Return the velocities ``(m, n)`` of the mean over ``rise_time`` before each time."""
+    return (motion.value(times) - motion.value(times - rise_time)) / rise_time
+
+
+def _velocity(
+    motion: PathParameterizedTrajectory, times: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return velocities ``(m, n)``, 0 before the start and after the end."""
+    is_inside = (times > motion.start_time) & (times < motion.end_time)
+    return np.where(is_inside[:, np.newaxis], motion.eval_derivative(times), 0.0)
+
+
+def _at_rest(rates: NDArray[np.float64]) -> None:
+    rates[[0, -1]] = 0.0
+
+
+def _from_to(q: NDArray[np.float64], motion: PathParameterizedTrajectory) -> None:
+    q[0], q[-1] = motion.value(motion.start_time), motion.value(motion.end_time)

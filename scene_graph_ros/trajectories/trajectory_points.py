@@ -1,0 +1,117 @@
+"""A trajectory as controllers take it: points in time, and what runs through them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from scene_graph_ros.trajectories.arguments import as_order, as_times
+from scene_graph_ros.trajectories.errors import TrajectoryError
+from scene_graph_ros.trajectories.piecewise_polynomial import PiecewisePolynomial
+from scene_graph_ros.trajectories.trajectory import Trajectory
+
+__all__ = ["TrajectoryPoints"]
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryPoints:
+    """Points that a trajectory passes, and what they say of it there.
+
+    ``nanoseconds`` ``(m,)`` grow. ``positions`` are ``(m, n)``, as are ``velocities`` and
+    ``accelerations`` where they are there. Between points it is what ROS 2's
+    joint_trajectory_controller runs: lines, with velocities cubics, with accelerations quintics.
+
+    Raises TrajectoryError for other shapes, times that do not grow, and what is not finite.
+    """
+
+    nanoseconds: NDArray[np.int64]
+    positions: NDArray[np.float64]
+    velocities: NDArray[np.float64] | None = None
+    accelerations: NDArray[np.float64] | None = None
+
+    def __post_init__(self) -> None:
+        """Check and freeze the arrays."""
+        times = np.array(self.nanoseconds, dtype=np.int64)
+        if times.ndim != 1 or not len(times):
+            raise TrajectoryError(f"nanoseconds must have shape (m,), not {times.shape}")
+        if not (np.diff(times) > 0).all():
+            i = int(np.argmin(np.diff(times)))
+            raise TrajectoryError(
+                f"times must grow: point {i} is at {times[i]} ns, the next at {times[i + 1]} ns"
+            )
+        if self.accelerations is not None and self.velocities is None:
+            raise TrajectoryError("points with accelerations must have velocities")
+        shape = np.shape(self.positions)
+        for name in ("positions", "velocities", "accelerations"):
+            given = getattr(self, name)
+            if given is None:
+                continue
+            array = np.array(given, dtype=np.float64)
+            if array.ndim != 2 or array.shape != shape or len(array) != len(times):
+                raise TrajectoryError(
+                    f"{name} must have shape ({len(times)}, n), not {array.shape}"
+                )
+            if not np.isfinite(array).all():
+                row, column = np.argwhere(~np.isfinite(array))[0]
+                raise TrajectoryError(
+                    f"{name}[{row}, {column}] must be finite, not {array[row, column]}"
+                )
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        times.setflags(write=False)
+        object.__setattr__(self, "nanoseconds", times)
+
+    @classmethod
+    def of_curve(
+        cls, curve: Trajectory, nanoseconds: ArrayLike, derivatives: int = 2
+    ) -> TrajectoryPoints:
+        """Return what a curve and as many of its derivatives, 0 to 2, are at times ``(m,)`` in ns.
+
+        Whether what runs through the points keeps limits is for `find_excess`, and whether it is
+        free for `prove_trajectory`. Raises TrajectoryError for times that are no whole numbers or
+        outside of the curve, and for other numbers of derivatives.
+        """
+        count = as_order("derivatives", derivatives)
+        if count > 2:
+            raise TrajectoryError(f"derivatives must be 0, 1 or 2, not {count}")
+        times = as_times(nanoseconds)
+        if times.ndim != 1 or (times != np.rint(times)).any():
+            raise TrajectoryError("nanoseconds must be whole numbers (m,)")
+        seconds = times * 1e-9
+        start, end = curve.start_time, curve.end_time
+        is_outside = (seconds < start - 1e-9) | (seconds > end + 1e-9)
+        if is_outside.any():
+            raise TrajectoryError(
+                f"nanoseconds lead to {seconds[is_outside][0]} s, but the curve is from {start} to"
+                f" {end} s"
+            )
+        rows = (curve.derivative(order).value(seconds) for order in range(count + 1))
+        return cls(np.asarray(nanoseconds, dtype=np.int64), *rows)
+
+    @property
+    def duration(self) -> float:
+        """From the first point to the last, s."""
+        return float(self.nanoseconds[-1] - self.nanoseconds[0]) * 1e-9
+
+    def of(self, columns: NDArray[np.intp]) -> TrajectoryPoints:
+        """Return some columns of the points, ``(k,)``."""
+        velocities, accelerations = (
+            None if each is None else each[:, columns]
+            for each in (self.velocities, self.accelerations)
+        )
+        return TrajectoryPoints(
+            self.nanoseconds, self.positions[:, columns], velocities, accelerations
+        )
+
+    def trajectory(self) -> PiecewisePolynomial:
+        """Return what runs through the points, in s. Raises TrajectoryError for a single point."""
+        times = self.nanoseconds * 1e-9
+        if self.velocities is None:
+            return PiecewisePolynomial.first_order_hold(times, self.positions)
+        if self.accelerations is None:
+            return PiecewisePolynomial.cubic_hermite(times, self.positions, self.velocities)
+        return PiecewisePolynomial.quintic_hermite(
+            times, self.positions, self.velocities, self.accelerations
+        )
