@@ -22,8 +22,8 @@ def minimize_nonlinear(
     start: np.ndarray,
     equal: Sequence[Differentiable],
     least: Sequence[Differentiable],
-) -> np.ndarray:
-    """Return a point ``(n,)`` near which no allowed one costs less, as far as was found.
+) -> tuple[np.ndarray, bool]:
+    """Return a point ``(n,)`` near which no allowed one costs less, and whether it converged.
 
     ``equal`` are to be 0 and ``least`` at least 0; nothing is said of whether they are. ``cost``
     returns its gradient ``(n,)``, too.
@@ -31,7 +31,7 @@ def minimize_nonlinear(
     from scipy.optimize import minimize
 
     if not len(start):
-        return start
+        return start, True
     constraints = [
         {"type": kind, "fun": lambda y, f=f: f(y)[0], "jac": lambda y, f=f: f(y)[1]}
         for kind, functions in (("eq", equal), ("ineq", least))
@@ -42,4 +42,6 @@ def minimize_nonlinear(
         found = minimize(
             cost, start, jac=True, method="SLSQP", constraints=constraints, options=options
         )
-    return np.asarray(found.x) if np.isfinite(found.x).all() else start
+    if not np.isfinite(found.x).all():
+        return start, False
+    return np.asarray(found.x), bool(found.success)

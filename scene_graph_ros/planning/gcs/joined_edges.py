@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from scene_graph_ros.convex.errors import ConvexSetError
+from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
     Transcription,
@@ -17,7 +18,10 @@ from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.convex.questions.arguments import as_vector
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.planning.gcs.arguments import as_count
-from scene_graph_ros.planning.gcs.nonlinear_terms import continue_derivative
+from scene_graph_ros.planning.gcs.nonlinear_terms import (
+    continue_derivative,
+    continue_path_derivative,
+)
 from scene_graph_ros.planning.gcs.placeholders import (
     control_points,
     duration,
@@ -53,6 +57,8 @@ class JoinedEdges:
         self._offsets: dict[int, np.ndarray] = {}
         self._continuity = 0
         self._continuous: set[int] = set()
+        self._functions: list[tuple[Edge, int, FunctionConstraint]] = []
+        self._has_tied_durations = False
         self.has_nonlinear_bounds = False
         """Whether derivatives above the first are bounded."""
 
@@ -110,10 +116,9 @@ class JoinedEdges:
             )
         for derivative in range(self._continuity + 1, order + 1):
             for edge in self._edges:
-                last = self._first.order - derivative
-                end = self._first.path(edge.u.id, last, derivative)
-                edge.add_constraint(end == self._second.path(edge.v.id, 0, derivative))
+                continue_path_derivative(edge, self._first, self._second, derivative)
         self._continuity = max(self._continuity, order)
+        self._tie_durations()
 
     def add_continuity_constraints(self, continuity_order: int) -> None:
         """Ask that the derivative of q(t) of this order, 1 or above, goes on along these edges.
@@ -122,6 +127,9 @@ class JoinedEdges:
         constraint: paths keep it near the points that the relaxation leads to, and the relaxation
         has the same of r(s). The result has no lower bound then. Raises ConvexSetError for an
         order below 1 or above that of a segment.
+
+        Where the same derivative of the path r(s) is asked to go on, too, the durations of both
+        segments are the same: a motion that stops where they meet is not looked for.
         """
         label = f"{self._name}: add_continuity_constraints: continuity_order"
         order = as_count(continuity_order, 1, label)
@@ -130,9 +138,36 @@ class JoinedEdges:
             raise ConvexSetError(
                 f"{label} must not be above the order of both, {most}, not {order}"
             )
-        for edge in self._edges:
-            continue_derivative(edge, self._first, self._second, order)
+        if order in self._continuous:
+            return
         self._continuous.add(order)
+        for edge in self._edges:
+            if self._has_tied_durations:
+                if order > self._continuity:
+                    continue_path_derivative(edge, self._first, self._second, order)
+            else:
+                term = continue_derivative(edge, self._first, self._second, order)
+                self._functions.append((edge, order, term))
+        self._tie_durations()
+
+    def _tie_durations(self) -> None:
+        """Ask for equal durations where a derivative of r(s) and of q(t) both go on.
+
+        They are ``r^(N)`` and ``r^(N) / h^N``, so durations h are the same or the motion stops.
+        The two as they are leave the Jacobian without full rank at each solution. With equal
+        durations all derivatives of q(t) go on where those of r(s) do, which is linear.
+        """
+        both = {order for order in self._continuous if order <= self._continuity}
+        if self._has_tied_durations or not both:
+            return
+        self._has_tied_durations = True
+        for edge in self._edges:
+            edge.add_constraint(self._first.time(edge.u.id) == self._second.time(edge.v.id))
+        for edge, order, term in self._functions:
+            edge.discard_constraint(term)
+            if order > self._continuity:
+                used = Transcription.RESTRICTION
+                continue_path_derivative(edge, self._first, self._second, order, used)
 
     @property
     def continuous_derivatives(self) -> list[int]:

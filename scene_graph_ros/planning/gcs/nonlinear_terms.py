@@ -7,14 +7,19 @@ relaxation has convex surrogates, in which durations are taken to be 1 (von Wran
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint
-from scene_graph_ros.convex.graphs.expressions.transcription import Transcription
+from scene_graph_ros.convex.graphs.expressions.transcription import (
+    ALL_TRANSCRIPTIONS,
+    Transcription,
+)
 from scene_graph_ros.convex.graphs.model.edge import Edge, Vertex
 from scene_graph_ros.planning.gcs.segment_variables import SegmentVariables
 
-__all__ = ["Place", "bound_derivative", "continue_derivative"]
+__all__ = ["Place", "bound_derivative", "continue_derivative", "continue_path_derivative"]
 
 _ROOM = 1e-6
 """Relative: by so much bounds are narrower for the solver, whose points are off by rounding."""
@@ -28,13 +33,24 @@ def _of(variables: SegmentVariables, index: int, order: int, x: np.ndarray) -> n
     return variables.path(0, index, order).terms[0] @ x
 
 
+def continue_path_derivative(
+    edge: Edge,
+    first: SegmentVariables,
+    second: SegmentVariables,
+    order: int,
+    used: Iterable[Transcription] | Transcription = ALL_TRANSCRIPTIONS,
+) -> None:
+    """Have a derivative of r(s) go on from one segment to the next."""
+    end = first.path(edge.u.id, first.order - order, order)
+    edge.add_constraint(end == second.path(edge.v.id, 0, order), used)
+
+
 def continue_derivative(
     edge: Edge, first: SegmentVariables, second: SegmentVariables, order: int
-) -> None:
-    """Have a derivative of q(t) go on from one segment to the next."""
+) -> FunctionConstraint:
+    """Have a derivative of q(t) go on from one segment to the next; return the restriction's."""
     last = first.order - order
-    end = first.path(edge.u.id, last, order)
-    edge.add_constraint(end == second.path(edge.v.id, 0, order), Transcription.RELAXATION)
+    continue_path_derivative(edge, first, second, order, Transcription.RELAXATION)
 
     def off(xu: np.ndarray, xv: np.ndarray) -> np.ndarray:
         # Times powers of both durations, by their mean: they may be as short as they like.
@@ -44,7 +60,9 @@ def continue_derivative(
         return before * (hv / both) ** order - after * (hu / both) ** order
 
     zero = np.zeros(first.num_positions)
-    edge.add_constraint(FunctionConstraint(off, zero, zero), Transcription.RESTRICTION)
+    constraint = FunctionConstraint(off, zero, zero)
+    edge.add_constraint(constraint, Transcription.RESTRICTION)
+    return constraint
 
 
 def bound_derivative(

@@ -17,6 +17,7 @@ from scene_graph_ros.convex.graphs.expressions.expressions import (
 from scene_graph_ros.convex.graphs.expressions.functions import (
     FunctionConstraint,
     FunctionCost,
+    FunctionTerm,
 )
 from scene_graph_ros.convex.graphs.expressions.transcription import (
     ALL_TRANSCRIPTIONS,
@@ -128,6 +129,13 @@ class _Costly:
         self._constraints.append((constraint, used))
         return constraint
 
+    def discard_constraint(self, constraint: Any) -> None:
+        """Take back a constraint that `add_constraint` returned; others that equal it stay."""
+        self._changes += 1
+        self._constraints = [each for each in self._constraints if each[0] is not constraint]
+        terms = (term for term, _ in (*self._costs, *self._constraints))
+        self.has_functions = any(isinstance(each, FunctionTerm) for each in terms)
+
     def _check_function(self, used: frozenset[Transcription], label: str) -> None:
         self.has_functions = True
         if used != {Transcription.RESTRICTION}:
@@ -152,7 +160,7 @@ class _Costly:
 
     @property
     def num_changes(self) -> int:
-        """How often a cost or constraint was added."""
+        """How often a cost or constraint was added or taken back."""
         return self._changes
 
     @property

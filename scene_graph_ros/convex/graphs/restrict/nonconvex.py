@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from scene_graph_ros.convex.graphs.expressions.functions import FunctionCost
+from scene_graph_ros.convex.graphs.expressions.functions import FunctionConstraint, FunctionCost
 from scene_graph_ros.convex.graphs.expressions.term_cones import kept_by
 from scene_graph_ros.convex.graphs.model.edge_terms import EdgeTerms
 from scene_graph_ros.convex.graphs.model.placed_set import PlacedMatrix, PlacedSet
@@ -53,20 +53,23 @@ def with_functions(
     the solver, where it found such points.
     """
     program, generator = _Program(problem, path), np.random.default_rng(0)
-    best, least = list(start), np.inf
+    best, least = list(start), (np.inf, np.inf)
     for trial in range(_TRIALS):
         away = _BESIDE if trial == 1 else _AWAY
-        found = program.solve(start if trial == 0 else program.near(start, away, generator))
+        found, is_converged = program.solve(
+            start if trial == 0 else program.near(start, away, generator)
+        )
         worst = program.violation(found)
-        if worst < least:
-            best, least = found, worst
-        if least <= _KEPT:
+        rank = (max(worst, _KEPT), program.cost(found))
+        if rank < least:
+            best, least = found, rank
+        if is_converged and worst <= _KEPT:
             break
     return best
 
 
 _TRIALS = 5
-"""Where all is broken nearby it is begun again elsewhere, so often in all."""
+"""Where something is broken, or the method did not converge, it is begun again elsewhere."""
 
 _KEPT = 1e-8
 """By how much points may break something to be kept."""
@@ -88,8 +91,8 @@ class _Program:
         self._slices = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self._count = ends[-1]
 
-    def solve(self, start: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Solve from points."""
+    def solve(self, start: Sequence[np.ndarray]) -> tuple[list[np.ndarray], bool]:
+        """Solve from points; return others less their centres, and whether it converged."""
         first = np.zeros(self._count)
         for placed, at, x in zip(self._sets, self._slices, start, strict=True):
             first[at] = _variables_at(placed, x)
@@ -97,10 +100,22 @@ class _Program:
         for k, e in enumerate(self._path):
             self._of_terms(k, self._problem.terms[e], equal, least)
             for each in self._problem.functions.get(e, ()):
-                if not isinstance(each.term, FunctionCost):
-                    least.append(self._differences(k, each))
-        y = minimize_nonlinear(self._cost, first, equal, least)
-        return [placed.S @ y[at] for placed, at in zip(self._sets, self._slices, strict=True)]
+                if isinstance(each.term, FunctionConstraint):
+                    equations, others = _split(self._differences(k, each), each.term)
+                    equal += equations
+                    least += others
+        y, is_converged = minimize_nonlinear(self._cost, first, equal, least)
+        parts = zip(self._sets, self._slices, strict=True)
+        return [placed.S @ y[at] for placed, at in parts], is_converged
+
+    def cost(self, points: Sequence[np.ndarray]) -> float:
+        """Return the cost at points less their centres."""
+        total = 0.0
+        for k, e in enumerate(self._path):
+            u, v = (self._sets[j].center + points[j] for j in (k, k + 1))
+            total += self._problem.terms[e].cost(points[k], points[k + 1])
+            total += functions_at(self._problem.functions.get(e, ()), u, v)[0]
+        return total
 
     def near(
         self, points: Sequence[np.ndarray], share: float, generator: np.random.Generator
@@ -213,6 +228,30 @@ class _Program:
             return here, slopes
 
         return both
+
+
+def _split(
+    both: Differentiable, of: FunctionConstraint
+) -> tuple[list[Differentiable], list[Differentiable]]:
+    """Return a function's equations, and the rows of its other bounds.
+
+    Two inequalities in place of an equation would leave no inner point.
+    """
+    is_finite = np.isfinite(np.concatenate([of.lower, of.upper]))
+    is_equal = of.lower == of.upper
+    equations = np.concatenate([is_equal, np.zeros_like(is_equal)])[is_finite]
+    others = ~np.concatenate([is_equal, is_equal])[is_finite]
+    return _rows_of(both, equations), _rows_of(both, others)
+
+
+def _rows_of(both: Differentiable, rows: np.ndarray) -> list[Differentiable]:
+    """Return some rows of a function; nothing where there are none."""
+
+    def chosen(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, slopes = both(y)
+        return values[rows], slopes[rows]
+
+    return [chosen] if rows.any() else []
 
 
 def _variables_at(placed: PlacedSet, x: np.ndarray) -> np.ndarray:
