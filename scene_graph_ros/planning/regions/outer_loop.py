@@ -49,12 +49,13 @@ def grow(
     most: int,
     attempt: Callable[[NDArray[np.float64], NDArray[np.float64]], Attempt],
 ) -> ConfigurationRegion:
-    """Return the last region that passed, of at most so many ellipsoids; the first must pass.
+    """Return the largest region that passed, of at most so many ellipsoids; the first must pass.
 
-    ``options`` has both termination thresholds and maybe a ``termination_func``.
+    Regions are compared by the volumes of their inscribed ellipsoids. ``options`` has both
+    termination thresholds and maybe a ``termination_func``.
     """
     best: Attempt | None = None
-    found: Extremal | None = None
+    of_best: Extremal | None = None
     volumes: list[float] = []
     reason = ""
     while not reason:
@@ -68,19 +69,22 @@ def grow(
                 raise
             reason = "test"
             break
-        best, found = tried, None
         region = tried.region.reduce_inequalities()
-        best = Attempt(region, *(getattr(tried, name) for name in _TEST))
+        passed = Attempt(region, *(getattr(tried, name) for name in _TEST))
         try:
             found = inscribed(region, _ENOUGH)
         except (ConvexSetError, SolverError):
+            best = best or passed
             reason = "thin"
             break
         B, center = found.B, found.center
-        volumes.append(unit_ball_volume(len(center)) * abs(float(np.linalg.det(B))))
+        volume = unit_ball_volume(len(center)) * abs(float(np.linalg.det(B)))
+        if volume > max(volumes, default=0.0) or best is None:
+            best, of_best = passed, found
+        volumes.append(volume)
         reason = _reason_to_end(options, region, volumes, most)
     assert best is not None
-    ellipsoid = None if found is None else Hyperellipsoid(AffineBall(found.B, found.center))
+    ellipsoid = None if of_best is None else Hyperellipsoid(AffineBall(of_best.B, of_best.center))
     test = {name: getattr(best, name) for name in _TEST}
     return ConfigurationRegion(
         best.region, ellipsoid, **test, kept=kept, volumes=tuple(volumes), reason=reason

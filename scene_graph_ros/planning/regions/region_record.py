@@ -33,7 +33,7 @@ class ConfigurationRegion:
     kept: NDArray[np.float64]
     """``(k, n)``: points that are certainly inside."""
     volumes: tuple[float, ...]
-    """Of the largest ellipsoid in each region that passed."""
+    """Of the largest ellipsoid in each region that passed; ``region`` has the largest of these."""
     reason: str
     """Why growing ended: ``converged``, ``iterations``, ``thin``, ``center`` (that of the next
     ellipsoid is not free), ``test`` (the next region did not pass), ``termination_func``."""

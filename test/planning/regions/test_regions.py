@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 import pickle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,10 +20,12 @@ from scene_graph_ros.planning import (
     region_around,
     RegionError,
     RegionNotFoundError,
+    RobotDiagramBuilder,
     SceneGraphCollisionChecker,
 )
 from scene_graph_ros.planning.regions.faces import Cut, cut_between
 from scene_graph_ros.planning.regions.hit_and_run import walked
+from scene_graph_ros.planning.regions.outer_loop import Attempt, grow
 from scene_graph_ros.planning.regions.region_record import share_bound
 
 LOW, HIGH = np.array([-3.0, -2.8]), np.array([3.0, 2.8])
@@ -215,6 +218,52 @@ def test_counter_examples_leave_nothing_to_find(arm, spread):
         assert found.hits == 0 and found.share_bound < 0.01 and found.samples == 1000
         other = iris_zo(arm, ball(seed), DOMAIN, FAST, certificate=True)
         assert max(found.volumes) > 0.5 * max(other.volumes)
+
+
+BLOCK = """<robot name="r"><link name="ground"><collision><origin xyz="0 0 -1"/>
+<geometry><box size="10 10 2"/></geometry></collision></link>
+<link name="lift"/><joint name="up" type="prismatic"><parent link="ground"/><child link="lift"/>
+<axis xyz="0 0 1"/><limit lower="0" upper="3" effort="1" velocity="1"/></joint>
+<link name="block"><collision><geometry><box size="2 1 1"/></geometry></collision></link>
+<joint name="turn" type="revolute"><parent link="lift"/><child link="block"/><axis xyz="0 1 0"/>
+<limit lower="-3.14159" upper="3.14159" effort="1" velocity="1"/></joint></robot>"""
+
+
+def test_the_largest_region_that_passed_is_returned(tmp_path):
+    """A block that turns above the ground: the second region is the largest, the third is not.
+
+    Inscribed ellipsoids of the default iterations have volumes of 4.4, 9.3 and below; another
+    implementation of the same algorithm ends with 9.5 (Drake, IrisZo).
+    """
+    (tmp_path / "block.urdf").write_text(BLOCK)
+    builder = RobotDiagramBuilder()
+    builder.add_robot("r", tmp_path / "block.urdf")
+    checker = SceneGraphCollisionChecker(builder.build())
+    tree = checker.plan.tree
+    domain = HPolyhedron.make_box(tree.lower, tree.upper)
+    found = iris_zo(checker, ball([1.0, 0.0]), domain, certificate=True)
+    volume = np.pi * np.sqrt(1.0 / np.linalg.det(found.ellipsoid.A.T @ found.ellipsoid.A))
+    assert volume == pytest.approx(max(found.volumes), rel=1e-9)
+    assert volume == pytest.approx(
+        found.region.maximum_volume_inscribed_ellipsoid().calc_volume(), rel=1e-4
+    )
+    assert volume > 9.0
+
+
+def test_a_smaller_region_does_not_take_the_place_of_a_larger_one():
+    """Boxes of half widths 1, 2 and 0.5 in turn."""
+    widths = iter([1.0, 2.0, 0.5])
+
+    def attempt(B, center):
+        box = HPolyhedron.make_box(*(center + np.outer([-1.0, 1.0], [next(widths)] * 2)))
+        return Attempt(box, 10, 0, 0.1, 0.9, 1)
+
+    feasibility = SimpleNamespace(free=lambda points: np.ones(len(points), bool))
+    options = IrisZoOptions(termination_threshold=-1.0, relative_termination_threshold=-1.0)
+    found = grow(feasibility, np.eye(2), np.zeros(2), np.zeros((0, 2)), options, 3, attempt)
+    np.testing.assert_allclose(found.volumes, np.pi * np.array([1.0, 4.0, 0.25]), rtol=1e-5)
+    assert found.region.point_in_set([1.9, 1.9]) and found.reason == "iterations"
+    np.testing.assert_allclose(np.linalg.inv(found.ellipsoid.A), 2.0 * np.eye(2), atol=1e-4)
 
 
 def test_options_of_iris_are_taken(arm):
