@@ -101,6 +101,14 @@ class CartesianProduct(ConvexSet):
             return super().is_bounded()
         return all(self._of_each("is_bounded")) or self.is_empty()
 
+    def maybe_get_point(self) -> np.ndarray | None:
+        """Return the points of all factors behind one another; None where a map is given."""
+        found = [factor.maybe_get_point() for factor in self._factors]
+        parts = [each for each in found if each is not None]
+        if self._A is not None or not found or len(parts) < len(found):
+            return super().maybe_get_point()
+        return np.concatenate(parts)
+
     def _of_each(self, question: str) -> Iterator[bool]:
         """Return what each of the sets answers; sets that come several times are asked once."""
         different = {id(factor): factor for factor in self._factors}.values()

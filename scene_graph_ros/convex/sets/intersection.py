@@ -32,6 +32,13 @@ class Intersection(ConvexSet):
         """Return one of them. Raises ConvexSetError for a number without one."""
         return member(self._elements, index, "Intersection.element")
 
+    def maybe_get_point(self) -> np.ndarray | None:
+        """Return the point that all elements are, if each is one and they are equal."""
+        found = [each.maybe_get_point() for each in self._elements]
+        if not found or found[0] is None:
+            return super().maybe_get_point()
+        return found[0] if all(np.array_equal(each, found[0]) for each in found) else None
+
     def lift(self) -> Lift:
         """Return the rows of all, with one point."""
         return shared_point([each.lift() for each in self._elements], self.ambient_dimension)

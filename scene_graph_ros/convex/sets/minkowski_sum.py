@@ -52,6 +52,14 @@ class MinkowskiSum(ConvexSet):
         """Return one of them. Raises ConvexSetError for a number without one."""
         return member(self._terms, index, "MinkowskiSum.term")
 
+    def maybe_get_point(self) -> np.ndarray | None:
+        """Return the sum of the terms where each is a point; 0 without any."""
+        found = [term.maybe_get_point() for term in self._terms]
+        parts = [each for each in found if each is not None]
+        if len(parts) < len(found):
+            return super().maybe_get_point()
+        return np.sum(parts, axis=0) if parts else np.zeros(self.ambient_dimension)
+
     def lift(self) -> Lift:
         """Return ``x - x_1 - x_2 - ... = 0`` and the rows of each."""
         n, lifts = self.ambient_dimension, [term.lift() for term in self._terms]

@@ -11,9 +11,12 @@ from scene_graph_ros.convex.sets.conversions import _where_rows_meet
 from scene_graph_ros.convex.solve.exact.rows import is_inside
 from scene_graph_ros.geometry.optimization import (
     AffineSubspace,
+    CartesianProduct,
     ConvexSetError,
     HPolyhedron,
     Hyperrectangle,
+    Intersection,
+    MinkowskiSum,
     Point,
     VPolytope,
 )
@@ -150,6 +153,18 @@ def test_volumes(n, size):
         scaled = HPolyhedron(unit.A, size * unit.b)
         assert scaled.calc_volume() == pytest.approx(truth * size**n, rel=1e-12)
         assert VPolytope(scaled).calc_volume() == pytest.approx(truth * size**n, rel=1e-12)
+
+
+def test_sets_made_of_points_are_points():
+    """Products, sums and intersections; those of other sets, or of points apart, are none."""
+    a, b, box = Point([1.0]), Point([2.0]), Hyperrectangle([0.0], [1.0])
+    np.testing.assert_array_equal(CartesianProduct([a, b]).maybe_get_point(), [1.0, 2.0])
+    np.testing.assert_array_equal(MinkowskiSum([a, b]).maybe_get_point(), [3.0])
+    np.testing.assert_array_equal(Intersection([a, Point([1.0])]).maybe_get_point(), [1.0])
+    assert Intersection([a, b]).maybe_get_point() is None
+    for kind in (CartesianProduct, MinkowskiSum, Intersection):
+        assert kind([a, box]).maybe_get_point() is None
+    assert CartesianProduct([a, b], A=np.eye(2), b=np.zeros(2)).maybe_get_point() is None
 
 
 def test_flat_sets_have_no_volume():
