@@ -35,9 +35,10 @@ class Intersection(ConvexSet):
     def maybe_get_point(self) -> np.ndarray | None:
         """Return the point that all elements are, if each is one and they are equal."""
         found = [each.maybe_get_point() for each in self._elements]
-        if not found or found[0] is None:
+        points = [each for each in found if each is not None]
+        if not found or len(points) < len(found):
             return super().maybe_get_point()
-        return found[0] if all(np.array_equal(each, found[0]) for each in found) else None
+        return points[0] if all(np.array_equal(each, points[0]) for each in points) else None
 
     def lift(self) -> Lift:
         """Return the rows of all, with one point."""
