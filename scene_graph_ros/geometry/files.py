@@ -13,9 +13,17 @@ import os
 from pathlib import Path
 import stat
 import threading
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
-__all__ = ["MAX_MESH_BYTES", "MAX_TEXT_BYTES", "find_file", "read_limited"]
+__all__ = [
+    "MAX_MESH_BYTES",
+    "MAX_TEXT_BYTES",
+    "FileMark",
+    "find_file",
+    "read_limited",
+    "read_marked",
+    "read_part",
+]
 
 MAX_MESH_BYTES = 256 * 2**20
 """A binary STL of five million triangles has this size."""
@@ -30,6 +38,19 @@ Result = TypeVar("Result")
 PathLike = str | os.PathLike[str]
 
 
+class FileMark(NamedTuple):
+    """What tells a file that was read from any other, also from what takes its place."""
+
+    place: str
+    """Its path without links, as it was when it was read."""
+    owner: int
+    device: int
+    inode: int
+    size: int
+    changed: int
+    """In ns."""
+
+
 def find_file(path: PathLike) -> os.stat_result:
     """Return the status of a regular file.
 
@@ -40,7 +61,20 @@ def find_file(path: PathLike) -> os.stat_result:
 
 def read_limited(path: PathLike, limit: int) -> bytes:
     """Return what a regular file of at most ``limit`` bytes holds. Raises OSError."""
+    return read_marked(path, limit)[0]
+
+
+def read_marked(path: PathLike, limit: int) -> tuple[bytes, FileMark]:
+    """Do as ``read_limited``, and return with it which file that was."""
     return _in_time(lambda path: _read(path, limit), path)
+
+
+def read_part(mark: FileMark, start: int, count: int) -> bytes:
+    """Return up to ``count`` bytes of a file from ``start`` on, as it was when it was marked.
+
+    Raises OSError where another file is in its place, be it by a link, or it has changed.
+    """
+    return _in_time(lambda path: _read_part(path, mark, start, count), mark.place)
 
 
 def _status(path: PathLike) -> os.stat_result:
@@ -59,21 +93,54 @@ def _checked(status: os.stat_result, path: PathLike) -> os.stat_result:
     return status
 
 
-def _read(path: PathLike, limit: int) -> bytes:
+_FLAGS = os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY
+
+
+def _read(path: PathLike, limit: int) -> tuple[bytes, FileMark]:
     """Read as many bytes as the file's size says: those of /proc say 0, whatever they hold."""
     _status(path)  # before it is opened, which may block or do something
-    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY)
+    handle = os.open(path, _FLAGS)
     try:
-        size = _checked(os.fstat(handle), path).st_size
+        mark = _mark(handle, path)
+        size = mark.size
         if size > limit:
             raise OSError(errno.EFBIG, f"has {size} bytes, the limit is {limit}", os.fspath(path))
         parts = []
         while size > 0 and (part := os.read(handle, size)):
             parts.append(part)
             size -= len(part)
-        return b"".join(parts)
+        return b"".join(parts), mark
     finally:
         os.close(handle)
+
+
+def _read_part(path: PathLike, mark: FileMark, start: int, count: int) -> bytes:
+    # Before it is opened: what took the file's place may be a pipe.
+    _checked(os.lstat(path), path)
+    handle = os.open(path, _FLAGS | os.O_NOFOLLOW)
+    try:
+        if _mark(handle, path) != mark:
+            raise OSError(errno.ESTALE, "is no longer the file that was read", os.fspath(path))
+        return os.pread(handle, count, start)
+    finally:
+        os.close(handle)
+
+
+def _mark(handle: int, path: PathLike) -> FileMark:
+    status = _checked(os.fstat(handle), path)
+    try:
+        # Where the open file is: the path may lead elsewhere by now.
+        place = os.readlink(f"/proc/self/fd/{handle}")
+    except OSError:  # no Linux
+        place = os.path.realpath(path)
+    return FileMark(
+        place,
+        status.st_uid,
+        status.st_dev,
+        status.st_ino,
+        status.st_size,
+        status.st_mtime_ns,
+    )
 
 
 def _in_time(work: Callable[[PathLike], Result], path: PathLike) -> Result:

@@ -15,14 +15,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.files import MAX_MESH_BYTES, read_limited
+from scene_graph_ros.geometry.files import FileMark, MAX_MESH_BYTES, read_marked
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
 from scene_graph_ros.geometry.meshes.dae_pictures import AddressResolver
 from scene_graph_ros.geometry.meshes.file_pictures import FilePicture, FilePictures
 from scene_graph_ros.geometry.meshes.gltf_file import (
     buffers_beside,
     GLTF_TYPES,
-    path_of_buffer,
     with_buffers,
 )
 from scene_graph_ros.geometry.meshes.gltf_materials import gltf_pictures, without_images
@@ -34,10 +33,11 @@ from scene_graph_ros.geometry.quoting import quoted
 __all__ = [
     "VOLUME_FILE_TYPES",
     "ColoredMesh",
-    "buffer_files",
+    "FilesRead",
     "checked_mesh",
     "read_colored_mesh",
     "read_file",
+    "read_file_marked",
     "read_mesh",
     "read_mesh_contents",
 ]
@@ -49,6 +49,8 @@ VOLUME_FILE_TYPES = ("vtk", "vtu")
 """Suffixes, without the dot, of files that may hold tetrahedra: ``volume_io`` reads them."""
 
 Triangulation = tuple[np.ndarray, np.ndarray]
+FilesRead = tuple[tuple[Path, FileMark], ...]
+"""Files by the paths under which they are named, and which they were when they were read."""
 
 
 class ColoredMesh(NamedTuple):
@@ -62,6 +64,8 @@ class ColoredMesh(NamedTuple):
     """(m, 3) as ``scene_colors`` has them; None for OBJ, which names colours of other files."""
     pictures: FilePictures | None = None
     """None for OBJ as well."""
+    files: FilesRead = ()
+    """The mesh's file and the buffers that it names; none of a mesh from memory."""
 
 
 def read_mesh(path: str | os.PathLike[str]) -> Triangulation:
@@ -85,32 +89,33 @@ def read_file(path: str | os.PathLike[str]) -> bytes:
 
     Raises MeshError, naming the file, if it or a buffer is missing, unreadable or too large.
     """
+    return read_file_marked(path)[0]
+
+
+def read_file_marked(path: str | os.PathLike[str]) -> tuple[bytes, FilesRead]:
+    """Do as ``read_file``, and return which files were read: the mesh's first."""
     name, file_type = f"mesh file {os.fspath(path)!r}", Path(path).suffix.lower().lstrip(".")
-    contents = _read_limited(path, name, MAX_MESH_BYTES)
+    contents, mark = _read_limited(path, name, MAX_MESH_BYTES)
+    files = [(Path(path), mark)]
     if file_type not in GLTF_TYPES:
-        return contents
+        return contents, tuple(files)
     left = MAX_MESH_BYTES - len(contents)
 
     def read(place: str) -> bytes:
         nonlocal left
-        data = _read_limited(Path(path).parent / place, f"{name}: buffer {quoted(place)}", left)
+        beside = Path(path).parent / place
+        data, mark = _read_limited(beside, f"{name}: buffer {quoted(place)}", left)
+        files.append((beside, mark))
         left -= len(data)
         return data
 
-    return with_buffers(contents, file_type, name, read)
+    whole = with_buffers(contents, file_type, name, read)
+    return whole, tuple(files)
 
 
-def buffer_files(path: str | os.PathLike[str]) -> list[Path]:
-    """Return the files of buffers that a glTF or GLB file names. Raises MeshError."""
-    name = f"mesh file {os.fspath(path)!r}"
-    contents = _read_limited(path, name, MAX_MESH_BYTES)
-    uris = buffers_beside(contents, Path(path).suffix.lower().lstrip("."))
-    return [Path(path).parent / path_of_buffer(uri, name) for uri in uris]
-
-
-def _read_limited(path: str | os.PathLike[str], name: str, limit: int) -> bytes:
+def _read_limited(path: str | os.PathLike[str], name: str, limit: int) -> tuple[bytes, FileMark]:
     try:
-        return read_limited(path, limit)
+        return read_marked(path, limit)
     except FileNotFoundError as error:
         raise MeshError(f"{name} does not exist") from error
     except OSError as error:

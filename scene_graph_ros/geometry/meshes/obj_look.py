@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
+from scene_graph_ros.geometry.files import FileMark
 from scene_graph_ros.geometry.meshes.cache import BuildCache
 from scene_graph_ros.geometry.meshes.color_warnings import warn_of_color
-from scene_graph_ros.geometry.meshes.io import read_file
+from scene_graph_ros.geometry.meshes.io import FilesRead, read_file, read_file_marked
 from scene_graph_ros.geometry.meshes.obj_colors import MtlMaterial, obj_materials, parse_mtl
 from scene_graph_ros.geometry.meshes.sources import load_surface
 from scene_graph_ros.geometry.shapes.mesh_shape import MeshShape
@@ -27,8 +28,8 @@ class ObjLook(NamedTuple):
     materials: list[MtlMaterial]
     row: NDArray[np.int32]
     """(m,) into ``materials``, in the order of ``load_surface``; -1 for none."""
-    libraries: tuple[Path, ...]
-    """The MTL files that were read."""
+    libraries: FilesRead
+    """The MTL files that a material of these is from."""
 
 
 _looks: BuildCache[ObjLook | None] = BuildCache(_CAPACITY)
@@ -58,15 +59,16 @@ def _read(path: Path, count: int) -> ObjLook | None:
         )
         return None
     known: dict[str, MtlMaterial] = {}
-    libraries: list[Path] = []
+    origins: dict[str, tuple[Path, FileMark]] = {}
     for library in uses.libraries:
         name = f"{str(path)!r} names the materials {library!r}"
         try:
-            materials = parse_mtl(read_file(path.parent / library), name)
+            contents, files = read_file_marked(path.parent / library)
+            materials = parse_mtl(contents, name)
         except MeshError as error:
             warn_of_color(f"{name}, shown without their colours: {error}")
             continue
-        libraries.append(path.parent / library)
+        origins |= dict.fromkeys(materials, files[0])
         folder = str(Path(library).parent)
         known |= {key: _beside(material, folder) for key, material in materials.items()}
     told = {name: m for name, m in known.items() if m != MtlMaterial()}
@@ -76,6 +78,7 @@ def _read(path: Path, count: int) -> ObjLook | None:
             f"mesh file {str(path)!r}: no colour (Kd) of material {', '.join(missing[:5])}"
         )
     materials_used = [told.get(name, MtlMaterial()) for name in uses.materials]
+    libraries = dict.fromkeys(origins[name] for name in uses.materials if name in origins)
     return ObjLook(materials_used, uses.row, tuple(libraries))
 
 

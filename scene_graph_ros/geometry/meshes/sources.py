@@ -19,8 +19,9 @@ from scene_graph_ros.geometry.meshes.hull import convex_hull, Hull
 from scene_graph_ros.geometry.meshes.io import (
     checked_mesh,
     ColoredMesh,
+    FilesRead,
     read_colored_mesh,
-    read_file,
+    read_file_marked,
     VOLUME_FILE_TYPES,
 )
 from scene_graph_ros.geometry.meshes.surfaces import build_surface, is_convex_surface, Surface
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 __all__ = [
     "file_colors",
     "file_pictures",
+    "files_read",
     "hull_of",
     "is_convex",
     "load_surface",
@@ -51,7 +53,7 @@ _raw: BuildCache[ColoredMesh] = BuildCache(_CAPACITY)
 _hulls: BuildCache[Hull] = BuildCache(_CAPACITY)
 _surfaces: BuildCache[Surface] = BuildCache(_CAPACITY)
 _convex: BuildCache[bool] = BuildCache(_CAPACITY)
-_raw_volumes: BuildCache[VolumeMesh] = BuildCache(_CAPACITY)
+_raw_volumes: BuildCache[tuple[VolumeMesh, FilesRead]] = BuildCache(_CAPACITY)
 
 
 def source_identity(shape: MeshShape) -> Hashable:
@@ -101,6 +103,14 @@ def file_pictures(shape: MeshShape) -> FilePictures | None:
     return _raw.get(shape.source_key, lambda: _read(shape)).pictures
 
 
+def files_read(shape: MeshShape) -> FilesRead:
+    """Return which files ``load_surface`` has the shape from, its own first; none from memory.
+
+    Raises MeshError as ``load_surface`` does.
+    """
+    return _raw.get(shape.source_key, lambda: _read(shape)).files
+
+
 def hull_of(shape: MeshShape) -> Hull:
     """Return the convex hull of the shape in G. Raises MeshError as ``load_surface`` does."""
 
@@ -145,21 +155,23 @@ def volume_of(shape: MeshShape) -> VolumeMesh:
     from scene_graph_ros.geometry.meshes.volume_mesh import VolumeMesh
 
     assert shape.file_type in VOLUME_FILE_TYPES  # callers ask for others elsewhere
-    raw = _raw_volume(shape)
+    raw = _raw_volume(shape)[0]
     tetrahedra = raw.tetrahedra
     if np.prod(shape.scale) < 0.0:
         tetrahedra = np.ascontiguousarray(tetrahedra[:, [1, 0, 2, 3]])
     return VolumeMesh.trusted(raw.vertices * shape.scale, tetrahedra)
 
 
-def _raw_volume(shape: MeshShape) -> VolumeMesh:
-    from scene_graph_ros.geometry.meshes.volume_io import load_volume_mesh, parse_volume_mesh
+def _raw_volume(shape: MeshShape) -> tuple[VolumeMesh, FilesRead]:
+    from scene_graph_ros.geometry.meshes.volume_io import parse_volume_mesh
 
-    def read() -> VolumeMesh:
+    def read() -> tuple[VolumeMesh, FilesRead]:
         if shape.path is not None:
-            return load_volume_mesh(shape.path)
+            name = f"mesh file {str(shape.path)!r}"
+            contents, files = read_file_marked(shape.path)
+            return parse_volume_mesh(contents, shape.file_type, name=name), files
         assert shape.contents is not None  # a file type comes with a file or its contents
-        return parse_volume_mesh(shape.contents, shape.file_type, name=_name(shape))
+        return parse_volume_mesh(shape.contents, shape.file_type, name=_name(shape)), ()
 
     return _raw_volumes.get(shape.source_key, read)
 
@@ -184,11 +196,12 @@ def _name(shape: MeshShape) -> str:
 
 def _read(shape: MeshShape) -> ColoredMesh:
     if shape.file_type in VOLUME_FILE_TYPES:
-        volume = _raw_volume(shape)
-        return ColoredMesh(volume.vertices, volume.boundary_triangles())
+        volume, files = _raw_volume(shape)
+        return ColoredMesh(volume.vertices, volume.boundary_triangles(), files=files)
     if shape.path is not None:
         name = f"mesh file {str(shape.path)!r}"
-        return read_colored_mesh(read_file(shape.path), shape.file_type, name=name)
+        contents, files = read_file_marked(shape.path)
+        return read_colored_mesh(contents, shape.file_type, name=name)._replace(files=files)
     if shape.contents is not None:
         return read_colored_mesh(shape.contents, shape.file_type, name=_name(shape))
     faces = np.zeros((0, 3), dtype=np.int64) if shape.faces is None else shape.faces

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_graph_ros.geometry.errors import MeshError
-from scene_graph_ros.geometry.files import find_file, MAX_MESH_BYTES, read_limited
+from scene_graph_ros.geometry.files import FileMark, find_file, MAX_MESH_BYTES, read_marked
 from scene_graph_ros.geometry.quoting import quoted
 
 __all__ = [
@@ -65,6 +65,8 @@ class Texture(NamedTuple):
     """Whether alpha is 255 everywhere."""
     stamp: tuple[int, int]
     """When the file was changed, in ns, and its bytes: what tells it from an older one."""
+    mark: FileMark | None = None
+    """Which file it was read from; None for a part of a mesh's."""
 
 
 _lock = threading.Lock()
@@ -90,13 +92,13 @@ def read_texture(path: str | os.PathLike[str]) -> Texture:
         with _lock:
             if place in _known and _known[place].stamp == stamp:
                 return _known[place]
-        contents = read_limited(place, MAX_MESH_BYTES)
+        contents, mark = read_marked(place, MAX_MESH_BYTES)
     except FileNotFoundError as error:
         raise MeshError(f"{name} does not exist") from error
     except OSError as error:
         raise MeshError(f"{name}: {error.strerror}") from error
     texels = _decoded(contents, name)
-    texture = Texture(place, texels, bool((texels[..., 3] == 255).all()), stamp)
+    texture = Texture(place, texels, bool((texels[..., 3] == 255).all()), stamp, mark)
     _keep(texture)
     return texture
 

@@ -8,15 +8,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+import threading
+import time
 
 from rclpy.node import Node
 
 from msg_adapters.definitions import definition_with_parts
 from scene_graph_ros.node.world.world import WorldSnapshot
-from scene_graph_ros.views.browser.assets import SceneAssets
+from scene_graph_ros.views.browser.assets import Asset, SceneAssets
 from scene_graph_ros.views.browser.channels import Channels
 
 __all__ = ["open_channels"]
+
+_PERIOD = 0.5
+"""Seconds from one look for the scene's files to the next."""
 
 
 def open_channels(
@@ -33,7 +38,7 @@ def open_channels(
         clock=lambda: max(clock.now().nanoseconds, 0),
         is_simulated=lambda: bool(clock.ros_time_is_active),
         wanted=wanted,
-        assets=_NewestAssets(newest).read,
+        assets=_NewestAssets(newest).find,
     )
 
 
@@ -42,15 +47,22 @@ class _NewestAssets:
 
     def __init__(self, newest: Callable[[], WorldSnapshot]) -> None:
         self._newest = newest
+        self._lock = threading.Lock()
         self._known: tuple[int, SceneAssets] | None = None
+        self._last = float("-inf")
 
-    def read(self, address: str) -> bytes:
+    def find(self, address: str) -> Asset:
         """Return the file of an address. Raises AssetError."""
-        snapshot, known = self._newest(), self._known
-        if known is None or known[0] != snapshot.scene_version:
-            known = (snapshot.scene_version, SceneAssets(snapshot.inspector, _addressing))
-            self._known = known
-        return known[1].read(address)
+        # One client after the other: what is looked up for one is there for the next.
+        with self._lock:
+            known = self._known
+            if known is None or known[0] != self._newest().scene_version:
+                # A scene may change all the time, and looking takes milliseconds.
+                time.sleep(max(self._last + _PERIOD - time.monotonic(), 0.0))
+                snapshot = self._newest()
+                known = (snapshot.scene_version, SceneAssets(snapshot.inspector, _addressing))
+                self._known, self._last = known, time.monotonic()
+            return known[1].find(address)
 
 
 def _addressing() -> Callable[[Path], str]:

@@ -12,7 +12,7 @@ import functools
 import itertools
 import threading
 import time
-from typing import NamedTuple
+from typing import NamedTuple, TYPE_CHECKING
 
 from scene_graph_ros.views.browser.foxglove import (
     advertisement,
@@ -23,6 +23,10 @@ from scene_graph_ros.views.browser.foxglove import (
     time_data,
     unadvertisement,
 )
+from scene_graph_ros.views.browser.waiting import Load, Waiting
+
+if TYPE_CHECKING:
+    from scene_graph_ros.views.browser.assets import Asset
 
 __all__ = ["Channel", "Channels", "Subscriber"]
 
@@ -53,7 +57,7 @@ class Channels:
         clock: Callable[[], int] = time.time_ns,
         is_simulated: Callable[[], bool] = lambda: False,
         wanted: Callable[[], None] = lambda: None,
-        assets: Callable[[str], bytes] | None = None,
+        assets: Callable[[str], Asset] | None = None,
     ) -> None:
         """``name`` is told to clients, with ``definition(kind)`` of the channels' messages.
 
@@ -62,6 +66,8 @@ class Channels:
         returns the file of an address, or raises AssetError; without it none are offered.
         """
         self.assets = assets
+        self.waiting = Waiting()
+        """What waits for these and other clients of the server."""
         self.name, self.clock, self.is_simulated, self.wanted = name, clock, is_simulated, wanted
         self.definition = functools.lru_cache(None)(definition)
         self.session = str(time.time_ns())
@@ -82,9 +88,14 @@ class Channels:
             self._wake_all()
         return channel
 
-    def join(self, wake: Callable[[], None]) -> Subscriber:
-        """Return a client that is new; ``wake`` is called when there is something to take."""
-        subscriber = Subscriber(self, wake)
+    def join(
+        self, wake: Callable[[], None], cut_off: Callable[[], None] = lambda: None
+    ) -> Subscriber:
+        """Return a client that is new; ``wake`` is called when there is something to take.
+
+        ``cut_off`` ends its connection, where too much waits for all clients together.
+        """
+        subscriber = Subscriber(self, wake, cut_off)
         with self.lock:
             self.subscribers.add(subscriber)
         return subscriber
@@ -96,6 +107,21 @@ class Channels:
                 for subscriber in list(channel.subscribers):
                     subscriber.forget(channel)
                 self._wake_all()
+
+    def make_room(self) -> None:
+        """Drop the oldest messages while too much waits for all clients.
+
+        With the lock held.
+        """
+        while self.waiting.is_over():
+            oldest = [
+                (since, k, subscriber)
+                for k, subscriber in enumerate(self.subscribers)
+                if (since := subscriber.waits_since()) is not None
+            ]
+            if not oldest:
+                break
+            min(oldest)[2].drop_oldest()
 
     def _wake_all(self) -> None:
         for subscriber in self.subscribers:
@@ -141,10 +167,11 @@ class Channel:
     def write(self, data: bytes) -> None:
         """Send a message to whoever subscribes; ``data`` must not change any more."""
         if self.subscribers:
-            now = self._channels.clock()
+            message = _Message(time.monotonic(), self._channels.clock(), data)
             with self._channels.lock:
                 for subscriber, number in self.subscribers.items():
-                    subscriber.put(self, number, now, data)
+                    subscriber.put(self, number, message)
+                self._channels.make_room()
 
     def close(self) -> None:
         """Be offered no longer."""
@@ -156,29 +183,35 @@ class Channel:
         self._has_missed |= has_missed
 
 
-class _Waiting(NamedTuple):
-    since: float
-    subscription: int
-    time: int
-    data: bytes
+class _Message(Load):
+    """A message that some clients have not taken yet."""
 
-    @property
-    def size(self) -> int:
-        return len(self.data) + _OVERHEAD
+    __slots__ = ("data", "since", "time")
+
+    def __init__(self, since: float, time_ns: int, data: bytes) -> None:
+        super().__init__(len(data) + _OVERHEAD)
+        self.since, self.time, self.data = since, time_ns, data
+
+
+class _Item(NamedTuple):
+    subscription: int
+    message: _Message
 
 
 class Subscriber:
     """One client: what it subscribed to, and what it has not taken yet."""
 
-    def __init__(self, channels: Channels, wake: Callable[[], None]) -> None:
-        self._channels, self.wake = channels, wake
+    def __init__(
+        self, channels: Channels, wake: Callable[[], None], cut_off: Callable[[], None]
+    ) -> None:
+        self._channels, self.wake, self._cut_off = channels, wake, cut_off
         self.tells_time = channels.is_simulated()
         self._is_greeted = False
         self._told: set[int] | None = None
         self._errors: deque[str] = deque(maxlen=_MOST_ERRORS)
         self._subscriptions: dict[int, Channel] = {}
         # In the order in which channels are to be served.
-        self._waiting: dict[Channel, deque[_Waiting]] = {}
+        self._waiting: dict[Channel, deque[_Item]] = {}
         self._waiting_bytes = 0
         self._missing: set[Channel] = set()
         self._time_at = float("-inf")
@@ -221,6 +254,7 @@ class Subscriber:
             self._channels.subscribers.discard(self)
             for channel in list(self._subscriptions.values()):
                 self.forget(channel)
+        self._channels.waiting.end(self)
 
     # With the lock of all channels held.
 
@@ -228,31 +262,58 @@ class Subscriber:
         """Be told nothing more of a channel."""
         del self._subscriptions[channel.subscribers.pop(self)]
         for item in self._waiting.pop(channel, ()):
-            self._waiting_bytes -= item.size
+            self._let_go(item.message)
         self._missing.discard(channel)
 
-    def put(self, channel: Channel, subscription: int, time_ns: int, data: bytes) -> None:
+    def put(self, channel: Channel, subscription: int, message: _Message) -> None:
         """Have a message wait to be taken."""
-        item = _Waiting(time.monotonic(), subscription, time_ns, data)
-        self._waiting.setdefault(channel, deque()).append(item)
-        self._waiting_bytes += item.size
+        self._waiting.setdefault(channel, deque()).append(_Item(subscription, message))
+        self._channels.waiting.hold(message)
+        self._waiting_bytes += message.size
         while self._waiting_bytes > _MOST_WAITING:
             longer = [c for c, items in self._waiting.items() if len(items) > 1]
             if not longer:
                 break
-            self._drop(max(longer, key=lambda c: sum(each.size for each in self._waiting[c])))
+            self._drop(max(longer, key=self._bytes_of))
         self.wake()
 
+    def waits_since(self) -> float | None:
+        """Return since when the oldest message waits (steady, s), None where none does."""
+        return min((items[0].message.since for items in self._waiting.values()), default=None)
+
+    def drop_oldest(self) -> None:
+        """Lose the message that has waited for longest, also if no newer one of it waits."""
+        channel = min(self._waiting, key=lambda c: self._waiting[c][0].message.since)
+        self._drop(channel)
+        if not self._waiting[channel]:
+            del self._waiting[channel]
+
+    def _bytes_of(self, channel: Channel) -> int:
+        return sum(item.message.size for item in self._waiting[channel])
+
     def _drop(self, channel: Channel) -> None:
-        self._waiting_bytes -= self._waiting[channel].popleft().size
+        self._let_go(self._waiting[channel].popleft().message)
         self._missing.add(channel)
         self._channels.dropped += 1
 
+    def _let_go(self, message: _Message) -> None:
+        self._waiting_bytes -= message.size
+        self._channels.waiting.release(message)
+
     # For whoever sends.
 
-    def take(self) -> str | bytes | None:
-        """Return the next message for the client, None where nothing waits."""
+    def take(self) -> str | tuple[bytes, ...] | None:
+        """Return the next message for the client, None where nothing waits.
+
+        Texts, or the parts of bytes. The one before has gone out by then.
+        """
+        self._channels.waiting.end(self)
         return self._take_news() or self._take_time() or self._take_data()
+
+    def is_sent(self, load: Load) -> None:
+        """Count what the client is sent now beside messages, until the next is taken."""
+        self._channels.waiting.end(self)
+        self._channels.waiting.begin(self, load, self._cut_off)
 
     def _take_news(self) -> str | None:
         """Return what is to be told of the server, of channels and of mistakes."""
@@ -273,34 +334,42 @@ class Subscriber:
             return advertisement(channel.info for channel in new)
         return status_error(self._errors.popleft()) if self._errors else None
 
-    def _take_time(self) -> bytes | None:
+    def _take_time(self) -> tuple[bytes] | None:
         now = time.monotonic()
         if not self.tells_time or now - self._time_at < TIME_PERIOD:
             return None
         self._time_at = now
-        return time_data(self._channels.clock())
+        return (time_data(self._channels.clock()),)
 
-    def _take_data(self) -> bytes | None:
+    def _take_data(self) -> tuple[bytes, bytes] | None:
         """Return the next message of the channel that has waited longest for its turn."""
-        has_made_good = False
-        with self._channels.lock:
+        channels = self._channels
+        with channels.lock:
             channel = next(iter(self._waiting), None)
-            if channel is None:
-                return None
-            items = self._waiting.pop(channel)
-            self._waiting[channel] = items
-            too_old = time.monotonic() - _LONGEST_WAIT
-            while len(items) > 1 and items[0].since < too_old:
-                self._drop(channel)
-            item = items.popleft()
-            self._waiting_bytes -= item.size
-            if not items:
-                del self._waiting[channel]
-                has_made_good = channel in self._missing
-                if has_made_good:
-                    self._missing.discard(channel)
-                    channel.ask(has_missed=True)
-            self._channels.sent += 1
-        if has_made_good:
-            self._channels.wanted()
-        return message_data(item.subscription, item.time, item.data)
+            item = None if channel is None else self._take_item(channel)
+            asks = [each for each in self._missing if each not in self._waiting]
+            for each in asks:
+                self._missing.discard(each)
+                each.ask(has_missed=True)
+        if asks:
+            channels.wanted()
+        if item is None:
+            return None
+        message = item.message
+        channels.waiting.begin(self, message, self._cut_off)
+        channels.waiting.release(message)
+        return message_data(item.subscription, message.time, message.data)
+
+    def _take_item(self, channel: Channel) -> _Item:
+        """Take the oldest message of a channel that is not too old, and have its turn be last."""
+        items = self._waiting.pop(channel)
+        self._waiting[channel] = items
+        too_old = time.monotonic() - _LONGEST_WAIT
+        while len(items) > 1 and items[0].message.since < too_old:
+            self._drop(channel)
+        item = items.popleft()
+        self._waiting_bytes -= item.message.size
+        if not items:
+            del self._waiting[channel]
+        self._channels.sent += 1
+        return item

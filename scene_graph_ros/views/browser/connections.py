@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Coroutine
+from collections.abc import AsyncIterable, AsyncIterator, Coroutine, Sequence
 import logging
-import socket
-import time
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
+from websockets.frames import CloseCode
 
-__all__ = ["CLOSE_SECONDS", "Allowance", "Connections", "listen", "send", "silent", "until_first"]
+from scene_graph_ros.views.browser.allowance import Allowance
+
+__all__ = ["CLOSE_SECONDS", "Connections", "send", "silent", "until_first"]
 
 CLOSE_SECONDS = 1.0
 """How long the other side may take to close a connection that has ended."""
@@ -23,8 +24,14 @@ MAX_CONNECTIONS = 64
 _STUCK_SECONDS = 5.0
 """A page that takes nothing for so long is cut off."""
 
-_SEND_BUFFER = 1 << 18
-"""Bytes that the system keeps for a page: what a slow page is behind."""
+_FRAMES_PER_SECOND, _FRAMES_AT_ONCE = 100.0, 600.0
+"""Frames that a client may send, be they messages, pieces of some, pings or nothing."""
+
+_BYTES_BETWEEN_LOOKS = 2048
+"""Bytes that are taken apart before it is looked how many frames they were."""
+
+_FRAGMENT = 1 << 16
+"""Bytes of a message that are copied for a client at once: the next when these have gone out."""
 
 
 class Connections:
@@ -42,22 +49,6 @@ class Connections:
         return _Counted(self, *arguments, **options)
 
 
-class Allowance:
-    """How many messages the other side may still send."""
-
-    def __init__(self, per_second: float) -> None:
-        """Allow as many at once as in each second."""
-        self._most = self._left = per_second
-        self._last = time.monotonic()
-
-    def is_used_up(self) -> bool:
-        """Take one message off; tell whether it was one too many."""
-        now = time.monotonic()
-        self._left = min(self._left + (now - self._last) * self._most, self._most) - 1.0
-        self._last = now
-        return self._left < 0.0
-
-
 class _Counted(ServerConnection):
     """A connection that is closed at once where there are too many.
 
@@ -69,9 +60,24 @@ class _Counted(ServerConnection):
         super().__init__(*arguments, **options)
         self._connections = connections
         self._is_ending = False
+        self._frames = Allowance(_FRAMES_PER_SECOND, _FRAMES_AT_ONCE)
+        self._sent_too_much = False
 
     def data_received(self, data: bytes) -> None:
-        super().data_received(data)
+        for start in range(0, len(data), _BYTES_BETWEEN_LOOKS):
+            if self._is_ending:
+                return
+            super().data_received(data[start : start + _BYTES_BETWEEN_LOOKS])
+            if self._sent_too_much and not self.protocol.close_expected():
+                self.protocol.fail(CloseCode.POLICY_VIOLATION, "too many messages")
+                self.send_data()
+            self._end_if_over()
+
+    def process_event(self, event: Any) -> None:
+        self._sent_too_much |= self._frames.is_used_up()
+        super().process_event(event)
+
+    def _end_if_over(self) -> None:
         if self.protocol.close_expected() and not self._is_ending:
             self._is_ending = True
             self.loop.call_later(CLOSE_SECONDS, self.transport.abort)
@@ -88,18 +94,43 @@ class _Counted(ServerConnection):
         super().connection_lost(exc)
 
 
-async def send(connection: ServerConnection, message: str | bytes) -> None:
-    """Send a message; raises TimeoutError where the other side takes nothing for long."""
-    sending = asyncio.ensure_future(connection.send(message))
+async def send(
+    connection: ServerConnection, message: str | Sequence[bytes] | AsyncIterable[bytes]
+) -> None:
+    """Send a text, or bytes in parts; raises TimeoutError where nothing is taken for long."""
+    fragments = 0
+
+    async def counted(parts: AsyncIterable[bytes]) -> AsyncIterator[bytes]:
+        nonlocal fragments
+        async for part in parts:
+            fragments += 1
+            yield part
+
+    whole: str | bytes | AsyncIterable[bytes]
+    if isinstance(message, str):
+        whole = message
+    elif isinstance(message, Sequence):
+        is_short = sum(map(len, message)) <= _FRAGMENT
+        whole = b"".join(message) if is_short else counted(_cut(message))
+    else:
+        whole = counted(message)
+    sending = asyncio.ensure_future(connection.send(whole))
     try:
-        left = -1
+        left = (0, -1)
         while not (await asyncio.wait([sending], timeout=_STUCK_SECONDS))[0]:
-            before, left = left, connection.transport.get_write_buffer_size()
-            if before >= 0 and left >= before:
+            before, left = left, (fragments, connection.transport.get_write_buffer_size())
+            if left[0] == before[0] and 0 <= before[1] <= left[1]:
                 raise TimeoutError
         await sending
     finally:
         sending.cancel()
+
+
+async def _cut(parts: Sequence[bytes]) -> AsyncIterator[bytes]:
+    for part in parts:
+        view = memoryview(part)
+        for start in range(0, len(part), _FRAGMENT):
+            yield view[start : start + _FRAGMENT]  # type: ignore[misc]
 
 
 async def until_first(
@@ -119,25 +150,6 @@ async def until_first(
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-
-
-def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens; raises OSError where that can't be."""
-    family, kind, protocol, _, address = socket.getaddrinfo(
-        host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-    )[0]
-    listener = socket.socket(family, kind, protocol)
-    try:
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        # Accepted connections inherit it.
-        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
-        listener.bind(address)
-        # What connects before the server's thread is there waits for it.
-        listener.listen()
-    except OSError:
-        listener.close()
-        raise
-    return listener
 
 
 def silent() -> logging.Logger:

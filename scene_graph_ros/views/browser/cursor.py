@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, NamedTuple
 
 from scene_graph_ros.geometry.model.deformable import Configuration
 from scene_graph_ros.views.browser.blocks import (
@@ -20,7 +20,15 @@ from scene_graph_ros.views.draw_list import Changes, Shown
 from scene_graph_ros.views.moment import Moment, Trouble
 from scene_graph_ros.views.sliders import SliderState
 
-__all__ = ["Cursor"]
+__all__ = ["Cursor", "Told"]
+
+
+class Told(NamedTuple):
+    """A message to a page."""
+
+    blocks: list[bytes]
+    own_bytes: int
+    """Bytes of blocks that are there for this page alone; meshes and pictures are for all."""
 
 
 class Cursor:
@@ -37,6 +45,10 @@ class Cursor:
         self._troubles: tuple[Trouble, ...] = ()
 
     def message(self, moment: Moment, wish: Wish, drawing: Drawing) -> bytes:
+        """Return the blocks of ``told`` as one."""
+        return b"".join(self.told(moment, wish, drawing).blocks)
+
+    def told(self, moment: Moment, wish: Wish, drawing: Drawing) -> Told:
         """Return what makes a page that was told all messages so far show ``moment``.
 
         Raises what building meshes and asking for contacts raise; then begin anew.
@@ -60,7 +72,8 @@ class Cursor:
         if wish.contacts:
             blocks.append(drawing.contacts(moment))
         blocks += self._pictures(moment, wish.camera, drawing)
-        return b"".join(blocks)
+        shared = {id(block) for made in (scene.meshes, scene.textures) for block in made.values()}
+        return Told(blocks, sum(len(block) for block in blocks if id(block) not in shared))
 
     def _pictures(self, moment: Moment, camera: str, drawing: Drawing) -> list[bytes]:
         """Return what the camera sees that is looked through, if that is not shown already."""

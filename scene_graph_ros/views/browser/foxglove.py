@@ -20,8 +20,8 @@ __all__ = [
     "Request",
     "RequestError",
     "advertisement",
-    "asset_data",
     "asset_error",
+    "asset_head",
     "message_data",
     "parse_request",
     "server_info",
@@ -118,9 +118,12 @@ def status_error(text: str) -> str:
     return _text("status", level=_ERROR, message=text)
 
 
-def message_data(subscription: int, time: int, data: bytes) -> bytes:
-    """Return a message of a channel, for a subscription, published at ``time`` in ns."""
-    return _MESSAGE_DATA.pack(1, subscription, time) + data
+def message_data(subscription: int, time: int, data: bytes) -> tuple[bytes, bytes]:
+    """Return a message of a channel, for a subscription, published at ``time`` in ns.
+
+    In two parts, of which the second is ``data``, which is not copied.
+    """
+    return _MESSAGE_DATA.pack(1, subscription, time), data
 
 
 def time_data(time: int) -> bytes:
@@ -128,9 +131,9 @@ def time_data(time: int) -> bytes:
     return _TIME.pack(2, time)
 
 
-def asset_data(request: int, data: bytes) -> bytes:
-    """Return the answer to a request for a file."""
-    return _ASSET.pack(4, request, 0, 0) + data
+def asset_head(request: int) -> bytes:
+    """Return the beginning of the answer to a request for a file: its bytes follow."""
+    return _ASSET.pack(4, request, 0, 0)
 
 
 def asset_error(request: int, text: str) -> bytes:

@@ -8,7 +8,7 @@ import threading
 import time
 from typing import Any
 
-from scene_graph_ros.views.browser.cursor import Cursor
+from scene_graph_ros.views.browser.cursor import Cursor, Told
 from scene_graph_ros.views.browser.drawing import Drawing
 from scene_graph_ros.views.browser.wishes import Wish
 from scene_graph_ros.views.moment import Moment
@@ -22,7 +22,7 @@ _RECENT = 100
 class Page:
     """A page that is connected; the pump's lock guards what is in it."""
 
-    def __init__(self, deliver: Callable[[bytes], None]) -> None:
+    def __init__(self, deliver: Callable[[Told], None]) -> None:
         """``deliver`` sends a message and returns at once; then call ``Pump.sent``."""
         self.deliver = deliver
         self.cursor = Cursor()
@@ -139,7 +139,7 @@ class Pump:
     def _make(self, page: Page, wish: Wish, moment: Moment) -> None:
         begin = time.perf_counter()
         try:
-            message = page.cursor.message(moment, wish, self._drawing)
+            told = page.cursor.told(moment, wish, self._drawing)
         except Exception as error:  # noqa: BLE001 - it never costs anything else
             page.cursor = Cursor()
             self._failed_version = moment.scene_version
@@ -148,8 +148,8 @@ class Pump:
             return
         self.seconds.append(time.perf_counter() - begin)
         self.messages += 1
-        self.bytes += len(message)
-        page.deliver(message)
+        self.bytes += sum(map(len, told.blocks))
+        page.deliver(told)
 
     def _next(self) -> tuple[Moment, list[tuple[Page, Wish]]] | None:
         """Wait until a page is to be told of a moment, and it is time; None at the end."""

@@ -15,20 +15,23 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
+from scene_graph_ros.views.browser.allowance import Allowance
+from scene_graph_ros.views.browser.assets import AssetError
 from scene_graph_ros.views.browser.channels import Channels
 from scene_graph_ros.views.browser.connections import (
-    Allowance,
     CLOSE_SECONDS,
     Connections,
-    listen,
     send,
     silent,
     until_first,
 )
+from scene_graph_ros.views.browser.cursor import Told
 from scene_graph_ros.views.browser.foxglove import RequestError, SUBPROTOCOLS
-from scene_graph_ros.views.browser.foxglove_talk import talk_foxglove
+from scene_graph_ros.views.browser.foxglove_talk import pace_of_files, talk_foxglove
 from scene_graph_ros.views.browser.gate import Gate
+from scene_graph_ros.views.browser.listener import listen
 from scene_graph_ros.views.browser.pump import Page, Pump
+from scene_graph_ros.views.browser.waiting import Load
 from scene_graph_ros.views.browser.wishes import Move, parse_wish, Wish, WishError
 from scene_graph_ros.views.moment import Moment
 
@@ -74,6 +77,7 @@ class BrowserView:
         cannot_show: Callable[[int, Exception], None] = lambda geometry_id, error: None,
         refused_origin: Callable[[str], None] = lambda origin: None,
         moved: Callable[[Move], None] | None = None,
+        no_handles: Callable[[OSError], None] = lambda error: None,
     ) -> None:
         """Listen on a port of an address, 0 for a free one; raises OSError where that can't be.
 
@@ -81,12 +85,15 @@ class BrowserView:
         moment is to be offered, ``failed`` with what went wrong, ``cannot_show`` with the id of
         what is left out and why, ``refused_origin`` with that of a page that was refused: in
         threads of the view. Pages of other ``origins`` may connect, too. ``moved`` is called with
-        joints that pages move; without it they may not.
+        joints that pages move; without it they may not. ``no_handles`` is told where the system
+        has no file handle for one more connection, each second.
         """
         self._gate = Gate(host, token, origins, refused_origin)
         self._channels = Channels("", str) if channels is None else channels
         self._wanted, self._failed, self._moved = wanted, failed, moved
         self._listener = listen(host, port)
+        self._listener.no_handles = no_handles
+        self._pace = pace_of_files()
         number = self._listener.getsockname()[1]
         shown = f"[{host}]" if ":" in host else host
         self.address = f"http://{shown}:{number}/"
@@ -157,7 +164,9 @@ class BrowserView:
             "Foxglove clients": len(self._channels.subscribers),
             "Foxglove messages": self._channels.sent,
             "Foxglove messages dropped, as clients were slow": self._channels.dropped,
+            "bytes that wait": self._channels.waiting.bytes,
             "requests refused": self._connections.refused,
+            "connections refused, as they came too fast": self._listener.refused,
             "clients cut off": self._connections.cut_off,
         }
 
@@ -170,6 +179,7 @@ class BrowserView:
 
     def _run(self) -> None:
         asyncio.set_event_loop(self._loop)
+        self._loop.set_exception_handler(self._say_fault)
         try:
             self._loop.run_until_complete(self._serve())
         except Exception as error:  # noqa: BLE001 - it never costs anything else
@@ -177,6 +187,11 @@ class BrowserView:
         finally:
             self._listener.close()
             self._loop.close()
+
+    def _say_fault(self, loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
+        """Tell what went wrong in the loop, but of the listener, which tells it by itself."""
+        if "socket" not in context or not isinstance(context.get("exception"), OSError):
+            loop.default_exception_handler(context)
 
     async def _serve(self) -> None:
         server = serve(
@@ -234,12 +249,12 @@ class BrowserView:
             if connection.subprotocol is None:
                 await self._talk_to_page(connection)
             else:
-                await talk_foxglove(connection, self._channels)
+                await talk_foxglove(connection, self._channels, self._pace)
         except (WishError, RequestError) as rubbish:
             self._connections.cut_off += 1
             reason = str(rubbish).encode()[:_MAX_REASON_BYTES].decode(errors="ignore")
             await connection.close(_CLOSE_RUBBISH, reason)
-        except TimeoutError:
+        except (TimeoutError, AssetError):
             self._connections.cut_off += 1
             connection.transport.abort()
         except ConnectionClosed as closed:
@@ -250,20 +265,29 @@ class BrowserView:
 
     async def _talk_to_page(self, connection: ServerConnection) -> None:
         """Say what is shown, and listen to wishes, until the page leaves."""
-        outbox: asyncio.Queue[bytes] = asyncio.Queue()
-        page = Page(lambda message: self._call(outbox.put_nowait, message))
+        outbox: asyncio.Queue[Told] = asyncio.Queue()
+        waiting = self._channels.waiting
+
+        def deliver(told: Told) -> None:
+            load = Load(told.own_bytes)
+            waiting.begin(page, load, lambda: self._call(connection.transport.abort))
+            self._call(outbox.put_nowait, told)
+
+        page = Page(deliver)
         self._pump.add(page)
         self._wanted()
         try:
             await until_first(self._send(connection, page, outbox), self._listen(connection, page))
         finally:
             self._pump.remove(page)
+            waiting.end(page)
 
     async def _send(
-        self, connection: ServerConnection, page: Page, outbox: asyncio.Queue[bytes]
+        self, connection: ServerConnection, page: Page, outbox: asyncio.Queue[Told]
     ) -> None:
         while True:
-            await send(connection, await outbox.get())
+            await send(connection, (await outbox.get()).blocks)
+            self._channels.waiting.end(page)
             self._pump.sent(page)
 
     async def _listen(self, connection: ServerConnection, page: Page) -> None:

@@ -39,8 +39,9 @@ def data(subscriber):
     """Return subscription, time and content of each message that waits."""
     found = []
     while (message := subscriber.take()) is not None:
-        assert message[0] == 1
-        found.append((*struct.unpack_from("<IQ", message, 1), message[13:]))
+        head, content = message
+        assert head[0] == 1
+        found.append((*struct.unpack("<IQ", head[1:]), content))
     return found
 
 
@@ -173,7 +174,7 @@ def test_simulated_time_is_told_now_and_then(channels, monkeypatch):
     client = channels.join(lambda: None)
     assert json.loads(client.take())["capabilities"] == ["time"]
     client.take()
-    assert struct.unpack("<BQ", client.take()) == (2, 1)
+    assert struct.unpack("<BQ", *client.take()) == (2, 1)
     assert client.take() is None
     now[0] += module.TIME_PERIOD
-    assert struct.unpack("<BQ", client.take()) == (2, 2)
+    assert struct.unpack("<BQ", *client.take()) == (2, 2)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
+import resource
 import time
 from urllib.parse import urlsplit
 
@@ -10,12 +12,13 @@ from foxglove_client import FoxgloveClient
 import pytest
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 
+from scene_graph_ros.geometry.files import read_marked
 from scene_graph_ros.views.browser import channels as channels_module
 from scene_graph_ros.views.browser import connections
-from scene_graph_ros.views.browser.assets import AssetError
+from scene_graph_ros.views.browser.assets import Asset, AssetError, FRAGMENT
 from scene_graph_ros.views.browser.channels import Channels
 from scene_graph_ros.views.browser.foxglove import parse_request, RequestError
-from scene_graph_ros.views.browser.server import BrowserView
+from scene_graph_ros.views.browser.server import BrowserView, MAX_PAGES
 
 
 class Offering:
@@ -194,15 +197,18 @@ def test_a_stuck_client_costs_others_nothing_and_is_cut_off(offer, monkeypatch):
     assert urlsplit(shown.address).port
 
 
-def test_files_are_sent_by_their_addresses(offer):
+def test_files_are_sent_by_their_addresses(offer, tmp_path):
     """Each request has its answer: what the file holds, or why it is not sent."""
 
-    def read(address):
+    path = tmp_path / "b.stl"
+    path.write_bytes(bytes(range(256)) * 5000)
+
+    def find(address):
         if address == "package://a/b.stl":
-            return bytes(range(256)) * 5000
+            return Asset(address, read_marked(path, 10**7)[1])
         raise AssetError(f"none is at {address}")
 
-    shown = offer(assets=read)
+    shown = offer(assets=find)
     client = shown.client()
     assert client.fetch(7, "package://a/b.stl") == bytes(range(256)) * 5000
     assert client.info["capabilities"] == ["assets"]
@@ -217,6 +223,37 @@ def test_files_are_sent_by_their_addresses(offer):
     client.take_until(lambda: client.messages[5] and len(client.assets) == 22)
     client.say("fetchAsset", uri=7, requestId=1)
     assert client.wait_closed()[1].startswith("uri is no text: 7")
+
+
+def resident():
+    """Return the bytes of memory that this process has."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+
+def test_files_for_clients_that_read_nothing_take_no_memory(offer, tmp_path):
+    """Sixteen ask sixty times each for 60 MiB: a fragment of it is kept for each, and no more."""
+    path = tmp_path / "large.stl"
+    with path.open("wb") as file:
+        file.truncate(60 * 2**20)
+    mark = read_marked(path, 2**26)[1]
+    shown = offer(assets=lambda address: Asset(address, mark))
+    channel = shown.channels.channel("/t", "a_msgs/msg/B")
+    before, clients = resident(), []
+    # One place is left for somebody who reads.
+    for _ in range(MAX_PAGES - 1):
+        clients.append(shown.client(max_queue=1))
+        for number in range(60):
+            clients[-1].say("fetchAsset", uri="package://a/large.stl", requestId=number)
+    waits = (MAX_PAGES - 1) * FRAGMENT
+    until(lambda: shown.channels.waiting.bytes == waits, "an answer on its way to each")
+    reader = shown.client()
+    reader.subscribe("/t", 5)
+    until(channel.is_heard, "the subscription")
+    for k in range(100):
+        channel.write(b"%d" % k)
+        reader.take_until(lambda k=k: len(reader.messages[5]) > k)
+    assert resident() - before < 60 * 2**20
+    reader.close()
 
 
 def test_a_view_without_files_says_so(offer):
