@@ -95,6 +95,7 @@ def main() -> int:
             *(python, "-m", "scene_graph_ros.node", "--ros-args"),
             *("-p", f"scene:={arguments.scene.resolve()}", "--log-level", "warn"),
             *("-p", "browser:=true", "-p", "browser_port:=0"),  # a free one, which it tells
+            *("-p", "browser_token:=new"),  # nobody else on this machine may look
             *("-p", "shutdown_timeout:=20.0"),  # a busy machine may take its time
         ],
         "Panda": [python, "examples/panda_robot.py", "--rate", str(arguments.rate)],
@@ -113,7 +114,7 @@ def main() -> int:
                 print(f"no {missing} came within {DISCOVERY_SECONDS:g} s")
                 return 1
         print(f"Contacts come after {time.monotonic() - started:.1f} s.")
-        print(f"In a browser, while this runs: {monitor.page()}", flush=True)
+        print(f"In a browser, while this runs: file://{monitor.page()}", flush=True)
         monitor.watch(arguments.seconds, node_pid=running["scene graph node"].pid)
         answers = monitor.ask()
     print(summary(monitor, answers))

@@ -106,7 +106,7 @@ class Monitor(Node):
         return self._has_contacts
 
     def page(self) -> str:
-        """Return the address of the page that shows the world, "" while it is not known."""
+        """Return the file that opens the page with its token, "" while it is not known."""
         statuses = self.diagnostics.status if self.diagnostics is not None else ()
         return next(
             (
@@ -114,7 +114,7 @@ class Monitor(Node):
                 for status in statuses
                 if status.name.endswith("effect: browser")
                 for value in status.values
-                if value.key == "address"
+                if value.key == "opened with its token by"
             ),
             "",
         )

@@ -130,7 +130,7 @@ def _mark(handle: int, path: PathLike) -> FileMark:
     status = _checked(os.fstat(handle), path)
     try:
         # Where the open file is: the path may lead elsewhere by now.
-        place = os.readlink(f"/proc/self/fd/{handle}")
+        place = str(Path(f"/proc/self/fd/{handle}").readlink())
     except OSError:  # no Linux
         place = os.path.realpath(path)
     return FileMark(

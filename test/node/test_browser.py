@@ -4,18 +4,24 @@ from __future__ import annotations
 
 from http.client import HTTPConnection
 import io
+from pathlib import Path
 import re
+import resource
 import socket
+import stat
 from urllib.parse import urlsplit
 
 from browser_page import PageClient
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import Pose, Quaternion, Transform, Vector3
-from node_harness import diagnostics_values, wait_until
+from node_harness import DEADLINE, diagnostics_values, NodeProcess, wait_until
 import numpy as np
 from PIL import Image as Picture
 import pytest
+from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.srv import GetParameters
 from sensor_msgs.msg import MultiDOFJointState
+from websockets.exceptions import InvalidStatus
 
 from msg_adapters.poses import multi_dof_joint_state_to_msg
 from scene_graph_msgs.msg import (
@@ -210,7 +216,21 @@ def test_surfaces_are_shown_where_something_presses(start_node, tmp_path):
     assert node.stop() == 0
 
 
-def test_a_port_that_is_taken_costs_the_view_and_nothing_else(start_node, client):
+def test_a_port_that_is_taken_ends_the_node_at_its_start(domain):
+    """With one sentence and a code that says so: nobody looks for a page that is not there."""
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        node = NodeProcess(domain, {"browser": True, "browser_port": port})
+        assert node.process.wait(timeout=DEADLINE) == 1
+    last = node.output().strip().splitlines()[-1]
+    assert last.startswith(
+        f"scene_graph: OSError: browser_host '127.0.0.1' and browser_port {port}"
+    )
+    assert "browser_required false" in last
+    assert "Traceback" not in node.output()
+
+
+def test_a_port_that_is_taken_costs_the_view_alone_where_that_may_be(start_node, client):
     """The reason is in the log and in the diagnostics; the world goes on."""
 
     def failure(message):
@@ -221,7 +241,8 @@ def test_a_port_that_is_taken_costs_the_view_and_nothing_else(start_node, client
 
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        node = start_node({"browser": True, "browser_port": port}, remaps=["__node:=second"])
+        parameters = {"browser": True, "browser_port": port, "browser_required": False}
+        node = start_node(parameters, remaps=["__node:=second"])
         node.wait_for_output(f"browser_port {port} can't be listened to")
         listener = client.listen(DiagnosticArray, "/diagnostics")
         found = listener.wait_for(failure, "the failure")
@@ -229,7 +250,61 @@ def test_a_port_that_is_taken_costs_the_view_and_nothing_else(start_node, client
         answer = client.call_any(HasCollisions, "/second/has_collisions", HasCollisions.Request())
         assert answer.status.code == 0
         assert node.stop() == 0
+    assert "Traceback" not in node.output()
     client.forget(listener)
+
+
+def leads_to(node):
+    """Return the file that opens the page, and the address in it."""
+    node.wait_for_output("browser view at ")
+    said = re.search(r"browser view at .*, opened with its token by (/\S+)", node.output())
+    file = Path(said[1])
+    return file, re.search(r'href="(http[^"]+)"', file.read_text())[1]
+
+
+@pytest.mark.parametrize("given", ["new", "much-guarded"])
+def test_a_token_is_in_a_file_of_the_user_and_nowhere_else(start_node, client, given):
+    """Not in the log, nor in what parameters or their events say; the file goes with the node."""
+    events = client.listen(ParameterEvent, "/parameter_events")
+    node = start_node(
+        {"browser": True, "browser_port": 0, "browser_token": given}, remaps=["__node:=guarded"]
+    )
+    file, link = leads_to(node)
+    address, token = link.split("?token=")
+    assert stat.S_IMODE(file.stat().st_mode) == 0o600
+    assert (token == given) == (given != "new")
+    assert len(token) > 10
+    with pytest.raises(InvalidStatus):
+        PageClient(address)
+    page = PageClient(address, query=f"?token={token}")
+    page.take()
+    page.close()
+    request = GetParameters.Request(names=["browser_token", "browser_host"])
+    values = client.call_any(GetParameters, "/guarded/get_parameters", request).values
+    assert [value.string_value for value in values] == ["set", "127.0.0.1"]
+    assert all(token not in str(message) for message in events.kept())
+    client.forget(events)
+    assert node.stop() == 0
+    assert token not in node.output()
+    assert not file.exists()
+
+
+def test_without_file_handles_one_sentence_is_said(start_node, client):
+    """A limit of the handles that are open, and sixty connections: no traceback, and all go on."""
+    node = start_node({"browser": True, "browser_port": 0}, remaps=["__node:=narrow"])
+    node.wait_for_output("browser view at ")
+    address = re.search(r"browser view at (http\S+)", node.output())[1]
+    host, port = urlsplit(address).netloc.split(":")
+    resource.prlimit(node.process.pid, resource.RLIMIT_NOFILE, (40, 4096))
+    clients = [socket.create_connection((host, int(port)), timeout=60.0) for _ in range(60)]
+    node.wait_for_output("raise the limit of 40")
+    answer = client.call_any(HasCollisions, "/narrow/has_collisions", HasCollisions.Request())
+    assert answer.status.code == 0
+    for each in clients:
+        each.close()
+    assert node.stop() == 0
+    assert node.output().count("raise the limit") == 1
+    assert "Traceback" not in node.output()
 
 
 def test_a_node_ends_in_order_with_open_pages(start_node):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 import re
 
 from browser_page import PageClient
@@ -52,7 +53,8 @@ def link(start_node, tmp_path_factory):
         }
     )
     node.wait_for_output("browser view at ")
-    return re.search(r"browser view at (http\S+)", node.output())[1]
+    file = Path(re.search(r"browser view at .* by (/\S+)", node.output())[1])
+    return re.search(r'href="(http[^"]+)"', file.read_text())[1]
 
 
 @pytest.fixture

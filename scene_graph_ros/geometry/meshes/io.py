@@ -142,7 +142,8 @@ def read_colored_mesh(contents: bytes, file_type: str, *, name: str) -> ColoredM
     if file_type == "obj":
         return ColoredMesh(*checked_mesh(*parse_obj(contents, name), name))
     mesh = _read_by_trimesh(contents, file_type, name)
-    return ColoredMesh(*checked_mesh(*mesh[:2], name), *mesh[2:])
+    vertices, triangles = checked_mesh(mesh.vertices, mesh.triangles, name)
+    return mesh._replace(vertices=vertices, triangles=triangles)
 
 
 def checked_mesh(vertices: Any, triangles: Any, name: str) -> Triangulation:

@@ -6,11 +6,15 @@ Imported only where the parameter `browser` asks for it.
 from __future__ import annotations
 
 from collections.abc import Mapping
+import contextlib
+import resource
+import secrets
 from typing import Any, TYPE_CHECKING
 
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.effects.effect import Host
 from scene_graph_ros.node.effects.moment import SnapshotMoment
+from scene_graph_ros.node.effects.page_file import write_page_file
 from scene_graph_ros.node.runtime.own_threads import stop_at_exit
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.server import BrowserView
@@ -21,6 +25,11 @@ if TYPE_CHECKING:
     from scene_graph_ros.node.effects.joint_sliders import JointSliders
 
 __all__ = ["Browser"]
+
+_NEW = "new"
+"""The token that means one which nobody knows yet."""
+
+_MINUTE = 60.0
 
 _MOST_STRANGERS = 8
 """Origins of pages from elsewhere that the log names; it is not theirs to fill."""
@@ -43,28 +52,38 @@ class Browser:
 
             self._joints = JointSliders(host)
         name, port = host.parameter("browser_host"), host.parameter("browser_port")
+        token = host.parameter("browser_token")
+        if token == _NEW:
+            token = secrets.token_urlsafe(24)
         try:
             self._view = BrowserView(
                 name,
                 port,
                 rate=host.parameter("browser_rate"),
-                token=host.parameter("browser_token"),
+                token=token,
                 origins=origins_of(host.parameter("browser_origins")),
                 channels=host.channels,
-                wanted=host.request_update,
+                wanted=host.request_update if host.channels is None else host.channels.wanted,
                 failed=self._fail,
                 cannot_show=self._cannot_show,
                 refused_origin=self._refuse,
                 moved=None if self._joints is None else self._move,
+                no_handles=self._say_no_handles,
             )
         except OSError as error:
             raise OSError(
                 f"browser_host {name!r} and browser_port {port} can't be listened to: {error}"
             ) from error
+        try:
+            self._file = write_page_file(self._view.link) if token else None
+        except OSError:
+            self._view.end()
+            raise
         self._view.start()
         # A program that forgets its node can end.
         stop_at_exit(self, Browser._end)
-        self._logger.info(f"browser view at {self._view.link}")
+        told = "" if self._file is None else f", opened with its token by {self._file}"
+        self._logger.info(f"browser view at {self._view.address}{told}")
 
     def is_heard(self) -> bool:
         """Tell whether a page shows contacts: nothing else takes long that updates wait for."""
@@ -107,11 +126,18 @@ class Browser:
     def close(self) -> None:
         """Close the pages and the port."""
         self._view.stop()
+        self._forget_file()
         if self._joints is not None:
             self._joints.close()
 
     def _end(self) -> None:
         self._view.end()
+        self._forget_file()
+
+    def _forget_file(self) -> None:
+        if self._file is not None:
+            with contextlib.suppress(OSError):
+                self._file.unlink(missing_ok=True)
 
     def failure(self) -> str:
         """Say why pages show nothing until the scene changes, "" while they do."""
@@ -132,7 +158,8 @@ class Browser:
     def counters(self) -> Mapping[str, Any]:
         """Return the address, how many pages are open, and what they were sent."""
         moved = {} if self._joints is None else {"joints moved": self._joints.moved}
-        return {**self._view.counters(), **moved}
+        opened = {} if self._file is None else {"opened with its token by": str(self._file)}
+        return {**self._view.counters(), **opened, **moved}
 
     # In the view's threads.
 
@@ -158,6 +185,14 @@ class Browser:
             self._logger.warning(
                 f"a page of {quoted(origin)} may not read the scene; browser_origins would let it"
             )
+
+    def _say_no_handles(self, error: OSError) -> None:
+        limit = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+        self._logger.warning(
+            f"connections to the browser view wait: {error.strerror}; close some, or raise the "
+            f"limit of {limit} (ulimit -n)",
+            throttle_duration_sec=_MINUTE,
+        )
 
     def _fail(self, error: Exception) -> None:
         self._failed_version = self._version

@@ -17,8 +17,12 @@ from msg_adapters.definitions import definition_with_parts
 from scene_graph_ros.node.world.world import WorldSnapshot
 from scene_graph_ros.views.browser.assets import Asset, SceneAssets
 from scene_graph_ros.views.browser.channels import Channels
+from scene_graph_ros.views.browser.seldom import Seldom
 
 __all__ = ["open_channels"]
+
+_MOMENT = 0.1
+"""Seconds from one update that clients ask for to the next: those who come meanwhile share one."""
 
 _PERIOD = 0.5
 """Seconds from one look for the scene's files to the next."""
@@ -37,7 +41,7 @@ def open_channels(
         definition_with_parts,
         clock=lambda: max(clock.now().nanoseconds, 0),
         is_simulated=lambda: bool(clock.ros_time_is_active),
-        wanted=wanted,
+        wanted=Seldom(wanted, _MOMENT),
         assets=_NewestAssets(newest).find,
     )
 

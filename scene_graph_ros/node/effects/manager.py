@@ -194,8 +194,10 @@ class Effects:
         except Exception as error:  # noqa: BLE001 - one effect never costs another
             state.fail(error)
             if state.is_to_be_told():
+                # What the system refuses says all there is to say.
+                why = error if isinstance(error, OSError) else f"\n{traceback.format_exc()}"
                 self._host.node.get_logger().error(
-                    f"effect {state.declaration.name} failed:\n{traceback.format_exc()}"
+                    f"effect {state.declaration.name} failed: {why}"
                 )
 
     def answer(self, name: str, snapshot: WorldSnapshot) -> Any | None:
@@ -228,6 +230,10 @@ class Effects:
         """Return an effect that publishes, or None while it is off."""
         state = self._states[name]
         return state.effect if state.is_on else None
+
+    def failure(self, name: str) -> str:
+        """Say why an effect could not do its work, "" where it could."""
+        return self._states[name].failure
 
     def close(self) -> None:
         """Stop all effects at once, until they are opened again."""

@@ -21,6 +21,10 @@ from scene_graph_ros.node.runtime.parameters import PARAMETERS
 __all__ = ["NodeParameters", "descriptor"]
 
 
+_SET = "set"
+"""What others are told of a parameter that is secret, if it was given."""
+
+
 def descriptor(parameter: Parameter) -> ParameterDescriptor:
     """Return what a node tells others about a parameter."""
     text = parameter.description
@@ -46,15 +50,26 @@ def descriptor(parameter: Parameter) -> ParameterDescriptor:
     return result
 
 
+def _hide(node: Node, parameter: Parameter) -> Any:
+    """Return the value that the node was started with, and have others be told that it is set."""
+    # rclpy tells all of it to whoever asks, and on /parameter_events: it must not get to know it.
+    given = node._parameter_overrides.get(parameter.name)
+    if given is None or given.value == parameter.default:
+        return parameter.default
+    node._parameter_overrides[parameter.name] = RosParameter(parameter.name, value=_SET)
+    return given.value
+
+
 class NodeParameters:
     """The node's parameters: declared, validated together, and read without a lock."""
 
     def __init__(self, node: Node) -> None:
         """Declare all parameters; raises ValueError listing what is wrong with their values."""
+        secrets = {p.name: _hide(node, p) for p in PARAMETERS if p.is_secret}
         for parameter in PARAMETERS:
             node.declare_parameter(parameter.name, parameter.default, descriptor(parameter))
         self._taking = threading.Lock()
-        self._values = {p.name: node.get_parameter(p.name).value for p in PARAMETERS}
+        self._values = {p.name: node.get_parameter(p.name).value for p in PARAMETERS} | secrets
         problems = validate(self._values)
         if problems:
             raise ValueError("; ".join(problems))

@@ -22,12 +22,15 @@ class Parameter:
     maximum: float | None = None
     choices: tuple[str, ...] = ()
     read_only: bool = False
+    is_secret: bool = False
+    """Whether nobody who asks is told its value."""
 
     def problem(self, value: Any) -> str | None:
         """Say what is wrong with ``value`` for this parameter alone, or return None."""
         if not _has_type(value, self.default):
             wanted = _TYPE_NAMES[type(self.default)]
-            return f"{self.name} must be {wanted}, not {value!r}"
+            told = f"a value of type {type(value).__name__}" if self.is_secret else repr(value)
+            return f"{self.name} must be {wanted}, not {told}"
         if self.choices and value not in self.choices:
             return f"{self.name} must be one of {', '.join(self.choices)}, not {value!r}"
         if isinstance(value, (bool, str)):

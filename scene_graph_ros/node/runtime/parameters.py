@@ -257,10 +257,18 @@ PARAMETERS: tuple[Parameter, ...] = (
         read_only=True,
     ),
     Parameter(
+        "browser_required",
+        True,
+        "Whether the node ends at its start where it can't serve the page, or goes on without.",
+        read_only=True,
+    ),
+    Parameter(
         "browser_token",
         "",
-        "What the page's address must have as ?token=; empty: nothing.",
+        "What the page's address must have as ?token=; empty: nothing; new: one that the node "
+        "makes at its start. The log says which file leads to the address.",
         read_only=True,
+        is_secret=True,
     ),
     Parameter(
         "browser_control",

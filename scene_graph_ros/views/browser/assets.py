@@ -47,7 +47,10 @@ class Asset:
     """A file for one client, of which one fragment at a time is in memory."""
 
     def __init__(self, address: str, mark: FileMark) -> None:
-        """Raises AssetError where it can't be read, or is not the file that was marked."""
+        """Read its beginning.
+
+        Raises AssetError where it can't be read, or is not the file that was marked.
+        """
         if mark.size > MAX_ASSET_BYTES:
             raise AssetError(f"{address}: has {mark.size} bytes, the limit is {MAX_ASSET_BYTES}")
         self._address, self._mark = address, mark

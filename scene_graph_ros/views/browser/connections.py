@@ -95,7 +95,8 @@ class _Counted(ServerConnection):
 
 
 async def send(
-    connection: ServerConnection, message: str | Sequence[bytes] | AsyncIterable[bytes]
+    connection: ServerConnection,
+    message: str | list[bytes] | tuple[bytes, ...] | AsyncIterable[bytes],
 ) -> None:
     """Send a text, or bytes in parts; raises TimeoutError where nothing is taken for long."""
     fragments = 0
@@ -109,7 +110,7 @@ async def send(
     whole: str | bytes | AsyncIterable[bytes]
     if isinstance(message, str):
         whole = message
-    elif isinstance(message, Sequence):
+    elif isinstance(message, (list, tuple)):
         is_short = sum(map(len, message)) <= _FRAGMENT
         whole = b"".join(message) if is_short else counted(_cut(message))
     else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 import errno
 import os
+import resource
 import socket
 import time
 from typing import Any
@@ -27,6 +28,9 @@ _MOST_ADDRESSES = 1024
 _NO_HANDLES = (errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM)
 """For which asyncio pauses, instead of trying again at once."""
 
+_RESERVED = 16
+"""File handles that connections leave to the others in the process, which read files, too."""
+
 _SEND_BUFFER = 1 << 18
 """Bytes that the system keeps for a page: what a slow page is behind."""
 
@@ -42,7 +46,7 @@ class Listener(socket.socket):
         self.refused = 0
         """Connections that were closed at once, as their address had too many."""
         self.no_handles: Callable[[OSError], None] = lambda error: None
-        """Called with the error where the process, or the system, has no handle for one more."""
+        """Called with the error where too few file handles are left for one more."""
 
     def accept(self) -> tuple[socket.socket, Any]:
         """Do as a socket; raises BlockingIOError while there is a pause."""
@@ -53,15 +57,23 @@ class Listener(socket.socket):
                 connection, address = super().accept()
             except OSError as error:
                 if error.errno in _NO_HANDLES:
-                    self._again = time.monotonic() + _PAUSE
-                    self.no_handles(error)
+                    self._pause(error)
                 raise
+            if connection.fileno() >= resource.getrlimit(resource.RLIMIT_NOFILE)[0] - _RESERVED:
+                connection.close()
+                error = OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+                self._pause(error)
+                raise error
             if not self._rate_of(address[0]).is_used_up():
                 return connection, address
             self.refused += 1
             connection.close()
         self._again = time.monotonic() + _PAUSE
         raise OSError(errno.ENOBUFS, "too many connections")
+
+    def _pause(self, error: OSError) -> None:
+        self._again = time.monotonic() + _PAUSE
+        self.no_handles(error)
 
     def _rate_of(self, address: str) -> Allowance:
         rate = self._rates.get(address)

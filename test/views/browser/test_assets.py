@@ -102,7 +102,7 @@ def test_a_file_that_is_gone_or_too_large(folder, offered, monkeypatch):
 @pytest.mark.parametrize("name", ["cup.obj", "cup.mtl", "looks/my board.png", "looks/a plate.bin"])
 @pytest.mark.parametrize("how", ["link", "other file", "folder", "pipe", "link of the folder"])
 def test_what_took_the_place_of_a_file_is_not_sent(folder, offered, name, how):
-    """Neither by a link nor otherwise, whatever has become of the mesh's file since it was read."""
+    """Neither by a link nor otherwise: what was read is sent, or nothing."""
     path, address = folder / "share" / name, f"package://kitchen/{name}"
     held = path.read_bytes()
     assert read(offered, address) == held

@@ -199,7 +199,6 @@ def test_a_stuck_client_costs_others_nothing_and_is_cut_off(offer, monkeypatch):
 
 def test_files_are_sent_by_their_addresses(offer, tmp_path):
     """Each request has its answer: what the file holds, or why it is not sent."""
-
     path = tmp_path / "b.stl"
     path.write_bytes(bytes(range(256)) * 5000)
 
