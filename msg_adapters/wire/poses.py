@@ -385,5 +385,9 @@ def _before_numbers(data: bytes, layout: Layout) -> NDArray[np.bool_]:
     """Guess which bytes only fill up what comes before the numbers."""
     result = np.zeros(len(data), dtype=bool)
     first = layout.places.first_number
-    result[first - _UNIT : first] = True
+    before = data[first - _UNIT : first]
+    # Not how many numbers or poses follow: the middleware prints where a count is too large.
+    counts = {int.from_bytes(before, order) for order in ("little", "big")}
+    if counts.isdisjoint((len(layout.names), len(layout.names) * layout.width)):
+        result[first - _UNIT : first] = True
     return result

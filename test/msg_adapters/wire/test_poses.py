@@ -9,6 +9,7 @@ import numpy as np
 from pose_wires import (
     assert_places,
     assert_same,
+    CLASSES,
     known,
     MULTI,
     STAMP,
@@ -296,3 +297,23 @@ def test_what_the_serializer_leaves_in_padding_is_no_number(rng):
         data = serialize_message(later)
         assert_same(wire.find(data).poses(data), poses_from_multi_dof_joint_state(later))
     assert len(calls) == 6
+
+
+@pytest.mark.parametrize("pose_type", CLASSES)
+def test_learning_has_the_middleware_print_nothing(pose_type, capfd):
+    """It complains of counts beyond a message's end: no trial changes one, whatever its place."""
+    rng = np.random.default_rng(5)
+    for length in range(1, 12):
+        for count in (1, 2, 3):
+            kind = CLASSES[pose_type]
+            message = kind()
+            names = [f"{k:0{length}}"[-length:] for k in range(count)]
+            message.header.frame_id = "w" * length
+            if kind is MultiDOFJointState:
+                message.joint_names = names
+                message.transforms = [transform(rng) for _ in names]
+            elif kind is JointState:
+                message.name = names
+                message.position = rng.normal(size=count).tolist()
+            taught(pose_type, message)
+    assert capfd.readouterr().err == ""
