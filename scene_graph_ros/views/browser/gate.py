@@ -16,6 +16,8 @@ import ipaddress
 from typing import NamedTuple
 from urllib.parse import parse_qs, urlsplit
 
+from scene_graph_ros.views.browser.policy import policy
+
 __all__ = ["SOCKET_PATH", "Answer", "Gate"]
 
 SOCKET_PATH = "/scene"
@@ -33,8 +35,7 @@ _TYPES = {
 _HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": (
-        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; "
-        "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+        f"{policy('self', 'self', connect='self')}; frame-ancestors 'none'"
     ),
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",

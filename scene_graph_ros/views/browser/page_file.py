@@ -19,6 +19,7 @@ import zlib
 
 from scene_graph_ros.views.browser.cursor import Cursor
 from scene_graph_ros.views.browser.drawing import Drawing
+from scene_graph_ros.views.browser.policy import hash_of, policy
 from scene_graph_ros.views.browser.wishes import SHOWN_ROLES, Wish
 from scene_graph_ros.views.moment import Moment
 
@@ -114,15 +115,17 @@ def _page(content: str) -> str:
     html = text("index.html")
     # No text of the recording ends its element: JSON may write < otherwise.
     recording = content.replace("<", "\\u003c")
+    style, program = f"\n{text('style.css')}", f"\n{_program(text)}"
+    # What a header says of the live page stands in the page here: of what it is made, and no more.
+    allowed = policy(hash_of(program), hash_of(style))
+    charset = '<meta charset="utf-8">'
     for tag, element in (
-        (
-            '<link rel="stylesheet" href="style.css">',
-            f"<style>\n{text('style.css')}</style>",
-        ),
+        (charset, f'{charset}\n  <meta http-equiv="Content-Security-Policy" content="{allowed}">'),
+        ('<link rel="stylesheet" href="style.css">', f"<style>{style}</style>"),
         (
             '<script type="module" src="main.js"></script>',
             f'<script type="application/json" id="recording">{recording}</script>\n'
-            f'<script type="module">\n{_program(text)}</script>',
+            f'<script type="module">{program}</script>',
         ),
     ):
         before, found, after = html.partition(tag)

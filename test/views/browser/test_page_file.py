@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import re
 
 import numpy as np
@@ -9,6 +11,7 @@ from page_files import FileReader
 import pytest
 
 from scene_graph_ros.geometry import Sphere
+from scene_graph_ros.views.browser.gate import Gate
 from scene_graph_ros.views.browser.page_file import PageFile
 
 
@@ -80,3 +83,27 @@ def test_the_file_needs_no_other(stage, page):
     modules = re.findall(r"^const (\w+)Module = ", html, re.MULTILINE)
     assert len(modules) == len(set(modules)) > 10
     assert modules[-1] == "main"
+
+
+def test_the_file_has_the_policy_of_the_live_page(stage, page):
+    """Its own script and style by their hashes, and no connection at all."""
+    stage.add("ball", Sphere(0.5))
+    page.add(stage.moment(), 0.0)
+    html = page.html()
+    found = re.search(r'<meta http-equiv="Content-Security-Policy" content="([^"]+)">', html)
+    ours = dict(part.strip().split(" ", 1) for part in found[1].split(";"))
+    live = Gate("127.0.0.1", "").answer("/", "127.0.0.1:1", None).headers()
+    theirs = dict(
+        part.strip().split(" ", 1) for part in live["Content-Security-Policy"].split(";")
+    )
+    # A page can't say of itself who may frame it.
+    assert ours.keys() == theirs.keys() - {"frame-ancestors"}
+    assert ours["connect-src"] == "'none'"
+    for name, tag in (("script-src", '<script type="module">'), ("style-src", "<style>")):
+        content = html.split(tag)[1].split("</")[0] if "style" in name else None
+        content = content or html.split(tag)[1].rsplit("</script>", 1)[0]
+        digest = base64.b64encode(hashlib.sha256(content.encode()).digest()).decode()
+        assert ours[name] == f"'sha256-{digest}'"
+    same = ours.keys() - {"connect-src", "script-src", "style-src"}
+    assert all(ours[name] == theirs[name] for name in same)
+    assert html.index("Content-Security-Policy") < html.index("<style>") < html.index("<script")
