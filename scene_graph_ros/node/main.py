@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+import sys
 from typing import NoReturn
 
 from scene_graph_ros.node.runtime.ending import Ending
@@ -13,6 +14,14 @@ __all__ = ["main"]
 def main(args: Sequence[str] | None = None) -> NoReturn:
     """Run the node until SIGINT or SIGTERM, and end the process."""
     ending = Ending()
-    from scene_graph_ros.node.process import run
+    try:
+        from scene_graph_ros.node.process import run
 
-    ending.exit(run(args, ending))
+        code = run(args, ending)
+    except Warning as warning:
+        sys.stderr.write(
+            f"scene_graph: a warning was made an error by PYTHONWARNINGS or -W: {warning}; start "
+            "without that\n"
+        )
+        code = 1
+    ending.exit(code)

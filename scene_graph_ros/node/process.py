@@ -25,6 +25,7 @@ from scene_graph_ros.geometry.meshes.color_warnings import mesh_color_warnings_t
 from scene_graph_ros.node.node import SceneGraphNode
 from scene_graph_ros.node.runtime.ending import Ending
 from scene_graph_ros.node.runtime.garbage_collection import keep_what_is_there, look_at_all_again
+from scene_graph_ros.node.runtime.log_folder import log_problem
 from scene_graph_ros.node.runtime.names import NODE_NAME
 from scene_graph_ros.node.runtime.parameters import PARAMETERS
 
@@ -56,6 +57,10 @@ def run(args: Sequence[str] | None, ending: Ending) -> int:
     # The node says it in its log.
     warnings.simplefilter("ignore", KernelCacheWarning)
     os.environ.setdefault(_PROFILES_FILE, str(Path(__file__).with_name("fast_dds.xml")))
+    problem = log_problem()
+    if problem:
+        sys.stderr.write(f"scene_graph: {problem}\n")
+        return 1
     ending.note_beginning()
     # ROS's own handlers would end the context while callbacks still publish.
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)

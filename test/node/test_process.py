@@ -102,6 +102,25 @@ def test_a_wrong_start_is_refused_with_a_reason(domain, parameters, message):
     assert "Traceback" not in node.output()
 
 
+@pytest.mark.parametrize(
+    ("variables", "message"),
+    [
+        ({"HOME": "", "ROS_LOG_DIR": None, "ROS_HOME": None}, "HOME is empty: name a folder"),
+        ({"ROS_LOG_DIR": "/proc/nothing"}, "'/proc/nothing' for the log can't be made"),
+        ({"PYTHONWARNINGS": "error"}, "a warning was made an error by PYTHONWARNINGS"),
+    ],
+    ids=["no home", "no log", "warnings"],
+)
+def test_an_environment_without_what_it_takes_is_refused_in_a_sentence(domain, variables, message):
+    """With the remedy; nobody has to read where in the program that was."""
+    node = NodeProcess(domain, extra_environment=variables, fresh=True)
+    assert node.process.wait(timeout=DEADLINE) == 1
+    lines = node.output().splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("scene_graph: ")
+    assert message in lines[0]
+
+
 def test_what_a_mesh_is_shown_without_is_in_the_log(start_node, tmp_path):
     """A picture that its file names is missing: a warning of the node's own, once."""
     write_obj(tmp_path, [(None, "lost.png")])
