@@ -9,12 +9,13 @@ import re
 import signal
 import subprocess
 import sys
+import time
 
 from node_harness import DEADLINE, environment, NodeProcess, ROOT, wait_until
 import pytest
 from transports import BY_HAND
 
-from scene_graph_ros.node.runtime.ending import TIMEOUT
+from scene_graph_ros.node.runtime.ending import delays, TIMEOUT
 
 BOTH = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 KILLED = 128
@@ -55,6 +56,32 @@ def test_a_thread_that_never_ends_does_not_keep_the_process(domain, number):
     assert "world in" in last
     assert "stuck" not in last.partition(";")[0]
     assert "Traceback" not in node.output()
+
+
+def test_time_without_a_processor_does_not_count(domain):
+    """Where none is to be had for long, the end may take four times as long, and no longer."""
+    starved = """
+import scene_graph_ros.node.runtime.ending as patched
+seen = [{"1": 0.0}]
+patched.delays = lambda: seen.pop() if seen else {"1": 1e9}
+"""
+    program = starved + patched("server", "Server._update", FOR_EVER)
+    node = NodeProcess(domain, {"shutdown_timeout": 0.3}, program=program)
+    node.wait_for_output("stuck")
+    begin = time.monotonic()
+    assert node.stop(signal.SIGTERM) == KILLED + signal.SIGTERM
+    assert time.monotonic() - begin >= 4 * 0.3
+    assert "0.3 s are over" in node.output()
+
+
+def test_how_long_threads_wait_for_a_processor(tmp_path):
+    """The second number of /proc/<pid>/schedstat, in ns (proc(5)); a thread may be gone."""
+    for name, text in (("7", "5000 2500000000 3\n"), ("8", "1 0 1\n"), ("9", "")):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "schedstat").write_text(text)
+    (tmp_path / "10").mkdir()
+    assert delays(tmp_path) == {"7": 2.5, "8": 0.0}
+    assert delays(tmp_path / "none") == {}
 
 
 def test_a_callback_of_the_executor_that_never_ends_does_not_keep_the_process(domain):

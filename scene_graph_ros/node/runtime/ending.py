@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 import contextlib
 import os
+from pathlib import Path
 import select
 import signal
 import sys
@@ -19,13 +20,18 @@ import time
 from types import FrameType
 from typing import NoReturn
 
-__all__ = ["TIMEOUT", "Ending"]
+__all__ = ["TIMEOUT", "Ending", "delays"]
 
 TIMEOUT = 1.5
 """Seconds that an end in order may take, unless a parameter says otherwise."""
 
 _ONE_SIGNAL = 0.2
 """Seconds. A process and its group are often signalled in one breath; that counts as one."""
+
+_MOST_TIMES = 4.0
+"""How many times as long an end may take where others have the processors."""
+
+_TASKS = Path("/proc/self/task")
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 _KILLED = 128
@@ -38,6 +44,8 @@ _COMPILER = f"{_PACKAGE}.geometry.compiled."
 
 class Ending:
     """Sets ``requested`` on the first signal, and ends the process ``timeout`` seconds later.
+
+    The time for which a thread waits for a processor does not count, up to three times as much.
 
     A second signal ends it at once, and so does the first before `note_beginning`, when there is
     nothing yet to be ended in order.
@@ -75,13 +83,18 @@ class Ending:
             number = self._next_signal(None)
         if not self._has_begun:
             os._exit(0)
-        begin = time.monotonic()
+        begin, before = time.monotonic(), delays()
         self.requested.set()
-        while (left := begin + self.timeout - time.monotonic()) > 0.0:
+        while (left := begin + self._allowed(before) - time.monotonic()) > 0.0:
             second = self._next_signal(left)
             if second is not None and time.monotonic() > begin + _ONE_SIGNAL:
                 self._leave(number, f"{signal.Signals(second).name} came as well")
         self._leave(number, f"{self.timeout} s are over")
+
+    def _allowed(self, before: dict[str, float]) -> float:
+        """Return how many seconds the end may take: what a busy machine withholds is added."""
+        withheld = max((now - before.get(k, 0.0) for k, now in delays().items()), default=0.0)
+        return self.timeout + min(withheld, (_MOST_TIMES - 1.0) * self.timeout)
 
     def _next_signal(self, timeout: float | None) -> int | None:
         """Wait for a signal and return its number, None if none came in time."""
@@ -99,6 +112,20 @@ class Ending:
             f"unfinished: {unfinished}\n"
         )
         os._exit(_KILLED + number)
+
+
+def delays(tasks: Path = _TASKS) -> dict[str, float]:
+    """Return how long each thread could run and had no processor, by its number, in seconds.
+
+    Empty where the system does not say so.
+    """
+    found = {}
+    with contextlib.suppress(OSError):
+        for task in tasks.iterdir():
+            # A thread may end meanwhile.
+            with contextlib.suppress(OSError, ValueError, IndexError):
+                found[task.name] = int((task / "schedstat").read_text().split()[1]) * 1e-9
+    return found
 
 
 def _leave_it_to_the_watcher(number: int, frame: FrameType | None) -> None:
