@@ -37,7 +37,7 @@ ENDLESS := --timeout 0 -o faulthandler_timeout=0
 IN_FILES := --dist loadfile --no-loadscope-reorder --max-worker-restart 0 --durations=25
 
 .PHONY: help setup all-kernels environment demo test lint format test-uncompiled test-ros \
-  test-core search fuzz workspace docs peers bench accuracy lock clean
+  test-core search fuzz soak workspace docs peers bench accuracy lock clean
 .DEFAULT_GOAL := help
 
 help:  ## list the commands
@@ -133,6 +133,9 @@ docs: environment  ## write the pages and an API reference to build/docs, as fil
 
 peers: environment  ## add the engines to compare with (700 MB)
 	@$(BOOTSTRAP) --peers
+
+soak: all-kernels  ## page, recording, cameras, slow and storming clients for an hour; SECONDS= for another time
+	$(RUN) -m benchmarks.messages.everything --seconds $(SECONDS) --write
 
 bench: all-kernels peers  ## compare speed with the peers
 	$(RUN) -m benchmarks

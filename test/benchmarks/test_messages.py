@@ -13,7 +13,7 @@ from node_harness import wait_until
 import numpy as np
 from searching import times
 
-from benchmarks.messages import edits, images, micro, report
+from benchmarks.messages import edits, everything, images, micro, report
 from benchmarks.messages.beside_camera import beside_camera, ratio
 from benchmarks.messages.demo_cell import demo_cell
 from benchmarks.messages.soak import soak
@@ -152,3 +152,19 @@ def test_the_ratio_is_of_turns():
     middle, low, high = ratio(medians)
     assert middle == pytest.approx(1.1)
     assert (low, high) == (pytest.approx(1.1), pytest.approx(1.3))
+
+
+def test_everything_at_once_is_measured_and_drawn(tmp_path):
+    """A few seconds of the soak: pieces without clients of the page, then with them."""
+    pieces = everything.everything(5.0, frames=20, rate=50.0)
+    assert [piece.has_clients for piece in pieces] == sorted(p.has_clients for p in pieces)
+    assert {piece.has_clients for piece in pieces} == {False, True}
+    assert max(piece.contacts_per_second for piece in pieces) > 0.0
+    assert all(piece.memory_mb > 0.0 for piece in pieces)
+    everything.write_csv(pieces, tmp_path / "soak.csv")
+    lines = (tmp_path / "soak.csv").read_text().splitlines()
+    assert lines[0].split(",") == list(everything.Piece._fields)
+    assert len(lines) == len(pieces) + 1
+    everything.draw(pieces, tmp_path / "soak.png")
+    assert (tmp_path / "soak.png").stat().st_size > 1000
+    assert "with them" in everything.summary(pieces)

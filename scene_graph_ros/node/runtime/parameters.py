@@ -63,8 +63,8 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter(
         "shutdown_timeout",
         1.5,
-        "Seconds. How long after SIGINT or SIGTERM the process ends whatever its threads do; up to "
-        "four times as long where others keep the processors from it.",
+        "Seconds. How long after SIGINT or SIGTERM the process ends whatever its threads do; up "
+        "to four times as long where others keep the processors from it.",
         minimum=0.1,
         maximum=600.0,
         read_only=True,
