@@ -8,7 +8,15 @@ from scene_graph_ros.geometry import files
 from scene_graph_ros.geometry.meshes import promises, textures
 from scene_graph_ros.node.runtime.parameters import defaults
 from scene_graph_ros.scene_files import yaml_document
-from scene_graph_ros.views.browser import assets, channels, connections, foxglove_talk, server
+from scene_graph_ros.views.browser import (
+    assets,
+    channels,
+    connections,
+    foxglove_talk,
+    listener,
+    server,
+    waiting,
+)
 
 ROOT = Path(__file__).parents[2]
 CONSTANTS = {
@@ -56,8 +64,25 @@ def test_the_limits_of_the_browser_are_those_of_the_code():
         f"{server._MAX_WISHES_PER_SECOND:g} messages a second"
     ) in text
     assert (
-        f"{server._MAX_REQUEST_BYTES // 1024} KiB and {foxglove_talk._MAX_REQUESTS_PER_SECOND:g} "
-        "messages a second for Foxglove"
+        f"for Foxglove {server._MAX_REQUEST_BYTES // 1024} KiB, and "
+        f"{foxglove_talk._REQUESTS_AT_ONCE:g} messages at once, then "
+        f"{foxglove_talk._REQUESTS_PER_SECOND:g} a second"
+    ) in text
+    assert (
+        f"{connections._FRAMES_AT_ONCE:g} frames at once, then "
+        f"{connections._FRAMES_PER_SECOND:g} a second"
+    ) in text
+    assert (
+        f"{listener._AT_ONCE:g} connections of one address at once, then "
+        f"{listener._PER_SECOND:g} a second"
+    ) in text
+    assert f"{listener._RESERVED} file handles are left" in text
+    assert f"{waiting.MOST_WAITING >> 20} MiB wait for all clients together" in text
+    assert (
+        f"{assets.FRAGMENT >> 10} KiB of it are read when those before have gone out, "
+        f"{int(foxglove_talk._FILE_BYTES_PER_SECOND) >> 20} MiB a second for all clients; after "
+        f"{foxglove_talk._FILES_AT_ONCE:g} requests for files "
+        f"{foxglove_talk._FILES_PER_SECOND:g} a second of each"
     ) in text
     assert f"{channels._MOST_WAITING >> 20} MiB" in text
     assert connections._STUCK_SECONDS == 5.0

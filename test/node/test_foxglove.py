@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+import time
 
 from diagnostic_msgs.msg import DiagnosticArray
 from foxglove_client import FoxgloveClient
@@ -14,6 +15,8 @@ from pictured_files import board, png, write_obj
 import pytest
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import MultiDOFJointState
+
+from scene_graph_msgs.msg import ContactArray
 
 pytest.importorskip("rosbags", reason="reads messages by their definitions: pip install rosbags")
 
@@ -180,6 +183,36 @@ def test_diagnostics_come_without_another_listener(foxglove):
     foxglove.subscribe("/diagnostics", 3)
     message = foxglove.take_message(3, lambda m: True, "/diagnostics")
     assert any(status.name.endswith("scene_graph: world") for status in message.status)
+
+
+def test_a_storm_of_subscriptions_asks_for_few_updates(start_node, client, tmp_path):
+    """Without poses there are contacts ten times a second, and at most ten more for clients."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(SCENE)
+    node = start_node(
+        {"scene": path, "browser": True, "browser_port": 0, "min_update_rate": 0.01},
+        remaps=["__node:=stormy"],
+    )
+    node.wait_for_output("browser view at ")
+    address = re.search(r"browser view at (http\S+)", node.output())[1]
+    contacts = client.listen(ContactArray, "/stormy/contacts")
+    foxglove = FoxgloveClient(address)
+    topic = "/stormy/contacts"
+    foxglove.subscribe(topic, 1)
+    foxglove.take_message(1, lambda m: True, topic)
+    begin, before = time.monotonic(), contacts.count
+    for number in range(2, 200):
+        channel = foxglove.channel(topic)["id"]
+        foxglove.say("unsubscribe", subscriptionIds=[number - 1])
+        foxglove.messages[number] = []
+        foxglove.say("subscribe", subscriptions=[{"id": number, "channelId": channel}])
+    # All of it was read when this is answered.
+    foxglove.take_until(lambda: foxglove.messages[199])
+    # One in 0.1 s, the first one and the one made good.
+    assert contacts.count - before <= (time.monotonic() - begin) / 0.1 + 2
+    client.forget(contacts)
+    foxglove.close()
+    assert node.stop() == 0
 
 
 def test_simulated_time_is_the_time_of_messages(start_node, client, tmp_path):

@@ -195,10 +195,8 @@ class Effects:
             state.fail(error)
             if state.is_to_be_told():
                 # What the system refuses says all there is to say.
-                why = error if isinstance(error, OSError) else f"\n{traceback.format_exc()}"
-                self._host.node.get_logger().error(
-                    f"effect {state.declaration.name} failed: {why}"
-                )
+                why = f" {error}" if isinstance(error, OSError) else f"\n{traceback.format_exc()}"
+                self._host.node.get_logger().error(f"effect {state.declaration.name} failed:{why}")
 
     def answer(self, name: str, snapshot: WorldSnapshot) -> Any | None:
         """Return an answer about ``snapshot``, computed once for all who publish it.

@@ -61,9 +61,9 @@ class Listener(socket.socket):
                 raise
             if connection.fileno() >= resource.getrlimit(resource.RLIMIT_NOFILE)[0] - _RESERVED:
                 connection.close()
-                error = OSError(errno.EMFILE, os.strerror(errno.EMFILE))
-                self._pause(error)
-                raise error
+                few = OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+                self._pause(few)
+                raise few
             if not self._rate_of(address[0]).is_used_up():
                 return connection, address
             self.refused += 1
