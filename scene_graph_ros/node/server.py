@@ -273,9 +273,7 @@ class Server:
         snapshot = self._world.snapshot
         self._effects.update(snapshot)
         if self.parameter("browser") and self.parameter("browser_required"):
-            problem = self._effects.failure("browser")
-            if problem:
-                raise OSError(f"{problem}; with browser_required false the node goes on without")
+            self._effects.require("browser", "with browser_required false the node goes on")
         for report in self._effects.reports():
             if not report.is_on:
                 self.node.get_logger().info(f"effect {report.name} is off: {report.reason}")

@@ -229,9 +229,11 @@ class Effects:
         state = self._states[name]
         return state.effect if state.is_on else None
 
-    def failure(self, name: str) -> str:
-        """Say why an effect could not do its work, "" where it could."""
-        return self._states[name].failure
+    def require(self, name: str, otherwise: str) -> None:
+        """Raise OSError, which says what can be done, where an effect could not do its work."""
+        problem = self._states[name].failure
+        if problem:
+            raise OSError(f"{problem}; {otherwise}")
 
     def close(self) -> None:
         """Stop all effects at once, until they are opened again."""
