@@ -66,6 +66,8 @@ class Application:
         topic: str,
         robot: LoadedRobot | None = None,
         configuration_topic: str = "",
+        *,
+        interpolates: bool = True,
     ) -> LoadedSource:
         """Register a source and note what is known of it."""
         full_name = self.prefix + name
@@ -77,6 +79,7 @@ class Application:
             topic,
             robot=robot,
             configuration_topic=configuration_topic,
+            interpolates=interpolates,
         )
         self.sources[full_name] = source
         return source

@@ -46,12 +46,14 @@ def _add_sources(to: Application) -> None:
         pose_type = given.type if given is not None else _MULTI_DOF if moves else ""
         topic = (given.topic or "") if given is not None else ""
         deforms = source.configurations
+        interpolates = given is None or given.composition == "interpolated"
         with to.located("sources", index, "name"):
             to.add_source(
                 source.name,
                 pose_type,
                 topic,
                 configuration_topic=deforms.topic if deforms is not None else "",
+                interpolates=interpolates,
             )
 
 

@@ -16,7 +16,7 @@ from scene_graph_ros.scene_files.instances import (
     pose_from_spec,
     properties_from_spec,
 )
-from scene_graph_ros.scene_files.loaded_scene import LoadedRobot
+from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, MovingBase
 from scene_graph_ros.scene_files.schema import RobotSpec
 from scene_graph_ros.scene_files.srdf import load_srdf
 from scene_graph_ros.scene_files.urdf import load_urdf
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["add_robots"]
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
+_ODOMETRY = "nav_msgs/msg/Odometry"
 
 
 def add_robots(to: Application) -> None:
@@ -51,7 +52,16 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
             find_picture(perception, to.resolve)
             read_perception_properties(perception, spec.name)
     frames: dict[str, FrameId] = {}
-    robot = LoadedRobot(model, semantics, frames, X_WB, positions, spec.joint_states)
+    robot = LoadedRobot(
+        model,
+        semantics,
+        frames,
+        X_WB,
+        positions,
+        spec.joint_states,
+        _moving_base(to, spec, model, index),
+        spec.multi_dof_joint_states,
+    )
     with to.located("robots", index, "name"):
         source = to.add_source(spec.name, _JOINT_STATE, spec.joint_states, robot)
     with to.located("robots", index, "urdf"):
@@ -80,6 +90,32 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
                 inspector.get_name(geometry_id),
                 *("robots", index, "proximity"),
             )
+
+
+def _moving_base(
+    to: Application, spec: RobotSpec, model: RobotModel, index: int
+) -> MovingBase | None:
+    """Return who moves the base, None where nobody does."""
+    base = spec.base
+    if not base.moves:
+        return None
+    parent, link = base.tf or (base.parent or "", base.link or "")
+    if base.tf is not None:
+        link = link.removeprefix(spec.prefix)
+    name = link or model.root
+    if name not in model.fixed_to_root():
+        problem = "joints move it" if name in model.links else "the robot has no such link"
+        where = ("tf", 1) if base.tf is not None else ("link",)
+        raise to.scene.document.error(
+            f"{name!r} can't be the base, as {problem}: the root link is {model.root!r}"
+            f"{suggestion(name, list(model.fixed_to_root()))}",
+            *("robots", index, "base", *where),
+        )
+    kind = "" if base.topic is None else base.type or _ODOMETRY
+    if kind == _ODOMETRY and not parent:
+        parent = "odom"
+    interpolates = base.composition == "interpolated"
+    return MovingBase(base.topic or "", kind, parent, name, spec.prefix, interpolates)
 
 
 def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:

@@ -10,7 +10,9 @@ from msg_adapters.errors import MessageError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import SceneFileError
+from scene_graph_ros.node.world.robot_motion import RobotMotion
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
+from scene_graph_ros.node.world.source_topics import TF
 from scene_graph_ros.node.world.world import new_token
 from scene_graph_ros.scene_files.packages import Packages, resolve_resource
 
@@ -107,6 +109,11 @@ class SceneLoader:
     def _record(self, edit: Edit, source: Any) -> SourceRecord:
         if source.pose_type:
             self._check_pose_type(source.pose_type)
+        robot, motion = source.robot, None
+        if robot is not None:
+            if robot.moving_base is not None:
+                self._check_pose_type(robot.moving_base.type or TF)
+            motion = RobotMotion(robot, has_moving_base=robot.has_moving_base)
         record = SourceRecord(
             source.source_id,
             source.name,
@@ -115,9 +122,17 @@ class SceneLoader:
             source.pose_topic,
             source.robot,
             source.configuration_topic,
+            source.interpolates if robot is None else _interpolates(robot),
+            motion,
+            source.description,
         )
         edit.records[record.name] = record
         edit.initial_poses.update(source.initial_poses)
         if source.robot is not None:
             edit.initial_poses.update(source.robot.frame_poses())
         return record
+
+
+def _interpolates(robot: Any) -> bool:
+    """Tell whether transforms that move a robot's base are composed at one time."""
+    return robot.moving_base is None or robot.moving_base.interpolates
