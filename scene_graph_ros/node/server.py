@@ -28,6 +28,7 @@ from scene_graph_ros.node.runtime.parameters import PARAMETERS
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.services.services import Services
 from scene_graph_ros.node.world.configuration_inputs import ConfigurationInputs
+from scene_graph_ros.node.world.description_channel import DescriptionInputs
 from scene_graph_ros.node.world.edits import Tools
 from scene_graph_ros.node.world.inputs import (
     BASE_POSES,
@@ -44,6 +45,7 @@ from scene_graph_ros.node.world.world import World, WorldSnapshot
 
 if TYPE_CHECKING:
     from scene_graph_ros.node.recording.recorder import Recorder
+    from scene_graph_ros.node.services.descriptions import Descriptions
     from scene_graph_ros.node.world.kept_regions import KeptRegions
     from scene_graph_ros.views.browser.channels import Channels
     from scene_graph_ros.views.moment import Trouble
@@ -250,6 +252,9 @@ class Server:
             for noun in (POSES, BASE_POSES, JOINT_POSES)
         ]
         self._configurations = ConfigurationInputs(self.node, world, self.group, changed)
+        self._descriptions: Descriptions | None = None
+        self._described = DescriptionInputs(self.node, world, self.group, changed, self._describe)
+        self._loader = loader
         self._kernels = KernelSupply(self.node.get_logger(), self._kernels_came)
         self._effects = Effects(self, lack=self._kernels.lack)
         self._effects.switch_off(world.effects_off)
@@ -308,6 +313,8 @@ class Server:
         if self._is_configured:
             self._is_configured = False
             self._diagnostics.close()
+            if self._descriptions is not None:
+                self._descriptions.stop()
             self._jump_handle.unregister()
             self._services.close()
             self._kernels.stop()
@@ -332,7 +339,22 @@ class Server:
 
     def _inputs(self) -> list[Inputs[Any]]:
         """Return all that is subscribed to."""
-        return [*self._poses, self._configurations]
+        return [*self._poses, self._configurations, self._described]
+
+    def _describe(self, name: str, text: str) -> None:
+        """Have a robot become as a text describes it; the thread for that comes with the first."""
+        if self._descriptions is None:
+            from scene_graph_ros.node.services.descriptions import Descriptions
+
+            self._descriptions = Descriptions(
+                self.node,
+                self._world,
+                self._loader,
+                self._effects.prepare,
+                lambda: self.recorder,
+                self.scene_changed,
+            )
+        self._descriptions.describe(name, text)
 
     def _limits(self) -> TimeLimits:
         return TimeLimits(

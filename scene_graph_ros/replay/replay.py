@@ -27,7 +27,7 @@ from scene_graph_ros.node.world.inputs import (
 from scene_graph_ros.node.world.intake import Intake, TimeLimits, UNSTAMPED
 from scene_graph_ros.node.world.queued_channel import QueuedChannel
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
-from scene_graph_ros.node.world.scenes import SceneLoader
+from scene_graph_ros.node.world.scenes import Described, SceneLoader
 from scene_graph_ros.node.world.source_channel import apply_kept, SourceChannel
 from scene_graph_ros.node.world.world import World, WorldSnapshot
 from scene_graph_ros.replay.reader import Recorded, RecordingError
@@ -176,6 +176,25 @@ class Replay:
         got = [*getattr(answer, "frame_ids", ()), *getattr(answer, "geometry_ids", ())]
         if [int(i) for i in got] != ids:
             raise RecordingError(f"{service} gave out ids {got[:5]}... in place of {ids[:5]}...")
+        self.edits += 1
+
+    def _on_described(
+        self,
+        time: int,
+        *,
+        source: str,
+        text: str,
+        id: int,  # noqa: A002 - the event's own name for it
+        rehung: Mapping[str, list[float]],
+    ) -> None:
+        def change(edit: Edit) -> Described:
+            continue_after(id)
+            described = self._loader.describe(edit, source, text)
+            for frame in edit.rehung:
+                edit.initial_poses[frame] = np.reshape(rehung[str(int(frame))], (4, 4))
+            return described
+
+        self.world.edit(change, done=lambda described: described.count())
         self.edits += 1
 
     def _on_channel(self, time: int, *, source: str, noun: str, topic: str, static: bool) -> None:

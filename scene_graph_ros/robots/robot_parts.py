@@ -45,9 +45,10 @@ class JointType(enum.Enum):
 
 @dataclass(frozen=True)
 class PrimitiveShape:
-    """A box, sphere, cylinder or capsule; ``size`` in m as URDF gives it.
+    """A box, sphere, cylinder, capsule or ellipsoid; ``size`` in m as URDF gives it.
 
-    box: x, y, z; sphere: radius; cylinder and capsule: radius, length (along z, without caps).
+    box: x, y, z; sphere: radius; cylinder and capsule: radius, length (along z, without caps);
+    ellipsoid: its three half axes.
     """
 
     kind: str
@@ -138,3 +139,7 @@ class RobotParts:
     joints: dict[str, Joint]
     root: str
     warnings: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = field(default=())
+    """What follows from the file and is good to know, such as limits that were narrowed."""
+    doubts: tuple[str, ...] = field(default=())
+    """What no such file should say, though the robot can be used: a checker refuses it."""

@@ -94,7 +94,7 @@ class LoadedRobot:
         return dict(zip(self.link_frames.values(), X_WL, strict=True))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class LoadedSource:
     """A registered source and where its poses come from."""
 
@@ -113,6 +113,7 @@ class LoadedSource:
     interpolates: bool = True
     """Whether transforms of TF are composed at one time, or of the newest of each."""
     description: Any = None
+    """The `RobotDescription` of a robot that a topic describes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,9 +128,13 @@ class LoadedScene:
     """"auto" or "off" by the name of an effect; effects not named are "auto"."""
     warnings: tuple[str, ...]
     cameras: dict[str, CameraDescription] = field(default_factory=dict)
+    """By name, with the prefix that the scene was given."""
     servers: tuple[str, ...] = ()
     """The names of renderers that ask a server."""
-    """By name, with the prefix that the scene was given."""
+    doubts: tuple[str, ...] = ()
+    """What files should not say, though they can be used: a checker refuses it."""
+    notes: tuple[str, ...] = ()
+    """What follows from the files and is good to know, such as limits that were narrowed."""
 
     def set_initial_poses(self, context: Context) -> None:
         """Put every frame of the scene where the file says."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
 from scene_graph_ros.located import suggestion
+from scene_graph_ros.robots.adjacency import adjacent_pairs
 from scene_graph_ros.robots.registration import register_robot
 from scene_graph_ros.robots.robot_model import RobotModel
 from scene_graph_ros.robots.semantic_model import SemanticModel
@@ -33,7 +35,11 @@ _ODOMETRY = "nav_msgs/msg/Odometry"
 def add_robots(to: Application) -> None:
     """Register all robots, each as a source."""
     for index, robot in enumerate(to.spec.robots):
-        _add_robot(to, robot, index)
+        if to.takes(robot.name):
+            _add_robot(to, robot, index)
+        elif robot.name in to.pending and not to.only:
+            with to.located("robots", index, "name"):
+                to.add_source(robot.name, "", "")
 
 
 def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
@@ -80,6 +86,8 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
                 perception=perception,
             )
         )
+    if spec.filter_adjacent:
+        to.notes.extend(_adjacent_notes(spec.name, model, frames))
     source.frames.update((spec.prefix + link, frame) for link, frame in frames.items())
     inspector = to.scene_graph.model_inspector()
     for frame_id in frames.values():
@@ -90,6 +98,13 @@ def _add_robot(to: Application, spec: RobotSpec, index: int) -> None:
                 inspector.get_name(geometry_id),
                 *("robots", index, "proximity"),
             )
+
+
+def _adjacent_notes(robot: str, model: RobotModel, frames: Mapping[str, FrameId]) -> Iterator[str]:
+    """Say which pairs of links ``filter_adjacent`` leaves without checks."""
+    for link_A, link_B in sorted(adjacent_pairs(model)):
+        if link_A in frames and link_B in frames:
+            yield f"robot {robot!r}: {link_A!r} and {link_B!r} are adjacent, and not checked"
 
 
 def _moving_base(
@@ -121,12 +136,16 @@ def _moving_base(
 def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
     packages = to.scene.packages
     with to.located("robots", index, "urdf"):
+        is_file = isinstance(spec.urdf, str)
         model = load_urdf(
-            str(to.resolve(spec.urdf)),
+            str(to.resolve(spec.urdf)) if is_file else to.texts[spec.name],
             package_map=packages.package_map,
             package_dirs=packages.package_dirs,
+            skip_unreadable=spec.skip_unreadable,
         )
     to.warnings.extend(model.warnings)
+    to.doubts.extend(model.doubts)
+    to.notes.extend(model.notes)
     return model
 
 

@@ -231,11 +231,20 @@ class BaseSpec(PoseSpec):
         return self
 
 
+class DescriptionSpec(_Spec):
+    """A topic of std_msgs/String messages with the text of a URDF, latched as a rule."""
+
+    topic: Text
+
+
 class RobotSpec(_Spec):
     """A robot: a source whose frames are the links of a URDF, moved by joint states."""
 
     name: Name = Field(description="Name of the robot's source.")
-    urdf: Text = Field(description="A path relative to this file, package:// or file://.")
+    urdf: Text | DescriptionSpec = Field(
+        description="A path relative to this file, package:// or file://; or {topic: "
+        "/robot_description}, whose newest text it is."
+    )
     srdf: Text | None = Field(None, description="Its disabled collisions become filters.")
     prefix: str = Field("", description="Put before the names of links.")
     base: BaseSpec = Field(BaseSpec(), description="Pose of the root link in the world.")
@@ -251,6 +260,9 @@ class RobotSpec(_Spec):
     visual: bool = True
     all_links: bool = Field(False, description="Make frames of links without geometry, too.")
     filter_adjacent: bool = Field(False, description="Never check links that a joint connects.")
+    skip_unreadable: bool = Field(
+        False, description="Leave out geometry that can't be read, each with a warning."
+    )
     proximity: Properties = Field({}, description="Properties of all collision geometry.")
     label: Label | None = Field(
         None, description="The number in label images. It gives the perception role."

@@ -18,6 +18,7 @@ from scene_graph_ros.node.recording.events import encode, EVENTS, text_of, VERSI
 from scene_graph_ros.node.recording.spool import Spool
 from scene_graph_ros.node.runtime.names import CAMERAS, TRANSFORMS
 from scene_graph_ros.node.runtime.raw_topics import Reader
+from scene_graph_ros.node.world.description_channel import DESCRIPTIONS
 from scene_graph_ros.node.world.intake import TimeLimits
 from scene_graph_ros.node.world.scene import SourceRecord
 from scene_graph_ros.node.world.world import World, WorldSnapshot
@@ -118,6 +119,9 @@ class Recorder:
     def received(self, reader: Reader, data: bytes, world: World) -> None:
         """Take a message that came in, in the thread that updates the world."""
         channel = reader.channel
+        if channel.noun == DESCRIPTIONS:
+            # What becomes of it is an edit.
+            return
         record: SourceRecord = channel.record
         if world.records.get(record.name) is not channel.record:
             # The source is gone or another: the update does not look at it.
@@ -176,6 +180,12 @@ class Recorder:
             ids=ids,
             rehung=rehung,
         )
+
+    def described(
+        self, source: str, text: str, first_id: int, rehung: dict[int, list[float]]
+    ) -> None:
+        """Take what a robot is from now on, as `edited` does; with the world's lock held."""
+        self._event("described", source=source, text=text, id=first_id, rehung=rehung)
 
     def accuracy_set(self, accuracy: str) -> None:
         """Say that answers have this tier from now on; with the world's lock held."""

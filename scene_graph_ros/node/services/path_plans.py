@@ -53,7 +53,7 @@ def plan(
     PlanningError and TrajectoryError for what can't be worked on, naming the field and its value.
     """
     begin, core = time.monotonic(), snapshot.query.snapshot
-    robots = snapshot.robots.planning(core)
+    robots = snapshot.robots.planning(core, snapshot.bases)
     wanted = checked_goal(goal.request, robots, robots.present(snapshot.positions), limit)
     result = PlanPath.Result(
         status=ok_status(),

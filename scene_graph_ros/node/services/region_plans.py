@@ -125,7 +125,7 @@ def plan(
             "with_trajectory must be true for the planner 'regions', and limits say how fast the"
             " joints may be"
         )
-    robots = snapshot.robots.planning(core)
+    robots = snapshot.robots.planning(core, snapshot.bases)
     wanted = checked_goal(request, robots, robots.present(snapshot.positions), limit)
     rules = rules_from_msg(request.regions, "regions")
     require(

@@ -79,6 +79,19 @@ class RobotMotion:
             if stamp == UNSTAMPED
         )
 
+    def take_over(self, other: RobotMotion) -> None:
+        """Have the joints of the same names, and the base, where another robot has them."""
+        known = other.kinematics.positions
+        there = [name for name in self.kinematics.joint_names if name in known]
+        if there:
+            self.kinematics.update(there, [known[name] for name in there])
+        if BASE in self.rows and BASE in other.rows:
+            self.kinematics.X_PB = other.kinematics.X_PB
+        for name, row in self.rows.items():
+            if (name in there or name == BASE) and name in other.rows:
+                self.stamps[row] = other.stamps[other.rows[name]]
+                self.is_static[row] = other.is_static[other.rows[name]]
+
     def forget(self, after: int) -> None:
         """Forget stamps that say later than ``after``."""
         self.stamps[self.stamps > after] = UNSTAMPED

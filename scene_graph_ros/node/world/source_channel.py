@@ -137,16 +137,20 @@ class Channels(Generic[C]):
         on_change: Callable[[], None],
         *,
         make: Callable[[SourceRecord], C],
+        is_same: Callable[[SourceRecord, SourceRecord], bool],
         noun: str,
         queued: int,
     ) -> None:
         """Make channels for ``noun``; the middleware holds ``queued`` messages of each.
+
+        One stays while ``is_same`` tells that its source's record, and the one now, are as good.
 
         ``on_change`` is called when a subscription is replaced by another.
         """
         self._report = node.get_logger().error
         self._topics = RawTopics(node, group, on_change)
         self._make, self._noun, self._queued = make, noun, queued
+        self._is_same = is_same
         self._open: dict[str, C] = {}
         self._failures: dict[str, str] = {}
 
@@ -163,7 +167,7 @@ class Channels(Generic[C]):
     def follow(self, wanted: Mapping[str, SourceRecord]) -> None:
         """Have a channel for each of these sources, and for no other."""
         for name, channel in self.open.items():
-            if wanted.get(name) is not channel.record:
+            if name not in wanted or not self._is_same(channel.record, wanted[name]):
                 self._unsubscribe(self._open.pop(name))
         for name in self._failures.keys() - wanted.keys():
             del self._failures[name]
@@ -234,7 +238,13 @@ class Inputs(ABC, Generic[C]):
         self._noun = noun
         self._warn = node.get_logger().warning
         self._channels: Channels[C] = Channels(
-            node, group, on_change, make=self._make, noun=noun, queued=queued
+            node,
+            group,
+            on_change,
+            make=self._make,
+            is_same=self._is_same,
+            noun=noun,
+            queued=queued,
         )
 
     @property
@@ -289,6 +299,10 @@ class Inputs(ABC, Generic[C]):
     @abstractmethod
     def _wanted(self) -> Iterable[str]:
         """Return the names of the sources that are to have a topic."""
+
+    def _is_same(self, old: SourceRecord, new: SourceRecord) -> bool:
+        """Tell whether a channel of a source goes on though its record may be another."""
+        return old is new
 
     @abstractmethod
     def _target(self, name: str) -> Any:
