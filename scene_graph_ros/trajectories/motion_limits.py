@@ -84,6 +84,10 @@ class MotionLimits:
 
     def __post_init__(self) -> None:
         """Check the arrays."""
+        if not isinstance(self.names, (tuple, list)):
+            raise TrajectoryError(
+                f"names must be texts, not {quoted(self.names)}: jerks are given by that name"
+            )
         for kind in ("velocities", "accelerations", "jerks"):
             if getattr(self, kind) is None:
                 continue

@@ -214,7 +214,9 @@ def _check_ends(
 ) -> None:
     """Raise NoPlanError where start or goal are not free, or beyond limits."""
     ends = np.stack([work.wanted.start, goal])
-    first, last = find_troubles(checker, ends, checker.tolerance, new_stop())
+    moves = np.zeros(ends.shape[1], dtype=np.bool_)
+    moves[work.wanted.moving] = True
+    first, last = find_troubles(checker, ends, checker.tolerance, new_stop(), moves=moves)
     if first is not None:
         raise NoPlanError(first.of_start.value, f"the start {first.words}")
     if last is not None:
