@@ -127,6 +127,10 @@ class Joint:
     location: Location
     velocity: float | None = None
     """Largest speed in rad/s or m/s, or None."""
+    acceleration: float | None = None
+    """Largest acceleration in rad/s^2 or m/s^2, or None: no URDF says it."""
+    jerk: float | None = None
+    """Largest jerk in rad/s^3 or m/s^3, or None."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,7 +27,10 @@ def joint_limits(
     if limit is not None:
         lower, upper = limit.number("lower", "0"), limit.number("upper", "0")
         if lower > upper:
-            raise limit.error(f"lower, {lower:g}, is above upper, {upper:g}")
+            raise limit.error(
+                f"lower, {lower:g}, is above upper, {upper:g} (Bullet means by that that there"
+                " are none: a continuous joint, or wide limits, say so)"
+            )
     notes: list[str] = []
     if safety is not None:
         lower, upper, notes = _narrowed(safety, lower, upper)

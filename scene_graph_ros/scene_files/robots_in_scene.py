@@ -18,6 +18,7 @@ from scene_graph_ros.scene_files.instances import (
     pose_from_spec,
     properties_from_spec,
 )
+from scene_graph_ros.scene_files.limits_file import narrowed_by_file
 from scene_graph_ros.scene_files.loaded_scene import LoadedRobot, MovingBase
 from scene_graph_ros.scene_files.schema import RobotSpec
 from scene_graph_ros.scene_files.srdf import load_srdf
@@ -143,6 +144,10 @@ def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
             package_dirs=packages.package_dirs,
             skip_unreadable=spec.skip_unreadable,
         )
+    if spec.joint_limits is not None:
+        with to.located("robots", index, "joint_limits"):
+            limits = to.resolve(spec.joint_limits)
+            model = narrowed_by_file(model, limits, spec.joint_limits)
     to.warnings.extend(model.warnings)
     to.doubts.extend(model.doubts)
     to.notes.extend(model.notes)

@@ -246,6 +246,9 @@ class RobotSpec(_Spec):
         "/robot_description}, whose newest text it is."
     )
     srdf: Text | None = Field(None, description="Its disabled collisions become filters.")
+    joint_limits: Text | None = Field(
+        None, description="A joint_limits.yaml as MoveIt's: the narrower limits hold."
+    )
     prefix: str = Field("", description="Put before the names of links.")
     base: BaseSpec = Field(BaseSpec(), description="Pose of the root link in the world.")
     multi_dof_joint_states: Text = Field(
