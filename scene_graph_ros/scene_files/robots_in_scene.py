@@ -6,7 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from scene_graph_ros.geometry.model.perception_properties import read_perception_properties
-from scene_graph_ros.located import suggestion
+from scene_graph_ros.geometry.quoting import quoted
+from scene_graph_ros.located import SceneFileError, suggestion
 from scene_graph_ros.robots.adjacency import adjacent_pairs
 from scene_graph_ros.robots.registration import register_robot
 from scene_graph_ros.robots.robot_model import RobotModel
@@ -137,9 +138,8 @@ def _moving_base(
 def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
     packages = to.scene.packages
     with to.located("robots", index, "urdf"):
-        is_file = isinstance(spec.urdf, str)
         model = load_urdf(
-            str(to.resolve(spec.urdf)) if is_file else to.texts[spec.name],
+            _text_or_path(to, spec),
             package_map=packages.package_map,
             package_dirs=packages.package_dirs,
             skip_unreadable=spec.skip_unreadable,
@@ -152,6 +152,16 @@ def _robot_model(to: Application, spec: RobotSpec, index: int) -> RobotModel:
     to.doubts.extend(model.doubts)
     to.notes.extend(model.notes)
     return model
+
+
+def _text_or_path(to: Application, spec: RobotSpec) -> str:
+    """Return the path of a robot's URDF, or its text where a topic has it."""
+    if isinstance(spec.urdf, str):
+        return str(to.resolve(spec.urdf))
+    text = to.texts[spec.name]
+    if not text.lstrip(" \t\r\n\0\ufeff").startswith("<"):
+        raise SceneFileError(f"the description is no XML: {quoted(text)}")
+    return text
 
 
 def _semantics(

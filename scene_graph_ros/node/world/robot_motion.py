@@ -122,7 +122,7 @@ class RobotMotion:
         counts = self._depends & ~self.is_static
         newest = np.iinfo(np.int64).max
         stamps = np.where(counts, self.stamps, newest).min(axis=1, initial=newest)
-        is_static = ~counts.any(axis=1)
+        is_static = np.logical_not(np.any(counts, axis=1))
         frames.stamps[rows[there]] = np.where(is_static, UNSTAMPED, stamps)[there]
         frames.is_static[rows[there]] = is_static[there]
 
