@@ -17,6 +17,7 @@ from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.node.world.intake import Intake, SourceFrames, TimeLimits
 from scene_graph_ros.node.world.queued_channel import QueuedChannel, Reading
 from scene_graph_ros.node.world.scene import SourceRecord
+from scene_graph_ros.node.world.source_channel import Kept
 from scene_graph_ros.node.world.source_topics import POSE_STAMPED, pose_topic, TRANSFORM_STAMPED
 
 __all__ = ["PoseChannel"]
@@ -34,6 +35,12 @@ class PoseChannel(QueuedChannel):
     def wanted_topics(self) -> Mapping[str, bool]:
         """Name of the topic, before namespaces and remapping."""
         return {pose_topic(self.record): False}
+
+    def apply(self, kept: list[Kept], target: SourceFrames, limits: TimeLimits) -> int | None:
+        """Apply messages; where frames came or went, names are looked up anew."""
+        if target is not self._only_names_of:
+            self._only_names, self._only_names_of = (), target
+        return super().apply(kept, target, limits)
 
     def _takes_all(self, layout: Layout, frames: SourceFrames) -> bool:
         if self.record.pose_type == POSE_STAMPED and len(frames.names) != 1:
@@ -56,8 +63,8 @@ class PoseChannel(QueuedChannel):
         """Return the names of the frames that a message moves."""
         if self.record.pose_type != POSE_STAMPED:
             return layout.names
-        if frames is not self._only_names_of:
-            self._only_names, self._only_names_of = _only_frame(frames), frames
+        if not self._only_names:
+            self._only_names = _only_frame(frames)
         return self._only_names
 
     def _apply_message(

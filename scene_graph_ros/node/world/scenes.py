@@ -12,7 +12,6 @@ from scene_graph_ros.geometry.errors import UnknownIdError
 from scene_graph_ros.geometry.files import MAX_TEXT_BYTES, read_limited
 from scene_graph_ros.geometry.quoting import quoted
 from scene_graph_ros.located import SceneFileError
-from scene_graph_ros.node.world.attaching import let_go_of
 from scene_graph_ros.node.world.robot_motion import RobotMotion
 from scene_graph_ros.node.world.scene import Edit, SourceRecord
 from scene_graph_ros.node.world.source_topics import TF
@@ -117,6 +116,9 @@ class SceneLoader:
         Its source stays what it is, and so do positions of joints that it had before. Raises
         SceneFileError, and what the scene graph raises; UnknownIdError where it is gone.
         """
+        # What attaches frames is imported by those who do.
+        from scene_graph_ros.node.world.attaching import let_go_of
+
         old = edit.records.get(name)
         if old is None or old.description is None:
             raise UnknownIdError(f"no source {quoted(name)} waits for a description")

@@ -10,13 +10,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 import secrets
 import threading
 from typing import Any, TYPE_CHECKING, TypeVar
 
+import numpy as np
+
 from msg_adapters.names import SceneNames
 from scene_graph_ros.geometry import SceneGraph
 from scene_graph_ros.geometry.query.query_object import QueryObject
+from scene_graph_ros.geometry.spatial.record_kernels import latest
 from scene_graph_ros.geometry.steps import between_steps, calling_between_steps
 from scene_graph_ros.node.runtime.precedence import Precedence
 from scene_graph_ros.node.world.deformables import SourceDeformables
@@ -24,22 +28,61 @@ from scene_graph_ros.node.world.half_spaces import check_half_spaces
 from scene_graph_ros.node.world.intake import SourceFrames, UNSTAMPED
 from scene_graph_ros.node.world.scene import Edit, Scene, SourceRecord
 from scene_graph_ros.node.world.scene_robots import SceneRobots
-from scene_graph_ros.node.world.source_stamps import SourceStamps, STATIC
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from scene_graph_ros.geometry.perception import CameraDescription
 
-__all__ = ["World", "WorldSnapshot", "new_token"]
+__all__ = ["STATIC", "SourceStamps", "World", "WorldSnapshot", "new_token"]
 
 T = TypeVar("T")
+
+STATIC = np.iinfo(np.int64).max
+"""Stamp of what never gets old."""
 
 
 def new_token() -> int:
     """Return a random non-zero token of 64 bits."""
     return secrets.randbits(64) or 1
+
+
+@dataclass(frozen=True, eq=False)
+class SourceStamps:
+    """The stamps of a source's frames, nanoseconds: ``ids`` and ``stamps`` ``(n,)``, as of then.
+
+    ``newest`` is the largest that a message said; ``stamp`` is that of the source as a whole.
+    """
+
+    ids: tuple[Any, ...]
+    stamps: NDArray[np.int64]
+    is_static: NDArray[np.bool_]
+    newest: int
+    stamp: int
+
+    @classmethod
+    def of(
+        cls, frames: SourceFrames, deformables: SourceDeformables | None, record: SourceRecord
+    ) -> SourceStamps:
+        """Return those of a source now."""
+        stamps, is_static = frames.stamps.copy(), frames.is_static.copy()
+        newest = int(latest(stamps))
+        if record.motion is not None:
+            newest = max(newest, int(latest(record.motion.stamps)))
+        if deformables is not None:
+            newest = max(newest, deformables.stamp())
+        stamp = newest
+        if record.motion is not None and len(stamps):
+            stamp = int(np.where(is_static, STATIC, stamps).min())
+        elif len(stamps) and is_static.all() and deformables is None:
+            stamp = STATIC
+        return cls(frames.ids, stamps, is_static, newest, stamp)
+
+    @cached_property
+    def by_frame(self) -> Mapping[Any, int]:
+        """The stamp of each frame in its parent: STATIC where nothing moves it."""
+        ages = np.where(self.is_static, STATIC, self.stamps).tolist()
+        return dict(zip(self.ids, ages, strict=True))
 
 
 @dataclass(frozen=True)
